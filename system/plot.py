@@ -147,7 +147,7 @@ def draw_estimates(
     ax.errorbar(at, y, np.abs(ends.T - y), **look)
 
 
-def draw_waveforms(result: Result, nodes: Sequence[str], figure: Figure) -> None:
+def draw_waveforms(result: Result, nodes: Sequence[str], figure: Figure, title: str = "") -> None:
     """Draw waveforms over one time axis in ms, a panel for each node, top to bottom; spikes are marked.
 
     Parameters
@@ -158,9 +158,11 @@ def draw_waveforms(result: Result, nodes: Sequence[str], figure: Figure) -> None
         Paths of the nodes.
     figure
         An empty figure, which is filled.
+    title
+        What stands above the panels.
     """
     panels = len(nodes)
-    figure.set_size_inches(7.0, max(1.05 * panels + 0.6, 2.2))
+    figure.set_size_inches(7.0, max(1.05 * panels + 0.8, 2.2))
     stack = figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0]
     for k, (node, ax) in enumerate(zip(nodes, stack, strict=True)):
         draw_waveform(result.time, result[node], node, ax, COLOURS[k % 5])
@@ -168,7 +170,30 @@ def draw_waveforms(result: Result, nodes: Sequence[str], figure: Figure) -> None
         ax.tick_params(axis="x", bottom=k == panels - 1)
     stack[-1].set_xlabel("time (ms)")
     stack[-1].set_xlim(0.0, 1e3 * float(result.time[-1]))
+    entitle(title, stack[0])
     figure.align_ylabels(stack)
+
+
+def draw_runs(runs: Mapping[str, Result], nodes: Sequence[str], figure: Figure) -> None:
+    """Fill `figure` with a panel a node, in which each run has a colour and dashes of its own, by label."""
+    figure.set_size_inches(7.0, max(1.05 * len(nodes) + 1.0, 2.2))
+    stack = figure.subplots(len(nodes), 1, sharex=True, squeeze=False)[:, 0]
+    for node, ax in zip(nodes, stack, strict=True):
+        for (label, run), look in zip(runs.items(), looks(len(runs)), strict=True):
+            ax.plot(1e3 * run.time, run[node], linewidth=1.2, label=label, **look)
+        ax.set_ylabel(f"{node} (V)")
+        ax.tick_params(axis="x", bottom=ax is stack[-1])
+    stack[-1].set_xlabel("time (ms)")
+    stack[-1].set_xlim(0.0, 1e3 * max(float(run.time[-1]) for run in runs.values()))
+    figure.legend(*stack[0].get_legend_handles_labels(), loc="outside upper left", ncols=3, fontsize=8)
+    figure.align_ylabels(stack)
+
+
+def looks(count: int) -> list[dict[str, Any]]:
+    """Colour and dashes of each of `count` lines, told apart in grey too; beyond the colours all are pale."""
+    if count > len(COLOURS):
+        return [{"color": PALE, "linestyle": "-"} for _ in range(count)]
+    return [{"color": COLOURS[k], "linestyle": DASHES[k % len(DASHES)]} for k in range(count)]
 
 
 def draw_waveform(time: F64, voltage: F64, label: str, ax: Axes, colour: str = COLOURS[0]) -> None:

@@ -19,7 +19,7 @@ from system.cli.exit_status import DONE, NO
 from system.cli.option_names import option_of, replay_of
 from system.cli.output import print_json, print_line, progress_bar, working
 from system.cli.rare import check_rare, print_rare
-from system.cli.study_output import document, print_study
+from system.cli.study_output import document, print_study, study_title
 from system.cli.study_verbs import Montecarlo
 from system.cli.workers import on_processes
 from system.files.writing import check_folder, write_text_atomic
@@ -111,7 +111,10 @@ def measure(asked: Montecarlo, subject: Subject) -> int:
     if asked.csv is not None:
         write_text_atomic(asked.csv, to_csv(result.table, units))
     save_picture(
-        asked.plot, lambda figure: draw_study(result.table, target.quantities, specifications, figure)
+        asked.plot,
+        lambda figure: draw_study(
+            result.table, target.quantities, specifications, figure, study_title(result)
+        ),
     )
     page = write_report(Path(asked.output), result, replay_of, found) if asked.output else None
     for note in outcome.chunks_redone:

@@ -23,7 +23,7 @@ from system.cli.simulate_verb import Simulate, check_options
 from system.cli.study_verbs import Replay
 from system.files.writing import replace_atomic, write_text_atomic
 from system.options.block import Choice, describe_silicon
-from system.plot import check_picture, draw_waveforms, save_picture
+from system.plot import check_picture, draw_waveforms, save_picture, silicon_text
 
 # loaded when asked for: labelled arrays are slow to import, and a transient must not wait for them
 _COMMANDS = {
@@ -67,7 +67,10 @@ def write_run(asked: Simulate | Replay, choice: Choice, result: Result) -> None:
         with replace_atomic(asked.raw) as temporary:
             write_raw(result, temporary)
     shown = choice.block.plotted or tuple(result.spikes) or result.nodes[1:5]
-    save_picture(asked.plot, lambda figure: draw_waveforms(result, shown, figure))
+    silicon = choice.silicon
+    title = f"{choice.block.name}, {silicon_text(silicon.die, silicon.temperature_c)}"
+    title += f": {choice.block.outcome(result)}"
+    save_picture(asked.plot, lambda figure: draw_waveforms(result, shown, figure, title))
 
 
 def _waveform_table(result: Result) -> str:

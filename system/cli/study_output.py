@@ -108,12 +108,8 @@ def share_document(share: Proportion | Yield, kind: str) -> dict[str, Any]:
 
 def print_study(result: Result) -> None:
     """Print the statistics of a study by condition, and the samples that failed."""
-    study, table = result.study, result.table
-    last = study.plan.first + len(table) // len(study.conditions) - 1
-    print_line(
-        f"{study.subject.target}, dies {study.subject.silicon.lot}/{study.plan.first} to {last},"
-        f" {study.plan.method}, {varied(study)}{'; stopped early' if result.outcome.stopped else ''}\n"
-    )
+    table = result.table
+    print_line(f"{_heading(result)}\n")
     for corner, celsius, part in groups(result):
         _print_group(result, part, f" at {place_text(corner, celsius)}")
     failed = [k for k in range(len(table)) if table.reason[k]]
@@ -121,6 +117,23 @@ def print_study(result: Result) -> None:
         print_line(f"die {table.die[k]} failed: {table.reason[k]}")
     if len(failed) > LISTED:
         print_line(f"and {len(failed) - LISTED} more failed; --csv or --json has them all")
+
+
+def _heading(result: Result) -> str:
+    """What was measured on which dies, and what varied."""
+    study = result.study
+    last = study.plan.first + len(result.table) // len(study.conditions) - 1
+    return (
+        f"{study.subject.target}, dies {study.subject.silicon.lot}/{study.plan.first} to {last},"
+        f" {study.plan.method}, {varied(study)}{'; stopped early' if result.outcome.stopped else ''}"
+    )
+
+
+def study_title(result: Result) -> str:
+    """Give the title of a study's picture: what was measured on which dies, and at what places."""
+    places = dict.fromkeys((c.corner, c.temperature_c) for c in result.study.conditions)
+    said = "; ".join(place_text(*place) for place in places).replace("degC", "°C")
+    return f"{_heading(result)}\nat {said}"
 
 
 def _print_group(result: Result, table: Table, where: str) -> None:

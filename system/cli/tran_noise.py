@@ -23,7 +23,7 @@ from system.cli.output import plain, print_json, print_line, print_table, workin
 from system.cli.simulate_verb import Simulate
 from system.files.writing import write_netcdf_atomic, write_text_atomic
 from system.options.block import Choice, describe_silicon
-from system.plot import COLOURS, check_picture, save_picture
+from system.plot import COLOURS, DASHES, check_picture, entitle, save_picture, silicon_text
 
 DRAWN = 20  # trials whose waveforms a picture shows
 MOST_TRIALS = 1_000_000
@@ -80,7 +80,8 @@ def tran_noise_command(asked: Simulate) -> None:
         write_netcdf_atomic(
             asked.netcdf, _trial_dataset(trials).assign_attrs(block=choice.block.name, seed=run.seed)
         )
-    save_picture(asked.plot, lambda figure: _draw_trials(trials, shown, figure))
+    said = f"{choice.block.name}, {silicon_text(choice.silicon.die, choice.silicon.temperature_c)}"
+    save_picture(asked.plot, lambda figure: _draw_trials(trials, shown, figure, said))
     grid = grid_step(machine, run)
     if asked.as_json:
         print_json(_document(choice, trials, table, run, grid))
@@ -148,7 +149,7 @@ def _trial_dataset(trials: Sequence[Trial]) -> xr.Dataset:
     return data
 
 
-def _draw_trials(trials: Sequence[Trial], nodes: Sequence[str], figure: Figure) -> None:
+def _draw_trials(trials: Sequence[Trial], nodes: Sequence[str], figure: Figure, said: str) -> None:
     """Fill `figure` with a panel a node, the first trials over one another, and how times are spread."""
     spread = deviations(trials)
     figure.set_size_inches(7.0, 1.05 * len(nodes) + 0.8 + (2.2 if spread else 0.0))
@@ -162,11 +163,14 @@ def _draw_trials(trials: Sequence[Trial], nodes: Sequence[str], figure: Figure) 
         ax.set_ylabel(f"{node} (V)")
         ax.sharex(stack[0])
         ax.tick_params(axis="x", labelbottom=k == len(nodes) - 1)
-    stack[0].set_title(f"{len(drawn)} of {len(trials)} trials")
+    entitle(f"{said}: {len(drawn)} of {len(trials)} trials with noise", stack[0])
     stack[len(nodes) - 1].set_xlabel("time (ms)")
     for k, (name, values) in enumerate(spread.items()):
         label = f"{name}: {1e6 * values.std(ddof=1):.3g} µs"
-        stack[-1].hist(1e6 * values, bins="auto", histtype="step", color=COLOURS[k % 5], label=label)
+        dashes = DASHES[k % len(DASHES)]
+        stack[-1].hist(
+            1e6 * values, bins="auto", histtype="step", color=COLOURS[k % 5], linestyle=dashes, label=label
+        )
     if spread:
         stack[-1].set_xlabel("away from the mean (µs)")
         stack[-1].set_ylabel("trials")

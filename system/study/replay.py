@@ -70,11 +70,7 @@ class Replay:
         """The block on the sample's silicon; raises `ParameterError` for a system."""
         if not isinstance(self.target, BlockTarget):
             raise ParameterError(f"{self.study.subject.target}: a system has no testbench; use a block")
-        silicon = replace(
-            self.target.choice.silicon, die=self.die, temperature_c=self.condition.temperature_c
-        )
-        stimuli = self.target.stimuli(self.die, self.condition)
-        return replace(self.target.choice, silicon=silicon, stimuli=stimuli)
+        return self.target.choice_on(self.die, self.condition)
 
 
 def replay(

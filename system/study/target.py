@@ -32,7 +32,7 @@ from circuits.solver.transient import Result, simulate
 from circuits.testbench import Begin
 from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
-from system.options.block import choose
+from system.options.block import Choice, choose
 from system.options.silicon import SiliconChoice
 from system.registry import SYSTEMS, load_system, system_names
 from system.study.metric import MEASURED, measurements, metrics_of, runs_testbench
@@ -249,6 +249,11 @@ class BlockTarget(Target):
         k = measurements(self.metrics).index(first)
         found = first.measure(on_die(self.machines(condition.temperature_c)[k], die))
         return {**self.choice.stimuli, **first.shown(found)}
+
+    def choice_on(self, die: Die, condition: Condition) -> Choice:
+        """Give the block on a die under a condition, with the stimuli that show what was measured."""
+        silicon = replace(self.choice.silicon, die=die, temperature_c=condition.temperature_c)
+        return replace(self.choice, silicon=silicon, stimuli=self.stimuli(die, condition))
 
     def measure(self, die: Die, condition: Condition) -> Measurement:
         """Measure all metrics on a die; metrics that share a measurement are read from one."""

@@ -11,10 +11,12 @@ from circuits.blocks.sonar.rebound_neuron import BLOCK
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from system.plot import (
+    PALE,
     check_picture,
     draw_circuit,
     draw_waveform,
     entitle,
+    looks,
     mark_spikes,
     save_picture,
     silicon_text,
@@ -68,6 +70,12 @@ def test_a_long_title_is_broken_and_stays_in_the_figure() -> None:
     assert leaving(figure) == []
     ax.set_title("failed: " + "a word and another, " * 12)
     assert leaving(figure) == [ax.get_title()]
+
+
+def test_lines_are_told_apart_in_grey_too() -> None:
+    few = looks(4)
+    assert len({look["color"] for look in few}) == len({look["linestyle"] for look in few}) == 4
+    assert {look["color"] for look in looks(20)} == {PALE}
 
 
 def test_silicon_in_words() -> None:

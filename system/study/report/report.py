@@ -13,31 +13,33 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.units import format_quantity
 from system.files.writing import write_text_atomic
-from system.plot import PALE
+from system.plot import PALE, draw_runs
 from system.study.folder import REPORT
 from system.study.manifest import read_manifest
-from system.study.report.page import add, add_picture, add_table, code, page, write
-from system.study.report.picture import histogram, normal_quantiles
+from system.study.report.page import Code, Grid, picture, render
+from system.study.report.picture import histogram, is_log_normal, normal_quantiles, values_of
 from system.study.report.result import Result, groups, shares_of, study_yield, summary, varied
+from system.study.report.waveform import runs_of
 from system.study.report.worst import replay_options, worst
 from system.study.search.breakdown import BY, Breakdown, share_rows
 from system.study.specification import Specification
 from system.study.statistics.contribution import grouped, pareto
 from system.study.statistics.interval import Estimate
 from system.study.statistics.summary import Summary
-from system.study.table import Table, counted, place_text
-from system.study.target import Quantity
+from system.study.table import Condition, Table, counted, place_text
+from system.study.target import BlockTarget, Quantity
 
 WORST = 5  # samples of each kind at each condition
 DEVICES = 12  # of a table of contributions
 _INTERVAL = "95 % interval"
+_SHARES = ("class", "samples:", "share:")
+_WORST_KINDS = "that failed, that are not defined, of an excluded class, and farthest out"
 
 
 Replay = Callable[[str, Sequence[tuple[str, str]]], str]  # folder, options: a command
@@ -77,42 +79,36 @@ def report(
         sample.
     breakdowns : contributions to the variance that the report shows.
     """
-    title = f"Monte Carlo study of {result.study.subject.target}"
-    root, body = page(title)
-    add(body, "h1", title)
-    _asked(body, result, manifest)
-    for corner, celsius, part in groups(result):
-        add(body, "h2", f"At {place_text(corner, celsius)}")
-        if not len(part):
-            add(body, "p", "No samples.")
-            continue
-        _classes(body, part)
-        _yield(body, result, part)
-        for quantity in result.quantities:
-            _metric(body, result, part, quantity)
-        _worst(body, result, part, lambda options: replay(str(folder), options))
-    for each in breakdowns:
-        _contributions(body, each)
-    return write(root)
+    return render(
+        {
+            "title": f"Monte Carlo study of {result.study.subject.target}",
+            "asked": _asked(result, manifest),
+            "groups": [
+                _group(result, corner, celsius, part, lambda options: replay(str(folder), options))
+                for corner, celsius, part in groups(result)
+            ],
+            "breakdowns": [_contributions(each) for each in breakdowns],
+        }
+    )
 
 
-def _asked(body: Element, result: Result, manifest: Mapping[str, Any]) -> None:
+def _asked(result: Result, manifest: Mapping[str, Any]) -> Grid:
     study = result.study
     silicon, plan, samples = study.subject.silicon, study.plan, len(result.table)
     last = plan.first + samples // max(len(study.conditions), 1) - 1
     early = f", {study.samples} were wanted: a rule stopped it" if result.outcome.stopped else ""
     rows: list[tuple[str, object]] = [
-        ("command", code(_command(manifest.get("command", ())))),
+        ("command", Code(_command(manifest.get("command", ())))),
         ("dies", f"{silicon.lot}/{plan.first} to {last}" if samples else "none"),
         ("samples", f"{samples}{early}"),
         ("plan", f"{plan.method}, seed {plan.seed}"),
         ("varied", varied(study)),
         ("trials a die", len({c.trial for c in study.conditions})),
         ("specifications", "; ".join(map(str, result.specifications)) or "none"),
-        ("circuit", code(str(manifest.get("circuit", "")))),
+        ("circuit", Code(str(manifest.get("circuit", "")))),
         ("versions", ", ".join(f"{k} {v}" for k, v in manifest.get("versions", {}).items())),
     ]
-    add_table(body, ("", ""), rows)
+    return Grid(("", ""), rows)
 
 
 def _command(words: Sequence[str]) -> str:
@@ -120,42 +116,79 @@ def _command(words: Sequence[str]) -> str:
     return shlex.join([*(Path(word).name for word in words[:1]), *words[1:]])
 
 
-def _classes(body: Element, part: Table) -> None:
-    add(body, "h3", "Classes")
-    add_table(body, ("class", "samples:", "share:"), shares_of(counted(part.outcome), len(part)))
+def _group(
+    result: Result, corner: str, celsius: float, part: Table,
+    replay: Callable[[Sequence[tuple[str, str]]], str],
+) -> dict[str, Any]:  # fmt: skip
+    """What the page says of the samples at one corner and temperature (degC)."""
+    found: dict[str, Any] = {"place": place_text(corner, celsius), "samples": len(part)}
+    if not len(part):
+        return found
+    return found | {
+        "classes": Grid(_SHARES, shares_of(counted(part.outcome), len(part))),
+        "yields": _yield(result, part),
+        "metrics": [_metric(result, part, quantity) for quantity in result.quantities],
+        "waveforms": _waveforms(result, Condition(corner, celsius, int(part.trial[0])), part),
+        "worst_said": f"At most {WORST} each {_WORST_KINDS}; the command measures one again.",
+        "worst": _worst(result, part, replay),
+    }
 
 
-def _yield(body: Element, result: Result, part: Table) -> None:
+def _yield(result: Result, part: Table) -> dict[str, Any] | None:
     found = study_yield(result, part)
     if found is None:
-        return
+        return None
     low, high = (100.0 * end for end in (found.estimate.interval.low, found.estimate.interval.high))
-    add(body, "h3", f"Yield: {100.0 * found.estimate.value:.2f} %")
     specs = " and ".join(map(str, result.specifications))
     kind = f"{_INTERVAL} {low:.2f} to {high:.2f} % ({result.interval_kind})"
-    add(body, "p", f"{found.passed} of {found.samples} samples pass, {kind}: {specs}.")
-    if found.causes:
-        causes = shares_of(found.causes, found.samples)
-        add_table(body, ("does not pass because of", "samples:", "share:"), causes)
+    return {
+        "value": f"{100.0 * found.estimate.value:.2f} %",
+        "said": f"{found.passed} of {found.samples} samples pass, {kind}: {specs}.",
+        "causes": Grid(
+            ("does not pass because of", "samples:", "share:"), shares_of(found.causes, found.samples)
+        ),
+    }
 
 
-def _metric(body: Element, result: Result, part: Table, quantity: Quantity) -> None:
+def _metric(result: Result, part: Table, quantity: Quantity) -> dict[str, Any]:
     s = summary(result, part, quantity)
-    add(body, "h3", f"{quantity.name} ({quantity.unit})" if quantity.unit else quantity.name)
     infinite = f", {s.infinite} infinite" if s.infinite else ""
-    add(body, "p", f"{s.defined} samples defined, {s.undefined} not defined{infinite}.")
+    found: dict[str, Any] = {
+        "name": f"{quantity.name} ({quantity.unit})" if quantity.unit else quantity.name,
+        "lines": [f"{s.defined} samples defined, {s.undefined} not defined{infinite}."],
+        "statistics": None,
+    }
     if s.share is not None:
-        add(body, "p", f"Yes: {s.share}, {_INTERVAL} ({result.interval_kind}).")
-        return
+        found["lines"].append(f"Yes: {s.share}, {_INTERVAL} ({result.interval_kind}).")
+        return found
     if not s.defined:
-        return
-    add_table(body, ("", "value:", f"{_INTERVAL}:"), _statistics(s, quantity.unit))
+        return found
     draw = partial(_draw_metric, part, quantity, result.specifications, s)
-    add_picture(
-        body, draw, f"Histogram of {quantity.name} with its limits, and its quantiles against normal ones"
-    )
-    marks = "dashed: the mean, in the band of its interval; orange: limits of the specifications"
-    add(body, "p", f"Histogram ({marks}), and quantiles with the line of a normal distribution.")
+    scale = "; the axis is logarithmic, for the logarithms are nearer to a normal distribution"
+    return found | {
+        "statistics": Grid(("", "value:", f"{_INTERVAL}:"), _statistics(s, quantity.unit)),
+        "picture": picture(
+            draw, f"Histogram of {quantity.name} with its limits, and its quantiles against normal ones"
+        ),
+        "caption": "Histogram, and quantiles with the line of a normal distribution"
+        + (f"{scale}." if is_log_normal(values_of(part, quantity)) else "."),
+    }
+
+
+def _waveforms(result: Result, condition: Condition, part: Table) -> dict[str, Any] | None:
+    """Waveforms of the nominal die, of the median one and of the worst, where a block's runs are measured."""
+    if not isinstance(result.target, BlockTarget):
+        return None
+    found, failed = runs_of(result, result.target, condition, part)
+    if not found:
+        return None
+    block = result.target.choice.block
+    first = next(iter(found.values()))
+    nodes = block.plotted or tuple(first.spikes) or first.nodes[1:5]
+    return {
+        "said": " ".join(["The testbench on the nominal die, and on dies of the study.", *failed]),
+        "picture": picture(partial(draw_runs, found, nodes), f"Waveforms of {', '.join(found)}"),
+    }
 
 
 def _statistics(s: Summary, unit: str) -> list[tuple[str, str, str]]:
@@ -188,23 +221,25 @@ def _draw_metric(
     histogram(part, quantity, specifications, left)
     ends = (s.mean.interval.low, s.mean.interval.high)
     if np.isfinite(ends).all():
-        left.axvspan(*ends, color=PALE, alpha=0.4, lw=0)
+        left.axvspan(*ends, color=PALE, alpha=0.4, lw=0, label=f"{_INTERVAL} of the mean")
     normal_quantiles(part, quantity, right)
+    figure.legend(*left.get_legend_handles_labels(), loc="outside upper left", ncols=4, fontsize=8)
 
 
-def _contributions(body: Element, each: Breakdown) -> None:
+def _contributions(each: Breakdown) -> dict[str, Any]:
     found = each.found
     what = f"ln {each.metric}" if each.logarithm else each.metric
-    add(body, "h2", f"Contributions to the variance of {what} at {each.where}")
     check = "" if found.check is None else f"; a linear regression is off by {100.0 * found.check:.1f} points"
     defined = f"{found.samples} of {each.samples} samples, where it is defined"
-    add(body, "p", f"By {found.model}, R^2 {found.r2:.3f}, from {defined}{check}.")
-    for note in (*each.notes, found.note):
-        if note:
-            add(body, "p", f"{note}.")
-    add_picture(body, partial(_draw_pareto, each), f"Shares of the variance of {what} by device")
-    for by, key in BY.items():
-        add_table(body, (f"by {by}", "share:"), share_rows(grouped(found, key), DEVICES))
+    notes = [f"{note}." for note in (*each.notes, found.note) if note]
+    return {
+        "title": f"Contributions to the variance of {what} at {each.where}",
+        "lines": [f"By {found.model}, R^2 {found.r2:.3f}, from {defined}{check}.", *notes],
+        "picture": picture(partial(_draw_pareto, each), f"Shares of the variance of {what} by device"),
+        "tables": [
+            Grid((f"by {by}", "share:"), share_rows(grouped(found, key), DEVICES)) for by, key in BY.items()
+        ],
+    }
 
 
 def _draw_pareto(each: Breakdown, figure: Figure) -> None:
@@ -212,19 +247,13 @@ def _draw_pareto(each: Breakdown, figure: Figure) -> None:
     pareto(grouped(each.found, BY["device"]), figure.subplots())
 
 
-def _worst(
-    body: Element, result: Result, part: Table, replay: Callable[[Sequence[tuple[str, str]]], str]
-) -> None:
+def _worst(result: Result, part: Table, replay: Callable[[Sequence[tuple[str, str]]], str]) -> Grid:
     units = {q.name: q.unit for q in result.quantities}
     rows = []
     words = [q.name for q in result.quantities if q.yes_no]
     for each in worst(part, result.specifications, WORST, words):
         k = each.row
         values = [_number(float(x), units[m]) for m, x in zip(part.metrics, part.values[k], strict=True)]
-        command = code(replay(replay_options(result.study, part, k)))
+        command = Code(replay(replay_options(result.study, part, k)))
         rows.append((int(part.die[k]), part.outcome[k], *values, each.why, command))
-    add(body, "h3", "Worst samples")
-    kinds = "that failed, that are not defined, of an excluded class, and farthest out"
-    add(body, "p", f"At most {WORST} each {kinds}; the command measures one again.")
-    heads = ("die:", "class", *(f"{m}:" for m in part.metrics), "why", "command")
-    add_table(body, heads, rows)
+    return Grid(("die:", "class", *(f"{m}:" for m in part.metrics), "why", "command"), rows)

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from circuits.solver.noise.analysis import Noise
 from circuits.solver.small_signal import Response
 from system.cli.small_signal_picture import draw_bode, draw_noise
+from tests.pictures import figure_of_files, leaving, legend_of
 
 F = np.geomspace(1.0, 1e4, 81)
 
@@ -37,11 +38,33 @@ def test_a_noise_plot_has_parts_and_shares() -> None:
     figure = Figure()
     draw_noise([("27 °C", noise(1e-12))], figure)
     top, bottom = figure.axes
-    assert len(top.lines) == 3
+    assert len([line for line in top.lines if len(np.asarray(line.get_xdata()))]) == 3
     widths = [bar.get_width() for bar in bottom.patches]
     # parts and sum interpolate different powers of frequency between points
     assert sum(widths) == pytest.approx(100.0, rel=0.02)
     assert bottom.get_yticklabels()[0].get_text() == "m2"
+
+
+def test_runs_have_a_colour_each_and_parts_have_dashes() -> None:
+    figure = figure_of_files()
+    runs = [(f"{t} °C, die nominal", noise(1e-12 * k)) for k, t in enumerate((0, 27, 60), 1)]
+    draw_noise(runs, figure)
+    assert {label for label, _ in runs} | {"all", "white", "flicker"} == legend_of(figure)
+    top, bottom = figure.axes
+    drawn = {line.get_label(): line.get_color() for line in top.lines if line.get_label() in dict(runs)}
+    assert len(set(drawn.values())) == 3
+    assert bottom.get_title() == "largest shares at 0 °C, die nominal"
+    assert leaving(figure) == []
+
+
+def test_nodes_and_runs_are_told_apart() -> None:
+    figure = figure_of_files()
+    runs = [("27 °C", response(10.0)), ("85 °C", response(20.0))]
+    draw_bode(runs, ("y",), figure)
+    assert legend_of(figure) == {"27 °C", "85 °C"}
+    first, second = figure.axes[0].lines
+    assert (first.get_color(), first.get_linestyle()) != (second.get_color(), second.get_linestyle())
+    assert leaving(figure) == []
 
 
 def test_nothing_can_be_drawn() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import shlex
 import shutil
 import subprocess
@@ -92,7 +93,15 @@ def test_it_has_every_part(page: Page) -> None:
         "by device", "rebound_neuron.inhibition.mi5", "unexplained", "Worst samples",
     ):  # fmt: skip
         assert part in page.words, part
-    assert page.tags.count("img") == 4  # a metric and a Pareto picture at each corner
+    assert page.tags.count("img") == 6  # a metric, waveforms and a Pareto picture at each corner
+
+
+def test_it_shows_waveforms_of_the_nominal_die_and_of_some(page: Page, folder: Path) -> None:
+    alts = re.findall(r'alt="(Waveforms of [^"]+)"', (folder / FILE).read_text(encoding="utf-8"))
+    assert len(alts) == 2
+    assert all(
+        re.search(r"nominal die, die 10\d\d, median: \S+, die 1007, worst: failed", alt) for alt in alts
+    )
 
 
 def test_texts_are_escaped(page: Page, folder: Path) -> None:
