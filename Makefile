@@ -1,6 +1,7 @@
 # make run     the main job, on a fresh machine with python3
 # make test    its own set-up, then lint, types, import layers and tests
 # make lint    the checks alone
+# make wheel   the wheel in new environments: the main job, and an export on other Pythons that are here
 # make docs    the site in build/docs, with every notebook and command of its pages run; docs-pages: without
 # make bench   every benchmark (BENCH_FLAGS=--quick for the short ones)
 # make clean   remove everything that make made
@@ -33,7 +34,7 @@ LOAD_NGSPICE = $(BIN)/python -c 'import ctypes, ctypes.util, os; \
 
 SITE = $(KEEP_BYTE_CODE) $(BIN)/sphinx-build -q -W --keep-going -b html
 
-.PHONY: run test lint ngspice docs docs-pages bench clean
+.PHONY: run test lint wheel ngspice docs docs-pages bench clean
 .DELETE_ON_ERROR:
 
 run: $(RUN_READY)
@@ -48,6 +49,9 @@ lint: $(TEST_READY)
 	$(BIN)/ruff format --check
 	$(BIN)/mypy --strict $(PACKAGES)
 	$(BIN)/lint-imports
+
+wheel: $(TEST_READY)
+	$(BIN)/python benchmarks/wheel.py --ci
 
 # A path that the user set is the user's: apt would not mend it.
 ngspice: $(TEST_READY)

@@ -4,6 +4,8 @@ The wheel is built and installed with all that it needs into a virtual environme
 then the main job, a study, an export and a short reproduction run in another folder, without `HOME`, where
 neither the installation nor the user's home can be written.
 `--quick` takes what the wheel needs from the environment that runs this script, and leaves the study out.
+`--ci` is for each change: the main job on the Python that runs this script, and an export on every other of
+`OTHERS` that is here, each with all that it needs and from another folder. One that is not here is named.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ import sys
 import sysconfig
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from _report import Row, parser_of, report
@@ -34,6 +37,9 @@ LEFT = {
     "reproduction": "fig10.png",
 }
 QUICK = ("export", "reproduction")
+OTHERS = ("3.12", "3.13")  # Pythons that the wheel is also for
+WHOLE = "import ctypes, ensurepip, ssl, venv"  # what a Python must have; a name of pyenv's may lead to none
+PIP = [sys.executable, "-m", "pip", "-q", "--disable-pip-version-check"]
 # For root, whom modes do not bind: two folders are mounted read-only over themselves before the command.
 READ_ONLY = (
     'for each in "$0" "$1"; do'
@@ -43,20 +49,77 @@ READ_ONLY = (
 
 def install(folder: Path, *, quick: bool) -> Path:
     """Build the wheel and install it into `folder`; returns the command `noctule`."""
-    python = folder / "environment" / "bin" / "python"
-    subprocess.run([sys.executable, "-m", "venv", str(python.parents[1])], check=True)
-    pip = [sys.executable, "-m", "pip", "-q", "--disable-pip-version-check"]
-    subprocess.run([*pip, "wheel", "--no-deps", "-w", str(folder), str(ROOT)], check=True)
-    (wheel,) = folder.glob("*.whl")
+    wheel = built(folder)
+    python = new_environment(folder / "environment", sys.executable)
     if quick:
         here = sysconfig.get_path("purelib")
         (there,) = (python.parents[1] / "lib").glob("python*/site-packages")
         copied = shutil.ignore_patterns("*noctule*", "__editable__*")
         shutil.copytree(here, there, symlinks=True, dirs_exist_ok=True, ignore=copied)
     subprocess.run(
-        [*pip, "--python", str(python), "install", *(["--no-deps"] if quick else []), str(wheel)], check=True
+        [*PIP, "--python", str(python), "install", *(["--no-deps"] if quick else []), str(wheel)], check=True
     )
     return python.parent / "noctule"
+
+
+def built(folder: Path) -> Path:
+    """The wheel, made in `folder`."""
+    subprocess.run([*PIP, "wheel", "--no-deps", "-w", str(folder), str(ROOT)], check=True)
+    (wheel,) = folder.glob("*.whl")
+    return wheel
+
+
+def new_environment(folder: Path, python: str) -> Path:
+    """The Python of a new virtual environment in `folder`, of the same version as `python`."""
+    subprocess.run([python, "-m", "venv", str(folder)], check=True)
+    return folder / "bin" / "python"
+
+
+def other_python(version: str) -> str | None:
+    """A Python of a version on this machine that runs: by its name, else of pyenv's; None without."""
+    pyenv = Path(os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv") / "versions"
+    for python in (shutil.which(f"python{version}"), *sorted(pyenv.glob(f"{version}.*/bin/python"))):
+        if python is not None:
+            done = subprocess.run([python, "-c", WHOLE], check=False, capture_output=True)
+            if not done.returncode:
+                return str(python)
+    return None
+
+
+def checked(folder: Path) -> list[Row]:
+    """A row a Python: what it does with the wheel that is installed with all that it needs."""
+    wheel = built(folder)
+    pythons = {f"{sys.version_info.major}.{sys.version_info.minor}": (sys.executable, "main job")}
+    for version in OTHERS:
+        found = other_python(version)
+        if found is None:
+            print(f"Python {version}: not here, skipped", file=sys.stderr)
+        elif version not in pythons:
+            pythons[version] = (found, "export")
+
+    def row(version: str) -> Row:
+        python, name = pythons[version]
+        start = time.perf_counter()
+        made = new_environment(folder / version, python)
+        subprocess.run([*PIP, "--python", str(made), "install", str(wheel)], check=True)
+        work = folder / f"work-{version}"
+        work.mkdir()
+        good, told = carried_out(
+            name, [str(made.parent / "noctule"), *COMMANDS[name]], work, dict(os.environ)
+        )
+        seconds = time.perf_counter() - start
+        return Row(f"Python {version}, {name}", seconds, None, float(good), told, 1, 1.0)
+
+    with ThreadPoolExecutor() as threads:
+        return list(threads.map(row, pythons))
+
+
+def carried_out(name: str, words: list[str], work: Path, environment: dict[str, str]) -> tuple[bool, str]:
+    """Whether a command of `COMMANDS` ended well and left its file in `work`; its status with its stderr."""
+    done = subprocess.run(words, check=False, capture_output=True, text=True, cwd=work, env=environment)
+    good = not done.returncode and (work / LEFT[name]).is_file() and "Traceback" not in done.stderr
+    told = " ".join(done.stderr.split())[:400] or "nothing on stderr"
+    return good, f"status {done.returncode}; {told}"
 
 
 def unwritable(folder: Path) -> list[str]:
@@ -88,22 +151,19 @@ def measured(folder: Path, *, quick: bool) -> list[Row]:
         if quick and name not in QUICK:
             continue
         start = time.perf_counter()
-        done = subprocess.run(
-            [*before, str(command), *arguments], check=False, capture_output=True, text=True, cwd=work,
-            env=environment,
-        )  # fmt: skip
+        good, told = carried_out(name, [*before, str(command), *arguments], work, environment)
         seconds = time.perf_counter() - start
-        good = not done.returncode and (work / LEFT[name]).is_file() and "Traceback" not in done.stderr
-        told = " ".join(done.stderr.split())[:400] or "nothing on stderr"
-        rows.append(Row(name, seconds, None, float(good), f"status {done.returncode}; {told}", 1, 1.0))
+        rows.append(Row(name, seconds, None, float(good), told, 1, 1.0))
     return rows
 
 
 def main() -> int:
     """Install and run; the exit status is 1 where a command fails."""
-    options = parser_of(__doc__, "two commands, with the libraries of this environment").parse_args()
+    parser = parser_of(__doc__, "two commands, with the libraries of this environment")
+    parser.add_argument("--ci", action="store_true", help="the main job, and an export on other Pythons")
+    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        rows = measured(Path(folder), quick=options.quick)
+        rows = checked(Path(folder)) if options.ci else measured(Path(folder), quick=options.quick)
         set_writable(Path(folder), stat.S_IWUSR)
     return report(rows, options, lambda r: f"{r.ours:6.1f} s")
 

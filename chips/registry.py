@@ -27,6 +27,16 @@ CHIPS: dict[str, str] = {
     "rolls": "chips.rolls.circuit:CHIP",
 }
 
+# What each is, as its own summary says: `noctule list` and a shell's completion load none of them.
+CHIP_LINES: dict[str, str] = {
+    "ranging-chip": "13 rebound neurons with best delays of 2 to 28 ms",
+    "ranging-chip-biased": "the ranging chip with its bias chain inside",
+    "wavefront-chip": "20 x 20 wavefront cells with axons; simulate a part: rows=2, columns=3",
+    "latency-chip": "33 latency memories, delay line, two racing layers; a part: paths=2, taps=2",
+    "nef-chip": "8192 neurons whose curves a die sets, encoders, filters, a router of events",
+    "rolls": "256 neurons, 256 x 256 synapses of eight levels, and virtual synapses",
+}
+
 
 @dataclass(frozen=True, slots=True)
 class Chip:
@@ -51,7 +61,7 @@ class Chip:
 
 
 _chips: Catalogue[Block | Chip] = Catalogue(
-    "chip", CHIPS, "noctule.chips", ("circuits.blocks.block:Block", "chips.registry:Chip")
+    "chip", CHIPS, "noctule.chips", ("circuits.blocks.block:Block", "chips.registry:Chip"), CHIP_LINES
 )
 
-chip_names, load_chip = _chips.names, _chips.load
+chip_names, load_chip, chip_line = _chips.names, _chips.load, _chips.line

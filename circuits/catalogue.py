@@ -9,7 +9,7 @@ optional extras.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -28,12 +28,14 @@ class Catalogue(Generic[T]):
     kind: the word for one of them in an error. table: where each of noctule's own stands, by its name. group:
     the entry-point group under which users register theirs. contracts: classes one of which a user's own must
     be an instance of, as `"module:attribute"`; without any, every object is accepted.
+    lines: the summaries of noctule's own, by name, so that they can be shown without loading anything.
     """
 
     kind: str
     table: Mapping[str, str]
     group: str
     contracts: tuple[str, ...] = ()
+    lines: Mapping[str, str] = field(default_factory=dict)
 
     def __contains__(self, name: object) -> bool:
         return name in self.table or name in self._users()
@@ -62,6 +64,13 @@ class Catalogue(Generic[T]):
         if name not in users:
             raise unknown_name(self.kind, name, [*self.table, *users])
         return self._checked(users[name])
+
+    def line(self, name: str) -> str:
+        """Give its summary; what has one in `lines` is not loaded for it. Raises as `load` does."""
+        if name in self.lines:
+            return self.lines[name]
+        found: Any = self.load(name)
+        return str(found.summary)
 
     def _users(self) -> dict[str, EntryPoint]:
         return {entry.name: entry for entry in entry_points(group=self.group)}

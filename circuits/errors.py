@@ -50,16 +50,22 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError
     name = _shown_name(name)
     if not names:
         return UnknownNameError(f"{kind} {name}: unknown; there is none to choose")
-    near = nearest(name, names) or next((n for n in names if name in n), None)
-    guess = f"; did you mean {near}?" if near else ";"
+    guess = meant(name, names) or ";"
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
     return UnknownNameError(f"{kind} {name}: unknown{guess} known are {', '.join(names[:_LISTED])}{more}")
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is spelled most like `name`, None where none is near."""
-    near = difflib.get_close_matches(_shown_name(name), list(known), n=1)  # in quadratic time
-    return near[0] if near else None
+    """Return the known name that is spelled most like `name`, else one that has it as a part, else None."""
+    names, name = list(known), _shown_name(name)
+    near = difflib.get_close_matches(name, names, n=1)  # in quadratic time
+    return near[0] if near else next((each for each in names if name and name in each), None)
+
+
+def meant(name: str, known: Iterable[str]) -> str:
+    """Return `; did you mean delay?` for the nearest known name, the end of a refusal; empty without one."""
+    near = nearest(name, known)
+    return f"; did you mean {near}?" if near else ""
 
 
 def _shown_name(name: str) -> str:

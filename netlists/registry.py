@@ -7,14 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from circuits.catalogue import Catalogue
-from circuits.devices.device import Device
 from circuits.errors import ParameterError
-from circuits.silicon.silicon import Deviation, Silicon
-from circuits.testbench import Testbench
-from netlists.naming import Naming
+
+if TYPE_CHECKING:  # names can be listed without numerical libraries
+    from circuits.devices.device import Device
+    from circuits.silicon.silicon import Deviation, Silicon
+    from circuits.testbench import Testbench
+    from netlists.naming import Naming
 
 DIALECTS: dict[str, str] = {
     "ngspice": "netlists.dialects.ngspice:DIALECT",
@@ -25,18 +27,27 @@ DIALECTS: dict[str, str] = {
     "verilog-a": "netlists.verilog_a.text:DIALECT",
 }
 
+# What each is, as its own summary says: `noctule list` and a shell's completion load none of them.
+DIALECT_LINES: dict[str, str] = {
+    "ngspice": "B sources or BSIM3; run here",
+    "xyce": "B sources, or BSIM3; not run here",
+    "hspice": "G elements with cur='...', or BSIM3; not run here",
+    "spectre": "bsource elements, or BSIM3; not run here",
+    "cdl": "for LVS: M, C and R as drawn; not run here",
+    "verilog-a": "the laws as modules, circuits structural; not run here",
+}
+
 Method = Literal["gear", "trap"]
 Analysis = Literal["tran", "op"]
 
 DEFAULT_RELTOL = 1e-5
 POINTS = 2000  # steps at least in a run, unless tmax is given
-NO_DEVIATION = Deviation(0.0, 0.0)
 
 
 class DeviceFormatter(Protocol):
     """A generic function of a device's type; what is registered for `object` is the refusal."""
 
-    def __call__(self, device: Device, silicon: Silicon, deviation: Deviation = NO_DEVIATION, /) -> list[str]:
+    def __call__(self, device: Device, silicon: Silicon, deviation: Deviation = ..., /) -> list[str]:
         """Lines of one device, deviating by what its place on the die adds to it."""
 
     def dispatch(self, cls: Any, /) -> Callable[..., list[str]]:
@@ -133,7 +144,7 @@ class Dialect:
 
 
 _dialects: Catalogue[Dialect] = Catalogue(
-    "dialect", DIALECTS, "noctule.dialects", ("netlists.registry:Dialect",)
+    "dialect", DIALECTS, "noctule.dialects", ("netlists.registry:Dialect",), DIALECT_LINES
 )
 
-dialect_names, load_dialect = _dialects.names, _dialects.load
+dialect_names, load_dialect, dialect_line = _dialects.names, _dialects.load, _dialects.line

@@ -16,7 +16,7 @@ from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, meant
 from circuits.units import format_quantity
 from system.reader import In, Reader, switch, whole, words
 
@@ -66,6 +66,8 @@ class Option:
         Whether it says something of a chip, so that it has no sense where no chip is in the loop.
     key
         Its entry in JSON, empty for none; the field's name with its unit unless given.
+    names
+        Function that lists words which may stand there, as `"module:function"`: shells complete by it.
     """
 
     help: str = ""
@@ -88,6 +90,7 @@ class Option:
     opposite: str = ""
     silicon: bool = False
     key: str | None = None
+    names: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +162,9 @@ class Setting:
         path = path or self.name
         for word in sorted(value) if self.option.collect is not None else (value,):
             if self.choices and word not in self.choices:
-                raise ParameterError(f"{path}: {word}, must be {listed(self.choices)}")
+                raise ParameterError(
+                    f"{path}: {word}, must be {listed(self.choices)}{meant(str(word), self.choices)}"
+                )
         rules = rules_of(self.option)
         if isinstance(value, int | float) and rules and not _within(self.option, value):
             unit = f" {self.option.unit}" if self.option.unit else ""

@@ -30,16 +30,17 @@ SYSTEMS: dict[str, str] = {
     "rolls": "system.rolls.run:SYSTEM",
 }
 
-LINES: dict[str, str] = {  # what each does, for a help that waits for none of them
-    "approach": "A bat's sonar closes in on targets (Cheely & Horiuchi 2003).",
-    "rover": "A rover plans on a delay-line chip and drives the way (Hwu et al. 2018).",
-    "forest": "A bat flies through a dense forest by narrow pings (Wen & Horiuchi 2022).",
-    "spiking-bat": "A bat flies through a dense forest by spike latencies (Wen & Horiuchi 2022).",
-    "car": "A car with a narrow sonar drives through pipes (Wen & Horiuchi 2022).",
-    "head": "A sonar head turns to a moving target by its two ears (Cheely & Horiuchi 2003).",
-    "bug": "A robot with a compass and contact follows walls to its goal (Stöckel 2017).",
-    "pushbot": "A robot avoids obstacles by an event camera and the ROLLS chip (Milde et al. 2017).",
-    "rolls": "All neurons of a ROLLS die under equal input.",
+# What each is, as its own summary says: `noctule list` and a shell's completion load none of them.
+SYSTEM_LINES: dict[str, str] = {
+    "approach": "bat's sonar that closes in on a target, from transistors up (Cheely & Horiuchi 2003)",
+    "rover": "rover that plans by a wave of spikes on a cost map, drives by GPS (Hwu et al. 2018)",
+    "forest": "bat in a dense forest by pings in five directions and arcs (Wen & Horiuchi 2022)",
+    "spiking-bat": "bat in a dense forest by spike latencies, network or chip (Wen & Horiuchi 2022)",
+    "car": "car with a narrow sonar among pipes, by a choice of 15 arcs (Wen & Horiuchi 2022)",
+    "head": "sonar head that turns to a moving target by its two ears (Cheely & Horiuchi 2003)",
+    "bug": "robot with compass and contact: Bug 0, 1, 2 as programs and neurons (Stöckel 2017)",
+    "pushbot": "robot with an event camera, steered by the ROLLS chip (Milde et al. 2017)",
+    "rolls": "rates of all neurons of a ROLLS die under equal input",
 }
 
 FORMER = {"robot": "car"}  # names of systems that have another now
@@ -110,15 +111,82 @@ EXPERIMENTS: dict[str, str] = {
     "chip-noise": "system.papers.checks.chip_noise:EXPERIMENT",
 }
 
+EXPERIMENT_LINES: dict[str, str] = {
+    "cheely2003-fig4": "rebound neuron: delay shorter, longer, and facilitative",
+    "cheely2003-fig5": "excitatory postsynaptic current after one echo",
+    "cheely2003-fig6": "tuning curves of the 13 neurons from their bias chains",
+    "cheely2003-fig8": "envelope board, onset and high-threshold spikes after a vocalization",
+    "cheely2003-fig9": "centroid voltage against target distance, linear look-up",
+    "cheely2003-fig10": "rate and amplitude of the vocalization against proximity voltage",
+    "cheely2003-fig11": "call amplitude and rate while a target approaches, all at transistor level",
+    "cheely2003-power": "power of the array with its bias chain",
+    "cheely2003-head": "the sonar head follows a moving target by two ears, on 20 dies",
+    "hwu2018-fig1": "spike wave at time steps 3 and 18 and paths, without and with a road",
+    "hwu2018-fig2": "a collision of waves and its remedy by a second pass",
+    "hwu2018-table1": "lengths and costs of paths: spike wave against A* on four maps",
+    "hwu2018-table2": "Frechet distances between planned and driven routes: 6 routes, 4 trials, 4 maps",
+    "hwu2018-campaign": "regret of the wavefront chip's paths over dies, area, temperature, speed, bias",
+    "wen2022-fig5": "two pings among six obstacles: head first, then body",
+    "wen2022-fig10": "paths through a dense forest: most of the gaps are taken",
+    "wen2022-fig11a": "avoided obstacles against density",
+    "wen2022-fig11b": "terms of the desirability against speed",
+    "wen2022-fig11c": "immediacy functions against distance",
+    "wen2022-fig11d": "immediacy functions against speed",
+    "wen2022-fig11e": "ping rates against speed",
+    "wen2022-fig12": "the spike-latency network between two pings",
+    "wen2022-fig12-chip": "Figure 12 on the latency chip",
+    "wen2022-fig13": "flights steered by the spike-latency network and chip",
+    "wen2022-fig15": "the sonar robot in three forests of pipes",
+    "latency-equations": "(9) and (10): transistors, chip's model, closed form",
+    "latency-agreement": "the latency chip's winners against the network's",
+    "latency-recall": "recall error of latency chips on dies",
+    "latency-forests": "many forests: network, chip and analog model",
+    "latency-dies": "crossings by latency chips on dies",
+    "latency-loops": "loops of the latency chip, and who repeats them",
+    "forest-silicon": "avoided obstacles with chips against area and temperature",
+    "forest-weights": "weights by speed against fixed ones",
+    "stockel2017-fig5": "state machine of Bug 2: one transition a rising edge",
+    "stockel2017-fig6": "Bug 0 repeats its way where Bug 2 reaches the goal, programs and neurons",
+    "stockel2017-fig7": "states of Bug 2 over time: neurons take time to memorise",
+    "stockel2017-fig8": "a large map: Bug 0 reaches, neural Bug 2 gets stuck, a finer one less often",
+    "stockel2017-chip": "Bug 0 and Bug 2 on the NEF chip, on a hundred dies",
+    "stockel2017-campaign": "Bug robots on the NEF chip over dies, neurons, area and temperature",
+    "nef-chip": "neurons of the NEF chip beside their circuit, errors, decoders",
+    "rolls-calibration": "ROLLS: eight populations at three rates on 50 dies, and their drift",
+    "rolls-field": "ROLLS: a neural field chooses the stronger of two inputs",
+    "rolls-drift": "drift of ROLLS with temperature, fixed gates and bias generator",
+    "rolls-forms": "published forms of ROLLS' circuits, and by how much each is off",
+    "rolls-mismatch": "spread of ROLLS' neurons and synapses, and what makes it",
+    "rolls-learning": "ROLLS: two patterns of mean rates learned by plastic synapses",
+    "rolls-depression": "short-term depression of ROLLS over rates, dies, temperature",
+    "milde2017-table1": "distance at the obstacle line by speed, turn factor and colour",
+    "milde2017-pairs": "two and three blocks at 0.35 m/s",
+    "milde2017-variability": "sides taken by one die and by other dies",
+    "milde2017-fig5": "matrix of weights on the chip",
+    "milde2017-fig6": "populations and commands round one obstacle",
+    "milde2017-fig7": "success by light and colour",
+    "milde2017-moving": "a cup moved into the way, against a standing one, by speed factor",
+    "milde2017-target": "towards a standing robot with a blinking LED",
+    "milde2017-chase": "after a robot with a blinking LED",
+    "milde2017-clutter": "plain and modified network among many blocks",
+    "milde2017-office": "crashes a minute in an office",
+    "milde2017-temperature": "avoidance against temperature, by kind of bias",
+    "agreement": "solver against ngspice: every block at three temperatures, and the ranging chip",
+    "ngspice-dies": "20 dies of the rebound neuron, class and edges in the solver and in ngspice",
+    "device-noise": "k T / C, small signals and noise beside ngspice, jitter of the rebound neuron",
+    "chip-noise": "jitter of ROLLS, NEF, latency and sonar chips beside that of their transistors",
+}
+
 _systems: Catalogue[System[Any, Any]] = Catalogue(
-    "system", SYSTEMS, "noctule.systems", ("system.system:System",)
+    "system", SYSTEMS, "noctule.systems", ("system.system:System",), SYSTEM_LINES
 )
 _experiments: Catalogue[Experiment] = Catalogue(
-    "experiment", EXPERIMENTS, "noctule.experiments", ("system.experiment:Experiment",)
+    "experiment", EXPERIMENTS, "noctule.experiments", ("system.experiment:Experiment",), EXPERIMENT_LINES
 )
 
-system_names = _systems.names
+system_names, system_line = _systems.names, _systems.line
 experiment_names, load_experiment = _experiments.names, _experiments.load
+experiment_line = _experiments.line
 
 
 def load_system(name: str) -> System[Any, Any]:
@@ -135,15 +203,27 @@ def load_system(name: str) -> System[Any, Any]:
     return _systems.load(name)
 
 
-def system_line(name: str) -> str:
-    """What a system does, in a line; a user's own, whose line is its summary, is loaded for it."""
-    return LINES[name] if name in LINES else load_system(name).summary
-
-
 def _check_name(kind: str, name: str) -> None:
     """Raise `UnknownNameError` for a name that another stands for now."""
     if name in FORMER:
         raise UnknownNameError(f"{kind} {name}: is called {FORMER[name]} now; take that name")
+
+
+def block_and_chip_names() -> list[str]:
+    """Names of all blocks and of all chips."""
+    return [*block_names(), *chip_names()]
+
+
+def target_names() -> list[str]:
+    """Names of all that a study can be of: blocks, chips and systems; a name that two have is given once."""
+    return [*dict.fromkeys((*block_and_chip_names(), *system_names()))]
+
+
+def check_target(name: str) -> None:
+    """Raise `UnknownNameError`, which suggests near names, for what is no block, chip or system."""
+    if name not in target_names():
+        _check_name("system", name)
+        raise unknown_name("block, chip or system", name, target_names())
 
 
 def load_block_or_chip(name: str) -> Block | Chip:

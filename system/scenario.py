@@ -13,7 +13,7 @@ from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from circuits.errors import ParameterError, UnknownNameError, nearest
+from circuits.errors import ParameterError, UnknownNameError, meant
 from system.option import Option, Setting, listed, settings, without_none
 
 S = TypeVar("S")
@@ -113,8 +113,7 @@ def _in_si(one: Setting, value: Any) -> Any:
 
 
 def _not_taken(path: str, name: str, taken: list[str]) -> UnknownNameError:
-    near = nearest(name, taken)
-    guess = f"; did you mean {near}?" if near else ";"
+    guess = meant(name, taken) or ";"
     return UnknownNameError(f"{path}: unknown{guess} taken are {', '.join(sorted(taken))}")
 
 
@@ -133,7 +132,7 @@ def _check_kind(path: str, hint: Any, value: Any) -> None:
         return
     words = [word for kind in kinds if get_origin(kind) is Literal for word in get_args(kind)]
     if words and value not in words:
-        raise ParameterError(f"{path}: {value}, must be {listed(tuple(words))}")
+        raise ParameterError(f"{path}: {value}, must be {listed(tuple(words))}{meant(str(value), words)}")
     data = next((kind for kind in kinds if is_dataclass(kind)), None)
     if isinstance(data, type) and not isinstance(value, data):
         name = data.__name__

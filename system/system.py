@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, final
 
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, meant
 from system.option import Option, Setting
 from system.reader import shown
 from system.scenario import Make, all_settings, keep, read_texts, scenario_of
@@ -230,9 +230,10 @@ class System(Generic[S, T]):
         for name, value in given.items():
             one = options.get(names.get(name, name))
             if one is None:
-                known = ", ".join(shown(n) for n in options)
+                known = [shown(n) for n in options]
+                advice = meant(shown(name), known) or "; leave it out"
                 raise ParameterError(
-                    f"{name}: not an option of {self.name}, its study has {known}; leave it out"
+                    f"{name}: not an option of {self.name}, its study has {', '.join(known)}{advice}"
                 )
             asked[name if one.part else one.field] = read_texts({name: one}, {name: value})[name]
         for name, value, usual in (("bias_kind", bias_kind, None), ("level", level, "behavioural")):

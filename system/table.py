@@ -26,7 +26,7 @@ from types import UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
 from circuits.checks import require_real
-from circuits.errors import ParameterError, nearest
+from circuits.errors import ParameterError, meant
 from system.option import Setting, settings
 
 LARGEST = 1e9  # of a number, in its unit; ours: geometry overflows far beyond
@@ -122,8 +122,7 @@ def _can_be(kind: Any, value: Any) -> bool:
 
 
 def _unknown(path: str, name: str, known: Iterable[str]) -> ParameterError:
-    near = nearest(name, known)
-    guess = f"; did you mean {near}?" if near else f"; known are {', '.join(known)}"
+    guess = meant(name, known) or f"; known are {', '.join(known)}"
     return ParameterError(f"{path}: unknown key{guess}")
 
 

@@ -30,6 +30,8 @@ from typer.testing import CliRunner
 from netlists.ngspice.library import find_library
 from system.cli import run_command_line, shared_options, verb
 from system.cli.command_line import INTERRUPTED, app, main
+from system.cli.examples import EXAMPLES as SHOWN_BY_HELP
+from system.cli.guide import TRIED
 from tests.documents import (
     COMMAND,
     DOCUMENTS,
@@ -80,10 +82,12 @@ def help_of(verb: tuple[str, ...]) -> str:
 @lru_cache
 def options_of(verb: tuple[str, ...]) -> frozenset[str]:
     """Options of a command."""
-    return frozenset(OPTION.findall(help_of(verb).partition("Options:")[2]))
+    return frozenset(OPTION.findall(help_of(verb).partition("Options:")[2].partition("Example:")[0]))
 
 
+HELP = ROOT / "system" / "cli" / "examples.py"
 FOUND = {path: commands(text) for path, text in TEXTS.items()}
+FOUND[HELP] = commands("".join(f"\n\n    {line}\n" for lines in SHOWN_BY_HELP.values() for line in lines))
 EACH = list({command.words: command for found in FOUND.values() for command in found}.values())
 OURS = [command for command in EACH if command.program == "noctule"]
 FRAGMENTS = [command for command in OURS if command.placeholders]
@@ -114,7 +118,8 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
             taken = found if everything else chosen(found, SAMPLED, in_readme)
             metafunc.parametrize(name, taken, ids=_name)
 
-    first = FOUND[README]
+    tried = {line for words in TRIED for line in SHOWN_BY_HELP[words]}
+    first = [*FOUND[README], *(command for command in FOUND[HELP] if str(command) in tried)]
     give("chain", CHAINS, lambda chain: chain[0] in first)
     give("begun", BEGUN, lambda command: command in first)
     give("other", OTHERS, lambda command: command in first)
@@ -320,6 +325,14 @@ def test_blocks_are_of_a_language_that_is_checked(path: Path) -> None:
                 assert language.startswith("{") or language in {"text", *SHELL, *SHOWN}, block
 
 
+def test_the_help_of_every_command_ends_with_an_example_of_it() -> None:
+    assert set(SHOWN_BY_HELP) == set(verbs())
+    for words, lines in SHOWN_BY_HELP.items():
+        assert help_of(words).endswith(f" Example: {' '.join(lines)}")
+        assert lines[-1].split()[1:][: len(words)] == [*words]
+        assert max(map(len, lines)) <= 76  # what help of 80 columns has room for
+
+
 @pytest.mark.parametrize("verb", verbs(), ids=" ".join)
 def test_every_command_has_help_and_json(verb: tuple[str, ...]) -> None:
     assert help_of(verb).startswith(f"Usage: noctule {' '.join(verb)} ")
@@ -329,7 +342,7 @@ def test_every_command_has_help_and_json(verb: tuple[str, ...]) -> None:
 @pytest.mark.parametrize("path", DOCUMENTS, ids=_name)
 def test_options_files_and_names_in_sentences_exist(path: Path) -> None:
     spans = codes(TEXTS[path])
-    known = frozenset().union(*(options_of(verb) for verb in verbs()))
+    known = frozenset().union(*(options_of(verb) for verb in ((), *verbs())))
     used = {option for code in spans if code.startswith("--") for option in OPTION.findall(code)}
     assert used <= known
     files = [code for code in spans if PATH.fullmatch(code) and not code.startswith(".")]

@@ -278,7 +278,7 @@ def outcome(result: Result) -> str:
 
 CHIP = Block(
     name="latency-chip",
-    summary="33 latency memories, a delay line and two racing layers; a part: paths=2, taps=2",
+    summary="33 latency memories, delay line, two racing layers; a part: paths=2, taps=2",
     build=build,
     stimuli=(
         Stimulus("first", "s", 5e-3, "event of memory 0, after the first ping", can_be_off=True),

@@ -112,7 +112,7 @@ def circuits() -> tuple[Circuit, ...]:
 
 CHIP = Chip(
     "nef-chip",
-    f"{NEURONS} neurons whose curves a die sets, encoder stages, filters and a router of events",
+    f"{NEURONS} neurons whose curves a die sets, encoders, filters, a router of events",
     circuits,
     "run a network on it (chips.nef), or take one of its blocks, as nef-neuron",
 )

@@ -206,7 +206,7 @@ def chip(params: Params = Params(), table: BiasTable | None = None, kind: BiasKi
 
 CHIP = Chip(
     "rolls",
-    "256 neurons with 256 x 256 non-plastic synapses of eight levels, and virtual synapses",
+    "256 neurons, 256 x 256 synapses of eight levels, and virtual synapses",
     lambda: (chip(),),
     "show rolls, run rolls, or export rolls at row[0] for a neuron with its synapses",
 )

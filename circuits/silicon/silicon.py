@@ -36,6 +36,9 @@ class Deviation(NamedTuple):
     beta: F64 | float
 
 
+NO_DEVIATION = Deviation(0.0, 0.0)
+
+
 @dataclass(frozen=True, slots=True)
 class Silicon:
     """A process at a temperature, on a die.

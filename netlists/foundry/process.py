@@ -23,7 +23,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from circuits.errors import DataError, ParameterError
+from circuits.errors import DataError, ParameterError, meant
 from circuits.silicon.process import POLARITIES, Polarity
 
 _SHIPPED = Path(__file__).parent / "mappings"
@@ -146,8 +146,9 @@ def read_mapping(name: str) -> DeviceMapping:
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        shipped = ", ".join(sorted(p.stem for p in _SHIPPED.glob("*.toml")))
-        raise DataError(f"{name}: no mapping; give a TOML file or one of {shipped}") from error
+        shipped = sorted(p.stem for p in _SHIPPED.glob("*.toml"))
+        advice = f"give a TOML file or one of {', '.join(shipped)}{meant(name, shipped)}"
+        raise DataError(f"{name}: no mapping; {advice}") from error
     except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, a number or brackets without end
         raise DataError(f"{path}: no TOML, {str(error)[:200]}; see the shipped mappings") from None
     return _mapping(str(path), tables)

@@ -57,9 +57,8 @@ from circuits.silicon.process import (
     at_temperature,
     kelvin,
 )
-from circuits.silicon.silicon import Deviation, Silicon
+from circuits.silicon.silicon import NO_DEVIATION, Deviation, Silicon
 from netlists.naming import Naming
-from netlists.registry import NO_DEVIATION
 from netlists.write.traversal import Design
 
 _DIFFUSION = 3.75e-6  # m, length of drain and source

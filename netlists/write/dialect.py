@@ -10,9 +10,9 @@ from typing import Any
 from circuits.devices import Transistor
 from circuits.devices.device import Device
 from circuits.silicon.die import NOMINAL
-from circuits.silicon.silicon import Deviation, Silicon
+from circuits.silicon.silicon import NO_DEVIATION, Deviation, Silicon
 from circuits.testbench import Testbench
-from netlists.registry import NO_DEVIATION, DeviceFormatter, Dialect, Settings
+from netlists.registry import DeviceFormatter, Dialect, Settings
 from netlists.write.deck import Writer, format_deck
 from netlists.write.traversal import Design
 

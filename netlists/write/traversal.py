@@ -26,10 +26,9 @@ from circuits.devices.source import Source
 from circuits.errors import TopologyError
 from circuits.lowering.flatten import FlatCircuit, flatten
 from circuits.lowering.kernel import complete_sources
-from circuits.silicon.silicon import Deviation, Silicon
+from circuits.silicon.silicon import NO_DEVIATION, Deviation, Silicon
 from circuits.testbench import Testbench
 from netlists.naming import element
-from netlists.registry import NO_DEVIATION
 from netlists.write.annotation import circuit_notes, format_annotation, instance_notes
 
 Overrides = Mapping[str, F64]

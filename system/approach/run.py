@@ -162,7 +162,7 @@ def _counts(loop: Loop) -> dict[str, int]:
 
 SYSTEM = System(
     name="approach",
-    summary="bat-like sonar that closes in on a moving target, at transistor or behavioural level",
+    summary="bat's sonar that closes in on a target, from transistors up (Cheely & Horiuchi 2003)",
     kind=Scenario,
     success=SUCCESS,
     run=run,

@@ -242,7 +242,7 @@ def draw(trace: Trace, figure: Figure) -> None:
 
 SYSTEM = System(
     name="bug",
-    summary="robot with a compass and contact that follows walls: Bug 0, 1, 2 as programs and neurons",
+    summary="robot with compass and contact: Bug 0, 1, 2 as programs and neurons (Stöckel 2017)",
     kind=Scenario,
     success=SUCCESS,
     run=run,

@@ -195,7 +195,7 @@ def draw(trace: Trace, figure: Figure) -> None:
 
 SYSTEM = System(
     name="car",
-    summary="car with a narrow sonar that drives through a forest of pipes by a choice of 15 arcs",
+    summary="car with a narrow sonar among pipes, by a choice of 15 arcs (Wen & Horiuchi 2022)",
     kind=Scenario,
     success=SUCCESS,
     run=run,

@@ -10,6 +10,7 @@ or solver that fails; 130 interrupted.
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Sequence
 from typing import Annotated, Any
@@ -17,10 +18,13 @@ from typing import Annotated, Any
 import typer
 
 from circuits.catalogue import loaded
-from circuits.errors import CircuitError
+from circuits.errors import CircuitError, meant
 from system.cli import run_command_line
+from system.cli.completion import VARIABLE, Shell, answer, install, script_of
+from system.cli.examples import epilog_of
 from system.cli.exit_status import BAD_INPUT, DONE, INTERRUPTED, NO
 from system.cli.given_once import App
+from system.cli.guide import guide
 from system.cli.run_command_line import names_in_study
 from system.cli.simulate_verb import Simulate
 from system.cli.study_verbs import Centre, Montecarlo, Replay
@@ -41,6 +45,13 @@ from system.notice import say, warnings_in_a_line
 # What typer raises for a wrong option: click's ClickException, which some releases of typer carry inside.
 _UsageError: Any = typer.BadParameter.__mro__[1]
 
+# What typer says of a name that it does not know, before the names that are near, or may stand there.
+_SUGGESTED = re.compile(
+    r"(?P<said>No such \w+:? '?(?P<name>[^' ]+)'?)(?: \(Possible options: |\.? Did you mean )(?P<known>.*)"
+)
+_ONE_OF = re.compile(r"(?P<said>.*'(?P<name>[^']*)' is not one of (?P<known>.*))")
+_WORD = re.compile(r"[\w-]+")
+
 app = App(
     name="noctule",
     help="Model mixed-signal neuromorphic hardware at circuit level: from transistors to robots.",
@@ -55,10 +66,18 @@ def noctule(
     context: typer.Context,
     *,
     show_version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+    install_completion: Annotated[
+        Shell | None, typer.Option(help="Let a shell complete noctule's commands, options and names.")
+    ] = None,
+    show_completion: Annotated[Shell | None, typer.Option(help="Print the script that does so.")] = None,
 ) -> None:
     """Model mixed-signal neuromorphic hardware at circuit level: from transistors to robots."""
     if show_version:
         typer.echo(f"noctule {_version()}")
+    elif install_completion is not None:
+        typer.echo(install(install_completion))
+    elif show_completion is not None:
+        typer.echo(script_of(show_completion))
     elif context.invoked_subcommand is None:
         typer.echo(context.get_help())
 
@@ -80,7 +99,7 @@ _VERBS = {
 }
 _VERBS["montecarlo"].said = names_in_study  # type: ignore[attr-defined]
 for _name, _verb in _VERBS.items():
-    app.command(_name)(_verb)
+    app.command(_name, epilog=epilog_of(_name))(_verb)
 run_command_line.add_to(app)
 
 
@@ -88,6 +107,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line on `arguments`, those of the process unless given; returns the exit status."""
     try:
         with warnings_in_a_line():
+            if os.environ.get(VARIABLE):
+                answer(app)
             status = _run(sys.argv[1:] if arguments is None else list(arguments))
         sys.stdout.flush()
     except CircuitError as error:
@@ -107,6 +128,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: list[str]) -> int:
     """Parse and run. typer's own `main` would print usage errors in several lines."""
+    if not arguments:
+        typer.echo(guide())
+        return DONE
     command = typer.main.get_command(app)
     try:
         with command.make_context("noctule", arguments) as context:
@@ -114,8 +138,17 @@ def _run(arguments: list[str]) -> int:
     except typer.Exit as done:
         return done.exit_code
     except _UsageError as error:
-        return _refuse(error.format_message().replace("Value error, ", "").rstrip("."))
+        return _refuse(_told(error))
     return DONE
+
+
+def _told(error: Any) -> str:
+    """A wrong option, command or word as typer says it, with the nearest of the names that it lists."""
+    text = str(error.format_message()).replace("Value error, ", "").rstrip(".")
+    listed = _SUGGESTED.match(text) or _ONE_OF.match(text)
+    if listed is None:
+        return text
+    return f"{listed['said']}{meant(listed['name'], _WORD.findall(listed['known']))}"
 
 
 def _version() -> str:

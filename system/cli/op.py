@@ -55,7 +55,7 @@ def op_command(asked: Op) -> None:
     """
     choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus)
     given = read_voltages(asked.start, "--start")
-    with working("solving (the first run compiles its kernels)"):
+    with working("solving"):
         machine = to_kernel(choice.testbench(), choice.silicon)
         _check_start(given, machine.names[1:])
         point = operating_point(machine, start=given or None)

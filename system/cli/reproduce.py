@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, meant
 from system.cli.exit_status import DONE, NO
 from system.cli.output import print_json, print_line, print_table, progress_bar
 from system.cli.verbs import Reproduce
@@ -66,7 +66,7 @@ def _counts(experiment: str, usual: Mapping[str, int], params: Sequence[str]) ->
         name, _, value = text.partition("=")
         if name not in usual:
             known = ", ".join(f"{n}={k}" for n, k in usual.items())
-            advice = f"known are {known}" if known else "it has none, leave it out"
+            advice = f"known are {known}{meant(name, usual)}" if known else "it has none, leave it out"
             raise ParameterError(f"--param: {name}, unknown to {experiment}; {advice}")
         if not (value.isdecimal() and len(value) <= len(str(MOST)) and 1 <= int(value) <= MOST):
             raise ParameterError(

@@ -22,7 +22,7 @@ from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.network import network_program
 from chips.rolls.program.program import HIGHEST_LEVEL, Program
-from circuits.errors import DataError, ParameterError
+from circuits.errors import DataError, ParameterError, meant
 from system.pushbot.network.plain import pushbot_network
 
 PUSHBOT = "pushbot"
@@ -43,7 +43,8 @@ def read_program(text: str, biases: BiasTable) -> Program:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "no UTF-8 text"
-        raise DataError(f"{path}: {reason}, must be a CSV of post,pre,level, or {PUSHBOT}") from error
+        rule = f"must be a CSV of post,pre,level, or {PUSHBOT}{meant(text, (PUSHBOT,))}"
+        raise DataError(f"{path}: {reason}, {rule}") from error
     levels = np.zeros((NEURONS, NEURONS), dtype=np.int8)
     given = np.zeros((NEURONS, NEURONS), dtype=np.bool_)
     depression: ShortTermDepression | None = None

@@ -40,7 +40,7 @@ def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[
     for key, path in files.items():
         system.outputs[key].check(path)
     scenario = scenario_of(system, asked.silicon, asked.seed, texts)
-    with progress_bar(f"{name} (the first run compiles its kernels)") as progress:
+    with progress_bar(name) as progress:
         trace = system.run(scenario, progress)
     summary = system.summarise(trace)
     save_picture(asked.plot, lambda figure: system.draw(trace, figure))

@@ -15,10 +15,19 @@ from typer.core import TyperCommand, TyperGroup
 
 from circuits.catalogue import loaded
 from circuits.errors import CircuitError
+from system.cli.examples import epilog_of
 from system.cli.given_once import App
 from system.cli.option_names import PARAM, option_of
 from system.cli.scenario_file import read_scenario_file
-from system.cli.verb import flags_of, keyword, made_of, parameters_of, with_parameters
+from system.cli.verb import (
+    compilation_told,
+    completion_of,
+    flags_of,
+    keyword,
+    made_of,
+    parameters_of,
+    with_parameters,
+)
 from system.cli.verbs import Run
 from system.registry import load_system, system_line, system_names
 from system.system import System
@@ -34,25 +43,40 @@ class Systems(TyperGroup):
         """Give the names of all systems, with the users' own."""
         return system_names()
 
+    def shell_complete(self, ctx: Any, incomplete: str) -> Any:
+        """Give what completes the name of a system, without loading one."""
+        lines = self._lines()
+        return lines.shell_complete(typer.Context(lines, parent=ctx.parent), incomplete)
+
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Give the command of the system with this name."""
         return command_of(load_system(cmd_name))
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the list of systems with a line on each, without loading any but the users' own."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, _line(name)) for name in system_names()])
+
+    def _lines(self) -> TyperGroup:
+        """A group whose commands have a name and a line each, and no options."""
         lines: Any = {name: TyperCommand(name, help=_line(name)) for name in system_names()}
-        TyperGroup(commands=lines).format_commands(ctx, formatter)
+        return TyperGroup(name=self.name, commands=lines, params=self.params)
 
 
 def _line(name: str) -> str:
     """What a system does, or why it cannot be loaded, which must not hide the others."""
     try:
-        return system_line(name)
+        return _sentence(system_line(name))
     except CircuitError as error:
         return f"Cannot be loaded: {error}"
 
 
-app = App(cls=Systems, help="Run a system in its world.", rich_markup_mode=None)
+def _sentence(line: str) -> str:
+    """A line of a list as a sentence, which help is."""
+    return f"{line[:1].upper()}{line[1:]}."
+
+
+app = App(cls=Systems, help="Run a system in its world.", epilog=epilog_of("run"), rich_markup_mode=None)
 
 
 def add_to(parent: typer.Typer) -> None:
@@ -75,14 +99,16 @@ def command_of(system: System[Any, Any]) -> Any:
         options = {p.name: given[p.name] for p in own if given[p.name] not in (None, [])}
         run_system = loaded("system.cli.run:run_system")  # which numerical libraries come with
         try:
-            run_system(system.name, made_of(Run, given), options, said)
+            with compilation_told():
+                run_system(system.name, made_of(Run, given), options, said)
         except CircuitError as error:
             raise given[SCENARIO].told(error, given) if given[SCENARIO] else error from None
 
-    with_parameters(command, chain(own, [_scenario(system)], parameters_of(Run)), system_line(system.name))
+    about = _sentence(system_line(system.name))
+    with_parameters(command, chain(own, [_scenario(system)], parameters_of(Run)), about)
     command.said = lambda _: said  # type: ignore[attr-defined]
     alone = App(rich_markup_mode=None, add_completion=False)
-    alone.command(system.name)(command)
+    alone.command(system.name, epilog=epilog_of("run", system.name))(command)
     return typer.main.get_command(alone)
 
 
@@ -127,7 +153,8 @@ def _options(system: System[Any, Any]) -> Iterator[inspect.Parameter]:
         several, paired = one.option.collect is not None, one.kind is bool
         kind: Any = list[str] if several else bool | None if paired else str | None
         flags = flags_of(name, one.option, paired=paired)
-        declared = typer.Option(*flags, metavar=one.metavar or None, help=one.help)
+        completion = completion_of(one.option.names, one.choices)
+        declared = typer.Option(*flags, metavar=one.metavar or None, help=one.help, autocompletion=completion)
         yield keyword(name, Annotated[kind, declared], [] if several else None)
     for name, output in system.outputs.items():
         declared = typer.Option(option_of(name), metavar=output.metavar, help=output.help)

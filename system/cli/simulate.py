@@ -47,7 +47,7 @@ def simulate_command(asked: Simulate) -> None:
         )
     choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     run = engine_named(asked.engine, asked.rtol, deadline_s)
-    with working(f"simulating {asked.block} (the first run compiles its kernels)"):
+    with working(f"simulating {asked.block}"):
         result = run(choice.testbench(), choice.silicon)
         document = _describe(choice, result, asked.engine)
     write_run(asked, choice, result)

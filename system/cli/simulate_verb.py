@@ -19,7 +19,7 @@ ANALYSES: tuple[Analysis, ...] = ("tran", "ac", "noise", "tran-noise")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Simulate:
-    """Simulate a block under its testbench: a transient, small signals, or noise."""
+    """Simulate a block: a transient, small signals, or noise."""
 
     block: str = shared.block_argument()
     analysis: Analysis = option("tran", "What is simulated")

@@ -96,7 +96,7 @@ def runs_of(asked: Simulate, solve: Callable[[OperatingPoint, Choice], Answer]) 
     """
     runs: list[Run[Answer]] = []
     errors: list[SolverError] = []
-    with working(f"analysing {asked.block} (the first run compiles its kernels)"):
+    with working(f"analysing {asked.block}"):
         for silicon in _silicons_of(asked):
             choice = choose_block(asked.block, asked.values, silicon, asked.stimulus, asked.begin)
             try:

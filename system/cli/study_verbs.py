@@ -13,16 +13,17 @@ from system.options.begin import BeginChoice
 from system.options.silicon import SiliconChoice
 
 Corner = Literal["random", "typical", "ss", "ff", "sf", "fs"]
+METRICS = "circuits.registry:metric_names"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Montecarlo:
-    """Measure a block, chip or system on many dies: statistics, and what share works."""
+    """Measure a block, chip or system on many dies. There are statistics, and what share works."""
 
-    target: str = argument("TARGET", "A block, chip or system")
+    target: str = argument("TARGET", "A block, chip or system", names="system.registry:target_names")
     metric: tuple[str, ...] = option(
         (), "Measured, or MODULE:FUNCTION, repeatable; the target's own unless options name some",
-        metavar="NAME",
+        metavar="NAME", names=METRICS,
     )  # fmt: skip
     samples: int = option(200, "Number of dies", short="n")
     first_die: int = option(1000, "Number of the first die")
@@ -50,7 +51,7 @@ class Montecarlo:
     csv: str | None = shared.file_option("Write a row a sample")
     plot: str | None = shared.plot_option()
     contributions: str | None = option(
-        None, "What its variance comes from, by device and so on", metavar="METRIC"
+        None, "What its variance comes from, by device and so on", metavar="METRIC", names=METRICS
     )
     pareto: str | None = shared.file_option("Draw contributions into a .png, .svg or .pdf file")
     rare: Literal["scaled-sigma", "mean-shift"] | None = option(
@@ -86,11 +87,13 @@ class Replay:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Centre:
-    """Move biases so that more dies pass, and report on fresh dies."""
+    """Move biases so that more dies pass; judge on fresh dies."""
 
     block: str = shared.block_argument()
     spec: tuple[str, ...] = option((), 'What should pass, as "class is works", repeatable', metavar="TEXT")
-    metric: tuple[str, ...] = option((), "Measured besides those of the specs, repeatable", metavar="NAME")
+    metric: tuple[str, ...] = option(
+        (), "Measured besides those of the specs, repeatable", metavar="NAME", names=METRICS
+    )
     move: tuple[str, ...] = option((), "Moved; every current unless given; repeatable", metavar="BIAS")
     move_param: tuple[str, ...] = option((), "A size that is moved too, repeatable", metavar="NAME")
     reach: float = option(3.0, "How far currents move, each way", name="range", metavar="FACTOR")

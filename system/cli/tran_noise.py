@@ -71,7 +71,7 @@ def tran_noise_command(asked: Simulate) -> None:
             told(result), told_lines(result),
         )  # fmt: skip
 
-    with working(f"{count} trials of {asked.block} (the first run compiles its kernels)"):
+    with working(f"{count} trials of {asked.block}"):
         trials = map_trials(keep, machine, run, range(count), asked.workers)
     table = summary(trials)
     if asked.csv is not None:

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import inspect
 import re
+import sys
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import MISSING, dataclass, field, fields
 from enum import Enum, StrEnum
 from functools import cache
@@ -18,6 +20,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 import typer
 
 from circuits.catalogue import loaded
+from system.cli.completion import words_from
 from system.cli.option_names import option_of
 from system.option import OPTION, Option, without_none
 
@@ -45,9 +48,9 @@ class Part:
     made: Callable[[Any], Any]
 
 
-def argument(metavar: str, about: str) -> Any:
+def argument(metavar: str, about: str, **stated: Any) -> Any:
     """Make the field of a value that is given by its place; `about` is its help."""
-    return field(metadata={OPTION: Option(help=about, metavar=metavar), ARGUMENT: True})
+    return field(metadata={OPTION: Option(help=about, metavar=metavar, **stated), ARGUMENT: True})
 
 
 def required(about: str, **stated: Any) -> Any:
@@ -85,9 +88,19 @@ def verb(place: str, options: type) -> Command:
     """
 
     def command(**given: Any) -> None:
-        _end_with(loaded(f"system.cli.{place}")(made_of(options, given)))
+        function, asked = loaded(f"system.cli.{place}"), made_of(options, given)
+        with compilation_told():
+            _end_with(function(asked))
 
     return with_parameters(command, parameters_of(options), options.__doc__ or "")
+
+
+def compilation_told() -> AbstractContextManager[None]:
+    """Inside, a person at a terminal is told of kernels that are compiled; without numba there are none."""
+    if "numba" not in sys.modules or not sys.stderr.isatty():
+        return nullcontext()
+    found: AbstractContextManager[None] = loaded("system.cli.compilation:compilation_told")()
+    return found
 
 
 def _end_with(status: int | None) -> None:
@@ -118,13 +131,24 @@ def parameters_of(options: type, without: Collection[str] = ()) -> Iterator[insp
         elif each.name not in without:
             stated, kind = each.metadata[OPTION], hints[each.name]
             about = _NAMED.sub(lambda found: option_of(found[1]), stated.help)
-            shown: Any = {"metavar": stated.metavar or None, "help": f"{about}."}
+            shown: Any = {
+                "metavar": stated.metavar or None,
+                "help": f"{about}.",
+                "autocompletion": completion_of(stated.names),
+            }
             if ARGUMENT in each.metadata:
                 declared = typer.Argument(**shown)
             else:
                 declared = typer.Option(*flags_of(each.name, stated, paired=each.default is True), **shown)
             usual = list(each.default) if isinstance(each.default, tuple) else each.default
             yield keyword(each.name, Annotated[kind, declared], EMPTY if usual is MISSING else usual)
+
+
+def completion_of(place: str, choices: Collection[str] = ()) -> Callable[[str], list[str]] | None:
+    """Give the completion of a value by `choices` and what the function at `place` lists; None without."""
+    if not place and not choices:
+        return None
+    return words_from(lambda: (*choices, *(loaded(place)() if place else ())))
 
 
 def keyword(name: str, kind: Any, usual: Any) -> inspect.Parameter:

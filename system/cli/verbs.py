@@ -12,17 +12,19 @@ from system.option import option
 from system.options.begin import BeginChoice
 from system.options.silicon import SiliconChoice
 
+DIALECTS = "netlists.registry:dialect_names"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class List:
-    """List blocks, chips, systems, experiments, metrics and dialects."""
+    """List blocks, chips, systems, experiments and the rest."""
 
     as_json: bool = shared.json_option()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Show:
-    """Show ports, devices, biases and stimuli, or draw the graph; of rolls, what a die is like."""
+    """Show what a block or chip is made of, or draw its graph. Of rolls, show what a die is like."""
 
     block: str = shared.block_argument()
     values: BlockValues = shared.values_part()
@@ -33,7 +35,7 @@ class Show:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Op:
-    """Solve for the operating point: voltages, and currents, inversion and headroom by device."""
+    """Solve for the operating point. Devices have current, inversion and headroom."""
 
     block: str = shared.block_argument()
     values: BlockValues = shared.values_part("bias_file")
@@ -46,7 +48,7 @@ class Op:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Export:
-    """Write a block, a chip or a row of rolls with its testbench as a netlist."""
+    """Write a block, a chip or a row of rolls as a netlist. Its testbench is part of it."""
 
     block: str = shared.block_argument()
     output: str = required("File, or - for stdout", short="o", metavar="FILE")
@@ -54,7 +56,9 @@ class Export:
     values: BlockValues = shared.values_part()
     silicon: SiliconChoice = shared.silicon_part()
     program: str | None = shared.file_option("Of rolls: a CSV of post,pre,level, or pushbot")
-    dialect: str = option("ngspice", "What to write, as spectre; see noctule list", metavar="NAME")
+    dialect: str = option(
+        "ngspice", "What to write, as spectre; see noctule list", metavar="NAME", names=DIALECTS
+    )
     models: Literal["ekv", "bsim3"] = option("ekv", "What transistors are")
     begin: BeginChoice = shared.begin_part("at_rest")
     parasitics: str | None = shared.file_option("CSV of node and capacitance, merged in")
@@ -68,7 +72,9 @@ class NetlistReading:
     """How netlists are read."""
 
     root: str | None = option(None, "Folder of included files; the netlist's own", metavar="DIR")
-    dialect: str | None = option(None, "Of a netlist without our notes, as cdl", metavar="NAME")
+    dialect: str | None = option(
+        None, "Of a netlist without our notes, as cdl", metavar="NAME", names=DIALECTS
+    )
     drop: tuple[str, ...] = option(
         (), "What may go though it cannot be honoured: a model, .model for all, .step, an option",
         metavar="NAME,...",
@@ -77,7 +83,7 @@ class NetlistReading:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Import:
-    """Read a netlist: its circuit, sources and analyses, and what was not taken over."""
+    """Read a netlist, and say what was not taken over. Circuit, sources and analyses are shown."""
 
     file: str = argument("FILE", "A netlist")
     reading: NetlistReading = part(NetlistReading)
@@ -87,7 +93,7 @@ class Import:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Compare:
-    """Compare the circuits of two netlists; status 1 if they differ."""
+    """Compare two netlists' circuits; status 1 if they differ."""
 
     first: str = argument("A", "A netlist")
     second: str = argument("B", "Another netlist")
@@ -97,7 +103,7 @@ class Compare:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Characterise:
-    """Measure a block's behavioural model from its circuit; takes minutes."""
+    """Measure a block's behavioural model; takes minutes."""
 
     block: str = shared.block_argument()
     output: str | None = shared.file_option("Record to write; in the caches unless given", short="o")
@@ -110,7 +116,9 @@ class Characterise:
 class Reproduce:
     """Make a paper's figure again; status 1 if a row disagrees."""
 
-    experiment: str = argument("EXPERIMENT", "An experiment: see noctule list")
+    experiment: str = argument(
+        "EXPERIMENT", "An experiment: see noctule list", names="system.registry:experiment_names"
+    )
     param: tuple[str, ...] = option((), "Of a campaign, as forests=20", metavar="NAME=COUNT")
     output: str | None = shared.file_option("Keeps a campaign's runs as it goes", short="o")
     resume: bool = option(default=False, about="Go on with the campaign in --output")
@@ -122,7 +130,7 @@ class Reproduce:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Doctor:
-    """Show versions, ngspice, and what is missing."""
+    """Show what is installed, and what mends what is not."""
 
     as_json: bool = shared.json_option()
 

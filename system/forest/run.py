@@ -190,7 +190,7 @@ def animate(path: str, trace: Trace, progress: Progress) -> None:
 
 SYSTEM = System(
     name="forest",
-    summary="bat that flies through a dense forest by pings in five directions and a choice of arcs",
+    summary="bat in a dense forest by pings in five directions and arcs (Wen & Horiuchi 2022)",
     kind=Scenario,
     success=SUCCESS,
     run=run,

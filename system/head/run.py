@@ -132,7 +132,7 @@ def draw(trace: Trace, figure: Figure) -> None:
 
 SYSTEM = System(
     name="head",
-    summary="sonar head that turns to a moving target by the level difference of its ears",
+    summary="sonar head that turns to a moving target by its two ears (Cheely & Horiuchi 2003)",
     kind=Scenario,
     success=SUCCESS,
     run=run,

@@ -264,7 +264,7 @@ def draw(trace: Trace, figure: Figure) -> None:
 
 SYSTEM = System(
     name="pushbot",
-    summary="robot with an event camera that a network on the ROLLS chip steers round obstacles",
+    summary="robot with an event camera, steered by the ROLLS chip (Milde et al. 2017)",
     kind=Scenario,
     success=SUCCESS,
     run=run,

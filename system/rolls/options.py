@@ -6,7 +6,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from chips.rolls.program.bias_file import SHIPPED, BiasTable, read_biases, shipped_biases
-from circuits.errors import ParameterError
+from circuits.errors import DataError, ParameterError, meant
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.units import parse_quantity
@@ -20,7 +20,10 @@ def bias_table(text: str | None) -> BiasTable:
     """A shipped table by its name, else a file; the control software's unless given. Raises `DataError`."""
     if text is None or text in SHIPPED:
         return shipped_biases(text or SHIPPED[0])
-    return read_biases(Path(text))
+    try:
+        return read_biases(Path(text))
+    except DataError as error:
+        raise DataError(f"{error}{meant(text, SHIPPED)}") from error
 
 
 def silicon_of(choice: SiliconChoice) -> Silicon:

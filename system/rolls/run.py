@@ -165,7 +165,7 @@ def title(trace: Trace) -> str:
 
 SYSTEM = System(
     name="rolls",
-    summary="ROLLS: rates of all neurons of a die under equal input (run, montecarlo, show, export)",
+    summary="rates of all neurons of a ROLLS die under equal input",
     kind=Scenario,
     success=SUCCESS,
     run=run,

@@ -270,7 +270,7 @@ def title(trace: Trace) -> str:
 
 SYSTEM = System(
     name="rover",
-    summary="robot that plans on a cost map by a wave of spikes, and drives by GPS and compass",
+    summary="rover that plans by a wave of spikes on a cost map, drives by GPS (Hwu et al. 2018)",
     kind=Scenario,
     success=SUCCESS,
     run=run,

@@ -201,7 +201,7 @@ def _warmth(scenario: Scenario) -> str:
 
 SYSTEM = System(
     name="spiking-bat",
-    summary="bat that flies through a dense forest by spike latencies, of a network or of a die's neurons",
+    summary="bat in a dense forest by spike latencies, network or chip (Wen & Horiuchi 2022)",
     kind=Scenario,
     success=SUCCESS,
     run=run,

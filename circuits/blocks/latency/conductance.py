@@ -149,7 +149,7 @@ def outcome(result: Result) -> str:
 
 BLOCK = Block(
     name="conductance-neuron",
-    summary="subthreshold sodium and potassium conductances: coincidences, tonic spikes, refractory time",
+    summary="sodium and potassium conductances: coincidences, tonic spikes",
     build=build,
     stimuli=(
         Stimulus("first", "s", 0.0, "first excitation, after 5 ms", can_be_off=True),

@@ -147,7 +147,7 @@ def outcome(result: Result) -> str:
 
 BLOCK = Block(
     name="race-layer",
-    summary="cells that race to the first spike, and the recurrent inhibition that stops them all",
+    summary="cells that race to the first spike, and the inhibition that stops them",
     build=build,
     stimuli=(
         *(Stimulus(f"excite_{k}", "s", (5e-3, 6e-3, None)[k], f"charge of cell {k}", can_be_off=True)

@@ -103,7 +103,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 BLOCK = Block(
     name="latency-neuron",
-    summary="integrate-and-fire neuron with 20 ms step-current synapses: latencies in, one latency out",
+    summary="integrate-and-fire, 20 ms step synapses: latencies in, one latency out",
     build=build,
     stimuli=(
         Stimulus("first", "s", 3e-3, "first event after the ping", can_be_off=True),

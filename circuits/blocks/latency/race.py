@@ -128,7 +128,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 BLOCK = Block(
     name="race-cell",
-    summary="passive current against step inhibitions: the cell of a race to the first spike",
+    summary="cell of a race to the first spike: a current against step inhibitions",
     build=build,
     stimuli=(
         Stimulus("goal", "s", 5e-3, "charge of the goal, after the ping", can_be_off=True),

@@ -160,7 +160,7 @@ def outcome(result: Result) -> str:
 
 BLOCK = Block(
     name="tonic-neuron",
-    summary="tonic inhibitory neuron with a long inhibitory synapse that silences it for 177 ms",
+    summary="tonic inhibitory neuron that a long synapse silences for 177 ms",
     build=build,
     stimuli=(
         Stimulus("inhibit", "s", 15e-3, "event of the long synapse", can_be_off=True),

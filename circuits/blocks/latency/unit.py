@@ -144,7 +144,7 @@ def outcome(result: Result) -> str:
 
 BLOCK = Block(
     name="latency-unit",
-    summary="latency memory unit: stores the coincidence of a spike with a tap, repeats it, forgets it",
+    summary="latency memory: stores a spike's coincidence with a tap, repeats it",
     build=build,
     stimuli=(
         Stimulus("first", "s", FIRST, "the first tap's event"),

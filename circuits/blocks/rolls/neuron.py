@@ -254,7 +254,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 BLOCK = Block(
     name="rolls-neuron",
-    summary="silicon neuron of ROLLS: DPI leak, positive feedback, refractory reset, adaptation",
+    summary="silicon neuron: DPI leak, positive feedback, refractory reset, adaptation",
     build=build,
     stimuli=(
         Stimulus("current", "A", 1e-9, "step into the input"),

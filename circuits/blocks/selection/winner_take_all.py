@@ -271,7 +271,7 @@ def outcome(result: Result) -> str:
 
 BLOCK = Block(
     name="winner-take-all",
-    summary="9 of 33 directions: Gaussian inhibition, and the best raises its line; all: cells=33",
+    summary="9 of 33 directions (all: cells=33): Gaussian inhibition, the best raises its line",
     build=build,
     stimuli=(
         Stimulus("winner", "", 4.0, "cell with the greatest excitation"),

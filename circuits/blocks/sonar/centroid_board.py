@@ -177,7 +177,7 @@ def outcome(result: Result) -> str:
 
 BLOCK = Block(
     name="centroid-board",
-    summary="look-up voltages of the spiking neurons averaged, held and low-passed to the proximity voltage",
+    summary="mean of the spiking neurons' look-up voltages, held and low-passed",
     build=build,
     stimuli=(
         Stimulus("neuron", "", 2.0, "index of the neuron that spikes"),

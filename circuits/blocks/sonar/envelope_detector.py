@@ -173,7 +173,7 @@ def _last_fall(time: np.ndarray, v: np.ndarray, level: float) -> float | None:
 
 BLOCK = Block(
     name="envelope-detector",
-    summary="envelope of a 40 kHz microphone signal, by a source follower and a difference amplifier",
+    summary="envelope of a 40 kHz microphone: follower and difference amplifier",
     build=build,
     stimuli=(
         Stimulus("amplitude", "V", 2.4, "peak of the first burst at the microphone"),

@@ -114,7 +114,7 @@ def outcome(result: Result) -> str:
 
 BLOCK = Block(
     name="first-target-isolation",
-    summary="latch that takes the array's excitation away from the first spike until the next call",
+    summary="latch that rests the array from the first spike until the next call",
     build=build,
     stimuli=(
         Stimulus("neuron", "", 2.0, "index of the neuron that spikes"),

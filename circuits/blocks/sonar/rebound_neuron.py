@@ -232,7 +232,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 BLOCK = Block(
     name="rebound-neuron",
-    summary="range-tuned neuron that fires when an echo meets its postinhibitory rebound",
+    summary="range-tuned neuron: fires when an echo meets its postinhibitory rebound",
     build=build,
     stimuli=(
         Stimulus("delay", "s", 6.4e-3, "echo after the call"),

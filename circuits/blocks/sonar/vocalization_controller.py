@@ -187,7 +187,7 @@ def measures(result: Result) -> dict[str, float | None]:
 
 BLOCK = Block(
     name="vocalization-controller",
-    summary="oscillator and amplitude stage that turn the proximity voltage into call rate and amplitude",
+    summary="call rate and amplitude from the proximity voltage",
     build=build,
     stimuli=(
         Stimulus("proximity", "V", 1.5, "proximity voltage"),

@@ -217,6 +217,6 @@ def draw_beside(agreement: Agreement, node: str, figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "agreement", "the solver against ngspice: every block at -20, 27 and 85 degC, and the whole ranging chip",
+    "agreement", "solver against ngspice: every block at three temperatures, and the ranging chip",
     run, {},
 )  # fmt: skip

@@ -214,6 +214,6 @@ def _draw(found: Found, figure: Figure) -> None:
 
 EXPERIMENT = Experiment(
     "nef-chip",
-    "neurons of the NEF chip beside their circuit, its error over neurons, its decoders",
+    "neurons of the NEF chip beside their circuit, errors, decoders",
     reproduce,
 )

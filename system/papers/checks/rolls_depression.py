@@ -295,7 +295,7 @@ def _draw_rows(responses: Sequence[Response], ax: Axes) -> None:
 
 EXPERIMENT = Experiment(
     "rolls-depression",
-    "ROLLS: short-term depression over rates, dies and temperature, beside transistors",
+    "short-term depression of ROLLS over rates, dies, temperature",
     run,
     {"dies": DIES, "population_dies": POPULATION_DIES},
 )

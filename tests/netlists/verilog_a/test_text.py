@@ -11,9 +11,9 @@ from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, 
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.registry import block_names, load_block
 from circuits.silicon.die import Die
-from circuits.silicon.silicon import Silicon
+from circuits.silicon.silicon import NO_DEVIATION, Silicon
 from circuits.testbench import Testbench
-from netlists.registry import NO_DEVIATION, Settings
+from netlists.registry import Settings
 from netlists.verilog_a.law import MODULES
 from netlists.verilog_a.text import DIALECT
 from netlists.write.bsim3 import total_deviation

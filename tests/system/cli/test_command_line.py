@@ -3,20 +3,25 @@
 import json
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
 import tomllib
+from collections.abc import Callable
 from dataclasses import replace
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from typing import Any
 
 import pytest
 from matplotlib.figure import Figure
 
+from circuits.errors import ParameterError
 from netlists.registry import dialect_names
 from system import registry
-from system.cli import doctor, listing, reproduce
+from system.cli import doctor, listing, mend, reproduce
+from system.cli.examples import EXAMPLES
 from system.cli.output import plain
 from system.experiment import Experiment, Progress, Report
 from system.rule import equal, unjudged, within_share
@@ -33,7 +38,7 @@ def process(*arguments: str, code: str | None = None, **options: Any) -> "subpro
     return subprocess.Popen(command, cwd=ROOT, text=True, **pipes)
 
 
-@pytest.mark.parametrize("arguments", ["--help", "--version", "run --help", "montecarlo --help"])
+@pytest.mark.parametrize("arguments", ["", "--help", "--version", "run --help", "montecarlo --help", "list"])
 def test_help_imports_nothing_heavy(arguments: str) -> None:
     code = (
         "import sys; from system.cli.command_line import main; status = main(sys.argv[1:]);"
@@ -46,12 +51,22 @@ def test_help_imports_nothing_heavy(arguments: str) -> None:
     assert "noctule" in out
 
 
-def test_no_arguments_is_help(run: Run) -> None:
+def test_no_arguments_is_a_guide(run: Run) -> None:
     status, out, err = run()
     assert (status, err) == (0, "")
-    assert all(
-        name in out for name in ("list", "show", "op", "simulate", "export", "run", "reproduce", "doctor")
-    )
+    assert max(map(len, out.splitlines())) <= 100
+    commands = [line.strip() for line in out.splitlines() if line.startswith("    noctule ")]
+    assert len(commands) == 3
+    examples = {line for lines in EXAMPLES.values() for line in lines}  # which the documents' test runs
+    assert examples >= set(commands)
+    assert all(word in out for word in ("noctule list", "noctule doctor", "--help"))
+
+
+def test_the_line_of_each_command_is_whole(run: Run) -> None:
+    for group in ((), ("run",)):
+        lines = run(*group, "--help")[1].partition("Commands:\n")[2].splitlines()
+        assert len(lines) > 8
+        assert [line for line in lines if line.endswith("...")] == []
 
 
 def test_list(run: Run, run_json: RunJson) -> None:
@@ -60,7 +75,28 @@ def test_list(run: Run, run_json: RunJson) -> None:
     assert {e["name"] for e in found["experiments"]} >= set(registry.EXPERIMENTS)
     by_name = {e["name"]: e["summary"] for group in found.values() for e in group}
     assert "rebound" in by_name["rebound-neuron"]
-    assert by_name["rebound-neuron"] in run("list")[1]
+    text = run("list")[1]
+    assert all(entry["summary"] in text for group in found.values() for entry in group)
+    assert max(map(len, text.splitlines())) <= 100
+    lines = [line for line in text.splitlines() if line]
+    assert lines.index("Circuits of the ROLLS chip") < lines.index(
+        f"  rolls-neuron        {by_name['rolls-neuron']}"
+    )
+    after = lines[lines.index("Hwu et al. 2018: path planning by waves of spikes") + 1 :]
+    assert [line.split()[0] for line in after[:5]] == [n for n in registry.EXPERIMENTS if n.startswith("hwu")]
+
+
+def test_an_entry_that_cannot_be_loaded_hides_no_other(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def line(name: str) -> str:
+        raise ParameterError("mine: cannot be loaded; mend it")
+
+    mine = replace(listing.KINDS[0], names=lambda: ["mine"], line=line)
+    monkeypatch.setattr(listing, "KINDS", (mine, *listing.KINDS[1:]))
+    status, out, err = run("list")
+    assert (status, err.count("\n")) == (1, 1)
+    assert "Of other packages\n  mine  cannot be loaded: mine: cannot be loaded; mend it\n" in out
+    assert "ranging-chip" in out
+    assert err.startswith("noctule: list: mine cannot be loaded")
 
 
 def test_show(run: Run, run_json: RunJson) -> None:
@@ -177,10 +213,28 @@ def test_simulate_an_array_gives_spikes_by_port(run_json: RunJson) -> None:
 
 BLOCK = "rebound-neuron"
 BAD_INPUT = [
-    (["simulat"], "No such command"),
+    (["simulat"], "No such command 'simulat'; did you mean simulate?"),
     (["simulate"], "Missing argument"),
     (["simulate", BLOCK, "--bogus"], "No such option"),
+    (["simulate", BLOCK, "--plt", "v.png"], "No such option: --plt; did you mean --plot?"),
+    (["doctor", "--jsn"], "No such option: --jsn; did you mean --json?"),
     (["simulate", BLOCK, "--engine", "spectre"], "is not one of"),
+    (["simulate", BLOCK, "--engine", "ngspic"], "is not one of 'native', 'ngspice'; did you mean ngspice?"),
+    (["simulate", BLOCK, "--corner", "typcal"], "did you mean typical?"),
+    (["simulate", BLOCK, "--bias-set", "robus"], "did you mean robust?"),
+    (["simulate", BLOCK, "--at", "ranging-chp/neuron[2]"], "did you mean ranging-chip?"),
+    (["export", BLOCK, "--mapping", "gf180mc", "-o", "-"], "did you mean gf180mcu?"),
+    (["export", "rolls", "--at", "row[5]", "--program", "pushbt", "-o", "-"], "did you mean pushbot?"),
+    (["show", "rolls", "--bias-file", "rolls_defalt"], "did you mean rolls_default?"),
+    (["montecarlo", "forst"], "did you mean forest?"),
+    (["montecarlo", BLOCK, "--metric", "best_dely"], "did you mean best_delay?"),
+    (["montecarlo", "forest", "--param", "obstacls=3"], "did you mean obstacles?"),
+    (["run", "forst"], "did you mean forest?"),
+    (["run", "forest", "--rangs", "chip"], "No such option: --rangs; did you mean --ranges?"),
+    (["run", "forest", "--ranges", "chp"], "must be exact, sonar or chip; did you mean chip?"),
+    (["run", "bug", "--map", "bug-feld"], "did you mean bug-field?"),
+    (["run", "pushbot", "--scene", "singl-block"], "did you mean single-block?"),
+    (["characterise", "lso-neurn"], "did you mean lso-neuron?"),
     (["simulate", BLOCK, "--rtol", "x"], "--rtol"),
     (["simulate", BLOCK, "--rtol", "1"], "rtol"),
     (["simulate", BLOCK, "--rtol", "1e-4", "--engine", "ngspice"], "only the native engine"),
@@ -205,6 +259,7 @@ BAD_INPUT = [
     (["op", BLOCK, "--start", "v_mem=1A"], "must be a voltage"),
     (["op", BLOCK, "--start", "v_mem=1e9V"], "must be within -100 to 100"),
     (["reproduce", "fig9"], "did you mean cheely2003-fig9"),
+    (["reproduce", "wen2022-fig13", "--param", "forets=3"], "did you mean forests?"),
 ]  # fmt: skip
 
 
@@ -322,13 +377,18 @@ def test_reproduce(
 
 def test_doctor_names_what_the_distribution_requires() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"]
 
     def names(lines: list[str]) -> set[str]:
-        return {re.split(r"[^A-Za-z0-9-]", line, maxsplit=1)[0] for line in lines}
+        found: set[str] = set()
+        for line in lines:
+            inner = re.match(r"noctule\[([\w-]+)\]", line)
+            found |= names(extras[inner[1]]) if inner else {re.split(r"[^A-Za-z0-9-]", line, maxsplit=1)[0]}
+        return found
 
-    extras = project["optional-dependencies"]
     assert set(doctor.REQUIRED) == names(project["dependencies"])
-    assert set(doctor.OPTIONAL) == names([line for e in extras if e != "test" for line in extras[e]])
+    told = {name: set(extra.distributions) for name, extra in doctor.EXTRAS.items()}
+    assert told == {name: names(lines) for name, lines in extras.items() if name != "test"}
 
 
 def test_what_doctor_says_of_pyspice(tmp_path: Path) -> None:
@@ -352,11 +412,70 @@ def test_doctor(run: Run, run_json: RunJson, monkeypatch: pytest.MonkeyPatch) ->
     assert all(f["found"] for f in found["required"])
     monkeypatch.setenv("NGSPICE_LIBRARY_PATH", "/nonexistent")
     monkeypatch.setenv("NUMBA_CACHE_DIR", "/proc/nowhere")
+    monkeypatch.setenv("NOCTULE_CACHE_DIR", "/proc/nowhere")
     without = run_json("doctor")
     assert without["ngspice"]["library"] is None
     assert without["kernel_cache"]["writable"] is False
-    assert sum("--engine ngspice" in line or "kernel cache" in line for line in without["missing"]) == 2
-    assert "missing" in run("doctor")[1]
+    assert without["record_cache"]["writable"] is False
+    mends = dict(zip(without["missing"], without["mends"], strict=True))
+    told = {line: typed for line, typed in mends.items() if line not in found["missing"]}
+    assert len(told) == 3
+    for words, typed in (
+        ("--engine ngspice", "unset NGSPICE_LIBRARY_PATH"),
+        ("kernel cache", "export NUMBA_CACHE_DIR="),
+        ("record cache", "export NOCTULE_CACHE_DIR="),
+    ):
+        assert [line for line, each in told.items() if words in line and each.startswith(typed)]
+    text = run("doctor")[1]
+    assert all(f"  {line}\n    {typed}\n" in text for line, typed in mends.items())
+
+
+def missing_but(*found: str) -> Callable[[str], str]:
+    def version(name: str) -> str:
+        if name not in found:
+            raise PackageNotFoundError
+        return "1.0"
+
+    return version
+
+
+def test_doctor_says_how_an_extra_is_installed(run_json: RunJson, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "version", missing_but(*doctor.REQUIRED, "nir", "jupytext"))
+    python = shlex.quote(sys.executable)
+    for root, there in ((None, "'noctule[{}]'"), (Path("/my sources"), "-e '/my sources[{}]'")):
+        monkeypatch.setattr(mend, "checkout", lambda root=root: root)
+        monkeypatch.setattr(doctor, "checkout", lambda root=root: root)
+        found = {f["name"]: f for f in run_json("doctor")["optional"]}
+        assert ("docs" in found) is (root is not None)
+        assert (found["nir"]["found"], found["nir"]["mend"]) == ("nir 1.0", None)
+        for name in ("nengo", "tutorials"):
+            assert found[name]["found"] is None
+            assert found[name]["mend"] == f"{python} -m pip install {there.format(name)}"
+
+
+def test_doctor_tells_of_a_library_that_is_there_but_broken(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def loaded(place: str) -> str:
+        if place.startswith("numba:"):
+            raise ImportError("Numba needs NumPy 2.0 or less")
+        return "1.0"
+
+    monkeypatch.setattr(doctor, "loaded", loaded)
+    status, out, err = run("doctor")
+    assert (status, err) == (1, "noctule: doctor: required, but missing: numba; install noctule again\n")
+    assert "numba: 0." in out
+    assert (
+        "cannot be imported, ImportError: Numba needs NumPy 2.0 or less; no circuit can be simulated" in out
+    )
+    assert "-m pip install --upgrade numba\n" in out
+
+
+@pytest.mark.parametrize("tool", ["apt-get", "dnf", "brew", ""])
+def test_who_installs_the_library_of_ngspice(tool: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mend.shutil, "which", lambda name: name if name == tool else None)
+    line = mend.install_ngspice()
+    assert f"{tool} install libngspice" in line if tool else line.startswith("export NGSPICE_LIBRARY_PATH=")
 
 
 def test_interrupted(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:

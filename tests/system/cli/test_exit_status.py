@@ -108,7 +108,8 @@ def test_what_is_missing_or_broken(ended: Ended, monkeypatch: pytest.MonkeyPatch
     def fails(_: str) -> None:
         raise ImportError("no module")
 
-    monkeypatch.setattr(listing, "load_chip", fails)
+    kinds = [replace(kind, line=fails) if kind.title == "chips" else kind for kind in listing.KINDS]
+    monkeypatch.setattr(listing, "KINDS", kinds)
     status, line = ended("list")
     assert status == NO
     assert line.startswith("noctule: list: ranging-chip, ranging-chip-biased")
@@ -116,6 +117,11 @@ def test_what_is_missing_or_broken(ended: Ended, monkeypatch: pytest.MonkeyPatch
     status, line = ended("doctor")
     assert status == NO
     assert line.startswith("noctule: doctor: required, but missing: numpy, scipy")
+
+
+def test_a_word_that_is_nearly_a_class_is_told(ended: Ended) -> None:
+    told = "noctule: spec: no sample's class is workz; did you mean works?"
+    assert ended(*STUDY, "--spec", "class is workz") == (DONE, told)
 
 
 def test_netlists_that_differ(ended: Ended, tmp_path: Path) -> None:

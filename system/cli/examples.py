@@ -1,0 +1,55 @@
+"""Examples that `--help` shows: for each command, and for each system of `run`, what to type.
+
+An example is one command, or several of which the last reads what those before it write. All of them are run
+by the test of the documents.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
+    ("list",): ("noctule list --json",),
+    ("show",): ("noctule show rebound-neuron --plot graph.png",),
+    ("op",): ("noctule op rebound-neuron --temperature 60 --csv devices.csv",),
+    ("simulate",): ("noctule simulate rebound-neuron --die 7 --plot neuron.png",),
+    ("export",): ("noctule export rebound-neuron --die 7 --dialect spectre -o neuron.scs",),
+    ("import",): (
+        "noctule export rebound-neuron -o neuron.cir",
+        "noctule import neuron.cir --json",
+    ),
+    ("compare",): (
+        "noctule export rebound-neuron -o left.cir",
+        "noctule export rebound-neuron --dialect cdl -o right.cdl",
+        "noctule compare left.cir right.cdl",
+    ),
+    ("montecarlo",): ("noctule montecarlo rebound-neuron -n 50 --metric best_delay --csv dies.csv",),
+    ("replay",): (
+        "noctule montecarlo rebound-neuron -n 50 -o dies",
+        "noctule replay dies --die 1000 --plot die.png",
+    ),
+    ("centre",): ('noctule centre rebound-neuron --spec "class is works"',),
+    ("characterise",): ("noctule characterise lso-neuron -o lso.nc",),
+    ("reproduce",): ("noctule reproduce cheely2003-fig4 --plot fig4.png",),
+    ("doctor",): ("noctule doctor",),
+    ("run",): ("noctule run approach --level behavioural --plot approach.png",),
+    ("run", "approach"): ("noctule run approach --level behavioural --die 1003 --plot approach.png",),
+    ("run", "rover"): ("noctule run rover --map map2 --start 2,10 --goal 19,10 --plot way.png",),
+    ("run", "forest"): ("noctule run forest --obstacles 1000 --seed 1000 --plot forest.png",),
+    ("run", "spiking-bat"): ("noctule run spiking-bat --brain network --pings 600 --plot bat.png",),
+    ("run", "car"): ("noctule run car --forest dense --seed 1000 --plot car.png",),
+    ("run", "head"): ("noctule run head --motion sine --die 1003 --plot head.png",),
+    ("run", "bug"): ("noctule run bug --agent bug2 --map bug-field --plot bug.png",),
+    ("run", "pushbot"): ("noctule run pushbot --scene single-block --seed 1000 --plot drive.png",),
+    ("run", "rolls"): ("noctule run rolls --die 1003 --plot rates.png",),
+}
+
+
+def example_of(*words: str) -> Sequence[str]:
+    """Give the example of a command; that of a user's own system is its run in JSON."""
+    return EXAMPLES.get(words, (f"noctule {' '.join(words)} --json",))
+
+
+def epilog_of(*words: str) -> str:
+    """Give the last lines of a command's help, laid out as they are printed."""
+    return "\n".join(("\b", "Example:", *(f"  {line}" for line in example_of(*words))))

@@ -1,0 +1,63 @@
+"""The line that a user types to mend what is missing, for the Python, the install and the system at hand."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import shutil
+import sys
+import tempfile
+from importlib.metadata import PackageNotFoundError, distribution
+from importlib.util import find_spec
+from pathlib import Path
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
+
+import circuits
+
+# Who installs ngspice's library, in the order in which they are looked for.
+_NGSPICE_FROM = {
+    "apt-get": "apt-get install libngspice0",
+    "dnf": "dnf install libngspice",
+    "brew": "brew install libngspice",
+}
+
+
+def checkout() -> Path | None:
+    """Return the folder of the sources that are run; None where noctule is installed from a wheel."""
+    try:
+        told = json.loads(distribution("noctule").read_text("direct_url.json") or "{}")
+    except PackageNotFoundError:
+        return Path(circuits.__path__[0]).resolve().parent
+    if not told.get("dir_info", {}).get("editable"):
+        return None
+    return Path(url2pathname(urlsplit(told["url"]).path))
+
+
+def install(*wanted: str) -> str:
+    """Return the line that installs something for the Python that runs this."""
+    python = shlex.quote(sys.executable)
+    words = [python, "-m", "pip", "install"]
+    if find_spec("pip") is None and shutil.which("uv"):
+        words = ["uv", "pip", "install", "--python", python]
+    return " ".join([*words, *map(shlex.quote, wanted)])
+
+
+def install_extra(extra: str) -> str:
+    """Return the line that installs an extra of noctule's, from where noctule itself is installed."""
+    root = checkout()
+    return install(f"noctule[{extra}]") if root is None else install("-e", f"{root}[{extra}]")
+
+
+def install_ngspice() -> str:
+    """Return the line that installs ngspice's library, or names it where nobody is known who installs it."""
+    line = next((line for name, line in _NGSPICE_FROM.items() if shutil.which(name)), None)
+    if line is None:
+        return "export NGSPICE_LIBRARY_PATH=/path/to/libngspice.so"
+    return line if os.geteuid() == 0 or line.startswith("brew") else f"sudo {line}"
+
+
+def set_folder(variable: str, name: str) -> str:
+    """Return the line that gives a cache a folder in which anybody may write, by its variable."""
+    return f"export {variable}={Path(tempfile.gettempdir()) / f'noctule-{name}'}"

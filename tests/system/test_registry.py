@@ -1,0 +1,33 @@
+"""Lines of the tables: what a list says without loading anything is what the things say of themselves."""
+
+from __future__ import annotations
+
+import pytest
+
+from chips.registry import CHIP_LINES, CHIPS, load_chip
+from circuits.registry import BLOCK_LINES, BLOCKS, METRIC_LINES, METRICS, load_block, load_metric
+from netlists.registry import DIALECT_LINES, DIALECTS, load_dialect
+from system.registry import (
+    EXPERIMENT_LINES,
+    EXPERIMENTS,
+    SYSTEM_LINES,
+    SYSTEMS,
+    load_experiment,
+    load_system,
+)
+
+TABLES = {
+    "blocks": (BLOCKS, BLOCK_LINES, load_block),
+    "metrics": (METRICS, METRIC_LINES, load_metric),
+    "chips": (CHIPS, CHIP_LINES, load_chip),
+    "dialects": (DIALECTS, DIALECT_LINES, load_dialect),
+    "systems": (SYSTEMS, SYSTEM_LINES, load_system),
+    "experiments": (EXPERIMENTS, EXPERIMENT_LINES, load_experiment),
+}
+
+
+@pytest.mark.parametrize("title", TABLES)
+def test_the_line_of_each_is_its_own_summary(title: str) -> None:
+    table, lines, load = TABLES[title]
+    assert list(lines) == list(table)
+    assert {name: load(name).summary for name in table} == lines  # type: ignore[attr-defined]
