@@ -25,6 +25,8 @@ from circuits.testbench import Testbench
 class Sweep:
     """Operating points over the values of a source.
 
+    Currents of transistors are those of `circuits.solver.power.drain_current`.
+
     Attributes
     ----------
     source : str
@@ -39,8 +41,6 @@ class Sweep:
         Paths of the nodes, in the order of `voltage`.
     machine : Machine
         The lowered testbench that was swept.
-
-    Currents of transistors are those of `circuits.solver.power.drain_current`.
     """
 
     source: str
