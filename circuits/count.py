@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+from typing import Any
+
+from circuits.checks import require_positive
 from circuits.errors import ParameterError
 
 PARTS = 64  # of one kind in a block or a chip; ours: twice the largest here, and solved whole in minutes
@@ -14,6 +18,17 @@ def whole_number(name: str, value: float, least: int = 1, most: int = PARTS) -> 
     if not least <= value <= most or value != int(value):
         raise ParameterError(f"{name}: {value:g}, must be a whole number from {least} to {most}")
     return int(value)
+
+
+def check_sizes(params: Any) -> None:
+    """Raise `ParameterError` for a size of a block that is not above zero, or a count that cannot be built.
+
+    Counts are the fields whose default is a whole number, sizes all others.
+    """
+    counts = [each.name for each in fields(params) if isinstance(each.default, int)]
+    require_positive(params, *(each.name for each in fields(params) if each.name not in counts))
+    for name in counts:
+        whole_number(name, getattr(params, name))
 
 
 def pulse_count(name: str, count: float, rate: float) -> int:

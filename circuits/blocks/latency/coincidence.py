@@ -27,8 +27,8 @@ from circuits.blocks.measure import latency, low_time, spiking
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_out
 from circuits.blocks.rest import started_at_rest
-from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Port
+from circuits.count import check_sizes
 from circuits.devices import Capacitor
 from circuits.silicon.process import AMI_1500
 from circuits.solver.transient import Result
@@ -47,7 +47,7 @@ class Params:
     sum_capacitance: float = quantity(20e-15, "F")
 
     def __post_init__(self) -> None:
-        require_positive(self, "timer_capacitance", "sum_capacitance")
+        check_sizes(self)
 
 
 BIASES = (

@@ -29,8 +29,8 @@ from circuits.blocks.measure import last_rate, latency
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
-from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Port
+from circuits.count import check_sizes
 from circuits.devices import Capacitor, Device
 from circuits.silicon.process import AMI_1500
 from circuits.solver.transient import Result
@@ -50,7 +50,7 @@ class Params:
     timer_capacitance: float = quantity(2e-12, "F")
 
     def __post_init__(self) -> None:
-        require_positive(self, "membrane_capacitance", "gate_capacitance", "timer_capacitance")
+        check_sizes(self)
 
 
 BIASES = (

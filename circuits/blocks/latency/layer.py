@@ -24,9 +24,8 @@ from circuits.blocks.latency.synapse import compared, events
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
-from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import whole_number
+from circuits.count import check_sizes
 from circuits.devices import Capacitor
 from circuits.event import pulse, rising_crossing
 from circuits.lowering.supply import half_supply
@@ -52,8 +51,7 @@ class Params:
     cells: int = quantity(CELLS, "")
 
     def __post_init__(self) -> None:
-        require_positive(self, "membrane_capacitance", "timer_capacitance", "recurrent_capacitance")
-        whole_number("cells", self.cells)
+        check_sizes(self)
 
 
 BIASES = (

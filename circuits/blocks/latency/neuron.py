@@ -25,9 +25,8 @@ from circuits.blocks.measure import latency, low_time, spiking
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
-from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import whole_number
+from circuits.count import check_sizes
 from circuits.devices import Capacitor
 from circuits.event import pulse
 from circuits.silicon.process import AMI_1500
@@ -51,8 +50,7 @@ class Params:
     synapses: int = quantity(INPUTS, "")
 
     def __post_init__(self) -> None:
-        require_positive(self, "membrane_capacitance", "timer_capacitance")
-        whole_number("synapses", self.synapses)
+        check_sizes(self)
 
 
 BIASES = (

@@ -31,9 +31,8 @@ from circuits.blocks.measure import latency, spiking
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
-from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import whole_number
+from circuits.count import check_sizes
 from circuits.devices import Capacitor, Device
 from circuits.event import pulse
 from circuits.silicon.process import AMI_1500
@@ -58,9 +57,7 @@ class Params:
     inhibitions: int = quantity(INHIBITIONS, "")
 
     def __post_init__(self) -> None:
-        require_positive(self, "membrane_capacitance", "timer_capacitance")
-        for name in ("excitations", "inhibitions"):
-            whole_number(name, getattr(self, name))
+        check_sizes(self)
 
 
 BIASES = (

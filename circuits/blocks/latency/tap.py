@@ -26,9 +26,8 @@ from circuits.blocks.measure import between, high_time
 from circuits.blocks.mos import inverter, mos, nand
 from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
-from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import whole_number
+from circuits.count import check_sizes
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
 from circuits.event import pulse
@@ -51,8 +50,7 @@ class Params:
     taps: int = quantity(2, "")
 
     def __post_init__(self) -> None:
-        require_positive(self, "timer_capacitance")
-        whole_number("taps", self.taps)
+        check_sizes(self)
 
 
 BIASES = (

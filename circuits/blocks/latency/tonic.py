@@ -31,8 +31,8 @@ from circuits.blocks.measure import high_time
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
-from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit
+from circuits.count import check_sizes
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
 from circuits.devices.source import PiecewiseLinear
@@ -52,7 +52,7 @@ class Params:
     timer_capacitance: float = quantity(5e-12, "F")
 
     def __post_init__(self) -> None:
-        require_positive(self, "membrane_capacitance", "timer_capacitance")
+        check_sizes(self)
 
 
 BIASES = (

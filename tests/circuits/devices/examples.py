@@ -1,21 +1,13 @@
 """A device of each type."""
 
-from circuits.devices import (
-    Capacitor,
-    ControlledSource,
-    Device,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)
+from circuits import devices
 from circuits.devices.source import Constant
 
-EXAMPLES: dict[type[Device], Device] = {
-    Transistor: Transistor("m", "n", "d", "g", "s", "0", 1e-6, 1e-6),
-    Capacitor: Capacitor("c", "a", "b", 1e-12),
-    Resistor: Resistor("r", "a", "b", 1e3),
-    ControlledSource: ControlledSource("g", "a", "b", "c", "d", 1e-3),
-    OperationalAmplifier: OperationalAmplifier("x", "p", "n", "o", "vdd"),
-    Source: Source("v", "a", Constant(1.0)),
+EXAMPLES: dict[type[devices.Device], devices.Device] = {
+    devices.Transistor: devices.Transistor("m", "n", "d", "g", "s", "0", 1e-6, 1e-6),
+    devices.Capacitor: devices.Capacitor("c", "a", "b", 1e-12),
+    devices.Resistor: devices.Resistor("r", "a", "b", 1e3),
+    devices.ControlledSource: devices.ControlledSource("g", "a", "b", "c", "d", 1e-3),
+    devices.OperationalAmplifier: devices.OperationalAmplifier("x", "p", "n", "o", "vdd"),
+    devices.Source: devices.Source("v", "a", Constant(1.0)),
 }
