@@ -9,7 +9,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 import networkx as nx
@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
+from matplotlib.patches import Patch
 
 from circuits.arrays import F64
 from circuits.circuit import Circuit
@@ -34,11 +34,17 @@ _MANY_DEVICES = 80  # beyond this a graph shows instances, for its labels would 
 
 # Okabe and Ito (2008): told apart by readers with any kind of colour vision.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442")
-DASHES = ("-", "--", "-.", ":")  # beside colours, for who prints in grey
+Dashes = Literal["-", "--", "-.", ":"]
+DASHES: tuple[Dashes, ...] = ("-", "--", "-.", ":")  # beside colours, for who prints in grey
 INK, PALE = "#333333", "#B8B8B8"
 
 Point = tuple[float, float]
-_ROOM = (1.3, 0.7)  # axes of the ellipse that a box takes, where n vertices fill a disc of radius sqrt(n)
+Look = tuple[str, Dashes]  # colour and dashes
+_EDGE, _PORT = "#8A8A8A", "#E4E4E4"
+_NAME = 9.0  # points, of the names in a graph
+_PITCH, _WIDER = 0.54, 1.25  # inches between vertices, and how much wider than high a graph is
+_GAP, _RIM, _KEY, _LEAST = 0.08, 0.1, 2.2, 2.4  # inches: between boxes, about all, of a legend, of a figure
+_ROUNDS, _STEP = 500, 0.6  # of pushing boxes apart, and what share of an overlap goes in one
 
 _TITLE = 9.0  # points, of a title
 _LETTER, _OVER = 0.55, 1.15  # mean width of a letter over its size; of a title over its axes
@@ -220,102 +226,132 @@ def draw_circuit(circuit: Circuit, figure: Figure) -> None:
     devices = sum(1 for _, kind in graph.nodes(data="kind") if kind == "device")
     if devices > _MANY_DEVICES or any(instance.shape for instance in circuit.instances):
         graph = to_instance_graph(circuit)
-    figure.set_size_inches(10.0, 7.5)
-    _draw_graph(graph, figure.subplots())
+    _draw_graph(graph, figure)
 
 
-def _draw_graph(graph: nx.MultiGraph, ax: Axes) -> None:
-    """Draw a circuit's graph: boxes are devices or instances, in a colour each part; dots are nodes.
+def _draw_graph(graph: nx.MultiGraph, figure: Figure) -> None:
+    """Draw a circuit's graph: boxes are devices or instances, in a colour each part; names are nodes.
 
     Ground and supplies reach nearly everything, so they are left out. Where only a gate or a bulk touches a
-    node the edge is dotted: no current flows there.
+    node the edge is dotted: no current flows there. The figure is as large as its labels need.
     """
     rails = [v for v, port in graph.nodes(data="port") if port in {"ground", "supply"}]
     shown = graph.copy()  # a subgraph view would lose the order of the vertices, and with it the picture's
     shown.remove_nodes_from(rails)
-    place = _layout(nx.Graph(shown))
+    sizes = {v: _box_size(data) for v, data in shown.nodes(data=True)}
+    place = _layout(nx.Graph(shown), sizes)
     parts = sorted({d["instance"] for _, d in shown.nodes(data=True) if d["kind"] == "device"})
-    colour = {part: COLOURS[k % len(COLOURS)] for k, part in enumerate(parts)}
+    looks_of: dict[str, Look] = {
+        part: (COLOURS[k % len(COLOURS)], DASHES[k // len(COLOURS) % len(DASHES)])
+        for k, part in enumerate(parts)
+    }
+    ax = figure.subplots()
     for a, b in nx.Graph(shown).edges:
         terminals = {data["terminal"] for data in shown.get_edge_data(a, b).values()}
         style = ":" if terminals <= {"gate", "bulk"} else "-"
-        ax.plot(*zip(place[a], place[b], strict=True), color=PALE, linewidth=1.0, linestyle=style, zorder=1)
+        ax.plot(*zip(place[a], place[b], strict=True), color=_EDGE, linewidth=1.0, linestyle=style, zorder=1)
     for vertex, data in shown.nodes(data=True):
         if data["kind"] == "node":
-            _draw_node(place[vertex], [place[v] for v in shown.neighbors(vertex)], data, ax)
+            _draw_node(place[vertex], data, ax)
         else:
-            _draw_box(place[vertex], data, colour.get(data.get("instance", ""), COLOURS[0]), ax)
-    inner = any(d["kind"] == "node" and not d["port"] for _, d in shown.nodes(data=True))
-    _draw_key(colour, [graph.nodes[v]["label"] for v in rails], ["port", "inner node"][: 1 + inner], ax)
+            _draw_box(place[vertex], data, looks_of.get(data.get("instance", ""), (COLOURS[0], "-")), ax)
+    kinds = {bool(d["port"]) for _, d in shown.nodes(data=True) if d["kind"] == "node"}
+    dotted = any(line.get_linestyle() == ":" for line in ax.lines)
+    _draw_key(looks_of, [graph.nodes[v]["label"] for v in rails], kinds, ax, dotted=dotted)
+    _fit(place, sizes, ax, figure)
+    entitle(str(graph.graph["name"]).replace("_", " "), ax)
+
+
+def _fit(place: Mapping[Any, Point], sizes: Mapping[Any, Point], ax: Axes, figure: Figure) -> None:
+    """Give axes and figure the size of what is drawn, whose places are in inches, and room for the legend."""
+    at, half = np.array([place[v] for v in place]), 0.5 * np.array([sizes[v] for v in place])
+    low, high = (at - half).min(axis=0) - _RIM, (at + half).max(axis=0) + _RIM
+    width, height = high - low
+    figure.set_size_inches(max(width + _KEY, _LEAST), max(height + 0.5, _LEAST))
+    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     ax.set_axis_off()
-    ax.margins(0.1, 0.06)
-    ax.set_title(str(graph.graph["name"]).replace("_", " "))
 
 
-def _layout(graph: nx.Graph) -> dict[Any, Point]:
-    """Place vertices so that distance follows the number of edges between them; parts side by side."""
+def _box_size(data: Mapping[str, Any]) -> Point:
+    """Width and height, in inches, of what is drawn for a vertex."""
+    return (len(_with_shape(data)) * _LETTER * _NAME / 72.0 + 0.16, _NAME / 72.0 + 0.13)
+
+
+def _layout(graph: nx.Graph, sizes: Mapping[Any, Point]) -> dict[Any, Point]:
+    """Place vertices, in inches: distance follows the number of edges between them; parts side by side."""
     place: dict[Any, Point] = {}
     left = 0.0
     for members in sorted(nx.connected_components(graph), key=lambda found: (-len(found), min(found))):
         part = nx.Graph()
         part.add_nodes_from(sorted(members))
         part.add_edges_from(graph.subgraph(members).edges)
-        spread = float(np.sqrt(len(members)))
+        spread = _PITCH * float(np.sqrt(len(members)))
         found = nx.kamada_kawai_layout(part, scale=spread)
-        points = _apart(np.array([found[v] for v in part]))
-        points[:, 0] += left - points[:, 0].min()
+        boxes = np.array([sizes[v] for v in part])
+        points = _apart(np.array([found[v] for v in part]) * (_WIDER, 1.0), boxes)
+        points[:, 0] += left - (points - 0.5 * boxes)[:, 0].min()
         place |= {v: (float(x), float(y)) for v, (x, y) in zip(part, points, strict=True)}
-        left = float(points[:, 0].max()) + 1.0
+        left = float((points + 0.5 * boxes)[:, 0].max()) + _GAP
     return place
 
 
-def _apart(points: F64) -> F64:
-    """Push points apart until none lie in the ellipse that another's box takes; float64[n, 2]."""
-    moved = points / _ROOM
-    for _ in range(100):
+def _apart(points: F64, boxes: F64) -> F64:
+    """Move boxes about points until none overlap, each pair by the shorter way; float64[n, 2], inches."""
+    moved = points.copy()
+    room = 0.5 * (boxes[:, None, :] + boxes[None, :, :]) + _GAP
+    same = np.eye(len(moved), dtype=bool)
+    order = np.sign(np.subtract.outer(np.arange(len(moved)), np.arange(len(moved))))[..., None]
+    for _ in range(_ROUNDS):
         gap = moved[:, None, :] - moved[None, :, :]
-        distance = np.hypot(gap[..., 0], gap[..., 1]) + np.eye(len(moved))
-        push = np.maximum(1.0 - distance, 0.0) / (2.0 * np.maximum(distance, 1e-9))
-        moved += (push[..., None] * gap).sum(axis=1)
-    return np.asarray(moved * _ROOM)
+        over = np.where(same[..., None], -1.0, room - np.abs(gap))
+        hit = (over > 0.0).all(axis=2)
+        if not hit.any():
+            break
+        shorter = over[..., 1] <= over[..., 0]
+        side = np.where(gap != 0.0, np.sign(gap), order)
+        push = 0.5 * _STEP * np.where(hit, np.where(shorter, over[..., 1], over[..., 0]), 0.0)
+        moved[:, 0] += (np.where(shorter, 0.0, push) * side[..., 0]).sum(axis=1)
+        moved[:, 1] += (np.where(shorter, push, 0.0) * side[..., 1]).sum(axis=1)
+    return moved
 
 
-def _draw_node(at: Point, neighbours: list[Point], data: dict[str, Any], ax: Axes) -> None:
-    """Draw a dot with its name on the side where the fewest edges leave."""
-    size, weight = (5.0, "bold") if data["port"] else (3.0, "normal")
-    ax.plot(*at, marker="o", markersize=size, color=INK, zorder=3)
-    away = np.sum([_unit(at[0] - x, at[1] - y) for x, y in neighbours], axis=0)
-    right, up = away[0] >= 0.0, away[1] >= 0.0
-    text = ax.annotate(
-        _with_shape(data), at, (5 if right else -5, 3 if up else -3), textcoords="offset points",
-        ha="left" if right else "right", va="bottom" if up else "top",
-        fontsize=7, fontweight=weight, zorder=5,
-    )  # fmt: skip
-    text.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
+def _draw_node(at: Point, data: dict[str, Any], ax: Axes) -> None:
+    """Write a node's name where it is: a port's on grey and in bold."""
+    port = bool(data["port"])
+    box = {"boxstyle": "round,pad=0.2", "facecolor": _PORT if port else "white", "edgecolor": "none"}
+    weight = "bold" if port else "normal"
+    text = ax.text(*at, _with_shape(data), ha="center", va="center", fontsize=_NAME, zorder=3, bbox=box)
+    text.set_fontweight(weight)
 
 
-def _draw_box(at: Point, data: dict[str, Any], colour: str, ax: Axes) -> None:
-    box = {"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": colour, "linewidth": 1.4}
-    ax.text(*at, _with_shape(data), ha="center", va="center", fontsize=7, zorder=4, bbox=box)
+def _draw_box(at: Point, data: dict[str, Any], look: Look, ax: Axes) -> None:
+    colour, dashes = look
+    box = {"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": colour, "linewidth": 1.6,
+           "linestyle": dashes}  # fmt: skip
+    ax.text(*at, _with_shape(data), ha="center", va="center", fontsize=_NAME, zorder=4, bbox=box)
 
 
-def _with_shape(data: dict[str, Any]) -> str:
+def _with_shape(data: Mapping[str, Any]) -> str:
     """The label, and how many there are of an array."""
     return " ×".join([data["label"], *map(str, data.get("shape", ()))])
 
 
-def _unit(x: float, y: float) -> tuple[float, float]:
-    length = float(np.hypot(x, y)) or 1.0
-    return x / length, y / length
-
-
-def _draw_key(colour: dict[str, str], rails: list[str], dots: list[str], ax: Axes) -> None:
-    lines = [Line2D([], [], color=c, linewidth=3, label=part or "top level") for part, c in colour.items()]
-    for size, label in zip((5, 3), dots, strict=False):
-        lines.append(Line2D([], [], color=INK, marker="o", linestyle="", markersize=size, label=label))
-    if colour:
-        lines.append(Line2D([], [], color=PALE, linestyle=":", label="gate or bulk only"))
+def _draw_key(
+    looks_of: Mapping[str, Look], rails: list[str], kinds: set[bool], ax: Axes, *, dotted: bool
+) -> None:
+    """Add the legend: parts, kinds of nodes (whether ports), edges without current, and rails left out."""
+    lines = [
+        Line2D([], [], color=colour, linewidth=2.0, linestyle=dashes, label=part or "top level")
+        for part, (colour, dashes) in looks_of.items()
+    ]
+    handles: list[Line2D | Patch] = [*lines]
+    if True in kinds:
+        handles.append(Patch(facecolor=_PORT, edgecolor="none", label="port"))
+    if False in kinds:
+        handles.append(Line2D([], [], linestyle="", label="inner node: its name alone"))
+    if dotted:
+        handles.append(Line2D([], [], color=_EDGE, linestyle=":", label="gate or bulk only"))
     note = f"not drawn: {', '.join('ground' if r == '0' else r for r in rails)}" if rails else None
     figure = ax.get_figure(root=True)
     if figure is not None:
-        figure.legend(handles=lines, title=note, loc="outside right upper", fontsize=8, title_fontsize=8)
+        figure.legend(handles=handles, title=note, loc="outside right upper", fontsize=8, title_fontsize=8)

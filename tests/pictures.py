@@ -36,13 +36,14 @@ def leaving(figure: Figure) -> list[str]:
 
 
 def _seen(figure: Figure) -> list[Text]:
-    """Texts of a figure; ticks outside of an axis' ends are not drawn."""
-    ticks = {
-        id(tick.label1)
-        for ax in figure.axes
-        for axis in (ax.xaxis, ax.yaxis)
-        for tick in axis.get_major_ticks()
-        if not min(axis.get_view_interval()) <= tick.get_loc() <= max(axis.get_view_interval())
-    }
-    texts = [t for t in figure.findobj(Text) if t.get_visible() and t.get_text().strip()]
-    return [t for t in texts if isinstance(t, Text) and id(t) not in ticks]
+    """Texts that are drawn: not those of axes without axes' lines, nor ticks outside of an axis' ends."""
+    hidden: set[int] = set()
+    for ax in figure.axes:
+        for axis in (ax.xaxis, ax.yaxis):
+            low, high = sorted(axis.get_view_interval())
+            ticks = [t for t in axis.get_major_ticks() if not low <= t.get_loc() <= high]
+            hidden |= {
+                id(text) for text in (axis.findobj(Text) if not ax.axison else [t.label1 for t in ticks])
+            }
+    texts = [t for t in figure.findobj(Text) if isinstance(t, Text) and id(t) not in hidden]
+    return [t for t in texts if t.get_visible() and t.get_text().strip()]

@@ -1,5 +1,6 @@
 """Pictures are written whole, in the format that was asked for, and show what they should."""
 
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from matplotlib.figure import Figure
 from chips.ranging.circuit import CHIP
 from circuits.blocks.sonar.rebound_neuron import BLOCK
 from circuits.errors import DataError, ParameterError
+from circuits.registry import block_names, load_block
 from circuits.silicon.die import NOMINAL, Die
 from system.plot import (
     PALE,
@@ -19,9 +21,10 @@ from system.plot import (
     looks,
     mark_spikes,
     save_picture,
+    settle,
     silicon_text,
 )
-from tests.pictures import figure_of_files, leaving
+from tests.pictures import figure_of_files, leaving, legend_of
 
 BEGINNINGS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 
@@ -92,5 +95,18 @@ def test_a_block_shows_devices_and_a_chip_instances() -> None:
     draw_circuit(BLOCK.build(), block)
     draw_circuit(CHIP.build(), chip)
     assert {"mi5", "c_m", "v_mem", "spike"} <= labels(block)
+    assert {"axon", "membrane", "port", "inner node: its name alone", "gate or bulk only"} <= legend_of(block)
     assert "vdd" not in labels(block), "rails are left out"
     assert {"neuron ×13", "spike ×13", "call"} <= labels(chip)
+
+
+@pytest.mark.parametrize("name", block_names())
+def test_no_labels_of_a_graph_touch(name: str) -> None:
+    block, figure = load_block(name), figure_of_files()
+    draw_circuit(block.build(block.params()), figure)
+    settle(figure)
+    texts = figure.axes[0].texts
+    boxes = [(t.get_text(), t.get_bbox_patch() or t) for t in texts]
+    boxes = [(text, drawn.get_window_extent()) for text, drawn in boxes]
+    assert [(a, b) for (a, one), (b, other) in combinations(boxes, 2) if one.overlaps(other)] == []
+    assert leaving(figure) == []
