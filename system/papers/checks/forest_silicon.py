@@ -17,6 +17,9 @@ The share of ranging in the loss ln(exact / both) is the mean of what it costs f
 
 that of the selection is 1 - s; a share below 0 or above 1 means that one of them does not cost.
 
+That ranging costs most is likely because its 13 windows are coarse: with earlier numbers of the bat an ideal
+quantiser of 2.17 ms had 178 avoided obstacles a collision against 390 with exact ranges, and the chip 135.
+
 Avoided obstacles a collision are not all: a bat whose chip reads all echoes near turns round again and again,
 and neither collides nor gets anywhere. So the notes have what it avoids in a thousand pings too.
 """

@@ -7,6 +7,9 @@ another run, twice as long and with the events at another phase. Rule: mean rate
 95 % of the pairs of population and die, for each kind of bias. Dies from 1000 on. Then ten of the chips run
 at other temperatures with the codes found at 27 degC: by how much the mean rates move is reported, without a
 rule.
+
+A first version brought means and not middles of populations to the target: 96.5 % of the pairs were within
+10 % with generator biases, and 94.8 % with fixed gates, on the same dies.
 """
 
 from __future__ import annotations

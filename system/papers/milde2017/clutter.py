@@ -15,6 +15,9 @@ moves touches little; the same rule on the first EARLY seconds of the same runs 
 that turns in one place touches as little, so squares of the floor are counted. Collisions a metre are
 compared as well (exact binomial test of two rates), once without those with yellow blocks, which the sensor
 hardly sees; and each robot is to move at half of its speed at least. These rules are ours.
+
+The way is made alike, and turn factor 0.5 added, since runs of 40 s on dies from 9800 had shown nothing
+(against turn factor 1: 7 scenes better, 13 worse).
 """
 
 from __future__ import annotations
