@@ -7,7 +7,7 @@ from system.cli.examples import example_of
 # Commands whose example is tried, for whom, and what it shows.
 TRIED: dict[tuple[str, ...], tuple[str, str]] = {
     ("simulate",): ("Circuit designer", "a range-tuned neuron on die 7, its waveforms as a picture"),
-    ("run", "forest"): ("Roboticist", "a bat that flies through a forest, its path as a picture"),
+    ("run", "car"): ("Roboticist", "a car with a sonar that drives through a forest, its way as a picture"),
     ("reproduce",): ("Lecturer", "a figure of a paper made again, each statement with its verdict"),
 }
 _HELP = (
