@@ -49,6 +49,7 @@ PROSE_DIRECTIVES = (  # whose content is Markdown
     *("tab-set", "tab-item", "grid", "grid-item", "grid-item-card", "card", "details", "div"),
 )
 OPTION_LINES = re.compile(r"\A(?::[\w-]+:.*\n)+")  # of a directive, before its content
+SENTENCE_END = re.compile(r"(?<=[.!?])\s+(?=[A-Z(]|code\b)")
 ROLE = re.compile(r"\{[\w:+-]+\}\Z")  # before `code`, which is then a reference
 COMMAND = re.compile(r"(?:noctule|make|\.venv/bin/\S+) ")
 PLACEHOLDER = re.compile(r"[A-Z][A-Z,]*")
@@ -131,6 +132,22 @@ def codes(text: str) -> list[str]:
                 found.append(" ".join(child.content.split()))
             before = child.content
     return found
+
+
+def sentences(text: str) -> list[str]:
+    """Sentences of a page, headings and items among them, with a word for each code; none of its tables."""
+    found, tables = [], 0
+    for token in _tokens(text):
+        tables += {"table_open": 1, "table_close": -1}.get(token.type, 0)
+        if token.type == "inline" and not tables:
+            words = "".join(_words(child) for child in token.children or ())
+            found += [each for each in SENTENCE_END.split(words) if each.strip()]
+    return found
+
+
+def _words(token: Token) -> str:
+    """Words of a part of a line."""
+    return {"code_inline": "code", "softbreak": " ", "hardbreak": " "}.get(token.type, token.content)
 
 
 def shell_lines(text: str) -> list[str]:

@@ -19,7 +19,7 @@ from sphinx.util.docutils import docutils_namespace
 
 from circuits.errors import CircuitError
 from system.cli.command_line import main
-from tests.documents import PAGES, ROOT
+from tests.documents import PAGES, ROOT, sentences
 
 REPORT = {
     "rows": [
@@ -47,6 +47,7 @@ REPORT = {
 REFUSED = re.compile(r"^```\{command\} (.*)\n((?::.*\n)*?):status: (\d+)$", re.MULTILINE)
 REFUSALS = [(page, *found) for page in PAGES for found in REFUSED.findall(page.read_text(encoding="utf-8"))]
 ERROR_CLASS = re.compile(r"^class (\w+)\((\w+)", re.MULTILINE)
+LONGEST_AVERAGE = 25  # words of a sentence
 PAGE = """# A page
 
 ```{rows} cheely2003-fig4
@@ -186,3 +187,16 @@ def test_what_a_docstring_says_of_fields_is_found(running: ModuleType) -> None:
         "key": "which one",
         "found": "what: it is",
     }
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT / "docs")))
+def test_sentences_of_a_page_are_short(page: Path) -> None:
+    said = sentences(page.read_text(encoding="utf-8"))
+    average = sum(len(each.split()) for each in said) / max(len(said), 1)
+    assert average <= LONGEST_AVERAGE, f"{average:.1f} words a sentence"
+
+
+def test_sentences_are_found() -> None:
+    table = "| no | sentence |\n|---|---|\n| a | b. |"
+    text = f"# A page\n\nOne of `two words`. Is it 3.5 V?\nIt is.\n\n{table}\n\n- An item"
+    assert sentences(text) == ["A page", "One of code.", "Is it 3.5 V?", "It is.", "An item"]

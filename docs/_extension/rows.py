@@ -6,7 +6,7 @@
 The table is that of `noctule reproduce EXPERIMENT --json`, run by `make docs` alone and kept as a `command`
 is. Of a campaign it is either what a file in `evidence/` says (`:kept: milde2017-table1.jsonl`), which the
 build refuses if a run is missing in it, or a form with fewer runs (`:short: dies=2`), named so, or, where
-that is long too, the command alone (`:long: 3 hours`).
+that is long too, the command alone (`:long:`).
 
 A claim links to its row by {row}`its words <EXPERIMENT/ROW>`. Without the run there are no rows, and the
 link leads to the experiment.
@@ -48,7 +48,7 @@ class RowsDirective(SphinxDirective):
     option_spec: ClassVar[OptionSpec] = {
         "kept": directives.unchanged_required,  # its campaign's file in `evidence/`
         "short": directives.unchanged_required,  # counts of a form with fewer runs, NAME=COUNT
-        "long": directives.unchanged_required,  # how long the experiment takes, which is then not run
+        "long": directives.unchanged,  # the experiment takes too long to be run here, and how long if known
         "plot": directives.flag,  # with its picture
         "alt": directives.unchanged_required,  # what the picture shows, for who cannot see it
     }
@@ -61,7 +61,8 @@ class RowsDirective(SphinxDirective):
         summary = load_experiment(name).summary
         section += [paragraph(f"{summary[0].upper()}{summary[1:]}."), block(f"$ {self._line()}", "console")]
         if "long" in self.options:
-            section += paragraph(f"It takes {self.options['long']} of processor time, so it is not run here.")
+            time = f" It takes {self.options['long']}." if self.options["long"] else ""
+            section += paragraph(f"This is a long campaign, which building these pages does not run.{time}")
         elif self.config.noctule_run:
             section += self._found(name)
         return [section]
@@ -91,8 +92,7 @@ class RowsDirective(SphinxDirective):
         if "short" in self.options:
             shown.append(paragraph(_short_form(name, self.options["short"])))
         shown.append(self._table(name, report["rows"]))
-        if report["notes"]:
-            shown.append(nodes.bullet_list("", *(nodes.list_item("", paragraph(n)) for n in report["notes"])))
+        shown += _notes(report["notes"])
         if "plot" in self.options:
             shown.append(picture(self, Path(found.folder) / f"{name}.png", line))
         return shown
@@ -145,6 +145,15 @@ def _cells(row: dict[str, Any], each: str) -> tuple[str | nodes.Node, ...]:
         "fitted" if row["fitted"] else "predicted",
         nodes.paragraph("", "", verdict),
     )
+
+
+def _notes(notes: list[str]) -> list[nodes.Node]:
+    """What the experiment says besides its rows, folded."""
+    if not notes:
+        return []
+    said = nodes.bullet_list("", *(nodes.list_item("", paragraph(note)) for note in notes))
+    opened = "<details><summary>Notes of the run</summary>"
+    return [nodes.raw("", opened, format="html"), said, nodes.raw("", "</details>", format="html")]
 
 
 def _shown(value: float | str | None) -> str | nodes.Node:

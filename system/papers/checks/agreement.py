@@ -8,7 +8,7 @@ The chip is the ranging chip with its bias chain inside, 566 transistors fully c
 runs it with trapezoidal integration from the solver's rest state; the operating point that is compared is the
 one that it finds without that start. The last rows are the solver's alone: by how much the fully coupled chip
 differs from its separately stepped neurons (`chips.ranging.coupling`), against the figures of
-docs/evidence/circuits.md.
+docs/evidence/cheely2003.md.
 """
 
 from __future__ import annotations

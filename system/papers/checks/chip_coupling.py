@@ -1,4 +1,4 @@
-"""Rows of `agreement` about the ranging chip's coupling, held to what docs/evidence/circuits.md says.
+"""Rows of `agreement` about the ranging chip's coupling, held to what docs/evidence/cheely2003.md says.
 
 The chip with its bias chain is simulated fully coupled, and its neurons separately stepped, both by the
 solver (`chips.ranging.coupling`). Compared with the figures of the documentation is by how much earlier
@@ -13,9 +13,9 @@ from chips.ranging.coupling import Coupling
 from system.rule import Rule, none, within
 from system.statement import Statement
 
-# docs/evidence/circuits.md: the worst neuron's inhibition and spike come this much earlier when coupled
+# docs/evidence/cheely2003.md: the worst neuron's inhibition and spike come this much earlier when coupled
 SHARE, INHIBITION, SPIKE = 0.0491, 0.364e-3, 0.290e-3  # of t_inh, s, s
-DOCUMENTED = "worst neuron as in docs/evidence/circuits.md"
+DOCUMENTED = "worst neuron as in docs/evidence/cheely2003.md"
 SHARE_TOLERANCE, TIME_TOLERANCE = 5e-4, 2e-6  # of t_inh, s
 
 

@@ -26,7 +26,7 @@ def found() -> Coupling:
 def test_inhibition_ends_earlier_on_the_coupled_chip(found: Coupling) -> None:
     share = found.t_inh / found.t_inh_separate
     assert (found.t_inh > 0.0).all()
-    # what docs/evidence/circuits.md says: neuron 1 in relation, neuron 4 in time
+    # what docs/evidence/cheely2003.md says: neuron 1 in relation, neuron 4 in time
     assert int(share.argmax()) == 1
     assert share.max() == pytest.approx(0.049, abs=0.001)
     assert int(found.t_inh.argmax()) == 4
