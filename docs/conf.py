@@ -21,6 +21,7 @@ extensions = [
     "sphinx_design",
     "_extension.mathml",
     "_extension.command",
+    "_extension.gallery",
     "_extension.reference",
     "_extension.rows",
     "_extension.units",

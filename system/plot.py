@@ -46,7 +46,8 @@ _PITCH, _WIDER = 0.54, 1.25  # inches between vertices, and how much wider than 
 _GAP, _RIM, _KEY, _LEAST = 0.08, 0.1, 2.2, 2.4  # inches: between boxes, about all, of a legend, of a figure
 _ROUNDS, _STEP = 500, 0.6  # of pushing boxes apart, and what share of an overlap goes in one
 
-_TITLE = 9.0  # points, of a title
+_TITLE = 9.0  # points, of a title and of the label of an axis
+_LONG = 9  # letters of a name whose unit has a line of its own
 _LETTER, _OVER = 0.55, 1.15  # mean width of a letter over its size; of a title over its axes
 
 _PASSES = 2  # of the layout, before that of the writing itself
@@ -168,7 +169,7 @@ def draw_waveforms(result: Result, nodes: Sequence[str], figure: Figure, title: 
         What stands above the panels.
     """
     panels = len(nodes)
-    figure.set_size_inches(7.0, max(1.05 * panels + 0.8, 2.2))
+    figure.set_size_inches(7.0, max(_panel(nodes) * panels + 0.8, 2.2))
     stack = figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0]
     for k, (node, ax) in enumerate(zip(nodes, stack, strict=True)):
         draw_waveform(result.time, result[node], node, ax, COLOURS[k % 5])
@@ -182,17 +183,27 @@ def draw_waveforms(result: Result, nodes: Sequence[str], figure: Figure, title: 
 
 def draw_runs(runs: Mapping[str, Result], nodes: Sequence[str], figure: Figure) -> None:
     """Fill `figure` with a panel a node, in which each run has a colour and dashes of its own, by label."""
-    figure.set_size_inches(7.0, max(1.05 * len(nodes) + 1.0, 2.2))
+    figure.set_size_inches(7.0, max(_panel(nodes) * len(nodes) + 1.0, 2.2))
     stack = figure.subplots(len(nodes), 1, sharex=True, squeeze=False)[:, 0]
     for node, ax in zip(nodes, stack, strict=True):
         for (label, run), look in zip(runs.items(), looks(len(runs)), strict=True):
             ax.plot(1e3 * run.time, run[node], linewidth=1.2, label=label, **look)
-        ax.set_ylabel(f"{node} (V)")
+        ax.set_ylabel(_volts(node))
         ax.tick_params(axis="x", bottom=ax is stack[-1])
     stack[-1].set_xlabel("time (ms)")
     stack[-1].set_xlim(0.0, 1e3 * max(float(run.time[-1]) for run in runs.values()))
     figure.legend(*stack[0].get_legend_handles_labels(), loc="outside upper left", ncols=3, fontsize=8)
     figure.align_ylabels(stack)
+
+
+def _panel(nodes: Sequence[str]) -> float:
+    """Height of a panel, in inches, beside which the longest of the names has room."""
+    return max(1.05, max(map(len, nodes)) * _LETTER * _TITLE / 72.0 + 0.25)
+
+
+def _volts(node: str) -> str:
+    """Label of an axis; the unit of a long name has a line of its own."""
+    return f"{node}\n(V)" if len(node) > _LONG else f"{node} (V)"
 
 
 def looks(count: int) -> list[dict[str, Any]]:
@@ -205,7 +216,7 @@ def looks(count: int) -> list[dict[str, Any]]:
 def draw_waveform(time: F64, voltage: F64, label: str, ax: Axes, colour: str = COLOURS[0]) -> None:
     """Draw a voltage (V) over time (s, drawn in ms)."""
     ax.plot(1e3 * time, voltage, color=colour, linewidth=1.2)
-    ax.set_ylabel(f"{label} (V)")
+    ax.set_ylabel(_volts(label))
     low, high = float(voltage.min()), float(voltage.max())
     room = max(0.08 * (high - low), 0.02)
     ax.set_ylim(low - room, high + 2.0 * room)
@@ -222,11 +233,12 @@ def mark_spikes(times: F64, height: float, ax: Axes) -> None:
 
 def draw_circuit(circuit: Circuit, figure: Figure) -> None:
     """Fill `figure` with the graph of `circuit`: its devices, or its instances where devices are many."""
+    if any(instance.shape for instance in circuit.instances):  # a chip's devices may be millions
+        _draw_graph(to_instance_graph(circuit), figure)
+        return
     graph = to_graph(circuit)
     devices = sum(1 for _, kind in graph.nodes(data="kind") if kind == "device")
-    if devices > _MANY_DEVICES or any(instance.shape for instance in circuit.instances):
-        graph = to_instance_graph(circuit)
-    _draw_graph(graph, figure)
+    _draw_graph(to_instance_graph(circuit) if devices > _MANY_DEVICES else graph, figure)
 
 
 def _draw_graph(graph: nx.MultiGraph, figure: Figure) -> None:

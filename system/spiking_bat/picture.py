@@ -25,8 +25,10 @@ def draw_figure_12(story: Story, race: Sequence[F64], obstacles: Places, bat: Ba
     """Fill a figure with panels A, B and C; race: latencies without recurrent inhibition at each ping, s."""
     figure.set_size_inches(9.0, 9.6)
     grid = figure.add_gridspec(3, 2, height_ratios=(1.5, 1.5, 1.6))
-    for k in range(2):
-        draw_scene(story, k, obstacles, bat, figure.add_subplot(grid[0, k]))
+    scenes = [figure.add_subplot(grid[0, k]) for k in range(2)]
+    for k, ax in enumerate(scenes):
+        draw_scene(story, k, obstacles, bat, ax)
+    figure.legend(*scenes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)
     draw_raster(story, race, figure.add_subplot(grid[1, :]))
     inner = grid[2, :].subgridspec(len(_UNIT), 1, hspace=0.1)
     _draw_unit(story, [figure.add_subplot(inner[k]) for k in range(len(_UNIT))])

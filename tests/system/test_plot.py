@@ -2,12 +2,14 @@
 
 from itertools import combinations
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from chips.ranging.circuit import CHIP
+from circuits.arrays import F64
 from circuits.blocks.sonar.rebound_neuron import BLOCK
 from circuits.errors import DataError, ParameterError
 from circuits.registry import block_names, load_block
@@ -17,6 +19,7 @@ from system.plot import (
     check_picture,
     draw_circuit,
     draw_waveform,
+    draw_waveforms,
     entitle,
     looks,
     mark_spikes,
@@ -109,4 +112,23 @@ def test_no_labels_of_a_graph_touch(name: str) -> None:
     boxes = [(t.get_text(), t.get_bbox_patch() or t) for t in texts]
     boxes = [(text, drawn.get_window_extent()) for text, drawn in boxes]
     assert [(a, b) for (a, one), (b, other) in combinations(boxes, 2) if one.overlaps(other)] == []
+    assert leaving(figure) == []
+
+
+class Waves(dict[str, F64]):
+    """Waveforms of nodes as those of a run."""
+
+    time = np.linspace(0.0, 1e-3, 5)
+    spikes: ClassVar[dict[str, F64]] = {}
+
+
+def test_long_names_of_nodes_have_room() -> None:
+    nodes = ("cell2.v_mem", "recurrent.timer", "v_inh_tau[12]", "x")
+    waves, figure = Waves((node, np.linspace(1.0, 1.5, 5)) for node in nodes), figure_of_files()
+    draw_waveforms(waves, nodes, figure, "race-layer, die nominal, 27 °C: stops")  # type: ignore[arg-type]
+    settle(figure)
+    boxes = [ax.yaxis.label.get_window_extent() for ax in figure.axes]
+    assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
+    assert [ax.get_ylabel() for ax in figure.axes][1::2] == ["recurrent.timer\n(V)", "x (V)"]
+    assert figure.axes[0].get_title() == "race-layer, die nominal, 27 °C: stops"
     assert leaving(figure) == []

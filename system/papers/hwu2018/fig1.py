@@ -20,10 +20,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from chips.wavefront.paper_walk import TwoPasses, plan_in_two_passes
 from circuits.arrays import Bools
 from system.experiment import Experiment, Progress, Report, with_progress
+from system.plot import INK
 from system.rover.cost_map import CostMap, load_map
 from system.rover.drive import polyline
 from system.rover.picture import draw_map, draw_ways
@@ -137,7 +139,10 @@ def _draw(waves: list[Wave], figure: Figure) -> None:
         ax.set(xticks=(), yticks=())
     for ax, label in zip(axes[:, 0], (*(f"time step {step}" for step in STEPS), "path"), strict=True):
         ax.set_ylabel(label)
-    figure.supxlabel("yellow: fires in this step; pale: has fired", fontsize=8)
+    ways, names = axes[2, 0].get_legend_handles_labels()
+    marks = [Patch(color=_WAVE(k), ec=INK) for k in (2, 1)]
+    words = ["fires in this step", "has fired; below it costs, dark is cheap"]
+    figure.legend([*marks, *ways], [*words, *names], loc="outside lower center", ncols=3, fontsize=8)
 
 
 def _draw_activity(wave: Wave, step: int, ax: Axes) -> None:

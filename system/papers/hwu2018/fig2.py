@@ -109,14 +109,15 @@ def _notes(found: list[Instance]) -> tuple[str, ...]:
 
 def _draw(instance: Instance, figure: Figure) -> None:
     """First path beside the second."""
-    figure.set_size_inches(7.4, 4.0)
+    figure.set_size_inches(8.0, 4.6)
     titles = "(a) first pass", "(b) second pass"
     for ax, path, title in zip(figure.subplots(1, 2), (instance.first, instance.second), titles, strict=True):
         draw_map(instance.cost_map, None, ax)
         draw_ways(polyline(instance.cost_map, path), [], ax)
         regret = instance.regret(path)
         ax.set_title(f"{title}: {len(path)} cells, cost {instance.lowest + regret}", fontsize=9, loc="left")
-        ax.set(xticks=(), yticks=())
+        ax.set(xlabel="east (m)", ylabel="north (m)")
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=8)
 
 
 EXPERIMENT = Experiment("hwu2018-fig2", "a collision of waves and its remedy by a second pass", reproduce)

@@ -61,6 +61,9 @@ def _draw(forest: Forest, zone: float, paths: list[F64], figure: Figure) -> None
         draw_forest(forest.place, zone, ax)
         for path in shown:
             draw_path(path, ax, 0.4)
+    handles, labels = ax.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    figure.legend(list(once.values()), list(once), loc="outside lower center", ncols=2, fontsize=8)
 
 
 EXPERIMENT = Experiment(

@@ -107,7 +107,11 @@ def _draw(bat: Bat, arcs: Arcs, place: F64, moments: Sequence[Moment], figure: F
         column[0].set_title(f"ping {k + 1}, {NAMES[moment.pinged]}", fontsize=9)
         draw_bars(moment.risk, arcs, "risk", column[1])
         draw_bars(moment.wish, arcs, "desirability", column[2], moment.winner)
-        column[2].set_xlabel("arc, 0 to the left")
+        column[2].set_xlabel("arc, 0 to the left; a colour for the arcs of each ping direction")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    winner = axes[2, 0].get_legend_handles_labels()
+    entries = [*handles, *winner[0]], [*labels, *winner[1]]
+    figure.legend(*entries, loc="outside lower center", ncols=3, fontsize=8)
 
 
 EXPERIMENT = Experiment("wen2022-fig5", "two pings among six obstacles: head first, then body", reproduce)
