@@ -67,7 +67,8 @@ class Option:
     key
         Its entry in JSON, empty for none; the field's name with its unit unless given.
     names
-        Function that lists words which may stand there, as `"module:function"`: shells complete by it.
+        Where words that may stand there are, or a function that lists them, as `"module:attribute"`: shells
+        complete by it.
     """
 
     help: str = ""

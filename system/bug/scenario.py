@@ -34,7 +34,9 @@ class Scenario:
     brain: str = option("reference", "A program, or neurons: ideal, or chip", choices=BRAINS)
     design: str = option("published", "Of Bug 2's neurons: published or improved", study=True)
     neurons: int | None = option(None, "How many in all, about; the design's unless given", study=True)
-    map: str = option(DEFAULT_MAP, "Or a file of # S G and spaces", metavar="MAP", study=True)
+    map: str = option(
+        DEFAULT_MAP, "Or a file of # S G and spaces", metavar="MAP", study=True, names="system.bug.map:MAPS"
+    )
     start: str = option("0", "Number of the S, from 0, or a place", metavar="N|X,Y", study=True)
     goal: str = option("0", "As the start, of a G", metavar="N|X,Y", study=True)
     duration: float = option(

@@ -31,7 +31,13 @@ class Scenario:
 
     robot: Robot = field(default_factory=Robot)
     openspace: OpenspaceNumbers = field(default_factory=OpenspaceNumbers)
-    forest: str = option(FORESTS[0], "As corridor, open, dense, or a FILE", metavar="FOREST", study=True)
+    forest: str = option(
+        FORESTS[0],
+        "As corridor, open, dense, or a FILE",
+        metavar="FOREST",
+        study=True,
+        names="system.car.world:FORESTS",
+    )
     ranges: str = option(
         RANGES[0], "Of the echoes' flight, exact places, or chip to time echoes", choices=RANGES, study=True
     )

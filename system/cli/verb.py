@@ -10,7 +10,7 @@ from __future__ import annotations
 import inspect
 import re
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import MISSING, dataclass, field, fields
 from enum import Enum, StrEnum
@@ -145,10 +145,17 @@ def parameters_of(options: type, without: Collection[str] = ()) -> Iterator[insp
 
 
 def completion_of(place: str, choices: Collection[str] = ()) -> Callable[[str], list[str]] | None:
-    """Give the completion of a value by `choices` and what the function at `place` lists; None without."""
+    """Give the completion of a value by `choices`, and by the words at `place` if it is one; None without."""
     if not place and not choices:
         return None
-    return words_from(lambda: (*choices, *(loaded(place)() if place else ())))
+    return words_from(lambda: (*choices, *(_words_at(place) if place else ())))
+
+
+def _words_at(place: str) -> Iterable[str]:
+    """Words at a place, or those that the function there lists."""
+    found: Any = loaded(place)
+    words: Iterable[str] = found() if callable(found) else found
+    return words
 
 
 def keyword(name: str, kind: Any, usual: Any) -> inspect.Parameter:

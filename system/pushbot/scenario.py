@@ -76,7 +76,13 @@ class Scenario:
         A field breaks its rule; the text names it.
     """
 
-    scene: str = option(DEFAULT_SCENE, "Its name, or a FILE.toml", metavar="SCENE", study=True)
+    scene: str = option(
+        DEFAULT_SCENE,
+        "Its name, or a FILE.toml",
+        metavar="SCENE",
+        study=True,
+        names="system.worlds.arena.file:scene_names",
+    )
     speed_factor: float = option(
         0.5, "Of equation (2), the usual one about 0.35 m/s", unit="", study=True, key="speed_factor"
     )

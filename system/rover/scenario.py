@@ -67,7 +67,13 @@ class Scenario:
         A field breaks its rule; the text names it.
     """
 
-    map: str = option(DEFAULT_MAP, "As map1-road, or a file of costs", metavar="MAP", study=True)
+    map: str = option(
+        DEFAULT_MAP,
+        "As map1-road, or a file of costs",
+        metavar="MAP",
+        study=True,
+        names="system.rover.cost_map:MAPS",
+    )
     start: Cell = option(
         START, "From 0, row 0 in the north", read=read_cell, metavar="ROW,COLUMN", study=True
     )

@@ -14,6 +14,7 @@ import pytest
 from chips.registry import CHIPS
 from circuits.registry import BLOCKS, METRICS
 from netlists.registry import DIALECTS
+from system.bug.map import MAPS
 from system.cli.completion import VARIABLE, Shell, script_of
 from system.registry import EXPERIMENTS, SYSTEMS
 from tests.system.cli.test_command_line import HEAVY, ROOT, process
@@ -58,6 +59,8 @@ NAMES = {
     "noctule mo": {"montecarlo"},
     "noctule show rebound-neuron --bias-f": {"--bias-file"},
     "noctule run forest --ranges ": {"exact", "sonar", "chip"},
+    "noctule run bug --map bug-": {*MAPS},
+    "noctule run pushbot --scene s": {"single-block"},
     "noctule run forst --ranges ": set(),
     "noctule --v": {"--version"},
 }
