@@ -64,6 +64,9 @@ SHORT = {
     "--pings": "5",
 }
 GIVEN = {"--trips": "1"}  # and such as it gives
+SHORT_STUDY = {
+    "calibrated": "no"
+}  # and options of a study's runs: a die's calibration is 19 runs of its chip
 FEWEST_RUNS = {"trials": "4"}  # of a campaign whose count cannot be 1
 # Starting processes takes longer than what is left to do, and contributions are hundreds of runs whatever the
 # samples: `system/study/search/test_breakdown.py` carries out studies with them.
@@ -210,8 +213,8 @@ def shortened(command: Command, options: Iterable[str]) -> list[str]:
 def _of_study(target: str) -> dict[str, str]:
     """What a study of the system takes to make its runs short; of a block, nothing."""
     found = {}
-    for option, value in SHORT.items() if target in system_names() else ():
-        name = option.removeprefix("--")
+    usual = {option.removeprefix("--"): value for option, value in SHORT.items()} | SHORT_STUDY
+    for name, value in usual.items() if target in system_names() else ():
         with suppress(ParameterError):
             load_system(target).study_options("behavioural", None, {name: value})
             found[name] = value

@@ -51,7 +51,7 @@ from tests.documents import (
 )
 from tests.walks import without_walks
 
-ENOUGH = 0.5  # s of processor time after which a long command is interrupted; ours
+ENOUGH = 0.2  # s of processor time after which a long command is interrupted; ours
 TEXTS = {path: without_walks(path.read_text(encoding="utf-8")) for path in (*DOCUMENTS, *EXAMPLES)}
 PYTHON = [path for path in DOCUMENTS if any(language == "python" for language, _ in fenced(TEXTS[path]))]
 SHOWN = ("yaml", "spice", "verilog", "csv")  # languages of blocks that are not checked, besides directives

@@ -58,14 +58,21 @@ class Case:
 
 USUAL_CASE = Case()
 _AT_REST = "nothing moves: what is left are the tolerances by which Newton's method stops, 1 uV (vntol)"
+_AT_ONCE = Form(kind="generator", stop=10e-6)
 _REGENERATIVE = "a regenerative edge needs ngspice's steps short"
 CASES: Mapping[str, Case] = {
-    "axon-delay": Case(reltol=1e-5, points=2_000, why="the delay moves with ngspice's reltol"),
-    "bias-chain": Case(allowed=Allowance(operating_point=1e-6), why=_AT_REST),
-    "bias-generator": Case(allowed=Allowance(operating_point=1e-6), why=_AT_REST),
+    "axon-delay": Case(
+        Form(kind="generator", stop=0.9e-3),
+        reltol=1e-5,
+        points=1_100,
+        why="the delay tells, and moves with ngspice's reltol",
+    ),
+    "bias-chain": Case(_AT_ONCE, points=5, allowed=Allowance(operating_point=1e-6), why=_AT_REST),
+    "bias-generator": Case(_AT_ONCE, points=5, allowed=Allowance(operating_point=1e-6), why=_AT_REST),
     "calcium-gate": Case(
-        Form(kind="generator", stop=0.03),
-        why="three spikes, each a step of calcium, tell; later calcium can rest on a comparator's threshold,"
+        Form(kind="generator", stop=0.02),
+        points=330,
+        why="its spikes, each a step of calcium, tell; later calcium can rest on a comparator's threshold,"
         " whose output then shows ngspice's own error many times larger: over the whole run 2.8 mV rms at"
         " reltol 1e-5, 2.0 mV at 1e-6, 0.8 mV at 1e-7",
     ),
@@ -75,13 +82,16 @@ CASES: Mapping[str, Case] = {
         points=1_500,
         why="one call interval tells; its hold capacitors leak for long between two samples",
     ),
+    "coincidence-detector": Case(
+        Form(kind="generator", stop=0.0035), points=150, why="the spike of a coincidence tells"
+    ),
     "conductance-neuron": Case(
-        Form(kind="generator", stop=0.008),
+        Form(kind="generator", stop=0.0069),
         reltol=3e-5,
-        points=1_000,
+        points=860,
         coldest=20.0,
         why="two excitations, which just suffice at 27 degC and no longer at -20 degC: near the margin the"
-        " spike's time hangs on ngspice's tolerances; its first spike and what follows tell",
+        " spike's time hangs on ngspice's tolerances; its first spike tells",
     ),
     "depressing-synapse": Case(
         Form(kind="generator", stop=0.0065),
@@ -91,6 +101,9 @@ CASES: Mapping[str, Case] = {
     ),
     "dpi-synapse": Case(reltol=2e-4, points=250, why="short pulses and straight ramps need few steps"),
     "envelope-detector": Case(reltol=1e-5, points=2_000, why="100 periods of 40 kHz in the run"),
+    "latency-neuron": Case(
+        Form(kind="generator", stop=0.0095), points=160, why="the spike at its latency tells"
+    ),
     "latency-unit": Case(
         Form(
             {"membrane_capacitance": 0.5e-12, "timer_capacitance": 0.5e-12},
@@ -104,9 +117,9 @@ CASES: Mapping[str, Case] = {
         " two pings of a whole unit are `benchmarks/latency_unit.py`'s",
     ),
     "lso-neuron": Case(
-        Form(kind="generator", stop=0.0025),
+        Form(kind="generator", stop=0.00205),
         reltol=6e-6,
-        points=1_200,
+        points=1_000,
         why=f"{_REGENERATIVE}; the first spike tells",
     ),
     "onset-neuron": Case(
@@ -114,7 +127,10 @@ CASES: Mapping[str, Case] = {
         why="nothing but off currents holds the refractory circuit's nodes: without a guess ngspice calls its"
         " matrix singular",
     ),
-    "race-cell": Case(Form(kind="generator", stop=0.08), why="its spike ends the race"),
+    "plastic-synapse": Case(
+        Form(kind="generator", stop=0.012), points=240, why="the first moves of the weight tell"
+    ),
+    "race-cell": Case(Form(kind="generator", stop=0.0705), points=440, why="its spike ends the race"),
     "race-layer": Case(
         Form(
             {
@@ -125,12 +141,11 @@ CASES: Mapping[str, Case] = {
             },
             {"excite_0": None, "excite_1": None, "inhibit_1": None, "inhibit_2": None},
             "generator",
-            1.4e-3,
+            1.0e-3,
         ),
         reltol=5e-5,
-        points=300,
-        why="one cell's race, its spike and the recurrent inhibition tell, quick by a hundredth of the"
-        " capacitors",
+        points=215,
+        why="one cell's race and its spike tell, quick by a hundredth of the capacitors",
     ),
     "rebound-neuron": Case(
         Form(kind="generator", stop=0.009),
@@ -139,13 +154,15 @@ CASES: Mapping[str, Case] = {
         why="the first rebound tells: some dies fire again and again, each time adding its error to the next",
     ),
     "rolls-neuron": Case(
-        Form(kind="generator", stop=0.007),
+        Form(kind="generator", stop=0.0065),
         reltol=1e-5,
-        points=3_000,
+        points=2_800,
         why=f"{_REGENERATIVE}; two spikes and the adaptation between them tell",
     ),
     "tonic-neuron": Case(
-        Form(kind="generator", stop=0.03), why="a spike and the beginning of its long silence tell"
+        Form(kind="generator", stop=0.012),
+        points=200,
+        why="a spike and the beginning of its long silence tell",
     ),
     "vocalization-controller": Case(
         Form(kind="generator", stop=0.06), reltol=3e-7, points=16_000, why=_REGENERATIVE
