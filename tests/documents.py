@@ -68,6 +68,7 @@ SHORT_STUDY = {
     "calibrated": "no"
 }  # and options of a study's runs: a die's calibration is 19 runs of its chip
 FEWEST_RUNS = {"trials": "4"}  # of a campaign whose count cannot be 1
+IN_NGSPICE = ("--stimulus", "duration=1ms")  # what a run there takes, which is slower than the solver
 # Starting processes takes longer than what is left to do, and contributions are hundreds of runs whatever the
 # samples: `system/study/search/test_breakdown.py` carries out studies with them.
 DROPPED = ("--workers", "--contributions")
@@ -205,6 +206,8 @@ def shortened(command: Command, options: Iterable[str]) -> list[str]:
         params = _of_study(words[1])
     elif command.verb == ("reproduce",):
         params = {name: FEWEST_RUNS.get(name, "1") for name in load_experiment(words[1]).counts or ()}
+    if words[0] == "simulate" and "ngspice" in words and IN_NGSPICE[0] not in words:
+        words += IN_NGSPICE
     left_out = {*short, *DROPPED, *(f"--{name}" for name in params)}
     pairs = [*short.items(), *(("--param", f"{name}={value}") for name, value in params.items())]
     return [*_without(words, left_out), *(word for pair in pairs for word in pair)]

@@ -31,6 +31,7 @@ from circuits.blocks.rolls.neuron import RESTING
 from circuits.circuit import BiasKind
 from circuits.lowering.capacitance import capacitance_matrix
 from circuits.lowering.on_die import DieDevices
+from circuits.silicon.die import Path
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
@@ -167,6 +168,30 @@ def synapse_devices(params: Params, silicon: Silicon) -> DieDevices:
     return devices_at(dpi_synapse.synapse(params.synapse), place, silicon, {}, WEIGHT_DEVICES, "synapse.")
 
 
+@lru_cache(maxsize=4)
+def _virtual_devices(params: Params, silicon: Silicon, name: str, count: int) -> DieDevices:
+    """Weight devices of the virtual synapses of a sign, without their gates, kept likewise."""
+    place = row_place(NEURONS, (name, (count,)))
+    return devices_at(dpi_synapse.synapse(params.synapse), place, silicon, {}, WEIGHT_DEVICES, "synapse.")
+
+
+@lru_cache(maxsize=6)
+def _pulse_lengths(
+    params: Params, silicon: Silicon, place: Path, gates: tuple[tuple[str, float], ...]
+) -> F64:
+    """Pulse of each extender in the arrays of `place`, s, kept likewise."""
+    extenders = extenders_at(params.synapse, place, silicon, dict(gates))
+    found = pulse_length(prepare(params, silicon.process).synapse, extenders)
+    found.flags.writeable = False
+    return found
+
+
+def _gated(d: DieDevices, part: str, gates: Mapping[str, float]) -> DieDevices:
+    """Devices of a part with its gates."""
+    given = part_gates(part, gates)
+    return d._replace(gate={port: np.asarray(v, dtype=np.float64) for port, v in given.items()})
+
+
 def _gates_of(part: str, gates: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
     return tuple(sorted(part_gates(part, gates).items()))
 
@@ -186,11 +211,8 @@ def _draws(
     params: Params, ready: Prepared, program: Program, gates: Mapping[str, float], silicon: Silicon,
     filters: Sequence[Filter],
 ) -> _Draws:  # fmt: skip
-    gated = {port: np.asarray(v, dtype=np.float64) for port, v in part_gates("synapse", gates).items()}
-    d = synapse_devices(params, silicon)._replace(gate=gated)
-    own = part_gates("extender", gates)
-    extenders = extenders_at(params.synapse, (("extender", (NEURONS,)),), silicon, own)
-    lengths = pulse_length(ready.synapse, extenders)
+    d = _gated(synapse_devices(params, silicon), "synapse", gates)
+    lengths = _pulse_lengths(params, silicon, (("extender", (NEURONS,)),), _gates_of("extender", gates))
     levels = np.asarray(program.levels).ravel()
     pre = np.tile(np.arange(NEURONS), NEURONS)
     current, charge = np.zeros((2, levels.size)), np.zeros((2, levels.size))
@@ -232,14 +254,9 @@ def _virtual(
     for sign, (name, count) in enumerate(zip(("virtual_exc", "virtual_inh"), counts, strict=True)):
         if not count:
             continue
-        place = row_place(NEURONS, (name, (count,)))
-        d = devices_at(
-            dpi_synapse.synapse(params.synapse), place, silicon, part_gates(name, gates), WEIGHT_DEVICES,
-            "synapse.",
-        )  # fmt: skip
+        d = _gated(_virtual_devices(params, silicon, name, count), name, gates)
         place = row_place(NEURONS, (f"{name}_extender", (count,)))
-        extenders = extenders_at(params.synapse, place, silicon, part_gates("extender", gates))
-        lengths = pulse_length(ready.synapse, extenders)
+        lengths = _pulse_lengths(params, silicon, place, _gates_of("extender", gates))
         line = line_voltage(filters[2 + sign], program.biases.current(("VA_EXC_N", "VA_INH_P")[sign]), d.u_t)
         drawn = draw_of(ready.synapse, d, -1 if sign else 1, line)
         rows = slice(4 * sign, 4 * sign + count)

@@ -9,6 +9,7 @@ from circuits.circuit import Circuit, InstanceArray, Node, Port
 from circuits.devices import Capacitor, ControlledSource, Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import SimulatorError
+from circuits.registry import load_block
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate as solve
@@ -46,14 +47,14 @@ def stages() -> Testbench:
 
 @pytest.mark.usefixtures("ngspice_library")
 def test_the_neuron_fires_when_the_exported_text_does() -> None:
-    silicon = Silicon(die=Die("A", 9))
-    text = engine.simulate(neuron(), silicon)
-    analysis = to_pyspice(neuron(), silicon).transient()
+    silicon, bench = Silicon(die=Die("A", 9)), load_block("high-threshold-neuron").bench()
+    text = engine.simulate(bench, silicon)
+    analysis = to_pyspice(bench, silicon).transient()
     time, spike = np.asarray(analysis.time), np.asarray(analysis["spike"])
     found = engine.upward_crossings(time, spike, HALF_SUPPLY)
     assert found.size == text.spikes["spike"].size == 1
     assert found == pytest.approx(text.spikes["spike"], abs=1e-6)
-    assert time[-1] == pytest.approx(neuron().stop)
+    assert time[-1] == pytest.approx(bench.stop)
 
 
 @pytest.mark.usefixtures("ngspice_library")

@@ -27,7 +27,7 @@ def isolated() -> Trace:
 
 @pytest.fixture(scope="module")
 def mixed() -> Trace:
-    return run(Scenario(NEAR, DURATION, isolation=False), workers=2)
+    return run(Scenario(NEAR, 0.6, isolation=False), workers=2)
 
 
 def test_the_first_target_is_held_with_clutter_behind_it(isolated: Trace, mixed: Trace) -> None:
@@ -64,8 +64,8 @@ def test_the_estimate_is_near_the_target(isolated: Trace) -> None:
 
 def test_the_answer_does_not_depend_on_the_workers() -> None:
     # several calls and all their echoes, each solved in rounds that the workers share
-    again = run(Scenario(NEAR, 0.35), workers=2)
-    once = run(Scenario(NEAR, 0.35), workers=1)
+    again = run(Scenario(NEAR, 0.25), workers=2)
+    once = run(Scenario(NEAR, 0.25), workers=1)
     assert len(once.calls) > 1
     assert np.array_equal(again.calls, once.calls)
     assert again.spikes == once.spikes
@@ -74,7 +74,7 @@ def test_the_answer_does_not_depend_on_the_workers() -> None:
 
 @pytest.fixture(scope="module")
 def d4() -> Trace:
-    return run(Scenario(NEAR, 0.8, amplitude_law="d4"))
+    return run(Scenario(NEAR, 0.6, amplitude_law="d4"))
 
 
 def test_the_fourth_power_law_calls_more_softly_at_mid_range(isolated: Trace, d4: Trace) -> None:
@@ -122,5 +122,5 @@ def test_any_box_can_be_at_transistor_level(behavioural: Trace, box: Box) -> Non
 
 
 def test_the_fourth_power_law_holds_at_behavioural_level(d4: Trace) -> None:
-    other = run(Scenario(NEAR, 0.8, amplitude_law="d4", level="behavioural"))
+    other = run(Scenario(NEAR, 0.6, amplitude_law="d4", level="behavioural"))
     assert other.call_amplitude_V[-1] == pytest.approx(d4.call_amplitude_V[-1], rel=0.02)

@@ -29,7 +29,7 @@ from system.rolls.run import SYSTEM, run
 from system.rolls.scenario import Scenario
 from system.worlds.arena.file import load_scene
 
-RUN = ["run", "approach", "--level", "behavioural", "--duration", "1s", "--json"]
+RUN = ["run", "approach", "--level", "behavioural", "--duration", "0.4s", "--json"]
 
 
 @pytest.fixture

@@ -68,7 +68,7 @@ def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
 def test_a_cluster_leaves_nothing_and_serves_no_page(temporary: Path) -> None:
     (temporary / f".noctule-{os.getuid()}-of-a-killed-run").mkdir()
     wanted = study(count=4, chunk=2)
-    with on_cluster(None, 2) as workers:
+    with on_cluster(None, 1) as workers:
         found = list(temporary.iterdir())
         assert len(found) == 1, found
         (scratch,) = found

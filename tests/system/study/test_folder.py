@@ -115,20 +115,26 @@ def test_samples_that_do_not_fit_are_no_samples_of_the_study(
         study_table(tmp_path / "a")
 
 
-@pytest.mark.parametrize("spoil", [flip, cut_short, empty])
-def test_spoiled_samples_are_told_in_one_line(spoil: Callable[[bytes], bytes], tmp_path: Path) -> None:
+def test_spoiled_samples_are_told_in_one_line_each(tmp_path: Path) -> None:
     run(study(), tmp_path / "a")
-    path = tmp_path / "a" / SAMPLES
-    path.write_bytes(spoil(path.read_bytes()))
-    code = "import sys; from system.cli.command_line import main; sys.exit(main(sys.argv[1:]))"
-    words = ["replay", str(tmp_path / "a"), "--die", "1005", "--metric", f"{HERE}:threshold_sum"]
+    folders = []
+    for spoil in (flip, cut_short, empty):
+        folders.append(tmp_path / spoil.__name__)
+        shutil.copytree(tmp_path / "a", folders[-1])
+        path = folders[-1] / SAMPLES
+        path.write_bytes(spoil(path.read_bytes()))
+    words = ["--die", "1005", "--metric", f"{HERE}:threshold_sum"]
+    code = (
+        "import sys; from system.cli.command_line import main;"
+        f"sys.exit(max(main(['replay', folder, *{words}]) for folder in sys.argv[1:]))"
+    )
     done = subprocess.run(
-        [sys.executable, "-c", code, *words], cwd=ROOT, capture_output=True, text=True, check=False
+        [sys.executable, "-c", code, *folders], cwd=ROOT, capture_output=True, text=True, check=False
     )
     assert (done.returncode, done.stderr) == (0, "")  # nothing of a file that HDF5 left half open
     told = [line for line in done.stdout.splitlines() if "samples.nc" in line]
-    assert len(told) == 1
-    assert "cannot be read" in told[0]
+    assert len(told) == len(folders)
+    assert all("cannot be read" in line for line in told)
 
 
 def test_a_study_of_a_class_alone_is_read_back(tmp_path: Path) -> None:
@@ -189,7 +195,7 @@ def test_a_full_disk_ends_in_one_line_and_keeps_what_was_finished(tmp_path: Path
         resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
     command = ["montecarlo", "rebound-neuron", "--metric", f"{HERE}:threshold_sum", "--no-process"]
-    command += ["-n", "200", "--chunk", "20", "-o", str(folder)]
+    command += ["-n", "100", "--chunk", "20", "-o", str(folder)]
     code = "import sys; from system.cli.command_line import main; sys.exit(main())"
     done = subprocess.run(
         [sys.executable, "-c", code, *command], cwd=ROOT, preexec_fn=limit, capture_output=True, text=True,
@@ -197,12 +203,12 @@ def test_a_full_disk_ends_in_one_line_and_keeps_what_was_finished(tmp_path: Path
     )  # fmt: skip
     assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
     assert "samples.nc: cannot be written, the file grows beyond the allowed size" in done.stderr
-    assert len(chunk_files(folder)) == 10
+    assert len(chunk_files(folder)) == 5
     assert not (folder / SAMPLES).exists()
     assert not list(tmp_path.rglob(".noctule-*"))
-    again = run(study(200, 20), folder, resume=True)
-    assert again.chunks_read == 10
-    assert same(again.table, run(study(200, 20)).table)
+    again = run(study(100, 20), folder, resume=True)
+    assert again.chunks_read == 5
+    assert same(again.table, run(study(100, 20)).table)
 
 
 def largest_chunk(tmp_path: Path) -> int:
