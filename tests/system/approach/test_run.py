@@ -17,7 +17,7 @@ NEAR = (
     Target("target", Approach(1.6, 1.1, 0.5)),
     Target("clutter", Approach(2.6, 2.1, 0.5), 1.5),
 )
-DURATION = 1.2
+DURATION = 1.1
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def isolated() -> Trace:
 
 @pytest.fixture(scope="module")
 def mixed() -> Trace:
-    return run(Scenario(NEAR, 0.6, isolation=False), workers=2)
+    return run(Scenario(NEAR, DURATION, isolation=False, level="behavioural"))
 
 
 def test_the_first_target_is_held_with_clutter_behind_it(isolated: Trace, mixed: Trace) -> None:
@@ -64,8 +64,8 @@ def test_the_estimate_is_near_the_target(isolated: Trace) -> None:
 
 def test_the_answer_does_not_depend_on_the_workers() -> None:
     # several calls and all their echoes, each solved in rounds that the workers share
-    again = run(Scenario(NEAR, 0.25), workers=2)
-    once = run(Scenario(NEAR, 0.25), workers=1)
+    again = run(Scenario(NEAR, 0.35), workers=2)
+    once = run(Scenario(NEAR, 0.35), workers=1)
     assert len(once.calls) > 1
     assert np.array_equal(again.calls, once.calls)
     assert again.spikes == once.spikes
