@@ -9,7 +9,9 @@ import pytest
 from hypothesis import settings
 
 from chips.record_file import ENVIRONMENT
+from netlists.ngspice import run as ngspice
 from netlists.ngspice.library import find_library
+from tests.agreement.kept import KeptRuns
 
 os.environ[ENVIRONMENT] = tempfile.gettempdir() + "/no-records-of-tests"
 # First calls compile, and speed is the benchmarks' claim. Examples are others in each run.
@@ -35,3 +37,20 @@ def ngspice_library() -> None:
         if os.environ.get("CI") == "true":
             pytest.fail(reason)
         pytest.skip(reason)
+
+
+@pytest.fixture(scope="session")
+def ngspice_runs(ngspice_library: None, pytestconfig: pytest.Config) -> KeptRuns | None:
+    """Runs of ngspice that pytest's cache has, where there is one."""
+    if not pytestconfig.pluginmanager.hasplugin("cacheprovider"):
+        return None
+    found = KeptRuns(pytestconfig.cache.mkdir("ngspice"), ngspice.run)
+    found.drop_unused()
+    return found
+
+
+@pytest.fixture
+def kept_ngspice(ngspice_runs: KeptRuns | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A deck that ngspice has run before is not run again (`tests.agreement.kept`)."""
+    if ngspice_runs is not None:
+        monkeypatch.setattr(ngspice, "run", ngspice_runs)

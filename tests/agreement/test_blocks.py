@@ -33,7 +33,7 @@ from netlists.ngspice.agreement import USUAL, compare
 from netlists.ngspice.form import delay_ratio, scaled_testbench, started
 from tests.agreement.blocks import CASES, USUAL_CASE, case_of, silicon_of
 
-pytestmark = pytest.mark.usefixtures("ngspice_library")
+pytestmark = pytest.mark.usefixtures("kept_ngspice")
 
 UM = 1e-6
 V_DD = 5.0

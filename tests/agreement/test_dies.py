@@ -15,7 +15,7 @@ from circuits.solver.operating_point import operating_point
 from netlists.ngspice import engine
 from netlists.ngspice.agreement import USUAL, compare
 
-pytestmark = pytest.mark.usefixtures("ngspice_library")
+pytestmark = pytest.mark.usefixtures("kept_ngspice")
 
 CHIP = rebias(ranging_chip.build(), kind="generator")
 DIE = Die("B", 1003)

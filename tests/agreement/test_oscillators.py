@@ -7,7 +7,7 @@ import pytest
 from circuits.silicon.die import Die
 from tests.circuits.solver.oscillators import OSCILLATORS
 
-pytestmark = pytest.mark.usefixtures("ngspice_library")
+pytestmark = pytest.mark.usefixtures("kept_ngspice")
 
 ALL = OSCILLATORS["oscillators"]()
 ALLOWED = OSCILLATORS["ALLOWED"]  # percent of the period, what the benchmark claims

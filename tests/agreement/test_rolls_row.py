@@ -20,7 +20,7 @@ from netlists.ngspice import engine
 STOP = 0.14e-3  # s
 
 
-@pytest.mark.usefixtures("ngspice_library")
+@pytest.mark.usefixtures("kept_ngspice")
 def test_the_spike_of_a_row_agrees() -> None:
     levels = np.zeros((256, 256), np.int8)
     levels[5, 17] = levels[5, 40] = 4

@@ -13,7 +13,7 @@ from netlists.ngspice import engine
 from netlists.ngspice.agreement import USUAL
 from netlists.ngspice.form import started
 
-pytestmark = pytest.mark.usefixtures("ngspice_library")
+pytestmark = pytest.mark.usefixtures("kept_ngspice")
 
 
 def test_a_wave_reaches_the_next_cell_at_the_same_time() -> None:

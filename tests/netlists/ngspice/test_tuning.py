@@ -15,7 +15,7 @@ from circuits.solver.transient import Result
 from netlists.ngspice import tuning
 from netlists.ngspice.tuning import NgspiceTrials
 
-pytestmark = pytest.mark.usefixtures("ngspice_library")
+pytestmark = pytest.mark.usefixtures("kept_ngspice")
 
 
 def test_the_nominal_neuron_is_silent_but_after_both() -> None:

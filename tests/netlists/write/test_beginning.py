@@ -58,7 +58,7 @@ def chain() -> Testbench:
     return Testbench("chain", circuit, (SUPPLY,), 10 * US, initial={"stage[0].m": 1.0})
 
 
-@pytest.mark.usefixtures("ngspice_library")
+@pytest.mark.usefixtures("kept_ngspice")
 @pytest.mark.parametrize("begin", ["disturbed", "uic"])
 def test_held_voltages_and_charges_are_those_of_ngspice(begin: str) -> None:
     bench = replace(chain(), begin=begin)  # type: ignore[arg-type]  # one of the two
@@ -71,7 +71,7 @@ def test_held_voltages_and_charges_are_those_of_ngspice(begin: str) -> None:
     assert (own["y[1]"][0] == 3.5) == (begin == "disturbed")
 
 
-@pytest.mark.usefixtures("ngspice_library")
+@pytest.mark.usefixtures("kept_ngspice")
 @pytest.mark.parametrize("uic", ["", " uic"])
 def test_a_hand_written_deck_runs_as_it_does_in_ngspice(uic: str) -> None:
     deck = DECK.format(uic=uic)
@@ -128,7 +128,7 @@ def test_dialects_write_their_own_words(dialect: str) -> None:
     assert "ic=-1.5" in held
 
 
-@pytest.mark.usefixtures("ngspice_library")
+@pytest.mark.usefixtures("kept_ngspice")
 @pytest.mark.parametrize("begin", ["disturbed", "uic"])
 def test_pyspice_begins_likewise(begin: str) -> None:
     bench = replace(chain(), begin=begin)  # type: ignore[arg-type]  # one of the two
@@ -148,7 +148,7 @@ def test_a_capacitor_of_pyspice_keeps_its_voltage() -> None:
     assert simulate(from_pyspice(circuit, stop=1e-6))["b"][0] == 1.5
 
 
-@pytest.mark.usefixtures("ngspice_library")
+@pytest.mark.usefixtures("kept_ngspice")
 def test_ngspice_leaves_an_unstable_state_as_the_solver_does() -> None:
     oscillator = OSCILLATORS["oscillators"]()[1]
     silicon = Silicon(oscillator.process)
@@ -160,7 +160,7 @@ def test_ngspice_leaves_an_unstable_state_as_the_solver_does() -> None:
     assert not peer.operating_point.stable
 
 
-@pytest.mark.usefixtures("ngspice_library")
+@pytest.mark.usefixtures("kept_ngspice")
 def test_ngspice_counts_at_the_circuit_s_own_threshold() -> None:
     ring = OSCILLATORS["oscillators"]()[6]  # in the process of 5 V
     low = replace(ring.testbench, sources=(Source("vdd", "vdd", Constant(1.8)),), stop=0.3e-6)
@@ -172,7 +172,7 @@ def test_ngspice_counts_at_the_circuit_s_own_threshold() -> None:
     assert peer.uncrossed["spike"].threshold == 2.5
 
 
-@pytest.mark.usefixtures("ngspice_library")
+@pytest.mark.usefixtures("kept_ngspice")
 def test_a_latch_is_set_in_both_engines() -> None:
     for node, other in (("a", "b"), ("b", "a")):
         bench = replace(latch(), initial={node: 5.0})

@@ -21,7 +21,7 @@ WORKS = Tuning(NeuronClass.WORKS, 5.1e-3, 7.3e-3, 5e-3, 2e-3)
 SILENT = Tuning(NeuronClass.NEVER, t_inh=5e-3, t_reb=2e-3)
 
 
-@pytest.mark.usefixtures("ngspice_library")
+@pytest.mark.usefixtures("kept_ngspice")
 def test_a_die_that_fires_on_the_call_alone_does_so_in_ngspice() -> None:
     neuron, silicon = rebound_neuron.build(), silicon_of(1001)
     solver, peer = tune(tuning_machine(neuron, silicon)), search(NgspiceTrials(neuron, silicon))
@@ -30,7 +30,7 @@ def test_a_die_that_fires_on_the_call_alone_does_so_in_ngspice() -> None:
     assert peer.t_reb == pytest.approx(solver.t_reb, abs=20e-6)
 
 
-@pytest.mark.usefixtures("ngspice_library")
+@pytest.mark.usefixtures("kept_ngspice")
 def test_the_edges_of_a_die_that_works_are_where_the_solver_has_them() -> None:
     """Fires 20 us within each edge and not 20 us outside, so that no bisection can end elsewhere."""
     neuron, silicon = rebound_neuron.build(), silicon_of(1000)
