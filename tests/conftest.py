@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import tempfile
 
@@ -17,6 +18,16 @@ os.environ[ENVIRONMENT] = tempfile.gettempdir() + "/no-records-of-tests"
 # First calls compile, and speed is the benchmarks' claim. Examples are others in each run.
 settings.register_profile("untimed", deadline=None, max_examples=50)
 settings.load_profile("untimed")
+
+
+gc.disable()  # until tests are collected: of eight thousand of them nothing is garbage
+
+
+def pytest_collection_finish() -> None:
+    """Collect garbage from now on, but not in what stays to the end."""
+    gc.collect()
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
