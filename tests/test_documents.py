@@ -60,8 +60,13 @@ ASKING = {"--version", "--help"}  # options that are answered without a verb
 PATH = re.compile(r"(?:[\w.*-]+/)+[\w.*-]*")
 NAME = re.compile(r"(?:circuits|chips|netlists|system)(?:\.\w+)+")
 OPTION = re.compile(r"--[a-z][a-z-]+")
+PIP = ".venv/bin/pip"
 # Programs of others, and how they say what they would do.
-DRY = {"make": ["make", "-n"], ".venv/bin/pytest": [sys.executable, "-m", "pytest", "-q", "--collect-only"]}
+DRY = {
+    "make": ["make", "-n"],
+    ".venv/bin/pytest": [sys.executable, "-m", "pytest", "-q", "--collect-only"],
+    PIP: [sys.executable, "-m", "pip"],
+}
 
 
 def verbs() -> list[tuple[str, ...]]:
@@ -94,7 +99,7 @@ OURS = [command for command in EACH if command.program == "noctule"]
 FRAGMENTS = [command for command in OURS if command.placeholders]
 WHOLE = [command for command in OURS if not command.placeholders]
 BEGUN = list({command.words[:3]: command for command in reversed(WHOLE) if command.long}.values())
-OTHERS = [command for command in EACH if command.program != "noctule"]
+OTHERS = [command for command in EACH if command.program in DRY]
 
 
 def chains_of_pages() -> list[tuple[Command, ...]]:
@@ -298,8 +303,16 @@ def _need_ngspice() -> None:
         pytest.skip("no ngspice library; install Debian's libngspice0 or set NGSPICE_LIBRARY_PATH")
 
 
+def test_what_is_not_known_here_is_installed_on_its_page() -> None:
+    for found in FOUND.values():
+        programs = [command.program for command in found]
+        unknown = [k for k, program in enumerate(programs) if program not in {"noctule", *DRY}]
+        assert all(PIP in programs[:k] for k in unknown)
+
+
 def test_the_command_of_another_program_is_known_to_it(other: Command) -> None:
-    dry = [*DRY[other.program], *other.words[1:]]
+    words = (other.words[1], "--help") if other.program == PIP else other.words[1:]
+    dry = [*DRY[other.program], *words]
     done = subprocess.run(dry, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
