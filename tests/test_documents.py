@@ -53,7 +53,9 @@ from tests.walks import without_walks
 
 ENOUGH = 0.2  # s of processor time after which a long command is interrupted; ours
 TEXTS = {path: without_walks(path.read_text(encoding="utf-8")) for path in (*DOCUMENTS, *EXAMPLES)}
-PYTHON = [path for path in DOCUMENTS if any(language == "python" for language, _ in fenced(TEXTS[path]))]
+LANGUAGES = {path: [language for language, _ in fenced(TEXTS[path])] for path in DOCUMENTS}
+# of an executed page the site's build runs the cells, which other blocks may go on from
+PYTHON = [path for path, found in LANGUAGES.items() if "python" in found and "{code-cell}" not in found]
 SHOWN = ("yaml", "spice", "verilog", "csv")  # languages of blocks that are not checked, besides directives
 SAMPLED = 4  # of each kind of thing on pages other than the README; ours: all together take a minute
 ASKING = {"--version", "--help"}  # options that are answered without a verb
