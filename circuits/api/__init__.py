@@ -8,6 +8,7 @@ from circuits.bias import bias_voltages, gate_voltage, rebias
 from circuits.blocks.block import Block, ClosedForm, Stimulus
 from circuits.blocks.drive import powered
 from circuits.blocks.metric import Metric
+from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, bias_in, event_in, event_out
 from circuits.checks import implausible_allowed
 from circuits.circuit import GROUND, Bias, Circuit, Instance, InstanceArray, Node, Port
@@ -49,6 +50,7 @@ from circuits.silicon.process import (
 )
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.solver.batch import Sample, map_dies
+from circuits.solver.device_table import transistor_table_at
 from circuits.solver.noise.analysis import Noise, noise
 from circuits.solver.noise.event_jitter import EventJitter, event_jitter
 from circuits.solver.noise.transient import NoiseRun, simulate_noisy
@@ -73,6 +75,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "circuit_at",
     # Devices
     "Transistor",
+    "mos",
     "Capacitor",
     "Resistor",
     "ControlledSource",
@@ -109,6 +112,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     # Operating point and sweeps
     "operating_point",
     "OperatingPoint",
+    "transistor_table_at",
     "dc_sweep",
     "Sweep",
     # Transient

@@ -11,7 +11,19 @@ UM = 1e-6
 def mos(
     name: str, polarity: Polarity, drain: str, gate: str, source: str, width: float, length: float
 ) -> Transistor:
-    """A transistor of `width` by `length` (um); its bulk is at `vdd` for a pFET and at ground for an nFET."""
+    """A transistor whose bulk is at `vdd` for a pFET and at ground for an nFET.
+
+    Parameters
+    ----------
+    name
+        Name of the device.
+    polarity
+        `n` or `p`.
+    drain, gate, source
+        Names of the nodes of its terminals.
+    width, length
+        Its size, um.
+    """
     bulk = "vdd" if polarity == "p" else "0"
     return Transistor(name, polarity, drain, gate, source, bulk, width * UM, length * UM)
 

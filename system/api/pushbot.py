@@ -3,7 +3,7 @@
 from system.pushbot.body import Pushbot
 from system.pushbot.brain import Architecture, brain_of
 from system.pushbot.drive import Order, Readings, Run, begin_run, drive, go_on, pull, steer
-from system.pushbot.loop import Brain
+from system.pushbot.loop import Brain, open_loop, step
 from system.pushbot.network.biases import pushbot_biases
 from system.pushbot.network.plain import NOTEBOOK, PAPER, PushbotLayout, PushbotLevels, pushbot_network
 from system.pushbot.run import Trace, run
@@ -35,4 +35,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "scene_of",
     "run",
     "Trace",
+    "open_loop",
+    "step",
 ]

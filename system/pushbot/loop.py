@@ -127,7 +127,19 @@ class Loop:
 
 
 def open_loop(brain: Brain, drive: Run, readout: Readout, temperature: Temperature = None) -> Loop:
-    """Return a loop with the robot at its start, and exc running."""
+    """Return a loop with the robot at its start, and exc running.
+
+    Parameters
+    ----------
+    brain
+        The chip with its network.
+    drive
+        The robot in its scene, as `begin_run` leaves it.
+    readout
+        How spikes become commands.
+    temperature
+        Of the chip, degC, or a function of the robot's time (s); its silicon's unless given.
+    """
     groups = np.full(256, -1, dtype=np.int64)
     for k, name in enumerate(OUTPUTS):
         groups[list(brain.network[name].neurons)] = k
@@ -144,7 +156,13 @@ def open_loop(brain: Brain, drive: Run, readout: Readout, temperature: Temperatu
 
 
 def step(loop: Loop) -> None:
-    """Go on by one look, or by less where the robot touches something."""
+    """Go on by one look, or by less where the robot touches something.
+
+    Parameters
+    ----------
+    loop
+        The loop, which is changed.
+    """
     before, look = loop.drive.time, loop.readout.look
     readings = go_on(loop.drive, look)
     inputs = _inputs(loop, readings, before)
