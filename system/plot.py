@@ -19,6 +19,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
 from circuits.arrays import F64
 from circuits.circuit import Circuit
@@ -47,10 +48,11 @@ _GAP, _RIM, _KEY, _LEAST = 0.08, 0.1, 2.2, 2.4  # inches: between boxes, about a
 _ROUNDS, _STEP = 500, 0.6  # of pushing boxes apart, and what share of an overlap goes in one
 
 _TITLE = 9.0  # points, of a title and of the label of an axis
+_TICKS = 3  # steps of an axis of volts, at most
 _LONG = 9  # letters of a name whose unit has a line of its own
 _LETTER, _OVER = 0.55, 1.15  # mean width of a letter over its size; of a title over its axes
 
-_PASSES = 2  # of the layout, before that of the writing itself
+_PASSES = 3  # of the layout, before that of the writing itself
 
 STYLE: Any = {
     "axes.edgecolor": INK,
@@ -96,7 +98,8 @@ def save_picture(path: str | None, draw: Callable[[Figure], None]) -> None:
         return
     suffix = Path(path).suffix.removeprefix(".").lower()
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 4.5), layout="constrained")
+        # as fine as it is written: at another resolution ticks come and go, and the layout with them
+        figure = Figure(figsize=(7.0, 4.5), dpi=STYLE["savefig.dpi"], layout="constrained")
         FigureCanvasAgg(figure)
         draw(figure)
         settle(figure)
@@ -217,6 +220,7 @@ def draw_waveform(time: F64, voltage: F64, label: str, ax: Axes, colour: str = C
     """Draw a voltage (V) over time (s, drawn in ms)."""
     ax.plot(1e3 * time, voltage, color=colour, linewidth=1.2)
     ax.set_ylabel(_volts(label))
+    ax.yaxis.set_major_locator(MaxNLocator(_TICKS))  # of its own accord their number follows the layout
     low, high = float(voltage.min()), float(voltage.max())
     room = max(0.08 * (high - low), 0.02)
     ax.set_ylim(low - room, high + 2.0 * room)

@@ -16,7 +16,7 @@ ROUNDED = 1.5  # pixels by which a text may leave its figure: the layout rounds
 def figure_of_files() -> Figure:
     """An empty figure as files of pictures begin with."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 4.5), layout="constrained")
+        figure = Figure(figsize=(7.0, 4.5), dpi=STYLE["savefig.dpi"], layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 

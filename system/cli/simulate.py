@@ -69,7 +69,7 @@ def write_run(asked: Simulate | Replay, choice: Choice, result: Result) -> None:
     shown = choice.block.plotted or tuple(result.spikes) or result.nodes[1:5]
     silicon = choice.silicon
     title = f"{choice.block.name}, {silicon_text(silicon.die, silicon.temperature_c)}"
-    title += f": {choice.block.outcome(result)}"
+    title += f", outcome: {choice.block.outcome(result)}"
     save_picture(asked.plot, lambda figure: draw_waveforms(result, shown, figure, title))
 
 

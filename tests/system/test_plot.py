@@ -132,3 +132,12 @@ def test_long_names_of_nodes_have_room() -> None:
     assert [ax.get_ylabel() for ax in figure.axes][1::2] == ["recurrent.timer\n(V)", "x (V)"]
     assert figure.axes[0].get_title() == "race-layer, die nominal, 27 °C: stops"
     assert leaving(figure) == []
+
+
+def test_labels_stay_in_the_figure_whatever_their_ticks() -> None:
+    ends = {"proximity": (1.5, 1.5), "ramp": (0.0, 2.6), "call": (0.0, 5.0), "amplitude": (2.7, 2.7)}
+    waves = Waves((node, np.linspace(*each, 5)) for node, each in ends.items())
+    figure = figure_of_files()
+    draw_waveforms(waves, tuple(waves), figure, "calling")  # type: ignore[arg-type]
+    for _ in range(4):
+        assert leaving(figure) == []

@@ -107,7 +107,7 @@ def _draw(bat: Bat, arcs: Arcs, place: F64, moments: Sequence[Moment], figure: F
         column[0].set_title(f"ping {k + 1}, {NAMES[moment.pinged]}", fontsize=9)
         draw_bars(moment.risk, arcs, "risk", column[1])
         draw_bars(moment.wish, arcs, "desirability", column[2], moment.winner)
-        column[2].set_xlabel("arc, 0 to the left; a colour for the arcs of each ping direction")
+        column[2].set_xlabel("arc, 0 to the left; colours: ping directions", fontsize=8)
     handles, labels = axes[0, 0].get_legend_handles_labels()
     winner = axes[2, 0].get_legend_handles_labels()
     entries = [*handles, *winner[0]], [*labels, *winner[1]]
