@@ -27,6 +27,7 @@ extensions = [
     "_extension.units",
     "_extension.error_tree",
     "_extension.file_fields",
+    "_extension.json_keys",
 ]
 exclude_patterns = ["_extension"]
 

@@ -59,7 +59,7 @@ class CommandDirective(SphinxDirective):
             shown.append(block(f"$ {line}", "console"))
         if not self.config.noctule_run:
             return shown
-        found = _in_turn(self, line, needs)
+        found = _in_turn(self, line, needs, self.options.get("shows", "").split())
         wanted = self.options.get("status", 0)
         if found.status != wanted:
             raise self.error(f"{line}: status {found.status} where {wanted} is due: {found.err.strip()}")

@@ -81,11 +81,10 @@ class RowsDirective(SphinxDirective):
         if "plot" in self.options:
             line += f" --plot {name}.png"
         kept = [ROOT / "evidence" / self.options["kept"]] if "kept" in self.options else []
-        page = page_folder(self)
-        found = done(line, page, files=kept)
+        found = done(line, page_folder(self) / "rows", files=kept, written=[path.name for path in kept])
         if found.status not in (0, 1) or not found.out:
             raise self.error(f"{line}: status {found.status}: {found.err.strip()}")
-        if any((page / "work" / path.name).read_bytes() != path.read_bytes() for path in kept):
+        if any((Path(found.folder) / path.name).read_bytes() != path.read_bytes() for path in kept):
             raise self.error(f"{line}: made runs that the file has not")
         report = json.loads(found.out)
         shown: list[nodes.Node] = []

@@ -61,20 +61,24 @@ def done(
     written
         Files that it writes and that are kept, beside its pictures.
     """
-    files = list(files)
+    files, before = list(files), list(before)
     texts = [hashlib.sha256(path.read_bytes()).hexdigest() for path in files]
     key = hashlib.sha256("\n".join([_texts(), *texts, *before, line]).encode()).hexdigest()[:20]
     kept = page / f"{key}.json"
     if kept.is_file():
         return Done(**json.loads(kept.read_text(encoding="utf-8")))
     work = page / "work"
+    if not before:  # the first of its page, which finds nothing of an earlier build
+        shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True, exist_ok=True)
     if not (work / "examples").exists():  # as in the checkout, where a reader gives the command
         (work / "examples").symlink_to(ROOT / "examples")
+    names = [*drawn(shlex.split(line)), *written]
+    for name in names:
+        (work / name).unlink(missing_ok=True)
     for path in files:
         shutil.copy(path, work / path.name)
-    pictures = page / key
-    found = _run(line, work, pictures, [*drawn(shlex.split(line)), *written])
+    found = _run(line, work, page / key, names)
     kept.write_text(json.dumps(asdict(found)), encoding="utf-8")
     return found
 
@@ -126,13 +130,11 @@ def _run(line: str, folder: Path, kept: Path, written: list[str]) -> Done:
         "NO_COLOR": "1",
     }
     words = shlex.split(line)
-    for name in written:
-        (folder / name).unlink(missing_ok=True)
     ended = subprocess.run(
         words, cwd=folder, env=environment, capture_output=True, text=True, timeout=DEADLINE, check=False
     )
     for name in written:
         if (folder / name).is_file():
-            kept.mkdir(exist_ok=True)
+            kept.mkdir(parents=True, exist_ok=True)
             shutil.copy(folder / name, kept / Path(name).name)
     return Done(ended.returncode, ended.stdout, ended.stderr, str(kept))
