@@ -32,7 +32,21 @@ def draw_study(
     figure: Figure,
     title: str = "",
 ) -> None:
-    """Fill `figure` with the outcomes as bars, and a histogram of each of the quantities, under a title."""
+    """Fill a figure with the outcomes as bars, and a histogram of each of the quantities.
+
+    Parameters
+    ----------
+    table
+        Samples of the study.
+    quantities
+        What was measured.
+    specifications
+        Limits that are drawn.
+    figure
+        An empty figure, which is filled.
+    title
+        What stands above it.
+    """
     panels = 1 + len(quantities)
     figure.set_size_inches(8.0, max(2.2 * panels, 4.5))
     axes = figure.subplots(panels, 1, squeeze=False)[:, 0]
