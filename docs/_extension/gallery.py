@@ -24,8 +24,10 @@ from system.registry import experiment_names, load_experiment, load_system, syst
 Kind = Literal["block", "chip", "robot", "experiment"]
 
 SEED = 1000  # of robots: the first that no parameter was tuned on
-# What a plain command does not draw: a model without a circuit is shown by the robot that it steers.
+# What a plain command does not draw: large arrays are shown in part, a model without a circuit by its robot.
 COMMANDS = {
+    ("chip", "wavefront-chip"): "show wavefront-chip --param rows=2 --param columns=3",
+    ("chip", "latency-chip"): "show latency-chip --param paths=2 --param taps=2",
     ("chip", "nef-chip"): "run bug --agent bug2 --brain chip --design improved --die 4001 --map bug-field",
 }
 STATUS = {"wen2022-fig10": 1}  # where a statement of the paper is known not to agree
