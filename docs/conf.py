@@ -51,7 +51,6 @@ nb_execution_raise_on_error = True
 nb_execution_show_tb = True
 nb_merge_streams = True
 nb_execution_in_temp = True  # what a notebook writes is not left beside the pages
-nb_execution_in_temp = True  # files that a notebook writes do not lie among the pages
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
