@@ -44,7 +44,7 @@ class Catalogue(Generic[T]):
         return iter(self.names())
 
     def names(self) -> list[str]:
-        """Names of all of them: those of the table in its order, then the users' own, sorted."""
+        """Names of all things of this kind: noctule's own in their order, then the users' own, sorted."""
         return [*self.table, *sorted(self._users().keys() - self.table.keys())]
 
     def load(self, name: str) -> T:

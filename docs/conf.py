@@ -28,6 +28,8 @@ extensions = [
     "_extension.error_tree",
     "_extension.file_fields",
     "_extension.json_keys",
+    "_extension.names",
+    "sphinx.ext.napoleon",  # after ours, which see docstrings as they were written
 ]
 exclude_patterns = ["_extension"]
 
@@ -52,6 +54,12 @@ nb_execution_show_tb = True
 nb_merge_streams = True
 nb_execution_in_temp = True  # what a notebook writes is not left beside the pages
 
+napoleon_google_docstring = False
+napoleon_custom_sections = [("Attributes", "params_style")]
+suppress_warnings = ["ref.python"]  # two robots have a `Run`: the text says which is meant
+autodoc_type_aliases = {
+    name: name for name in ("F64", "F32", "C128", "I64", "I32", "I8", "Bools", "Polyline")
+}
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import ast
+import re
 from functools import cache
 from importlib import import_module
-from itertools import pairwise
 
 import pytest
 
 from circuits.arrays import F64
 from circuits.errors import ParameterError
+from docs._extension.names import constant_text, grouped
 from tests.docstring import has_unit, missing, raised
-from tests.house import PACKAGES, trees
+from tests.house import PACKAGES, ROOT, trees
 
 MOST = 400
 LISTS = sorted(name for name in trees() if name.split(".")[1:2] == ["api"])
@@ -22,16 +23,6 @@ LISTS = sorted(name for name in trees() if name.split(".")[1:2] == ["api"])
 def names(module: str) -> tuple[str, ...]:
     """The list of a module."""
     return tuple(import_module(module).__all__)
-
-
-def told_below(module: str, name: str) -> bool:
-    """Whether a string tells a constant, right below the line that defines it."""
-    body = trees()[module].body
-    for node, after in pairwise(body):
-        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
-        if any(isinstance(t, ast.Name) and t.id == name for t in targets):
-            return isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant)
-    return False
 
 
 def origin(module: str, name: str) -> str:
@@ -61,7 +52,16 @@ def test_a_name_is_told_with_parameters_units_shapes_and_errors(module: str, nam
     if callable(thing):
         assert missing(name, thing) == []
     else:
-        assert told_below(origin(module, name), name)
+        assert constant_text(import_module(module), name)
+
+
+def test_every_list_is_on_a_page_and_every_name_below_a_heading() -> None:
+    pages = "\n".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs/reference/api").glob("*.md"))
+    assert sorted(re.findall(r"^\.\. names:: (\S+)$", pages, re.MULTILINE)) == LISTS
+    for module in LISTS:
+        groups = grouped(import_module(module))
+        assert [name for group in groups.values() for name in group] == list(names(module))
+        assert all(groups.values())
 
 
 def untold(length: float, times: F64, /, count: int = 1) -> float:
