@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 
@@ -13,9 +14,12 @@ from circuits.arrays import F64
 from circuits.errors import ParameterError
 from docs._extension.names import constant_text, grouped
 from tests.docstring import has_unit, missing, raised
+from tests.documents import DOCUMENTS, EXAMPLES, fenced
 from tests.house import PACKAGES, ROOT, trees
 
 MOST = 400
+CODE = {"python", "{code-cell}"}
+CELL_OPTIONS = (":", "%", "!", "---")
 LISTS = sorted(name for name in trees() if name.split(".")[1:2] == ["api"])
 
 
@@ -62,6 +66,27 @@ def test_every_list_is_on_a_page_and_every_name_below_a_heading() -> None:
         groups = grouped(import_module(module))
         assert [name for group in groups.values() for name in group] == list(names(module))
         assert all(groups.values())
+
+
+def imported_from_us(text: str) -> Iterator[tuple[str, str]]:
+    """Module and name of each import from our packages in a page or an example."""
+    blocks = [body for language, body in fenced(text) if language in CODE] or [text]
+    for block in blocks:
+        lines = [line for line in block.split("\n") if not line.startswith(CELL_OPTIONS)]
+        for node in ast.walk(ast.parse("\n".join(lines))):
+            if isinstance(node, ast.ImportFrom) and str(node.module).split(".")[0] in PACKAGES:
+                yield from ((str(node.module), alias.name) for alias in node.names)
+
+
+def test_pages_and_examples_import_listed_names_alone() -> None:
+    things = {id(getattr(import_module(module), name)) for module in LISTS for name in names(module)}
+    texts = {page: page.read_text(encoding="utf-8") for page in (*DOCUMENTS, *EXAMPLES)}
+    python = {p: t for p, t in texts.items() if p.suffix == ".py" or any(k in CODE for k, _ in fenced(t))}
+    used = {(page.name, *each) for page, text in python.items() for each in imported_from_us(text)}
+    assert len(used) > MOST // 10
+    assert [
+        use for use in sorted(used) if id(getattr(import_module(use[1]), use[2], None)) not in things
+    ] == []
 
 
 def untold(length: float, times: F64, /, count: int = 1) -> float:

@@ -20,7 +20,6 @@ from chips.record import Record, Table, content, matching_record, read_record, r
 from chips.registry import Chip, chip_names, load_chip
 from chips.wavefront.axon_graph import AxonGraph, graph_of, grid_graph
 from chips.wavefront.chip import ChipCells, Plan, Program, WavefrontChip
-from chips.wavefront.kernel import Wave, graph_wave, integer_wave
 from chips.wavefront.part import WavefrontPart
 from chips.wavefront.readout import UnreachableError, pointer_path
 
@@ -70,9 +69,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "AxonGraph",
     "grid_graph",
     "graph_of",
-    "integer_wave",
-    "graph_wave",
-    "Wave",
     "pointer_path",
     "UnreachableError",
     # Latency chip

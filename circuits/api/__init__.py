@@ -6,9 +6,9 @@ A designer describes a circuit, gives it a testbench, puts it on silicon and ask
 
 from circuits.bias import bias_voltages, gate_voltage, rebias
 from circuits.blocks.block import Block, ClosedForm, Stimulus
-from circuits.blocks.drive import powered
+from circuits.blocks.drive import current_into, powered, step
 from circuits.blocks.metric import Metric
-from circuits.blocks.mos import mos
+from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, bias_in, event_in, event_out
 from circuits.checks import implausible_allowed
 from circuits.circuit import GROUND, Bias, Circuit, Instance, InstanceArray, Node, Port
@@ -32,25 +32,16 @@ from circuits.errors import (
     TopologyError,
     UnknownNameError,
 )
-from circuits.event import falling_crossing, pulse, rising_crossing
 from circuits.lowering.analysis import to_equation
 from circuits.lowering.graph import to_graph
-from circuits.lowering.kernel import Machine, on_die, to_kernel
+from circuits.lowering.kernel import Machine, to_kernel
 from circuits.place import circuit_at
 from circuits.registry import block_names, load_block, load_metric, metric_names
 from circuits.silicon.die import CORNERS, NOMINAL, Die
-from circuits.silicon.process import (
-    AMI_1500,
-    PROCESSES,
-    ROLLS_180,
-    Process,
-    TransistorModel,
-    Variation,
-    thermal_voltage,
-)
+from circuits.silicon.process import AMI_1500, PROCESSES, ROLLS_180, Process, TransistorModel, Variation
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.solver.batch import Sample, map_dies
-from circuits.solver.device_table import transistor_table_at
+from circuits.solver.device_table import TransistorTable, transistor_table_at
 from circuits.solver.noise.analysis import Noise, noise
 from circuits.solver.noise.event_jitter import EventJitter, event_jitter
 from circuits.solver.noise.transient import NoiseRun, simulate_noisy
@@ -81,6 +72,8 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "ControlledSource",
     "OperationalAmplifier",
     "Device",
+    "mos",
+    "inverter",
     # Sources and testbenches
     "Source",
     "Constant",
@@ -89,9 +82,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "Sampled",
     "Driven",
     "Testbench",
-    "pulse",
-    "rising_crossing",
-    "falling_crossing",
     # Biases
     "rebias",
     "bias_voltages",
@@ -108,11 +98,11 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "CORNERS",
     "Silicon",
     "Deviation",
-    "thermal_voltage",
     # Operating point and sweeps
     "operating_point",
     "OperatingPoint",
     "transistor_table_at",
+    "TransistorTable",
     "dc_sweep",
     "Sweep",
     # Transient
@@ -144,7 +134,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     # What a circuit becomes
     "to_kernel",
     "Machine",
-    "on_die",
     "to_graph",
     "to_equation",
     # Blocks and metrics
@@ -162,6 +151,8 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "analog_in",
     "bias_in",
     "powered",
+    "current_into",
+    "step",
     # Quantities as text
     "quantity",
     "parse_quantity",

@@ -20,7 +20,15 @@ def powered(v_dd: float, waves: Mapping[str, Wave] | None = None) -> tuple[Sourc
 
 
 def current_into(node: str, wave: Wave) -> Source:
-    """A source that drives a current (A) into a node."""
+    """Make a source that drives a current into a node.
+
+    Parameters
+    ----------
+    node
+        The node, by which the source is named.
+    wave
+        The current, A: a waveform, or a number for a level that stays.
+    """
     return Source(node, node, _wave(wave), "current")
 
 
@@ -30,7 +38,15 @@ def elements(port: Port, waves: Mapping[int, Wave]) -> dict[str, Wave]:
 
 
 def step(begin: float, end: float, before: float, after: float) -> PiecewiseLinear:
-    """A level (V or A) that goes from `before` to `after` between the times `begin` and `end`, s."""
+    """A level (V or A) that changes once, along a straight line.
+
+    Parameters
+    ----------
+    begin, end
+        When the change begins and ends, s.
+    before, after
+        The level before and after it, V or A.
+    """
     return PiecewiseLinear((0.0, begin, end), (before, before, after))
 
 

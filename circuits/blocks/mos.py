@@ -11,7 +11,9 @@ UM = 1e-6
 def mos(
     name: str, polarity: Polarity, drain: str, gate: str, source: str, width: float, length: float
 ) -> Transistor:
-    """A transistor whose bulk is at `vdd` for a pFET and at ground for an nFET.
+    """Make a transistor whose size is in micrometre and whose bulk is at its rail.
+
+    The rail is `vdd` for a pFET and ground for an nFET.
 
     Parameters
     ----------
@@ -20,16 +22,26 @@ def mos(
     polarity
         `n` or `p`.
     drain, gate, source
-        Names of the nodes of its terminals.
+        Names of its nodes.
     width, length
-        Its size, um.
+        Size, um.
     """
     bulk = "vdd" if polarity == "p" else "0"
     return Transistor(name, polarity, drain, gate, source, bulk, width * UM, length * UM)
 
 
 def inverter(name: str, gate: str, out: str, *, width: float, length: float) -> tuple[Transistor, Transistor]:
-    """An inverter: the pFET `{name}p`, of twice the width, and the nFET `{name}n`; width and length in um."""
+    """Make the two transistors of an inverter: the pFET `{name}p`, twice as wide, and the nFET `{name}n`.
+
+    Parameters
+    ----------
+    name
+        How their names begin.
+    gate, out
+        Nodes of the input and of the output.
+    width, length
+        Size of the nFET, um.
+    """
     return (
         mos(f"{name}p", "p", out, gate, "vdd", 2.0 * width, length),
         mos(f"{name}n", "n", out, gate, "0", width, length),

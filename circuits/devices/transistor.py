@@ -35,10 +35,23 @@ from circuits.silicon.process import POLARITIES, Polarity, TransistorAtTemperatu
 
 @dataclass(frozen=True, slots=True)
 class Transistor(Device):
-    """A MOS transistor, `multiplicity` equal ones in parallel, each `width` by `length`, m.
+    """A MOS transistor.
 
-    polarity: `n` or `p`. drain, gate, source, bulk: names of nodes. Raises `ParameterError` for another
-    polarity and for sizes that are not above zero or not plausible.
+    Attributes
+    ----------
+    polarity : str
+        `n` or `p`.
+    drain, gate, source, bulk : str
+        Names of its nodes.
+    width, length : float
+        Size of one device, m.
+    multiplicity : float
+        Number of equal devices in parallel.
+
+    Raises
+    ------
+    ParameterError
+        The polarity is another, or a size is not above zero or not plausible.
     """
 
     name: str
@@ -62,7 +75,7 @@ class Transistor(Device):
 
     @property
     def square(self) -> float:
-        """Width of all its devices over their length, `m W / L`."""
+        """Width of all its devices over their length, `m W / L`, a ratio."""
         return self.width * self.multiplicity / self.length
 
     def parameters(self) -> Mapping[str, float]:
@@ -252,7 +265,16 @@ def drain_current(
 ) -> F64:
     """Current into the drain of one device, A, in the shape to which its terminal voltages broadcast.
 
-    width, length: m. v_d, v_g, v_s, v_b: voltages of drain, gate, source and bulk, V.
+    Parameters
+    ----------
+    law
+        Numbers of the polarity at one temperature (`Silicon.law`).
+    polarity
+        `n` or `p`.
+    width, length
+        Size of the device, m.
+    v_d, v_g, v_s, v_b
+        Voltages of drain, gate, source and bulk, V, of shapes that broadcast.
     """
     vd, vg, vs, vb = (np.atleast_1d(x) for x in np.broadcast_arrays(v_d, v_g, v_s, v_b))
     n = vd.size

@@ -52,12 +52,21 @@ _COUNTERS = 4  # 32-bit words of the counter: index dimensions that a path may h
 
 @dataclass(frozen=True, slots=True)
 class Die:
-    """A die, chosen by its `lot` and its `number`.
+    """A die, chosen by its lot and its number.
 
-    number: None is the nominal die, without mismatch and with the process as the corner says, where `random`
-    means typical. corner: process corner, or `random` for the die's own draw. mismatch, process: whether
-    local deviations, and those that all devices of a die share, are drawn. sampling: the plan of a study
-    whose draws take the place of the die's own.
+    Attributes
+    ----------
+    lot : str
+        Name of the lot.
+    number : int or None
+        Number in the lot; None is the nominal die, without mismatch and with the process as the corner says,
+        where `random` means typical.
+    corner : str
+        Process corner, or `random` for the die's own draw.
+    mismatch, process : bool
+        Whether local deviations, and those that all devices of a die share, are drawn.
+    sampling : Sampling or None
+        Plan of a study whose draws take the place of the die's own.
     """
 
     lot: str = "A"

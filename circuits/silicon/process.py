@@ -18,6 +18,7 @@ from circuits.checks import require_choice, require_real, require_type
 from circuits.errors import ParameterError
 
 BOLTZMANN = 1.380649e-23  # J/K
+"""Boltzmann's constant, J/K."""
 ELEMENTARY_CHARGE = 1.602176634e-19  # C
 ZERO_CELSIUS = 273.15  # K
 LOWEST_C, HIGHEST_C = -40.0, 125.0

@@ -42,7 +42,7 @@ class TransistorTable:
     drain_current : float64[n]
         Channel current into the drain, A; negative for a conducting pFET, as in SPICE.
     inversion_coefficient : float64[n]
-        IC.
+        Inversion coefficient, dimensionless.
     transconductance : float64[n]
         g_m, S.
     efficiency : float64[n]
@@ -88,7 +88,10 @@ class ResistorTable(NamedTuple):
 
 
 def transistor_table_at(point: OperatingPoint) -> TransistorTable:
-    """Table of every transistor at an operating point, in the order of the circuit."""
+    """Make the table of every transistor at an operating point, in the order of the circuit.
+
+    point: the operating point.
+    """
     a, v = point.machine.kernel.transistors, point.voltage
     n = a.sign.size
     w = transistor_work(n)

@@ -47,7 +47,6 @@ from system.study.search.sensitivity import Sensitivity, sensitivity
 from system.study.specification import Classes, Limits, Success, Verdict, judge, parse_spec
 from system.study.statistics.comparison import Pairing, YieldDifference, compare_yields
 from system.study.statistics.confidence_sequence import StopRule, first_stop
-from system.study.statistics.contribution import Contributions, contributions
 from system.study.statistics.interval import (
     Estimate,
     Interval,
@@ -55,11 +54,10 @@ from system.study.statistics.interval import (
     mean_interval,
     quantile_interval,
     sigma_interval,
-    skew_interval,
 )
 from system.study.statistics.rare import RareFailure
 from system.study.statistics.share import Share
-from system.study.statistics.summary import Proportion, Quantile, Summary, Yield, summarise, summarise_yield
+from system.study.statistics.summary import Summary, Yield, summarise, summarise_yield
 from system.study.table import Condition, Table
 from system.study.target import Measurement, Subject, Target, open_target
 from system.system import Account, Run, System, metrics_with
@@ -121,18 +119,13 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     # Statistics
     "summarise",
     "Summary",
-    "Quantile",
-    "Proportion",
     "Share",
     "Interval",
     "Estimate",
     "clopper_pearson",
     "mean_interval",
     "sigma_interval",
-    "skew_interval",
     "quantile_interval",
-    "contributions",
-    "Contributions",
     # Searches
     "sensitivity",
     "Sensitivity",

@@ -1,6 +1,6 @@
 """The Pushbot step by step:its network on ROLLS, its body, and drives through a scene."""
 
-from system.pushbot.body import Pushbot
+from system.pushbot.body import Pushbot, forward_of, turn_of
 from system.pushbot.brain import Architecture, brain_of
 from system.pushbot.drive import Order, Readings, Run, begin_run, drive, go_on, pull, steer
 from system.pushbot.loop import Brain, open_loop, step
@@ -8,6 +8,7 @@ from system.pushbot.network.biases import pushbot_biases
 from system.pushbot.network.plain import NOTEBOOK, PAPER, PushbotLayout, PushbotLevels, pushbot_network
 from system.pushbot.run import Trace, run
 from system.pushbot.scenario import Scenario, scene_of
+from system.pushbot.scene_picture import draw_path, draw_scene
 
 __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its headings
     # Network and chip
@@ -22,6 +23,8 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "Brain",
     # Body and drive
     "Pushbot",
+    "forward_of",
+    "turn_of",
     "begin_run",
     "Run",
     "steer",
@@ -30,6 +33,8 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "Readings",
     "drive",
     "Order",
+    "draw_scene",
+    "draw_path",
     # The closed loop
     "Scenario",
     "scene_of",

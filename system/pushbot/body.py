@@ -158,12 +158,12 @@ def track_speed(robot: Pushbot, command: float) -> float:
 
 
 def forward_of(robot: Pushbot, speed: float) -> float:
-    """The code's v for a speed ahead (m/s)."""
+    """The code's v (cm/s) of `robot` for `speed` ahead, m/s."""
     return speed / robot.top_speed * LIMIT * robot.wheel_radius / _CM
 
 
 def turn_of(robot: Pushbot, rate: float) -> float:
-    """The code's w for a turn rate (rad/s)."""
+    """The code's w (dimensionless) of `robot` for the turn rate `rate`, rad/s."""
     difference = 0.5 * rate * robot.slip * robot.wheel_distance
     return difference / robot.top_speed * LIMIT * robot.wheel_distance * robot.wheel_radius / _CM**2
 

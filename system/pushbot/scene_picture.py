@@ -25,7 +25,17 @@ _PALEST = 0.35  # share of its colour that a dot of one event has at least
 
 
 def draw_scene(scene: Scene, ax: Axes, time: float = 0.0) -> None:
-    """Draw a scene from above as it is at `time` s: floor, shades, bodies in their colours, paths dotted."""
+    """Draw a scene from above: floor, shades, bodies in their colours, paths dotted.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    ax
+        Where it is drawn.
+    time
+        Time of the scene, s.
+    """
     ax.add_patch(
         Patch(np.array(scene.corners), closed=True, facecolor="#F7F7F7", edgecolor=INK, linewidth=1.2)
     )
@@ -65,7 +75,17 @@ def draw_scene(scene: Scene, ax: Axes, time: float = 0.0) -> None:
 
 
 def draw_path(path: F64, ax: Axes, moments: Sequence[float] = ()) -> None:
-    """Draw a path, float64[n, 4] of s, m, m, rad, with the robot at its start and at numbered moments (s)."""
+    """Draw the path of a robot, with the robot at its start and at numbered moments.
+
+    Parameters
+    ----------
+    path
+        Time (s), place (m, m) and heading (rad), float64[n, 4].
+    ax
+        Where it is drawn.
+    moments
+        Times of the moments, s.
+    """
     ax.plot(path[:, 1], path[:, 2], color=COLOURS[2], linewidth=1.4, zorder=5, label="path")
     for k, moment in enumerate((path[0, 0], *moments)):
         row = path[min(int(np.searchsorted(path[:, 0], moment - 1e-9)), len(path) - 1)]

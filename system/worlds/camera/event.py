@@ -21,8 +21,16 @@ _compiled = compiled()
 class Events:
     """Events in the order in which they were read out.
 
-    time: float64[n], s; x: int64[n], column from the left; y: int64[n], row from the bottom; on: bool[n];
-    lost: how many more the bus could not carry.
+    Attributes
+    ----------
+    time : array
+        Times, float64[n], s.
+    x, y : array
+        Column from the left and row from the bottom, int64[n].
+    on : array
+        Whether it is an ON event, bool[n].
+    lost : int
+        How many more the bus could not carry.
     """
 
     time: F64
