@@ -13,7 +13,7 @@ def main() -> None:
     circuit = neuron.build(neuron.params())
     fired = []
     for delay in np.arange(4e-3, 9.01e-3, 0.5e-3):
-        result = simulate(neuron.bench(circuit, {"delay": float(delay)}))
+        result = simulate(neuron.bench(circuit, delay=float(delay)))
         spikes = result.spikes["spike"]
         outcome, peak = neuron.outcome(result), result["v_mem"].max()
         print(f"echo at {delay * 1e3:.1f} ms: {outcome}, peak {peak:.3f} V")
