@@ -1,13 +1,13 @@
 """The ROLLS chip:populations and what connects them, programs, biases, runs, and what a die is like."""
 
-from chips.rolls.calibration import Calibration, Knob, Target, Task, calibrate, code_for
+from chips.rolls.calibration import Calibration, Knob, Target, Task, calibrate, code_for, neuron_rates
 from chips.rolls.chip import Inputs, RollsChip, Spikes
 from chips.rolls.depression.program import ShortTermDepression
 from chips.rolls.part import RollsPart
 from chips.rolls.plastic.program import PlasticArray
 from chips.rolls.portrait import Portrait, portrait
 from chips.rolls.power import bias_power
-from chips.rolls.program.address import VirtualSynapses
+from chips.rolls.program.address import NONPLASTIC, VirtualSynapses
 from chips.rolls.program.bias_file import (
     BiasEntry,
     BiasTable,
@@ -33,6 +33,7 @@ from chips.rolls.program.population import (
 )
 from chips.rolls.program.program import Program, VirtualInput
 from chips.rolls.program.words import input_words, program_of_words, program_words, programming_time
+from chips.rolls.setups.populations import QUIET, table
 
 __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its headings
     # Populations and networks
@@ -53,6 +54,9 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "Program",
     "VirtualInput",
     "VirtualSynapses",
+    "NONPLASTIC",
+    "table",
+    "QUIET",
     "input_words",
     "program_words",
     "program_of_words",
@@ -79,6 +83,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "Task",
     "Target",
     "Knob",
+    "neuron_rates",
     "portrait",
     "Portrait",
     "bias_power",

@@ -169,7 +169,14 @@ def code_for(current: float) -> Code:
 def neuron_rates(chip: RollsChip, drive: Callable[[float], Inputs], measure: float = MEASURE) -> F64:
     """Return the rate of every neuron after it has settled, Hz, float64[256].
 
-    drive: gives the inputs of a run; measure: how long spikes are counted, s.
+    Parameters
+    ----------
+    chip
+        The chip.
+    drive
+        Gives the inputs of a run of a duration, s.
+    measure
+        How long spikes are counted, s.
     """
     spikes, _ = chip.run(chip.at_rest(), SETTLE + measure, drive(SETTLE + measure))
     late = spikes.times >= SETTLE

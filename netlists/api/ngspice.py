@@ -1,8 +1,7 @@
 """Runs in ngspice:its library, decks, testbenches, and the comparison with the solver."""
 
 from netlists.ngspice.agreement import USUAL, Agreement, Allowance, Difference, compare
-from netlists.ngspice.engine import Held, operating_point, simulate
-from netlists.ngspice.form import Form, scaled_testbench
+from netlists.ngspice.engine import operating_point, simulate
 from netlists.ngspice.library import NoOperatingPointError, find_library, version
 from netlists.ngspice.raw import write_raw
 from netlists.ngspice.run import Waveforms, run
@@ -19,7 +18,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     # Testbenches
     "simulate",
     "operating_point",
-    "Held",
     "ac",
     "noise",
     "Decades",
@@ -30,6 +28,4 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "Difference",
     "Allowance",
     "USUAL",
-    "Form",
-    "scaled_testbench",
 ]

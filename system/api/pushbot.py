@@ -3,10 +3,10 @@
 from system.pushbot.body import Pushbot, forward_of, turn_of
 from system.pushbot.brain import Architecture, brain_of
 from system.pushbot.drive import Order, Readings, Run, begin_run, drive, go_on, pull, steer
-from system.pushbot.loop import Brain, open_loop, step
+from system.pushbot.loop import Brain, open_loop, rates, step
 from system.pushbot.network.biases import pushbot_biases
 from system.pushbot.network.plain import NOTEBOOK, PAPER, PushbotLayout, PushbotLevels, pushbot_network
-from system.pushbot.run import Trace, run
+from system.pushbot.run import Trace, make_brain, run
 from system.pushbot.scenario import Scenario, scene_of
 from system.pushbot.scene_picture import draw_path, draw_scene
 
@@ -39,7 +39,9 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "Scenario",
     "scene_of",
     "run",
+    "make_brain",
     "Trace",
     "open_loop",
     "step",
+    "rates",
 ]

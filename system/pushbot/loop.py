@@ -132,13 +132,13 @@ def open_loop(brain: Brain, drive: Run, readout: Readout, temperature: Temperatu
     Parameters
     ----------
     brain
-        The chip with its network.
+        Chip and network.
     drive
-        The robot in its scene, as `begin_run` leaves it.
+        Robot and sensor at their start (`begin_run`).
     readout
         How spikes become commands.
     temperature
-        Of the chip, degC, or a function of the robot's time (s); its silicon's unless given.
+        Temperature of the chip, degC, or a function of the robot's time (s); the chip's own unless given.
     """
     groups = np.full(256, -1, dtype=np.int64)
     for k, name in enumerate(OUTPUTS):
@@ -156,13 +156,7 @@ def open_loop(brain: Brain, drive: Run, readout: Readout, temperature: Temperatu
 
 
 def step(loop: Loop) -> None:
-    """Go on by one look, or by less where the robot touches something.
-
-    Parameters
-    ----------
-    loop
-        The loop, which is changed.
-    """
+    """Go on with `loop` by one look, or by less where the robot touches something."""
     before, look = loop.drive.time, loop.readout.look
     readings = go_on(loop.drive, look)
     inputs = _inputs(loop, readings, before)
@@ -240,7 +234,21 @@ def all_events(record: Record) -> Events:
 
 
 def rates(network: Network, record: Record, stop: float, bins: float = LOOK) -> tuple[F64, dict[str, F64]]:
-    """Mean rate (Hz a neuron) of every population in bins of `bins` s up to `stop`; ends of the bins, s."""
+    """Mean rate of every population over time.
+
+    It returns the ends of the bins, float64[bins], s, and the rates by population, float64[bins], Hz.
+
+    Parameters
+    ----------
+    network
+        Network of the chip.
+    record
+        What the loop has kept.
+    stop
+        Time up to which rates are taken, s.
+    bins
+        Length of a bin, s.
+    """
     edges = bins * np.arange(round(stop / bins) + 1)
     times, neurons = all_spikes(record)
     found = {}

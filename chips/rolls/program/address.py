@@ -35,7 +35,9 @@ from circuits.arrays import I64, Bools
 from circuits.errors import ParameterError
 
 NEURONS = 256
-NONPLASTIC, VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY = 256, 512, 516  # first columns
+NONPLASTIC = 256
+"""First column of the non-plastic synapses of a neuron."""
+VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY = 512, 516  # first columns
 COLUMNS = 520
 VIRTUAL_LINES = 4  # of either sign that the addresses have room for
 WORD_BITS = 22

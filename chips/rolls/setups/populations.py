@@ -31,10 +31,19 @@ _FAST = (7, 150)  # code of a filter's leak and gain: 8.8 pA, 4.5 ms
 QUIET = {"IF_DC_P": (7, 0)} | dict.fromkeys(
     (f"{name}_P" for name in ("NPDPIE_TAU", "NPDPIE_THR", "VDPIE_TAU", "VDPIE_THR")), _FAST
 )
+"""Codes, by bias, under which no neuron fires by itself and the filters of the inputs are fast."""
 
 
 def table(codes: dict[str, tuple[int, int]], currents: dict[str, float]) -> BiasTable:
-    """Return the control software's biases with other codes, and with those of some currents (A)."""
+    """Return the control software's biases with other codes.
+
+    Parameters
+    ----------
+    codes
+        Code (coarse, fine) by the name of a bias.
+    currents
+        Current by the name of a bias, A, in the place of a code.
+    """
     found = default_biases()
     for name, code in (codes | {name: code_for(i) for name, i in currents.items()}).items():
         found = found.with_code(name, *code)
