@@ -34,7 +34,7 @@ from circuits.errors import (
 )
 from circuits.lowering.analysis import to_equation
 from circuits.lowering.graph import to_graph
-from circuits.lowering.kernel import Machine, to_kernel
+from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.place import circuit_at
 from circuits.registry import block_names, load_block, load_metric, metric_names
 from circuits.silicon.die import CORNERS, NOMINAL, Die
@@ -134,6 +134,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     # What a circuit becomes
     "to_kernel",
     "Machine",
+    "on_die",
     "to_graph",
     "to_equation",
     # Blocks and metrics
