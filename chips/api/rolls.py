@@ -7,7 +7,7 @@ from chips.rolls.part import RollsPart
 from chips.rolls.plastic.program import PlasticArray
 from chips.rolls.portrait import Portrait, portrait
 from chips.rolls.power import bias_power
-from chips.rolls.program.address import NONPLASTIC, VirtualSynapses
+from chips.rolls.program.address import NONPLASTIC, VIRTUAL_EXCITATORY, VirtualSynapses
 from chips.rolls.program.bias_file import (
     BiasEntry,
     BiasTable,
@@ -55,6 +55,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "VirtualInput",
     "VirtualSynapses",
     "NONPLASTIC",
+    "VIRTUAL_EXCITATORY",
     "table",
     "QUIET",
     "input_words",

@@ -10,7 +10,6 @@ from circuits.blocks.drive import current_into, powered, step
 from circuits.blocks.metric import Metric
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, bias_in, event_in, event_out
-from circuits.checks import implausible_allowed
 from circuits.circuit import GROUND, Bias, Circuit, Instance, InstanceArray, Node, Port
 from circuits.devices import (
     Capacitor,
@@ -66,7 +65,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "circuit_at",
     # Devices
     "Transistor",
-    "mos",
     "Capacitor",
     "Resistor",
     "ControlledSource",
@@ -166,5 +164,4 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "DataError",
     "SolverError",
     "SimulatorError",
-    "implausible_allowed",
 ]

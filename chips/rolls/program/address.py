@@ -37,7 +37,10 @@ from circuits.errors import ParameterError
 NEURONS = 256
 NONPLASTIC = 256
 """First column of the non-plastic synapses of a neuron."""
-VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY = 512, 516  # first columns
+VIRTUAL_EXCITATORY = 512
+"""First column of the excitatory virtual synapses of a neuron."""
+VIRTUAL_INHIBITORY = 516
+"""First column of the inhibitory virtual synapses of a neuron."""
 COLUMNS = 520
 VIRTUAL_LINES = 4  # of either sign that the addresses have room for
 WORD_BITS = 22
