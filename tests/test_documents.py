@@ -131,7 +131,6 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     give("chain", CHAINS, lambda chain: chain[0] in first)
     give("begun", BEGUN, lambda command: command in first)
     give("other", OTHERS, lambda command: command in first)
-    give("page", PYTHON, lambda path: path == README)
 
 
 def _name(each: object) -> str:
@@ -320,21 +319,9 @@ def test_the_command_of_another_program_is_known_to_it(other: Command) -> None:
     assert done.stdout.strip()
 
 
-def test_the_code_blocks_run(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Those of a page one after the other, as its reader runs them; the last prints."""
-    monkeypatch.chdir(tmp_path)
-    names: dict[str, object] = {"__name__": "__main__"}
-    printed, before = "", ""
-    for language, block in fenced(TEXTS[page]):
-        if language == "python":
-            exec(compile(block, str(page), "exec"), names)  # noqa: S102 - our own
-            printed = capsys.readouterr().out
-        elif (language, before) == ("text", "python"):
-            assert block == printed
-        before = language
-    assert printed
+def test_python_of_a_page_is_run_by_the_build() -> None:
+    """It stands in cells or in the directive `script`; beside cells a plain block may go on from them."""
+    assert PYTHON == []
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=_name)

@@ -40,6 +40,7 @@ REQUIRED = {
     "msgspec": "no reproduce, no replay: studies and campaigns cannot be read",
     "typer": "no command line",
     "rich": "no tables and progress bars",
+    "jinja2": "no reports of studies",
 }
 # Those of them whose import fails for reasons that no version tells: another numpy, a library of the system.
 _IMPORTED = ("numba", "matplotlib")

@@ -11,7 +11,7 @@ from chips.ranging.coupling import Coupling
 from system.papers.checks import chip_coupling
 from system.papers.checks.chip_coupling import coupling_note, coupling_rows
 
-DOCS = Path(__file__).parents[4] / "docs" / "circuits.md"
+DOCS = Path(__file__).parents[4] / "docs" / "evidence" / "cheely2003.md"
 
 
 def coupling(earlier: float = chip_coupling.INHIBITION) -> Coupling:
