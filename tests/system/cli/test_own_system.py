@@ -91,7 +91,7 @@ def test_its_help_has_its_own_options_and_no_others(run: Run) -> None:
 def test_the_list_of_systems_has_its_line(run: Run) -> None:
     status, out, err = run("run", "--help")
     assert (status, err) == (0, "")
-    assert "walker       something that walks\n" in out
+    assert "walker       Something that walks.\n" in out
     assert "stone        Cannot be loaded: noctule.systems.stone:" in out
 
 
