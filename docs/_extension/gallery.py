@@ -28,6 +28,7 @@ SEED = 1000  # of robots: the first that no parameter was tuned on
 COMMANDS = {
     ("chip", "wavefront-chip"): "show wavefront-chip --param rows=2 --param columns=3",
     ("chip", "latency-chip"): "show latency-chip --param paths=2 --param taps=2",
+    ("robot", "bug"): f"run bug --brain ideal --seed {SEED}",  # its program draws no neurons
     ("chip", "nef-chip"): "run bug --agent bug2 --brain chip --design improved --die 4001 --map bug-field",
 }
 STATUS = {"wen2022-fig10": 1}  # where a statement of the paper is known not to agree
