@@ -86,8 +86,7 @@ class CommandDirective(SphinxDirective):
         if path.suffix == ".nc":
             return [netcdf(path)]
         lines = [each[:COLUMNS] for each in path.read_text(encoding="utf-8").splitlines()]
-        most = lines if len(lines) <= SHOWN else [*lines[:SHOWN], f"... {len(lines) - SHOWN} more lines"]
-        return [block("\n".join(most), "text", path.name)]
+        return [block(_beginning(lines, SHOWN), "text", path.name)]
 
 
 class ScriptDirective(SphinxDirective):
@@ -112,21 +111,23 @@ def _in_turn(
 ) -> Done:
     """What a command gave, now or when it was last run after the same ones of its page."""
     before = directive.env.temp_data.setdefault("noctule_commands", [])
-    found = done(line, page_folder(directive), [*before, *written], needs, written)
+    found = done(line, page_folder(directive), before, needs, written)
     before.append(line)
     return found
 
 
 def _output(lines: list[str], most: int | None) -> list[nodes.Node]:
-    """What was printed, cut to the lines that are wanted, with how many were left out."""
+    """What was printed, cut to the lines that are wanted."""
     if not lines or most == 0:
         return []
-    kept = (
-        lines
-        if most is None or len(lines) <= most
-        else [*lines[:most], f"... {len(lines) - most} more lines"]
-    )
-    return [nodes.container("", block("\n".join(kept), "text"), classes=["noctule-output"])]
+    shown = _beginning(lines, len(lines) if most is None else most)
+    return [nodes.container("", block(shown, "text"), classes=["noctule-output"])]
+
+
+def _beginning(lines: list[str], most: int) -> str:
+    """The first lines of a text, with how many were left out."""
+    more = [f"... {len(lines) - most} more lines"] if len(lines) > most else []
+    return "\n".join([*lines[:most], *more])
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -61,9 +61,9 @@ def done(
     written
         Files that it writes and that are kept, beside its pictures.
     """
-    files, before = list(files), list(before)
+    files, before, written = list(files), list(before), list(written)
     texts = [hashlib.sha256(path.read_bytes()).hexdigest() for path in files]
-    key = hashlib.sha256("\n".join([_texts(), *texts, *before, line]).encode()).hexdigest()[:20]
+    key = hashlib.sha256("\n".join([_texts(), *texts, *before, *written, line]).encode()).hexdigest()[:20]
     kept = page / f"{key}.json"
     if kept.is_file():
         return Done(**json.loads(kept.read_text(encoding="utf-8")))
