@@ -15,8 +15,7 @@ from netlists.ngspice.library import find_library
 from tests.agreement.kept import KeptRuns
 
 os.environ[ENVIRONMENT] = tempfile.gettempdir() + "/no-records-of-tests"
-# First calls compile, and speed is the benchmarks' claim. Examples are others in each run.
-settings.register_profile("untimed", deadline=None, max_examples=50)
+settings.register_profile("untimed", deadline=None)  # first calls compile, and speed is the benchmarks' claim
 settings.load_profile("untimed")
 
 
