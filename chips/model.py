@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from chips.law_lattice import law_of
 from chips.record import Record, recorded
 from circuits.catalogue import Catalogue
 from circuits.circuit import Circuit
-from circuits.silicon.process import Process
+from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
 
 MODELS: dict[str, str] = {
@@ -99,6 +100,8 @@ class Model:
         What else follows from the record, by name with the unit at its end.
     cells, proxy : Cells, Proxy or None
         How the model is written for other simulators, and what a search may ask of it, where it has them.
+    process : Process
+        The process in which it is measured, whose law its record carries.
     """
 
     name: str
@@ -109,6 +112,7 @@ class Model:
     figures: Callable[[Record], Mapping[str, float]] = nothing
     cells: Cells | None = None
     proxy: Proxy | None = None
+    process: Process = AMI_1500
 
     @property
     def record_name(self) -> str:
@@ -137,7 +141,7 @@ model_names, load_model = _models.names, _models.load
 
 
 def characterise(model: Model, progress: Progress, biases: Biases | None = None) -> Record:
-    """Measure a model's record with its errors, and return it without writing any file.
+    """Measure a model's record with its errors and its law, and return it without writing any file.
 
     Raises `SolverError` where the circuits cannot be measured.
 
@@ -154,4 +158,4 @@ def characterise(model: Model, progress: Progress, biases: Biases | None = None)
     with recorded(model.record_name, record):
         errors = model.held_out(record, biases)
     progress(1.0)
-    return replace(record, errors=errors)
+    return replace(record, errors=errors, law=law_of(model.process))

@@ -2,11 +2,13 @@
 
 A record has axes (numbers, or names), tables over them, errors of its model on dies that were not used, and
 a box, outside which the model is not valid. Its key is a hash of what was measured: circuits, process,
-version of the measurement and grid. When one of them changes the record is stale, and `noctule characterise`
+version of the measurement and grid. Beside it stands the law that it was measured by, as numbers at a fixed
+lattice (`chips.law_lattice`). When one of them changes the record is stale, and `noctule characterise`
 measures it again.
 
 In its file, which is netCDF (`chips.record_file`), axes are coordinates and tables variables; an error is an
-attribute `error_NAME`, a side of the box `box_NAME` with its least and its greatest value. An axis is a side
+attribute `error_NAME`, a side of the box `box_NAME` with its least and its greatest value. The law's numbers
+are the variable `law`, whatever else there is of it the attribute of that name. An axis is a side
 of the box too, from its first to its last number, unless the box has one of that name. Units are SI,
 temperatures in degC; names of errors and of the box's sides end in their unit.
 """
@@ -25,13 +27,14 @@ from typing import Any, cast
 import numpy as np
 import xarray as xr
 
+from chips.law_lattice import Law, changed, law_from, law_text
 from chips.record_file import load_record, record_file, save_record, stale
 from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.errors import DataError
 
 _REMEDY = "run noctule characterise"
-_ERROR, _BOX = "error_", "box_"
+_ERROR, _BOX, _LAW = "error_", "box_", "law"
 WITHOUT_BIASES = ("name", "ports", "devices")  # parts of a circuit that a key may depend on
 WHOLE = (*WITHOUT_BIASES, "biases")
 
@@ -74,6 +77,8 @@ class Record:
         Errors of the model on dies that were not used, by name with the unit at its end.
     box
         Least and greatest valid value by name, in its unit, beside the ends of the axes.
+    law
+        The law by which it was measured; None in one that is made by hand.
     """
 
     key: str
@@ -82,6 +87,7 @@ class Record:
     tables: Mapping[str, Table]
     errors: Mapping[str, float] = field(default_factory=dict)
     box: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    law: Law | None = None
 
     def __getitem__(self, name: str) -> F64:
         """Return the numbers of a table or an axis.
@@ -144,12 +150,23 @@ def content(circuit: Circuit, parts: tuple[str, ...] = WHOLE) -> tuple[object, .
     return (*(getattr(circuit, part) for part in parts), inner)
 
 
+def record_digest(record: Record) -> str:
+    """Return a hash of what a record says, in hexadecimal: its key, axes, tables, errors and box."""
+    tables = {name: (t.axes, t.values.shape, t.values.tobytes()) for name, t in record.tables.items()}
+    said = (record.axes, tables, record.errors, record.box)
+    text = repr((record.key, record.version, *(sorted(each.items()) for each in said)))
+    return sha256(text.encode()).hexdigest()
+
+
 def write_record(record: Record, path: Path) -> None:
     """Write a record's netCDF file."""
     attributes: dict[str, object] = {"key": record.key, "version": record.version}
     attributes |= {f"{_ERROR}{name}": value for name, value in record.errors.items()}
     attributes |= {f"{_BOX}{name}": list(ends) for name, ends in record.box.items()}
-    tables = {name: (table.axes, table.values) for name, table in record.tables.items()}
+    tables: dict[str, Any] = {name: (table.axes, table.values) for name, table in record.tables.items()}
+    if record.law is not None:
+        attributes[_LAW], numbers = law_text(record.law)
+        tables[_LAW] = ("law_number", numbers)
     save_record(xr.Dataset(tables, {n: list(axis) for n, axis in record.axes.items()}, attributes), path)
 
 
@@ -164,9 +181,10 @@ def read_record(path: Path) -> Record:
                 str(data.attrs["key"]),
                 int(data.attrs.get("version", 0)),
                 {str(name): _axis_of(data[name]) for name in data.coords},
-                {str(name): _table_of(data[name]) for name in data.data_vars},
+                {str(n): _table_of(data[n]) for n in data.data_vars if n != _LAW},
                 {name: float(value) for name, value in _named(data, _ERROR)},
                 {name: _ends(value) for name, value in _named(data, _BOX)},
+                _law_of(data),
             )
     except (ValueError, TypeError, FloatingPointError) as error:
         reason = " ".join(str(error).split())[:200]
@@ -178,6 +196,12 @@ def _named(data: xr.Dataset, prefix: str) -> Iterator[tuple[str, Any]]:
     for name, value in data.attrs.items():
         if str(name).startswith(prefix):
             yield str(name).removeprefix(prefix), value
+
+
+def _law_of(data: xr.Dataset) -> Law | None:
+    if _LAW not in data.attrs or _LAW not in data.data_vars:
+        return None
+    return law_from(str(data.attrs[_LAW]), _table_of(data[_LAW]).values)
 
 
 def _axis_of(values: xr.DataArray) -> Axis:
@@ -216,9 +240,13 @@ def recorded(block: str, record: Record) -> Iterator[None]:
 def kept_record(block: str) -> Record:
     """Return the record of a block that is kept, the user's own or else the package's.
 
-    Raises `DataError` without one.
+    Raises `DataError` without one, and where it was measured by another law than today's.
     """
-    return read_record(record_file(block))
+    record = read_record(record_file(block))
+    other = changed(record.law) if record.law is not None else "a law that it does not tell"
+    if other:
+        raise stale(block, other)
+    return record
 
 
 def in_force(block: str) -> bool:

@@ -8,7 +8,6 @@ Specification (0.8) has them.
 from __future__ import annotations
 
 import os
-from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
 
@@ -58,14 +57,6 @@ def record_file(block: str) -> Path:
     raise DataError(f"{block}: no record; {_MEASURE}")
 
 
-def record_digest(block: str) -> str:
-    """Return the SHA-256 of the record that is read for a block, in hexadecimal.
-
-    Raises `DataError` where there is none.
-    """
-    return sha256(record_file(block).read_bytes()).hexdigest()
-
-
 def save_record(data: xr.Dataset, path: Path) -> None:
     """Write a record's netCDF file with its seal."""
     path.write_bytes(sealed(data.to_netcdf(engine="h5netcdf")))  # in memory: HDF5 crashes on a full disk
@@ -97,12 +88,14 @@ def _check(path: Path) -> None:
         raise ValueError(f"{sum(sizes)} numbers, must be at most {_MOST}")
 
 
-def stale(block: str) -> DataError:
-    """Return the error for a record of other circuits than those that its model stands for."""
+def stale(block: str, reason: str = "another circuit or process") -> DataError:
+    """Return the error for a record of other circuits, or of another law, than its model stands for."""
     own = cached_file(block)
-    where = f" ({own}, which goes before the package's)" if os.access(own, os.R_OK) else ""
-    remedy = f"{_MEASURE}, or delete it" if where else _MEASURE
-    return DataError(f"{block}: its record{where} is of another circuit or process; {remedy}")
+    measured_again = f"{_MEASURE} {block.replace('_', '-')}"
+    if os.access(own, os.R_OK):
+        where = f" ({own}, which goes before the package's)"
+        return DataError(f"{block}: its record{where} is of {reason}; {measured_again}, or delete it")
+    return DataError(f"{block}: its record is of {reason}; {measured_again}")
 
 
 def _name(block: str) -> str:

@@ -25,6 +25,7 @@ from system.cli.examples import epilog_of
 from system.cli.exit_status import BAD_INPUT, DONE, INTERRUPTED, NO
 from system.cli.given_once import App
 from system.cli.guide import guide
+from system.cli.mend import measured_again
 from system.cli.run_command_line import names_in_study
 from system.cli.simulate_verb import Simulate
 from system.cli.study_verbs import Centre, Montecarlo, Replay
@@ -112,7 +113,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             status = _run(sys.argv[1:] if arguments is None else list(arguments))
         sys.stdout.flush()
     except CircuitError as error:
-        return _refuse(str(error))
+        return _refuse(measured_again(str(error)))
     except ImportError as error:
         return _refuse(f"{error}; see noctule doctor")
     except KeyboardInterrupt:

@@ -27,7 +27,7 @@ from chips.latency.calibration import PARTS, calibrated
 from chips.latency.chip import LatencyChip
 from chips.latency.design import Biases, Design
 from chips.latency.model import BLOCKS, lumped, only, usual_biases
-from chips.record_file import record_digest
+from chips.record import kept_record, record_digest
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
@@ -169,7 +169,7 @@ def decided_by() -> tuple[object, ...]:
     arcs, numbers = _arcs(), Numbers()
     return (
         version("noctule"), numbers, design_of(arcs, numbers), PINGS, CROSSINGS, WINDOW,
-        record_digest("latency_chip"),
+        record_digest(kept_record("latency_chip")),
     )  # fmt: skip
 
 

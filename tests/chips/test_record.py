@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
+from chips.law_lattice import law_of
 from chips.model import model_names
 from chips.record import (
     WITHOUT_BIASES,
@@ -18,13 +20,16 @@ from chips.record import (
     kept_record,
     matching_record,
     read_record,
+    record_digest,
     record_key,
     recorded,
     write_record,
 )
-from chips.record_file import record_digest, save_record, shipped_file
+from chips.record_file import save_record, shipped_file
 from circuits.blocks.sonar import rebound_neuron
 from circuits.errors import DataError
+from circuits.seal import unsealed
+from circuits.silicon.process import AMI_1500
 
 RECORD = Record(
     "some key",
@@ -37,6 +42,7 @@ RECORD = Record(
     },
     {"time_rms_s": 1.0 / 3.0},
     {"threshold_V": (-0.2, 0.2)},
+    law_of(AMI_1500),
 )
 
 
@@ -48,6 +54,12 @@ def same(one: Record, other: Record) -> None:
     for name, table in one.tables.items():
         assert table.axes == other.tables[name].axes
         np.testing.assert_array_equal(table.values, other.tables[name].values)
+    assert one.law is not None
+    assert other.law is not None
+    assert (one.law.process, one.law.solver) == (other.law.process, other.law.solver)
+    assert list(one.law.values) == list(other.law.values)
+    for name, values in one.law.values.items():
+        np.testing.assert_array_equal(values, other.law.values[name])
 
 
 def test_a_record_survives_its_file(tmp_path: Path) -> None:
@@ -91,6 +103,8 @@ def test_what_is_not_in_a_record_is_told(name: str) -> None:
         (xr.Dataset({"a": ("x", ["one"])}, attrs={"key": "k"}), "must be of numbers"),
         (xr.Dataset({"a": ((), 1.0)}, attrs={"key": "k", "error_x": "many"}), "could not convert"),
         (xr.Dataset({"a": ((), 1.0)}, attrs={"key": "k", "box_x": 1.0}), "must have two"),
+        (xr.Dataset({"law": ("x", np.zeros(2))}, attrs={"key": "k", "law": "{}"}), "law: 'process'"),
+        (xr.Dataset({"law": ("x", np.zeros(2))}, attrs={"key": "k", "law": "[]"}), "law: list indices"),
     ],
 )
 def test_another_file_is_refused(data: xr.Dataset, reason: str, tmp_path: Path) -> None:
@@ -102,7 +116,7 @@ def test_another_file_is_refused(data: xr.Dataset, reason: str, tmp_path: Path) 
 
 def test_outside_the_package_a_record_is_believed_as_it_was_written_alone(tmp_path: Path) -> None:
     path, shipped = tmp_path / "own.nc", shipped_file("rebound_neuron")
-    path.write_bytes(shipped.read_bytes())
+    path.write_bytes(unsealed(shipped.read_bytes()))
     with pytest.raises(DataError, match=r"own\.nc: no record, no digest of its contents .*delete it"):
         read_record(path)
     write_record(kept_record("rebound_neuron"), path)
@@ -137,9 +151,20 @@ def test_the_record_in_force_is_the_innermost() -> None:
         current_record("block")
 
 
-def test_the_digest_is_of_the_file_that_is_read() -> None:
+def test_the_digest_is_of_what_the_record_says() -> None:
     # what kept campaigns of spiking bats depend on: another one would ask them to be flown again
-    assert record_digest("latency_chip") == "265bd536b8f56e79b82cedab0e8a6ccf64bb2b7c5cbd01eeebe4c89774fb8b5d"
+    record = kept_record("latency_chip")
+    kept = "477b4ddb7100d1e1066873b4f7ac7cb0ba1ad8c7631c707ea1fd70406503d0de"
+    assert record_digest(record) == record_digest(replace(record, law=None)) == kept
+    name, table = next(iter(record.tables.items()))
+    moved = record.extended({name: Table(table.axes, np.nextafter(table.values, np.inf))})
+    others = [
+        moved,
+        replace(record, key="other"),
+        replace(record, errors={}),
+        replace(record, box={"a": (0.0, 1.0)}),
+    ]
+    assert len({record_digest(other) for other in (record, *others)}) == 5
 
 
 def test_a_key_is_of_all_its_parts() -> None:

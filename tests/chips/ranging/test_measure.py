@@ -12,7 +12,7 @@ import pytest
 
 from chips.ranging import measure as c
 from chips.ranging.model import model_of, stimulated
-from chips.ranging.record import ReboundRecord, record_of, to_record
+from chips.ranging.record import ReboundRecord, record_of
 from chips.record import kept_record, read_record, write_record
 from chips.record_file import ENVIRONMENT, cache_folder, record_file, shipped_file
 from circuits.blocks.sonar import rebound_neuron
@@ -136,9 +136,10 @@ def test_the_command_writes_into_the_caches_which_are_read_first(quick: ReboundR
     assert list(caches.parent.iterdir()) == [caches]
 
 
-def test_a_stale_or_broken_record_of_the_caches_is_told(quick: ReboundRecord, caches: Path) -> None:
+def test_a_stale_or_broken_record_of_the_caches_is_told(caches: Path) -> None:
     caches.parent.mkdir(parents=True)
-    write_record(to_record(replace(quick, key="of another circuit")), caches)
+    shipped = read_record(shipped_file("rebound_neuron"))
+    write_record(replace(shipped, key="of another circuit"), caches)
     with pytest.raises(DataError, match=r"caches/records/rebound_neuron\.nc.*another circuit.*or delete it"):
         model_of(rebound_neuron.build(), AMI_1500)
     caches.write_bytes(b"no netCDF")
