@@ -1,0 +1,167 @@
+"""A law that is changed in its source makes every measured record refuse by name, before any run.
+
+A mutation is a text of a module and what stands there instead. The changed module is executed, and the code
+of its functions takes the place of theirs; constants are replaced wherever they were imported. Machine code
+cannot be changed so: the two kernels of the transistor run as the Python that they are written in, which a
+test holds against the machine code. `softplus`, whose Python has no meaning, is left out.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from pathlib import Path
+from types import FunctionType, ModuleType
+from typing import Any, NamedTuple
+
+import pytest
+from numba.core.dispatcher import Dispatcher
+
+from chips import law_lattice, record
+from chips.law_lattice import changed, law_of
+from chips.model import MODELS
+from chips.record import kept_record, read_record
+from chips.record_file import shipped_file
+from circuits.devices import transistor
+from circuits.errors import DataError
+from system.cli.command_line import main
+
+
+class Mutation(NamedTuple):
+    """What is changed: a module's text, what stands there instead, and the families that move at least."""
+
+    module: str
+    text: str
+    instead: str
+    moves: tuple[str, ...]
+
+
+TRANSISTOR, PROCESS, DIE = "circuits.devices.transistor", "circuits.silicon.process", "circuits.silicon.die"
+OVERLAP = Mutation(
+    TRANSISTOR,
+    "model.overlap_capacitance * w, model.junction_capacitance * w",
+    "2.0 * model.overlap_capacitance * w, 4.0 * model.junction_capacitance * w",
+    ("capacitance",),
+)
+MUTATIONS = (
+    OVERLAP,
+    Mutation(TRANSISTOR, "gate_bulk = model", "gate_bulk = 1.01 * model", ("capacitance",)),
+    Mutation(TRANSISTOR, "(ff - fr) * (ff + fr)", "(ff - fr) * (ff + 1.001 * fr)", ("current",)),
+    Mutation(TRANSISTOR, "kappa[i] * (forward", "(forward", ("slope",)),
+    Mutation(TRANSISTOR, "(1.0 - e - extra)", "(1.0 - e)", ("junction",)),
+    Mutation(TRANSISTOR, "v_t0=law.v_t0 + delta_v_t", "v_t0=law.v_t0 - delta_v_t", ("current",)),
+    Mutation(PROCESS, "ratio**model", "ratio**1.01**model", ("temperature", "current")),
+    Mutation(PROCESS, "v_t0_drift * rise", "v_t0_drift * (rise + 0.1)", ("temperature",)),
+    Mutation(PROCESS, "2.0 ** (rise", "2.1 ** (rise", ("temperature", "junction")),
+    Mutation(PROCESS, "(1.0 / self.kappa - 1.0)", "(1.0 / self.kappa)", ("temperature",)),
+    Mutation(PROCESS, "= 1.380649e-23  # J/K", "= 1.3806e-23", ("temperature", "current")),
+    Mutation(PROCESS, "= 273.15", "= 273.0", ("temperature", "bias")),
+    Mutation(DIE, "np.sqrt(2.0 * np.asarray(area))", "np.sqrt(np.asarray(area))", ("mismatch",)),
+    Mutation(DIE, 'person=b"noctule-die"', 'person=b"die"', ("mismatch", "bias")),
+    Mutation(DIE, "v_t0 * variation", "1.1 * v_t0 * variation", ("mismatch", "bias")),
+    Mutation("circuits.silicon.silicon", "pair_a_vt / root", "pair_a_vt / area", ("mismatch",)),
+    Mutation("circuits.bias", "v_p / law.kappa", "v_p", ("bias",)),
+    Mutation("circuits.bias", "kelvin(silicon.temperature_c) / kelvin(reference)", "1.0", ("bias",)),
+    Mutation("circuits.devices.ekv", "0.5 * np.asarray(u,", "0.51 * np.asarray(u,", ("closed_form",)),
+    Mutation("circuits.devices.pinch_off", "* height)", "+ height)", ("closed_form",)),
+    Mutation("circuits.event", "WIDTH = 10e-6", "WIDTH = 11e-6", ("event",)),
+    Mutation("circuits.units", '"f": -15', '"f": -16', ("unit",)),
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def shipped() -> dict[Path, record.Record]:
+    """Shipped records, which are read from their files once."""
+    paths = [shipped_file(name) for name in MODELS]
+    return {path: read_record(path) for path in paths}
+
+
+@pytest.fixture
+def in_python(shipped: dict[Path, record.Record], monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """The law is evaluated by Python, nothing of it is remembered, and records come from memory."""
+    monkeypatch.setattr(record, "read_record", shipped.__getitem__)
+    monkeypatch.setattr(law_lattice, "drain_currents", _python(transistor.drain_currents))
+    monkeypatch.setattr(transistor, "_junction_currents", _python(transistor._junction_currents))
+    law_of.cache_clear()
+    kept_record.cache_clear()
+    yield
+    law_of.cache_clear()
+    kept_record.cache_clear()
+
+
+@pytest.mark.usefixtures("in_python")
+def test_the_law_in_python_is_that_of_the_machine_code() -> None:
+    for name in MODELS:
+        law = kept_record(name.replace("-", "_")).law
+        assert law is not None
+        assert changed(law) == ""
+
+
+@pytest.mark.usefixtures("in_python")
+@pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda m: f"{m.module}: {m.text}")
+def test_a_mutation_makes_every_record_stale(mutation: Mutation, monkeypatch: pytest.MonkeyPatch) -> None:
+    mutate(mutation, monkeypatch)
+    for name in MODELS:
+        block = name.replace("-", "_")
+        with pytest.raises(
+            DataError, match=f"{block}: its record is of another law of .*run noctule"
+        ) as told:
+            kept_record(block)
+        families = str(told.value).partition("another law of ")[2].partition(";")[0].split(", ")
+        assert set(mutation.moves) <= set(families)
+        assert str(told.value).endswith(f"characterise {name}")
+
+
+@pytest.mark.usefixtures("in_python")
+def test_a_mutation_is_told_before_a_run(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mutate(OVERLAP, monkeypatch)
+    assert main(["run", "approach", "--level", "behavioural", "--json"]) == 2
+    out, err = capsys.readouterr()
+    assert "another law of capacitance; run noctule characterise" in err
+    assert not out
+
+
+def mutate(mutation: Mutation, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Put a mutation in force until the test ends."""
+    module = import_module(mutation.module)
+    source = Path(str(module.__file__)).read_text(encoding="utf-8")
+    assert source.count(mutation.text) == 1, "the mutation's text is to be found once in its module"
+    new = {"__name__": mutation.module, "__file__": module.__file__}
+    exec(compile(source.replace(mutation.text, mutation.instead), str(module.__file__), "exec"), new)  # noqa: S102
+    replaced = list(_replaced(vars(module), new, monkeypatch))
+    assert replaced, "the mutation changes something"
+
+
+def _replaced(old: dict[str, Any], new: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """Replace the code of functions, those of classes too, and constants; yield the names of both."""
+    for name, value in list(old.items()):
+        other = new.get(name)
+        if isinstance(value, type) and value.__module__ == old.get("__name__"):
+            yield from _replaced(dict(vars(value)), dict(vars(other)), monkeypatch)
+        elif isinstance(value, property):
+            yield from _code(name, value.fget, other.fget, monkeypatch)  # type: ignore[union-attr]
+        elif isinstance(value, FunctionType | Dispatcher):
+            yield from _code(name, _python(value), _python(other), monkeypatch)
+        elif isinstance(value, float | dict) and not name.startswith("__") and value != other:
+            for each in _ours():
+                if vars(each).get(name) is value:
+                    monkeypatch.setattr(each, name, other)
+            yield name
+
+
+def _code(name: str, old: Any, new: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    if old.__module__ == new.__module__ and old.__code__ != new.__code__:
+        monkeypatch.setattr(old, "__code__", new.__code__)
+        yield name
+
+
+def _python(function: Any) -> Callable[..., Any]:
+    found: Callable[..., Any] = getattr(function, "py_func", function)
+    return found
+
+
+def _ours() -> list[ModuleType]:
+    return [module for name, module in sys.modules.items() if name.startswith(("circuits.", "chips."))]
