@@ -15,6 +15,7 @@ from system.cli.command_line import app, main
 from system.reader import with_params
 from system.registry import SYSTEMS, load_system
 from system.scenario import read_texts
+from tests.refusals import refusals
 
 OPTIONS = load_system("car").settings
 
@@ -26,19 +27,17 @@ def test_text_is_read_and_values_stay() -> None:
     assert read_texts(OPTIONS, found) == found
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "says"),
+test_what_cannot_be_read_is_refused = refusals(
+    ParameterError,
+    lambda given: load_system("car").study_options("behavioural", None, given),
     [
-        ("soft_pings", "perhaps", 'soft_pings: "perhaps", must be yes or no'),
-        ("pings", "1.5", 'pings: "1.5", must be a whole number'),
-        ("vmax", "fast", "vmax: "),
-        ("vmax", "0.5", "vmax: .*must be a speed in m/s; write the unit too, as in 0.5m/s"),
-        ("unit", "1us", "unit: not an option of car, its study has vmax, ping-rate, forest"),
+        ({"soft_pings": "perhaps"}, 'soft_pings: "perhaps", must be yes or no'),
+        ({"pings": "1.5"}, 'pings: "1.5", must be a whole number'),
+        ({"vmax": "fast"}, "vmax: "),
+        ({"vmax": "0.5"}, "vmax: .*must be a speed in m/s; write the unit too, as in 0.5m/s"),
+        ({"unit": "1us"}, "unit: not an option of car, its study has vmax, ping-rate, forest"),
     ],
 )
-def test_what_cannot_be_read_is_refused(name: str, text: str, says: str) -> None:
-    with pytest.raises(ParameterError, match=says):
-        load_system("car").study_options("behavioural", None, {name: text})
 
 
 def test_parameters_are_options() -> None:

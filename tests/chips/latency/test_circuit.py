@@ -15,6 +15,7 @@ from circuits.lowering.flatten import flatten
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
+from tests.refusals import refusals
 
 SMALL = Params(paths=1, taps=1, synapses=1)
 EVENT, CHARGE = 1e-3, 5e-3  # s after the ping: of memory 0, whose tap comes at 7.6 ms, and of the goal
@@ -60,17 +61,15 @@ def test_the_whole_chip_has_the_models_devices() -> None:
         assert any(path.endswith(place) for path in paths), place
 
 
-@pytest.mark.parametrize(
-    ("changes", "says"),
+test_a_chip_that_cannot_be_built_is_refused = refusals(
+    ParameterError,
+    lambda changes: Params(**changes),
     [
         ({"paths": 0}, "paths: 0, must be a whole number"),
         ({"goal": 33}, "goal: 33, must be a cell, 0 to 32"),
         ({"taps": 1.5}, "taps: 1.5, must be a whole number"),
     ],
 )
-def test_a_chip_that_cannot_be_built_is_refused(changes: dict[str, float], says: str) -> None:
-    with pytest.raises(ParameterError, match=says):
-        Params(**changes)  # type: ignore[arg-type]
 
 
 def test_events_that_the_chip_cannot_have_are_refused() -> None:

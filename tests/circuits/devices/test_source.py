@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,6 +18,7 @@ from circuits.devices.source import (
     vertices,
 )
 from circuits.errors import ParameterError
+from tests.refusals import refusals
 
 
 def test_constant_and_driven_are_one_vertex() -> None:
@@ -100,10 +100,12 @@ BAD: list[tuple[Waveform, str]] = [
 ]
 
 
-@pytest.mark.parametrize(("waveform", "text"), BAD)
-def test_bad_waveforms_name_the_source_and_the_rule(waveform: Waveform, text: str) -> None:
-    with pytest.raises(ParameterError, match=f"^echo: .*{text}"):
-        Source("echo", "echo", waveform).check()
+test_bad_waveforms_name_the_source_and_the_rule = refusals(
+    ParameterError,
+    lambda waveform: Source("echo", "echo", waveform).check(),
+    BAD,
+    start="^echo: .*",
+)
 
 
 def test_vertices_take_lists_and_return_arrays() -> None:

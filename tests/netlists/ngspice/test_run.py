@@ -17,6 +17,7 @@ from circuits.errors import SimulatorError, UnknownNameError
 from netlists.ngspice import library as ngspice_library
 from netlists.ngspice import run as ngspice
 from netlists.ngspice.library import _open, find_library
+from tests.refusals import refusals
 
 ACCURATE = ".options gmin=1e-15 abstol=1e-15 chgtol=1e-17 reltol=1e-4 method=gear"
 RC = f"""step
@@ -99,8 +100,9 @@ def test_a_failing_deck_raises_in_one_line_and_the_library_recovers(
     assert ngspice.run(RC).axis[-1] == pytest.approx(5e-3)
 
 
-@pytest.mark.parametrize(
-    ("deck", "message"),
+test_a_deck_that_cannot_be_checked_is_refused = refusals(
+    SimulatorError,
+    ngspice.run,
     [
         (RC.replace(".end", ""), "no .end"),
         (RC.replace(".tran 1e-05 0.005 0 1e-05\n", ""), "deck.analysis: none"),
@@ -110,9 +112,6 @@ def test_a_failing_deck_raises_in_one_line_and_the_library_recovers(
         (RC.replace(".end", ".control\nquit\n.endc\n.end"), "deck.analysis: .tran, .control"),
     ],
 )
-def test_a_deck_that_cannot_be_checked_is_refused(deck: str, message: str) -> None:
-    with pytest.raises(SimulatorError, match=message):
-        ngspice.run(deck)
 
 
 @pytest.mark.parametrize(

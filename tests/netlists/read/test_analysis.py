@@ -1,7 +1,5 @@
 """Cards about a run."""
 
-import pytest
-
 from circuits.errors import DataError
 from netlists.read.analysis import Controls, OperatingPoint, Sweep, Transient, read_controls
 from netlists.read.card import Card
@@ -9,6 +7,7 @@ from netlists.read.expression.scope import Scope
 from netlists.read.limits import Limits
 from netlists.read.note import Notes
 from netlists.read.waveform import Span
+from tests.refusals import refusals
 
 
 def read(*texts: str, notes: Notes | None = None) -> Controls:
@@ -48,8 +47,9 @@ def test_what_is_not_taken_over_is_noted() -> None:
     }
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
+test_refused_with_its_place = refusals(
+    DataError,
+    read,
     [
         (".wave a", ".wave: unknown card"),
         (".tran 1u", "must be 2 to 4"),
@@ -60,7 +60,5 @@ def test_what_is_not_taken_over_is_noted() -> None:
         (".nodeset v(a)=", "must be v"),
         (".temp", "must be one"),
     ],
+    start=r"^a\.cir:1: .*",
 )
-def test_refused_with_its_place(text: str, says: str) -> None:
-    with pytest.raises(DataError, match=rf"^a\.cir:1: .*{says}"):
-        read(text)

@@ -8,6 +8,7 @@ from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import DataError
 from netlists.read import Imported, Limits, read_netlist
 from netlists.read.limits import DEFAULT_LIMITS
+from tests.refusals import refusals
 
 DIVIDER = ".subckt half a b params: r=1k\nr1 a b {r}\nr2 b 0 r\n.ends\n"
 
@@ -96,8 +97,9 @@ def test_start_voltages_reach_into_instances() -> None:
     assert found.testbench.start == {"x1.m": 1.0, "b": 2.0}
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
+test_refused_with_its_place = refusals(
+    DataError,
+    read,
     [
         ("x1 a b none", "netlist:2: x1: sub-circuit none is not there"),
         (DIVIDER + "x1 a half", "netlist:6: x1: 1 nodes, half has 2 ports, see netlist:2"),
@@ -120,9 +122,6 @@ def test_start_voltages_reach_into_instances() -> None:
         ("r1 a 0 1\n.ic v(a." + "%" * 500 + ")=1", "netlist:3: a name of more than 400"),
     ],
 )
-def test_refused_with_its_place(text: str, says: str) -> None:
-    with pytest.raises(DataError, match=says):
-        read(text)
 
 
 def test_calls_have_a_depth() -> None:

@@ -13,6 +13,7 @@ from netlists.read.limits import Limits
 from netlists.read.note import Notes
 from netlists.read.text.name import circuit_name
 from netlists.read.text.section import Model, Section
+from tests.refusals import refusals
 
 CARD = Card(".model", "a.cir", 2)
 
@@ -81,8 +82,9 @@ def test_a_model_with_figures_of_its_own_is_refused_at_its_card() -> None:
         read("m1 d g s b own w=1u l=1u")
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
+test_refused_with_its_place = refusals(
+    DataError,
+    read,
     [
         ("q1 a b c npn", "q1: unknown element; known are R, C, G, B, M, V, I, X"),
         ("r1 a b", "r1: without a value"),
@@ -110,7 +112,5 @@ def test_a_model_with_figures_of_its_own_is_refused_at_its_card() -> None:
         ("b1 a 0 i=v(x)+v(y)", "must be opposite"),
         ("b1 a 0 i=v(x)+v(y)+v(z)", "not one voltage difference"),
     ],
+    start=r"^a\.cir:9: .*",
 )
-def test_refused_with_its_place(text: str, says: str) -> None:
-    with pytest.raises(DataError, match=rf"^a\.cir:9: .*({says})"):
-        read(text)

@@ -10,6 +10,7 @@ from netlists.read.expression.scope import Scope
 from netlists.read.limits import Limits
 from netlists.read.note import Notes
 from netlists.read.waveform import Span, negated, read_waveform
+from tests.refusals import refusals
 
 SPAN = Span(1e-6, 1e-3)
 
@@ -62,8 +63,9 @@ def test_what_is_left_out_is_noted() -> None:
     }
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
+test_refused = refusals(
+    DataError,
+    read,
     [
         ("", "no value"),
         ("x", "unknown parameter"),
@@ -80,10 +82,8 @@ def test_what_is_left_out_is_noted() -> None:
         ("sin(0)", "must be 2 to 6"),
         ("1e999", "must be finite"),
     ],
+    start=r"^a\.cir:5: .*",
 )
-def test_refused(text: str, says: str) -> None:
-    with pytest.raises(DataError, match=rf"^a\.cir:5: .*{says}"):
-        read(text)
 
 
 def test_a_pulse_needs_its_times_where_there_is_no_run() -> None:

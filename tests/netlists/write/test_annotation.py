@@ -47,6 +47,7 @@ from netlists.write.annotation import (
     to_silicon,
     to_source,
 )
+from tests.refusals import refusals
 
 NUMBERS = st.floats(allow_nan=False)
 TEXTS = st.text()
@@ -233,8 +234,9 @@ def test_sources_come_back() -> None:
     assert to_source(head.value, waveform.value) == source
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
+test_malformed_notes_are_refused_by_name = refusals(
+    DataError,
+    parse_annotation,
     [
         ("", "note '': unknown kind"),
         ("memristor name=a", "note 'memristor': unknown kind"),
@@ -253,6 +255,3 @@ def test_sources_come_back() -> None:
         ("die lot=A mismatch=maybe", "note die.mismatch"),
     ],
 )
-def test_malformed_notes_are_refused_by_name(text: str, words: str) -> None:
-    with pytest.raises(DataError, match=words):
-        parse_annotation(text)

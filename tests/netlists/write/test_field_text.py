@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from circuits.errors import DataError
 from netlists.write.field_text import format_fields, parse_fields
+from tests.refusals import refusals
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +47,9 @@ def test_text_is_bare_where_it_can_be() -> None:
     assert list(format_fields(Example('a b"é'))) == [r'name="a\u0020b\"\u00e9"']
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
+test_what_is_wrong_is_named = refusals(
+    DataError,
+    lambda words: parse_fields("it", Example, words.split()),
     [
         ("name=a side=up", "it.side: 'up', no value of its kind"),
         ("name=a values=1.0", "it.values: '1.0', no value"),
@@ -61,6 +62,3 @@ def test_text_is_bare_where_it_can_be() -> None:
         ('name=a values=( "1" )', "it.values"),
     ],
 )
-def test_what_is_wrong_is_named(words: str, message: str) -> None:
-    with pytest.raises(DataError, match=message):
-        parse_fields("it", Example, words.split())

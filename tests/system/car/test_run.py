@@ -10,6 +10,7 @@ from circuits.silicon.die import Die
 from system.car.numbers import ARCS
 from system.car.run import ENDS, SUMMARY, SYSTEM, Trace, run, summarise
 from system.car.scenario import Scenario
+from tests.refusals import refusals
 
 PINGS = 60
 
@@ -72,8 +73,9 @@ def test_a_study_has_the_chip() -> None:
         SYSTEM.study_options("behavioural", None, {"map": "x"})
 
 
-@pytest.mark.parametrize(
-    ("options", "says"),
+test_what_is_refused = refusals(
+    ParameterError,
+    lambda options: Scenario(**options),
     [
         ({"forest": "wood"}, "forest: wood, must be corridor, open or dense"),
         ({"ranges": "radar"}, "ranges: radar, must be flight, exact or chip"),
@@ -87,9 +89,6 @@ def test_a_study_has_the_chip() -> None:
         ({"seed": -1}, "seed: -1, must be >= 0"),
     ],
 )
-def test_what_is_refused(options: dict[str, object], says: str) -> None:
-    with pytest.raises(ParameterError, match=says):
-        Scenario(**options)  # type: ignore[arg-type] # fields of mixed types
 
 
 @pytest.mark.parametrize("options", [{"vmax": 0.0}, {"ping_rate": -3.0}, {"vmax": float("nan")}])

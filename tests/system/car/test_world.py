@@ -22,6 +22,7 @@ from system.car.world import (
     read_pipes,
     start_of,
 )
+from tests.refusals import file_refusals
 
 
 @pytest.mark.parametrize("name", FORESTS[1:])
@@ -77,8 +78,10 @@ def test_pipes_of_ones_own(tmp_path: Path) -> None:
     assert read_pipes(str(path)).wide == LEAST_WIDE
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
+test_what_is_no_forest_is_one_line = file_refusals(
+    DataError,
+    "own.csv",
+    read_pipes,
     [
         ("", "own.csv:1: header: 'empty file', must have a header"),
         ("x_m,y_m\n", "own.csv:2: row: 'end of file', must have at least one row"),
@@ -90,10 +93,3 @@ def test_pipes_of_ones_own(tmp_path: Path) -> None:
         ("x_m,y_m\n1,nan\n", "own.csv:2: y_m: 'nan', must be a finite number"),
     ],
 )
-def test_what_is_no_forest_is_one_line(text: str, says: str, tmp_path: Path) -> None:
-    path = tmp_path / "own.csv"
-    path.write_text(text)
-    with pytest.raises(DataError) as caught:
-        read_pipes(str(path))
-    assert says in str(caught.value)
-    assert "\n" not in str(caught.value)

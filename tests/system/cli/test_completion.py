@@ -17,6 +17,7 @@ from netlists.registry import DIALECTS
 from system.bug.map import MAPS
 from system.cli.completion import VARIABLE, Shell, script_of
 from system.registry import EXPERIMENTS, SYSTEMS
+from tests.refusals import command_refusals
 from tests.system.cli.test_command_line import HEAVY, ROOT, process
 from tests.system.conftest import Run
 
@@ -130,11 +131,7 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("arguments", "words"), REFUSED)
-def test_another_shell_is_refused(arguments: tuple[str, ...], words: str, run: Run) -> None:
-    status, out, err = run(*arguments)
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert words in err
+test_another_shell_is_refused = command_refusals(rows=REFUSED)
 
 
 def test_a_home_that_cannot_be_written_is_one_line() -> None:

@@ -10,6 +10,7 @@ from system.cli.command_line import main
 from system.cli.deadline import deadline_of
 from system.cli.simulate_verb import Simulate
 from system.cli.verb import parameters_of
+from tests.refusals import refusals
 
 SLOW = ("simulate", "rebound-neuron", "--engine", "ngspice", "--deadline", "1ms")
 
@@ -21,18 +22,17 @@ def test_a_text_becomes_seconds() -> None:
     assert f"{DEADLINE:g}s unless given" in shown.__metadata__[0].help
 
 
-@pytest.mark.parametrize(
-    ("text", "engine", "says"),
+test_what_is_no_deadline = refusals(
+    ParameterError,
+    lambda given: deadline_of(*given),
     [
-        ("60s", "native", "--deadline: 60s, only --engine ngspice takes it; leave it out"),
-        ("0s", "ngspice", "--deadline: 0 s, must be > 0"),
-        ("60V", "ngspice", "--deadline: "),
-        ("60", "ngspice", "--deadline: "),
+        (("60s", "native"), "--deadline: 60s, only --engine ngspice takes it; leave it out"),
+        (("0s", "ngspice"), "--deadline: 0 s, must be > 0"),
+        (("60V", "ngspice"), "--deadline: "),
+        (("60", "ngspice"), "--deadline: "),
     ],
+    start="^",
 )
-def test_what_is_no_deadline(text: str, engine: str, says: str) -> None:
-    with pytest.raises(ParameterError, match=f"^{says}"):
-        deadline_of(text, engine)
 
 
 @pytest.mark.usefixtures("ngspice_library")

@@ -9,6 +9,7 @@ from netlists.foundry.process import DeviceMapping
 from netlists.ngspice import run as ngspice
 from system.cli.command_line import main
 from tests.netlists.foundry.test_process import mapping
+from tests.refusals import command_refusals
 
 __all__ = ["mapping"]  # a fixture
 
@@ -48,17 +49,13 @@ def test_sizes_that_a_mapping_changes_are_told(tmp_path: Path, capsys: pytest.Ca
     )
 
 
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [(("--die", "3"), "must be the nominal die"), (("--corner", "ss"), "must be the nominal die")],
+test_a_die_of_ours_is_refused = command_refusals(
+    *EXPORT,
+    rows=[
+        (("--die", "3", "-o", "-"), "must be the nominal die"),
+        (("--corner", "ss", "-o", "-"), "must be the nominal die"),
+    ],
 )
-def test_a_die_of_ours_is_refused(
-    more: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([*EXPORT, *more, "-o", "-"]) == 2
-    said = capsys.readouterr().err
-    assert words in said
-    assert said.count("\n") == 1
 
 
 def test_an_unknown_process_lists_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:

@@ -27,6 +27,7 @@ from system.options.block import choose
 from system.study.metric import metrics_of
 from system.study.target import Subject, open_target
 from tests.killed import wait_until
+from tests.refusals import command_refusals
 from tests.system.conftest import RunJson
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -169,9 +170,10 @@ def test_a_system_is_a_target(run_json: RunJson) -> None:
     assert min(found["values"]["calls"]) > 1
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
+test_bad_input_is_one_line = command_refusals(
+    "montecarlo",
+    BLOCK,
+    rows=[
         (["-n", "-1"], "must be 1 or more"),
         (["-n", "0"], "must be 1 or more"),
         (["--first-die", "-1"], "die 0 on"),
@@ -192,11 +194,6 @@ def test_a_system_is_a_target(run_json: RunJson) -> None:
         (["--no-mismatch", "--no-process"], "all dies are one"),
     ],
 )
-def test_bad_input_is_one_line(arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["montecarlo", BLOCK, *arguments]) == 2
-    out, err = capsys.readouterr()
-    assert (out, err.count("\n")) == ("", 1)
-    assert words in err
 
 
 def test_an_interrupt_leaves_what_was_finished(tmp_path: Path) -> None:

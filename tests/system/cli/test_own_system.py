@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.refusals import command_refusals
 from tests.system.conftest import Run
 
 CODE = '''
@@ -125,9 +126,10 @@ def test_it_runs_without_options_and_with_its_own(run: Run, tmp_path: Path) -> N
     assert picture.stat().st_size > 1000
 
 
-@pytest.mark.parametrize(
-    ("options", "says"),
-    [
+test_what_is_wrong_with_its_options_is_one_line = command_refusals(
+    "run",
+    "walker",
+    rows=[
         (("--pace", "9m/s"), "--pace: 9 m/s, must be > 0 and < 3"),
         (("--pace", "2"), "--pace: "),
         (("--gait", "fly"), "--gait: fly, must be walk or trot"),
@@ -135,10 +137,6 @@ def test_it_runs_without_options_and_with_its_own(run: Run, tmp_path: Path) -> N
         (("--seed", "-1"), "--seed: -1, must be >= 0"),
     ],
 )
-def test_what_is_wrong_with_its_options_is_one_line(run: Run, options: tuple[str, ...], says: str) -> None:
-    status, out, err = run("run", "walker", *options)
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert says in err
 
 
 def test_it_is_studied_over_dies(run: Run) -> None:

@@ -10,6 +10,7 @@ from chips.rolls.program.bias_file import default_biases
 from circuits.errors import DataError, ParameterError
 from system.cli.rolls_program_file import read_program
 from system.pushbot.network.plain import pushbot_network
+from tests.refusals import file_refusals
 
 
 @pytest.mark.parametrize("header", ["", "post,pre,level\n"])
@@ -37,8 +38,10 @@ def test_a_row_turns_depression_on_and_the_row_as_a_circuit_has_it(tmp_path: Pat
         read_program(str(path), default_biases())
 
 
-@pytest.mark.parametrize(
-    ("text", "error"),
+test_a_bad_row_is_refused_with_its_line = file_refusals(
+    DataError,
+    "program.csv",
+    lambda path: read_program(path, default_biases()),
     [
         ("5,17\n", 'line 1: "5,17", must be post,pre,level'),
         ("5,17,x\n", "must be post,pre,level"),
@@ -52,11 +55,6 @@ def test_a_row_turns_depression_on_and_the_row_as_a_circuit_has_it(tmp_path: Pat
         ("depression,7,27\ndepression,7,27\n", "line 2: depression stands twice"),
     ],
 )
-def test_a_bad_row_is_refused_with_its_line(tmp_path: Path, text: str, error: str) -> None:
-    path = tmp_path / "program.csv"
-    path.write_text(text)
-    with pytest.raises(DataError, match=error):
-        read_program(str(path), default_biases())
 
 
 def test_a_missing_file_and_a_missing_level_are_refused(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import pytest
 from circuits.errors import DataError
 from system.cli.scenario_file import read_scenario_file
 from system.registry import load_system, system_names
+from tests.refusals import file_refusals
 from tests.system.conftest import Run, RunJson
 
 CAR = """
@@ -63,8 +64,10 @@ def test_every_option_of_a_run_may_stand_in_a_file(name: str, tmp_path: Path) ->
         assert set(read_scenario_file(str(path), system).values) == {key}
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
+test_an_error_names_file_key_value_and_rule = file_refusals(
+    DataError,
+    "own.toml",
+    lambda path: read_scenario_file(path, load_system("car")),
     [
         ("vmaxx = 1", "vmaxx: unknown; did you mean vmax"),
         ("qqq = 1", "qqq: unknown; options of car are temperature, lot, "),
@@ -82,12 +85,8 @@ def test_every_option_of_a_run_may_stand_in_a_file(name: str, tmp_path: Path) ->
         ("lot = 7", "lot: 7, must be a text"),
         ("pings = ", ".*; must be TOML in UTF-8"),
     ],
+    start=r"own\.toml: ",
 )
-def test_an_error_names_file_key_value_and_rule(tmp_path: Path, text: str, says: str) -> None:
-    path = tmp_path / "own.toml"
-    path.write_text(text)
-    with pytest.raises(DataError, match=rf"own\.toml: {says}"):
-        read_scenario_file(str(path), load_system("car"))
 
 
 def test_an_error_that_only_the_run_finds_names_the_file_that_gave_the_value(

@@ -13,6 +13,7 @@ from chips.rolls import portrait as rolls_portrait
 from chips.rolls.program.bias_file import BiasTable, default_biases, write_biases
 from system.cli import show_rolls
 from system.cli.command_line import main
+from tests.refusals import command_refusals
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -90,9 +91,9 @@ def test_a_bias_file_without_the_array_s_biases_is_told(
     assert "cells of depression: not told, the bias file lacks NPA_WEIGHT_STD_N" in printed
 
 
-@pytest.mark.parametrize(
-    ("options", "text"),
-    [
+test_bad_options_are_one_line = command_refusals(
+    "show",
+    rows=[
         (["rolls", "--plot", "die.txt"], "--plot: die.txt"),
         (["rolls", "--bias", "i_tau=1nA"], "--bias: rolls has its biases by code"),
         (["rolls", "--at", "rolls/row[3]"], "--at"),
@@ -101,8 +102,3 @@ def test_a_bias_file_without_the_array_s_biases_is_told(
         (["dpi-synapse", "--bias-file", "x.csv"], "--bias-file: x.csv, of rolls only"),
     ],
 )
-def test_bad_options_are_one_line(options: list[str], text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["show", *options]) == 2
-    error = capsys.readouterr().err
-    assert text in error
-    assert error.count("\n") == 1

@@ -9,6 +9,7 @@ import xarray as xr
 
 from system.cli.command_line import main
 from system.cli.small_signal import corner_frequency
+from tests.refusals import command_refusals
 
 BLOCK = "onset-neuron"
 AC = ["simulate", BLOCK, "--analysis", "ac", "--source", "envelope", "--node", "v_amp"]
@@ -65,9 +66,10 @@ def test_the_corner_of_a_low_pass() -> None:
     assert corner_frequency(f, np.zeros_like(f)) is None
 
 
-@pytest.mark.parametrize(
-    ("arguments", "text"),
-    [
+test_wrong_options_are_refused_in_one_line = command_refusals(
+    "simulate",
+    BLOCK,
+    rows=[
         (["--analysis", "ac"], "--source: not given"),
         (["--analysis", "ac", "--source", "nothing"], "source nothing: unknown"),
         (["--analysis", "ac", "--source", "envelope", "--node", "nothing"], "node nothing: unknown"),
@@ -91,10 +93,3 @@ def test_the_corner_of_a_low_pass() -> None:
         (["--analysis", "dc"], "is not one of"),
     ],
 )
-def test_wrong_options_are_refused_in_one_line(
-    arguments: list[str], text: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["simulate", BLOCK, *arguments]) == 2
-    said = capsys.readouterr().err
-    assert text in said
-    assert said.count("\n") == 1

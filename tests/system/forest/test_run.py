@@ -17,6 +17,7 @@ from system.forest.scenario import Scenario
 from system.openspace.map import SIDE
 from system.openspace.senses import Sensing
 from system.plot import save_picture
+from tests.refusals import command_refusals, refusals
 
 
 @pytest.fixture(scope="module")
@@ -54,8 +55,9 @@ def test_options_of_the_command_line() -> None:
     assert found.obstacles == 900
 
 
-@pytest.mark.parametrize(
-    ("options", "says"),
+test_bad_scenarios_are_refused = refusals(
+    CircuitError,
+    lambda options: SYSTEM.scenario(**options),
     [
         ({"vmax": 0.0}, "vmax: 0 m/s, must be > 0"),
         ({"vmax": float("nan")}, "vmax: nan"),
@@ -74,9 +76,6 @@ def test_options_of_the_command_line() -> None:
         ({"temperature_c": 85.0}, "temperature_c: 85 degC, must be 27: no chip is in the"),
     ],
 )
-def test_bad_scenarios_are_refused(options: dict[str, object], says: str) -> None:
-    with pytest.raises(CircuitError, match=says):
-        SYSTEM.scenario(**options)
 
 
 def test_senses_of_the_command_line() -> None:
@@ -129,16 +128,14 @@ def test_a_study_of_the_forest(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     assert len(set(values["avoided"])) > 1  # a start a die
 
 
-@pytest.mark.parametrize(
-    ("options", "says"),
-    [
+test_what_a_study_of_the_forest_has_not = command_refusals(
+    "montecarlo",
+    "forest",
+    "-n",
+    "2",
+    rows=[
         (("--level", "transistor"), "level: transistor, is no choice of forest"),
         (("--bias-kind", "gate"), "--bias-kind: not with --param ranges=exact"),
         (("--param", "unit=1us"), "unit: not an option of forest"),
     ],
 )
-def test_what_a_study_of_the_forest_has_not(
-    options: tuple[str, ...], says: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(("montecarlo", "forest", "-n", "2", *options)) == 2
-    assert says in capsys.readouterr().err

@@ -5,6 +5,7 @@ import pytest
 
 from circuits.errors import ParameterError
 from system.head.numbers import Motion, SonarHead
+from tests.refusals import refusals
 
 
 def test_thresholds_are_decibels_apart() -> None:
@@ -13,8 +14,9 @@ def test_thresholds_are_decibels_apart() -> None:
     assert SonarHead().period == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize(
-    ("numbers", "says"),
+test_numbers_that_cannot_be_are_refused = refusals(
+    ParameterError,
+    lambda numbers: SonarHead(**numbers),
     [
         ({"ping_rate": 0.0}, r"head\.ping_rate: 0, must be > 0"),
         ({"gain": -0.1}, r"head\.gain: -0.1, must be >= 0"),
@@ -23,9 +25,6 @@ def test_thresholds_are_decibels_apart() -> None:
         ({"neck_speed": float("inf")}, r"head\.neck_speed: inf, must be > 0 and finite"),
     ],
 )
-def test_numbers_that_cannot_be_are_refused(numbers: dict[str, float], says: str) -> None:
-    with pytest.raises(ParameterError, match=says):
-        SonarHead(**numbers)
 
 
 def test_a_target_behind_the_head_is_refused() -> None:

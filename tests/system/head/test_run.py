@@ -13,6 +13,7 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.head.run import SUMMARY, SYSTEM, Trace
 from system.system import ENTRIES
+from tests.refusals import refusals
 
 
 def run(**options: Any) -> Trace:
@@ -68,8 +69,9 @@ def test_small_devices_are_deaf_and_it_is_counted() -> None:
     assert set(found) == {*ENTRIES, *SUMMARY}
 
 
-@pytest.mark.parametrize(
-    ("options", "says"),
+test_what_cannot_be_is_refused = refusals(
+    ParameterError,
+    lambda options: SYSTEM.scenario(**options),
     [
         ({"ping_rate": 0.0}, r"ping_rate: 0 Hz, must be > 0"),
         (
@@ -87,9 +89,6 @@ def test_small_devices_are_deaf_and_it_is_counted() -> None:
         ({"swing": 1.5}, r"target\.swing: 1.5 m, must be below the distance, 1 m"),
     ],
 )
-def test_what_cannot_be_is_refused(options: dict[str, Any], says: str) -> None:
-    with pytest.raises(ParameterError, match=says):
-        SYSTEM.scenario(**options)
 
 
 def test_a_study_takes_the_runs_options() -> None:

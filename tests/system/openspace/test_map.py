@@ -9,6 +9,7 @@ import pytest
 
 from circuits.errors import DataError, ParameterError
 from system.openspace.map import CELL, SIDE, SPACING, Forest, cells_of, clearance, densest, plant, read_forest
+from tests.refusals import file_refusals
 
 
 def torus_distances(place: np.ndarray) -> np.ndarray:
@@ -78,8 +79,10 @@ def test_a_map_is_read(tmp_path: Path) -> None:
     assert forest.place.tolist() == [[1.0, 2.5], [0.0, 49.9]]
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
+test_what_is_no_map_is_refused = file_refusals(
+    DataError,
+    "wood.csv",
+    read_forest,
     [
         ("", ":1: header: 'empty file'"),
         ("1,2\n", ":1: header: '1', must be a known column; the first line must be x_m,y_m"),
@@ -91,12 +94,6 @@ def test_a_map_is_read(tmp_path: Path) -> None:
         ('x_m,y_m\n"1,2\n', "must be CSV"),
     ],
 )
-def test_what_is_no_map_is_refused(text: str, says: str, tmp_path: Path) -> None:
-    path = tmp_path / "wood.csv"
-    path.write_text(text)
-    with pytest.raises(DataError, match=says) as caught:
-        read_forest(str(path))
-    assert "\n" not in str(caught.value)
 
 
 def test_bytes_and_folders_are_no_maps(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,10 +12,11 @@ from circuits.silicon.die import Die
 from system.openspace.flight import fly_sample, planter
 from system.openspace.law import ARCS, Bat, arcs_of
 from system.openspace.senses import EXACT, Sensing, projection, senses_of, with_area
+from tests.refusals import refusals
 
-
-@pytest.mark.parametrize(
-    ("options", "says"),
+test_what_is_refused = refusals(
+    ParameterError,
+    lambda options: Sensing(**options),
     [
         ({"ranges": "radar"}, "ranges: radar, must be exact, sonar or chip"),
         ({"selection": "best"}, "selection: best, must be ideal or chip"),
@@ -29,10 +29,7 @@ from system.openspace.senses import EXACT, Sensing, projection, senses_of, with_
         ({"ranges": "sonar", "reader": "calibrated"}, "reader: not with `ranges=sonar`; give"),
         ({"selection": "chip", "bias_kind": "gate"}, "bias_kind: not with `ranges=exact`"),
     ],
-)  # fmt: skip
-def test_what_is_refused(options: dict[str, Any], says: str) -> None:
-    with pytest.raises(ParameterError, match=says):
-        Sensing(**options)
+)
 
 
 def test_areas_that_are_none_are_refused() -> None:

@@ -11,6 +11,7 @@ from system.approach.scenario import Scenario
 from system.cli.command_line import main
 from system.options.block import choose, describe_silicon
 from system.options.silicon import SiliconChoice
+from tests.refusals import command_refusals
 from tests.system.conftest import RunJson
 
 BLOCK = "rebound-neuron"
@@ -67,9 +68,10 @@ def test_a_place_brings_biases_which_options_can_replace() -> None:
     assert describe_silicon(changed.silicon)["at"] == "ranging_chip/neuron[5]"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
+test_bad_silicon_is_one_line = command_refusals(
+    "op",
+    BLOCK,
+    rows=[
         (("--die", "-1"), "die: -1, must be a whole number"),
         (("--die", "1.5"), "--die"),
         (("--corner", "slow"), "is not one of"),
@@ -81,13 +83,6 @@ def test_a_place_brings_biases_which_options_can_replace() -> None:
         (("--at", "ranging-chip/neuron[1]/membrane"), "is a membrane, must be a rebound_neuron"),
     ],
 )
-def test_bad_silicon_is_one_line(
-    arguments: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["op", BLOCK, *arguments]) == 2
-    out, err = capsys.readouterr()
-    assert (out, err.count("\n")) == ("", 1)
-    assert words in err
 
 
 def test_the_title_of_a_netlist_names_the_die(capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,6 +20,7 @@ from system.pushbot.body import (
     turn_of,
     wheel_commands,
 )
+from tests.refusals import refusals
 
 ROBOT = Pushbot()
 
@@ -115,8 +116,9 @@ def test_factors_are_above_zero(value: float) -> None:
         Factors(turn=value)
 
 
-@pytest.mark.parametrize(
-    ("changes", "says"),
+test_numbers_are_checked = refusals(
+    ParameterError,
+    lambda changes: Pushbot(**changes),
     [
         ({"wheel_radius": 0.0}, r"pushbot\.wheel_radius: 0, must be > 0"),
         ({"lag": -1.0}, r"pushbot\.lag: -1, must be >= 0"),
@@ -125,6 +127,3 @@ def test_factors_are_above_zero(value: float) -> None:
         ({"dropped": 1.0}, r"pushbot\.dropped: 1, must be from 0 to below 1"),
     ],
 )
-def test_numbers_are_checked(changes: dict[str, float], says: str) -> None:
-    with pytest.raises(ParameterError, match=says):
-        Pushbot(**changes)

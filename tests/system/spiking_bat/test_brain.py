@@ -9,6 +9,7 @@ from system.openspace.law import Bat, arcs_of
 from system.spiking_bat.brain import check_timing
 from system.spiking_bat.maps import longest_latency
 from system.spiking_bat.numbers import Numbers, numbers_at
+from tests.refusals import refusals
 
 ARCS = arcs_of(Bat(ping_rate=10.0))
 
@@ -21,8 +22,9 @@ def test_the_longest_latency_is_of_one_obstacle_at_the_end() -> None:
     check_timing(ARCS, replace(Numbers(), taps=14))
 
 
-@pytest.mark.parametrize(
-    ("numbers", "says"),
+test_what_does_not_fit_is_refused = refusals(
+    ParameterError,
+    lambda numbers: check_timing(ARCS, numbers),
     [
         (replace(Numbers(), taps=13), "taps: 13, a delay line of 39 ms, must reach"),
         (replace(Numbers(), taps=30), "the delay line takes 90 ms, must be less than the 90 ms"),
@@ -32,6 +34,3 @@ def test_the_longest_latency_is_of_one_obstacle_at_the_end() -> None:
         (numbers_at(6.0), "is longer than a memory lasts, 150 ms"),
     ],
 )
-def test_what_does_not_fit_is_refused(numbers: Numbers, says: str) -> None:
-    with pytest.raises(ParameterError, match=says):
-        check_timing(ARCS, numbers)

@@ -1,9 +1,6 @@
 """Scenarios of flights by spikes: the forests of the analog model, and a die of one's own."""
 
-from typing import Any
-
 import numpy as np
-import pytest
 
 from circuits.errors import CircuitError
 from circuits.silicon.die import Die
@@ -11,6 +8,7 @@ from system.forest import run as forest
 from system.openspace.law import arcs_of
 from system.spiking_bat.run import SYSTEM, document, place, run, summarise
 from system.spiking_bat.scenario import Scenario
+from tests.refusals import refusals
 
 
 def test_forest_and_start_are_the_analog_models() -> None:
@@ -29,8 +27,9 @@ def test_a_chip_flies_and_says_what_was_lost() -> None:
     assert {"lost", "overflowed", "undecided"} <= set(found)
 
 
-@pytest.mark.parametrize(
-    ("given", "says"),
+test_what_is_refused = refusals(
+    CircuitError,
+    lambda given: SYSTEM.scenario(**given),
     [
         ({"codes": "calibrated"}, "codes: calibrated, no chip is in the loop; add `brain=chip`"),
         ({"die": Die(number=3)}, "die: .*, no chip is in the loop"),
@@ -45,9 +44,6 @@ def test_a_chip_flies_and_says_what_was_lost() -> None:
         ({"selection": "chip"}, "spiking-bat.scenario.selection: unknown"),
     ],
 )
-def test_what_is_refused(given: dict[str, Any], says: str) -> None:
-    with pytest.raises(CircuitError, match=says):
-        SYSTEM.scenario(**given)
 
 
 def test_a_course_of_temperature_is_flown_and_said() -> None:

@@ -18,6 +18,7 @@ from system.study.manifest import FILE, describe, read_study
 from system.study.plan import Plan
 from system.study.replay import die_of, replay
 from system.study.table import MOST
+from tests.refusals import refusals
 from tests.system.study.test_engine import HERE, run, study
 
 OWN = f"{HERE}:threshold_sum"
@@ -164,8 +165,9 @@ def test_spoiled_manifests_raise_errors_of_ours_alone(folder: Path) -> None:
     assert refused > 75
 
 
-@pytest.mark.parametrize(
-    ("change_of", "told"),
+test_a_plan_of_no_dies_that_there_are_is_refused = refusals(
+    ParameterError,
+    lambda change_of: replace(Plan("random", 0, 0, 1), **change_of),
     [
         ({"count": -1}, "samples: -1"),
         ({"first": -1}, "samples: 1 from die -1"),
@@ -174,9 +176,6 @@ def test_spoiled_manifests_raise_errors_of_ours_alone(folder: Path) -> None:
         ({"first": 10**12}, "first_die: "),
     ],
 )
-def test_a_plan_of_no_dies_that_there_are_is_refused(change_of: dict[str, Any], told: str) -> None:
-    with pytest.raises(ParameterError, match=told):
-        replace(Plan("random", 0, 0, 1), **change_of)
 
 
 @pytest.mark.parametrize(

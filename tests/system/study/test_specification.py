@@ -8,6 +8,7 @@ import pytest
 from circuits.errors import ParameterError, UnknownNameError
 from system.study.specification import Classes, Limits, judge, parse_spec
 from system.study.table import FAILED
+from tests.refusals import refusals
 
 METRICS = {"best_delay": "s", "width": "s", "spikes_per_echo": ""}
 CLASSES = ("works", "echo-alone", "call-alone")
@@ -68,16 +69,14 @@ def test_another_form_is_refused(text: str, message: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
+test_an_unknown_name_is_refused = refusals(
+    UnknownNameError,
+    lambda text: parse_spec(text, METRICS, CLASSES),
     [
         ("best_dely in 1ms:", "spec: metric best_dely: unknown; did you mean best_delay"),
         ("class is work", "spec: class work: unknown; did you mean works"),
     ],
 )
-def test_an_unknown_name_is_refused(text: str, message: str) -> None:
-    with pytest.raises(UnknownNameError, match=message):
-        parse_spec(text, METRICS, CLASSES)
 
 
 def test_every_sample_has_its_first_cause() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from chips.nef.network.network import (
@@ -17,6 +15,7 @@ from chips.nef.network.network import (
     neurons_of,
 )
 from circuits.errors import ParameterError, TopologyError, UnknownNameError
+from tests.refusals import refusals
 
 
 def test_neurons_are_counted() -> None:
@@ -46,8 +45,9 @@ def test_names_are_told_apart() -> None:
         Network((Ensemble("a", 10),)).node("a")
 
 
-@pytest.mark.parametrize(
-    ("fields", "says"),
+test_ensembles_that_cannot_be = refusals(
+    ParameterError,
+    lambda fields: Ensemble(**{"name": "a", "neurons": 10, **fields}),
     [
         ({"neurons": 0}, "a.neurons: 0, must be at least 1"),
         ({"dimensions": 0}, "a.dimensions: 0, must be at least 1"),
@@ -60,9 +60,6 @@ def test_names_are_told_apart() -> None:
         ({"encoders": ((0.0,),)}, "a.encoders: one of length 0"),
     ],
 )
-def test_ensembles_that_cannot_be(fields: dict[str, Any], says: str) -> None:
-    with pytest.raises(ParameterError, match=says):
-        Ensemble(**{"name": "a", "neurons": 10, **fields})
 
 
 def test_arrays_are_of_one_dimension() -> None:

@@ -14,6 +14,7 @@ from chips.rolls.program.program import Program
 from chips.rolls.program.words import program_of_words, program_words
 from circuits.blocks.rolls.depressing_synapse import RECOVERY
 from circuits.errors import ParameterError, UnknownNameError
+from tests.refusals import refusals
 
 ON = default_biases().with_code(STEP_BIAS, 5, 36)
 LEVELS = np.zeros((8, 8), np.int8)
@@ -52,7 +53,8 @@ def test_what_cannot_depress_is_refused() -> None:
         Program(LEVELS, unnamed, depression=depression)
 
 
-@pytest.mark.parametrize(("code", "says"), [((7, 0), "recovery: fine code 0"), ((8, 3), "bias code: 8, 3")])
-def test_a_recovery_is_a_code_that_is_on(code: tuple[int, int], says: str) -> None:
-    with pytest.raises(ParameterError, match=says):
-        ShortTermDepression(recovery=code)
+test_a_recovery_is_a_code_that_is_on = refusals(
+    ParameterError,
+    lambda code: ShortTermDepression(recovery=code),
+    [((7, 0), "recovery: fine code 0"), ((8, 3), "bias code: 8, 3")],
+)

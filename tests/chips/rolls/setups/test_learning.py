@@ -24,6 +24,7 @@ from circuits.errors import ParameterError, UnknownNameError
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
+from tests.refusals import refusals
 
 SHORT = Task(training=12, tests=8)
 DIE = 20  # one of those on which the numbers were chosen
@@ -101,14 +102,12 @@ def test_a_group_alone_is_from_the_die(chips):
         of_group("wires", plain, die)
 
 
-@pytest.mark.parametrize(
-    ("changed", "text"),
+test_a_task_beyond_the_chip_is_refused = refusals(
+    ParameterError,
+    lambda changed: replace(SHORT, **changed),
     [
         ({"columns": 65}, "task.columns: 65"),
         ({"population": 65}, "task.population"),
         ({"active": 0}, "task.active"),
     ],
 )
-def test_a_task_beyond_the_chip_is_refused(changed, text):
-    with pytest.raises(ParameterError, match=text):
-        replace(SHORT, **changed)

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from netlists.read.expression.expression import ExpressionError, linear_of, number_of, parse
 from netlists.read.limits import Limits
+from tests.refusals import refusals
 
 PARAMETERS = {"a": 2.0, "w0": 3e-6}
 
@@ -39,8 +40,9 @@ def test_value(text: str, value: float) -> None:
     assert number_of(parse(text), PARAMETERS.get) == pytest.approx(value, rel=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
+test_refused = refusals(
+    ExpressionError,
+    lambda text: number_of(parse(text), PARAMETERS.get),
     [
         ("", "the end where a value is needed"),
         ("1+", "the end where a value is needed"),
@@ -59,9 +61,6 @@ def test_value(text: str, value: float) -> None:
         ("1;2", "no part of an expression"),
     ],
 )
-def test_refused(text: str, says: str) -> None:
-    with pytest.raises(ExpressionError, match=says):
-        number_of(parse(text), PARAMETERS.get)
 
 
 @pytest.mark.parametrize("text", ["(" * 100 + "1" + ")" * 100, "2^" * 100 + "1", "1?" * 100 + "1"])

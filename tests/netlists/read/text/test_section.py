@@ -1,12 +1,11 @@
 """Cards to sections."""
 
-import pytest
-
 from circuits.errors import DataError
 from netlists.read.limits import Limits
 from netlists.read.note import Notes
 from netlists.read.text.lines import read_text
 from netlists.read.text.section import Deck, read_deck
+from tests.refusals import refusals
 
 
 def read(text: str) -> Deck:
@@ -37,8 +36,9 @@ def test_parameters_globals_and_controls() -> None:
     assert [card.text for card in deck.controls] == [".tran 1u 1m"]
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
+test_refused = refusals(
+    DataError,
+    read,
     [
         (".subckt a p", "netlist:2: .subckt a: not closed"),
         (".ends", "netlist:2: .ends without .subckt"),
@@ -54,6 +54,3 @@ def test_parameters_globals_and_controls() -> None:
         ("\n".join(f".subckt s{k} a" for k in range(17)), "deeper than 16 sub-circuits, the limit"),
     ],
 )
-def test_refused(text: str, says: str) -> None:
-    with pytest.raises(DataError, match=says):
-        read(text)

@@ -19,6 +19,7 @@ from system.study.search.centre import Budget, Centred, Problem, centre, objecti
 from system.study.specification import Classes, Limits, Specification
 from system.study.table import Condition
 from system.study.target import BlockTarget, Measurement, Quantity, Subject, Target
+from tests.refusals import command_refusals
 
 HERE = Condition("random", 27.0, 0)
 BEST = np.array([0.5, -0.4])
@@ -151,9 +152,10 @@ def test_the_command_improves_the_neuron_and_says_how(
     assert values == {n: again.choice.circuit.bias(n).value for n in values}
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
+test_refused_in_one_line_before_any_work = command_refusals(
+    "centre",
+    "rebound-neuron",
+    rows=[
         ([], "--spec"),
         (["--spec", "class is works", "--tuning-dies", "1001"], "later dies are for the report"),
         (["--spec", "class is works", "--first-fresh-die", "999"], "earlier dies are for the search"),
@@ -163,13 +165,6 @@ def test_the_command_improves_the_neuron_and_says_how(
         (["--spec", "class is works", "--plot", "x.txt"], "--plot"),
     ],
 )
-def test_refused_in_one_line_before_any_work(
-    options: list[str], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["centre", "rebound-neuron", *options]) != 0
-    error = capsys.readouterr().err
-    assert message in error
-    assert error.count("\n") == 1
 
 
 def test_a_class_without_a_metric_to_tell_it_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -25,6 +25,7 @@ from system.worlds.camera.sensor import (
     pixels_of,
     sensor_of,
 )
+from tests.refusals import refusals
 
 QUIET = Dvs(noise=0.0, leak=0.0, hot_share=0.0)
 BARE = replace(load_scene("single-block"), walls=())  # a block on white, before white
@@ -207,8 +208,9 @@ def test_segments_are_whole_steps(duration: float) -> None:
         advance(*opened(), Segment(duration, 0.35))
 
 
-@pytest.mark.parametrize(
-    ("changes", "says"),
+test_numbers_are_checked = refusals(
+    ParameterError,
+    lambda changes: Dvs(**changes),
     [
         ({"threshold_on": 0.0}, r"dvs\.threshold_on: 0, must be > 0"),
         ({"noise": -1.0}, r"dvs\.noise: -1, must be >= 0"),
@@ -217,6 +219,3 @@ def test_segments_are_whole_steps(duration: float) -> None:
         ({"bus_rate": math.inf}, r"dvs\.bus_rate: inf"),
     ],
 )
-def test_numbers_are_checked(changes: dict[str, float], says: str) -> None:
-    with pytest.raises(ParameterError, match=says):
-        Dvs(**changes)  # type: ignore[arg-type]
