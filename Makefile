@@ -66,7 +66,7 @@ ngspice: $(TEST_READY)
 docs: ngspice
 	$(BIN)/noctule run approach --plot docs/approach.png
 	$(SITE) -D noctule_run=1 -D nb_execution_mode=cache -d build/docs-read docs build/docs
-	$(PYTEST) -q tests/test_documents.py tests/test_examples.py --documents=all
+	$(PYTEST) -q tests/test_documents.py tests/test_examples.py tests/system/cli/test_json_keys.py --documents=all
 	@echo "The site is $(CURDIR)/build/docs/index.html"
 
 docs-pages: $(TEST_READY)

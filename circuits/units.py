@@ -84,6 +84,15 @@ def quantity(default: Any, unit: str) -> Any:
     return field(default=default, metadata={"unit": unit})
 
 
+def unit_of_name(name: str) -> str:
+    """Return the unit that the name of a quantity ends with, as `s` of `t_inh_s`; empty where it has none."""
+    first, _, last = name.rpartition("_")
+    if first.endswith("_per"):
+        return "m/s" if name.endswith("_m_per_s") else ""
+    unit = "degC" if last == "C" else last
+    return unit if first and unit in UNITS else ""
+
+
 def parse_quantity(text: str, unit: str, name: str) -> float:
     """Read a quantity.
 

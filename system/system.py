@@ -1,18 +1,7 @@
 """What every system is: how a scenario is made, run, summed up and drawn; and what a run says of itself.
 
-A run's summary begins with its account, which has the same entries for every system (`ENTRIES`):
-
-================  ====  ==============================================================================
-succeeded         -     whether the run did what the system is for, by its own sentence `success`
-reason            text  the one reason why the run ended, the same in text, JSON and picture
-distance_m        m     way travelled; None where nothing travels
-emergency_share   -     emergencies over decisions, 0 to 1; None where there are none to make
-standing_share    -     share of the time at rest, 0 to 1; None where nothing can come to rest
-ran_on            -     level, lot, die, bias kind, ranges, selection, cells, brain: what the run was on
-cautions          text  sentences, where its chips are outside of what they were made or measured for
-================  ====  ==============================================================================
-
-Numbers of the system's own follow. `METRICS` are the entries that a study can measure.
+A run's summary begins with its account, which has the same entries for every system (`ENTRIES`). Numbers of
+the system's own follow. `METRICS` are the entries that a study can measure.
 """
 
 from __future__ import annotations
@@ -22,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, final
 
 from circuits.errors import ParameterError, meant
+from system.meaning import Meaning, meanings
 from system.option import Option, Setting
 from system.reader import shown
 from system.scenario import Make, all_settings, keep, read_texts, scenario_of
@@ -31,7 +21,15 @@ if TYPE_CHECKING:
 
     from circuits.circuit import BiasKind, Circuit
 
-ENTRIES = ("succeeded", "reason", "distance_m", "emergency_share", "standing_share", "ran_on", "cautions")
+ENTRIES = meanings("""
+succeeded        boolean   -  whether the run did what the system is for, by its own sentence `success`
+reason           string    -  the one reason why the run ended, the same in text, JSON and picture
+distance_m       number?   m  way travelled; null where nothing travels
+emergency_share  number?   -  emergencies over decisions, 0 to 1; null where there are none to make
+standing_share   number?   -  share of the time at rest, 0 to 1; null where nothing can come to rest
+ran_on           object    -  what the run was on, as level, die, bias kind, ranges, selection, cells, brain
+cautions         string[]  -  sentences, where its chips are outside of what they were made or measured for
+""")
 SUCCEEDED = "succeeded"
 METRICS = (SUCCEEDED, "distance_m", "emergency_share", "standing_share")
 
@@ -45,7 +43,7 @@ Summary = dict[str, Any]  # entries of an account, then numbers (None where not 
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """What a run says of itself; the table above has the unit of each entry.
+    """What a run says of itself; `ENTRIES` has the unit of each entry.
 
     Attributes
     ----------
@@ -160,6 +158,8 @@ class System(Generic[S, T]):
         Options that set no single field, and what makes fields of them.
     document
         Entries of a run's JSON besides those of its scenario and its summary.
+    meanings
+        Type, unit and words of what `numbers` and `document` give (`system.meaning.of_run`).
     title, before, after
         Heading of a run's table, and lines over and under it.
     outputs
@@ -186,6 +186,7 @@ class System(Generic[S, T]):
     more: Mapping[str, Option] = field(default_factory=dict)
     make: Make = keep
     document: Callable[[T], Mapping[str, Any]] = _nothing
+    meanings: Mapping[str, Meaning] = field(default_factory=dict)
     title: Callable[[T], str] = _always
     before: Callable[[T], Iterable[str]] = _no_lines
     after: Callable[[T], Iterable[str]] = _no_lines

@@ -35,7 +35,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--documents",
         choices=("sample", "all"),
         default="sample",
-        help="what tests/test_documents.py runs: the README and a sample of the other pages, or all pages",
+        help="what is run of the pages, and of the forms of --json: a sample, or all",
     )
 
 

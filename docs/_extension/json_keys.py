@@ -1,96 +1,111 @@
-"""The directives `scenario-keys`, `summary-keys` and `row-keys`: keys of JSON documents, from the code.
+"""The directives `document-keys`, `run-keys`, `scenario-keys` and `every-run-keys`: keys of JSON documents.
 
-`scenario-keys SYSTEM` has what a run says of its scenario, which is stated with each option. `summary-keys`
-has the entries with which every run's summary begins, from the table of `system.system`. `row-keys` has a
-row of an experiment. A key of which the code does not say what it is fails the build.
+They come from the code, which says what each key is (`system.meaning`). `document-keys COMMAND` has those of
+a command, `run-keys SYSTEM` those of a system's own, `scenario-keys SYSTEM` those of its options, and
+`every-run-keys` those of every run. A key without words fails the build.
+
+    ```{document-keys} op
+    ```
 """
 
 from __future__ import annotations
 
-import re
+from collections.abc import Mapping
 
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-import system.system
-from _extension.table import Cell, table
+from _extension.table import table
+from system.cli.keys.documents import DOCUMENTS, EVERY_RUN, scenario_keys
+from system.meaning import SUMMARY, Meaning
 from system.registry import load_system
-from system.rule import unjudged
-from system.statement import Statement
+from system.system import ENTRIES
 
-ENTRY = re.compile(r"^(\w+)  +(\S+)  +(.*)$", re.MULTILINE)  # of the table in `system.system`
-SHARED = {  # of options that all systems have
-    "seed": "Of noise and worlds",
-    "temperature_C": "Of the chips",
-}
-ROW = {
-    "name": "its name, which ends with its unit",
-    "paper": "the paper's value, a number or words; null where it gives none",
-    "ours": "the value that was found",
-    "rule": "when ours agrees, in words",
-    "tolerance": "the number of the rule; null where it has none",
-    "fitted": "whether the value was used to choose parameters",
-    "agrees": "the verdict; null where the rule gives none",
-}
+HEAD = ("key", "type", "unit", "what it is")
+PARTS = (("[]", "list of {}"), ("{}", "object of {} by name"), ("?", "{} or `null`"))
 
 
-class ScenarioKeysDirective(SphinxDirective):
+class KeysDirective(SphinxDirective):
+    """Keys with their types, units and words."""
+
+    required_arguments = 0
+    has_content = False
+
+    def keys(self) -> Mapping[str, Meaning]:
+        """What the table has."""
+        raise NotImplementedError
+
+    def run(self) -> list[nodes.Node]:
+        """Nodes of the page."""
+        found = self.keys()
+        missing = [key for key, each in found.items() if not each.words]
+        if missing:
+            raise self.error(f"{self.name}: {', '.join(missing)}: nothing says what it is")
+        return [table(HEAD, [row(key, each) for key, each in found.items()])]
+
+
+class DocumentKeysDirective(KeysDirective):
+    """Keys of a command's document."""
+
+    required_arguments = 1
+    final_argument_whitespace = True
+
+    def keys(self) -> Mapping[str, Meaning]:
+        """Those of the command."""
+        return DOCUMENTS[self.arguments[0]]
+
+
+class RunKeysDirective(KeysDirective):
+    """Keys that a system adds to those of every run."""
+
+    required_arguments = 1
+
+    def keys(self) -> Mapping[str, Meaning]:
+        """Those of the system's own, its numbers after the rest."""
+        own = load_system(self.arguments[0]).meanings
+        return dict(sorted(own.items(), key=lambda item: item[0].startswith(f"{SUMMARY}.")))
+
+
+class ScenarioKeysDirective(KeysDirective):
     """Keys of a system's scenario."""
 
     required_arguments = 1
-    has_content = False
 
-    def run(self) -> list[nodes.Node]:
-        """Nodes of the page."""
-        rows = scenario_keys(self.arguments[0])
-        missing = [key for key, _, said in rows if not said]
-        if missing:
-            raise self.error(f"scenario-keys: {', '.join(missing)}: no option says what it is")
-        return [table(("key", "unit", "what it is"), rows)]
+    def keys(self) -> Mapping[str, Meaning]:
+        """Those of its options."""
+        return scenario_keys(load_system(self.arguments[0]))
 
 
-class SummaryKeysDirective(SphinxDirective):
-    """Entries with which a summary begins."""
+class EveryRunKeysDirective(KeysDirective):
+    """Keys that every run's document has."""
 
-    def run(self) -> list[nodes.Node]:
-        """Nodes of the page."""
-        said = {name: (unit, words) for name, unit, words in ENTRY.findall(system.system.__doc__ or "")}
-        missing = [name for name in system.system.ENTRIES if name not in said]
-        if missing:
-            raise self.error(f"summary-keys: {', '.join(missing)}: system.system does not say what it is")
-        rows: list[list[Cell]] = []
-        for name in system.system.ENTRIES:
-            unit, words = said[name]
-            rows.append([f"`{name}`", "" if unit in {"-", "text"} else f"`{unit}`", words])
-        return [table(("key", "unit", "what it is"), rows)]
+    def keys(self) -> Mapping[str, Meaning]:
+        """Those of the document, and those with which its summary begins."""
+        return {**EVERY_RUN, **{f"{SUMMARY}.{key}": each for key, each in ENTRIES.items()}}
 
 
-class RowKeysDirective(SphinxDirective):
-    """Keys of a row of an experiment."""
-
-    def run(self) -> list[nodes.Node]:
-        """Nodes of the page."""
-        keys = Statement("x", None, None, unjudged()).row()
-        if missing := [key for key in keys if key not in ROW]:
-            raise self.error(f"row-keys: {', '.join(missing)}: not told")
-        return [table(("key", "what it is"), [(f"`{key}`", ROW[key]) for key in keys])]
+def row(key: str, each: Meaning) -> tuple[str, str, str, str]:
+    """Cells of a key."""
+    words = each.words[:1].upper() + each.words[1:]
+    return f"`{key}`", kind_in_words(each.kind), f"`{each.unit}`" if each.unit else "", words
 
 
-def scenario_keys(name: str) -> list[tuple[str, str, str]]:
-    """Key, unit and what it is of each entry that a run's JSON has of its scenario."""
-    rows = []
-    for one in load_system(name).settings.values():
-        if one.key and one.part != "" and one.field != "die":
-            unit = "rad" if one.option.unit == "deg" else one.option.unit
-            said = one.option.help[:1].upper() + one.option.help[1:] or SHARED.get(one.key, "")
-            rows.append((f"`{one.key}`", f"`{unit}`" if unit else "", said))
-    return rows
+def kind_in_words(kind: str) -> str:
+    """A type as a reader has it: `number?[]` is a list of number or null."""
+    if "|" in kind:
+        return " or ".join(kind_in_words(each) for each in kind.split("|"))
+    for mark, words in PARTS:
+        if kind.endswith(mark):
+            inner = kind_in_words(kind.removesuffix(mark))
+            return words.format(f"({inner})" if " " in inner else inner)
+    return kind
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the directives."""
+    app.add_directive("document-keys", DocumentKeysDirective)
+    app.add_directive("run-keys", RunKeysDirective)
     app.add_directive("scenario-keys", ScenarioKeysDirective)
-    app.add_directive("summary-keys", SummaryKeysDirective)
-    app.add_directive("row-keys", RowKeysDirective)
+    app.add_directive("every-run-keys", EveryRunKeysDirective)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -28,6 +28,7 @@ from system.approach.behavioural import Flight, fly_behavioural
 from system.approach.loop import all_behavioural, build, circuits, models_of
 from system.approach.scenario import Scenario
 from system.approach.trace import (
+    DOCUMENT,
     SUCCESS,
     SUMMARY,
     Trace,
@@ -39,6 +40,7 @@ from system.approach.trace import (
     title,
 )
 from system.loop import Loop, Round
+from system.meaning import of_run
 from system.system import System, metrics_with
 from system.worlds.sound.targets import describe, range_at
 
@@ -173,6 +175,7 @@ SYSTEM = System(
     study_metrics=("held_fraction", "range_error_mean_m"),
     study=lambda _: {"duration": STUDY_DURATION},
     document=document,
+    meanings=of_run(SUMMARY, DOCUMENT),
     title=title,
     before=lambda trace: [describe(target) for target in trace.scenario.targets],
     circuits=circuits,

@@ -15,6 +15,7 @@ from chips.ranging import circuit as ranging_chip
 from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
 from system.approach.scenario import Scenario, air_of
+from system.meaning import meanings
 from system.options.block import describe_run
 from system.plot import COLOURS, PALE
 from system.system import Account
@@ -63,20 +64,46 @@ def estimated_range(proximity: F64, scenario: Scenario) -> F64:
     return np.asarray(0.5 * speed * (delay + mouth_ear))
 
 
-SUMMARY = (
-    "calls",
-    "spikes",
-    "first_call_s",
-    "shortest_interval_s",
-    "longest_best_delay_s",
-    "call_rate_first_Hz",
-    "call_rate_last_Hz",
-    "call_amplitude_first_V",
-    "call_amplitude_last_V",
-    "range_error_mean_m",
-    "range_error_max_m",
-    "held_fraction",
-)  # names of what `summarise` gives
+SUMMARY = meanings("""
+calls                   number   -   calls that were made
+spikes                  number   -   spikes of the 13 neurons together
+first_call_s            number?  s   time of the first call
+shortest_interval_s     number?  s   shortest time between two calls
+longest_best_delay_s    number   s   delay of an echo to which the neuron with the longest one answers best
+call_rate_first_Hz      number?  Hz  call rate at the second call: the inverse of the first interval
+call_rate_last_Hz       number?  Hz  call rate at the end
+call_amplitude_first_V  number   V   amplitude of a call at the start
+call_amplitude_last_V   number   V   amplitude of a call at the end
+range_error_mean_m      number?  m   mean of the estimate's distance from the first target's range, after 1 s
+range_error_max_m       number?  m   the greatest of it, after 1 s
+held_fraction           number?  -   share of the time after 1 s in which the estimate is nearer to the first
+                                     target than to any other; null where there is no other
+""")
+DOCUMENT = meanings("""
+targets                   string[]    -   names of the targets, the first of which is to be held
+noisy_boxes               string[]    -   boxes whose devices make noise in this run
+time_s                    number[]    s   times of the arrays below, every 10 ms
+range_m                   number[]    m   true range of the first target
+estimate_m                number[]    m   range that the proximity voltage stands for
+proximity_V               number[]    V   proximity voltage, the centroid board's output
+call_rate_Hz              number?[]   Hz  inverse of the interval between the last two calls
+call_amplitude_V          number[]    V   amplitude that a call would have
+calls_s                   number[]    s   times of the calls
+pulses_s                  number[]    s   times of spikes of the high-threshold neuron: the chip's call
+echoes_s                  number[]    s   times of spikes of the onset neuron: the chip's echo
+spikes                    object[]    -   spikes of the range-tuned neurons
+spikes.time_s             number      s   when it came
+spikes.neuron             integer     -   which neuron, from 0 with the shortest best delay on
+counts                    object      -   counters of the run
+counts.solver_steps       integer     -   steps of the circuit solver in boxes at transistor level
+counts.merged_events      integer     -   events that came within another's pulse and became one with it
+counts.repeated_advances  integer     -   times that a box was moved again, since another spoke earlier
+counts.clipped_samples    integer     -   samples of the microphone that were cut off
+counts.undecided_sounds   integer     -   onsets that the behavioural hearing could not decide
+counts.clipped_sounds     integer     -   sounds whose envelope was cut off
+counts.undecided_spikes   integer     -   spikes that the behavioural chip could not decide
+summary.ran_on.transistors  string?   -   boxes that are kept as transistors, with commas between them
+""")
 SETTLED = 1.0  # s, time given to find the target before errors count; ours
 HELD = 0.9  # of the time after SETTLED, that the target must be held; ours
 NEAR = 0.5  # m, largest mean error where nothing else reflects: windows are 0.36 m apart; ours

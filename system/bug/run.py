@@ -28,14 +28,44 @@ from system.bug.picture import draw_run
 from system.bug.reference import reference_brain
 from system.bug.scenario import Scenario, check_seed, no_silicon
 from system.bug.world import World, build_world, check_place
+from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.plot import silicon_text
 from system.system import SUCCEEDED, Account, System, metrics_with
 from system.worlds.standing import SLOW, share_standing
 
-SUMMARY = (
-    "reached", "unreachable", "time_s", "path_length", "shortest_path_length", "path_ratio", "final_distance",
-)  # fmt: skip
+SUMMARY = meanings("""
+reached               number   -  1 where it came to the goal, else 0
+unreachable           number   -  1 where it found that no way leads to the goal, else 0
+time_s                number   s  time of the run
+path_length           number   -  way travelled, in units of the map
+shortest_path_length  number?  -  shortest way, in units of the map; null where there is none
+path_ratio            number?  -  the way over the shortest; null where it did not arrive
+final_distance        number   -  distance from the goal at the end, in units of the map
+""")
+DOCUMENT = meanings("""
+design             string?      -     design of Bug 2's neurons: published or improved; null for a program
+neurons            integer?     -     neurons in all; null for a program
+solved_C           number       degC  temperature at which the decoders were solved
+chip               object       -     counters of the chip
+chip.spikes        integer      -     spikes that were made
+chip.dropped       integer      -     spikes that were lost since too many waited
+chip.most_waiting  integer      -     most spikes that ever waited
+chip.clipped       integer      -     steps in which a converter was at its highest level
+chip.lost          integer      -     of these, those whose rest was too large to be carried to the next
+chip.cut           integer      -     stages that should give more than their highest code does
+map                string       -     name of the map
+start              number[]     -     where it began, in units of the map
+goal               number[]     -     where the goal is, in units of the map
+reached            boolean      -     whether it came to the goal
+ended              string       -     why it ended
+time_s             number       s     time of the run
+step_s             number       s     time between two entries of `path` and `state`
+path               number[][]   -     places, one more than there are steps, in units of the map
+state              string[]     -     what the brain did in each step: `memorise`, `go`, `store` or `follow`
+shortest_path      number[][]?  -     corners of the shortest way, in units of the map; null where none
+                                     leads there
+""")
 SUCCESS = "it reaches the goal, or says that none can be reached where no way leads there"
 _SIGN_OF_LIFE = 100  # steps
 
@@ -256,6 +286,7 @@ SYSTEM = System(
     check_run=check_seed,
     no_silicon=no_silicon,
     document=document,
+    meanings=of_run(SUMMARY, DOCUMENT),
     title=lambda trace: f"{trace.world.map.name}, {trace.scenario.agent}, {trace.scenario.brain}",
     before=told,
 )

@@ -26,7 +26,8 @@ from system.car.picture import draw_robot
 from system.car.scenario import Scenario, check_pipes, no_silicon
 from system.car.sonar import SPEED, Sonar, noise_of
 from system.car.world import Pipes, forest_of, number_of, start_of
-from system.openspace.flight import entries_of
+from system.meaning import meanings, of_run
+from system.openspace.flight import WAY_KEYS, entries_of
 from system.openspace.reader import CALIBRATIONS, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.options.block import AS_BUILT, describe_run
@@ -36,7 +37,45 @@ from system.system import SUCCEEDED, Account, System, metrics_with
 from system.worlds.standing import SLOW, evenly, share_standing
 
 ENDS = ("through", "out", "collided", "undecided")
-SUMMARY = (*ENDS, "side_share", "time_s", "distance_m", *COUNTS)
+SUMMARY = meanings("""
+through     number  -  1 where it came through the forest, else 0
+out         number  -  1 where it left the forest by a side, else 0
+collided    number  -  1 where it touched a pipe, else 0
+undecided   number  -  1 where all pings were made before an end, else 0
+side_share  number  -  share of the pings that did not go straight ahead
+time_s      number  s  time of the drive
+distance_m  number  m  way driven
+pings       number  -  pings that were made, soft ones not among them
+soft_pings  number  -  softer pings, that followed where something was near
+echoes      number  -  echoes that gave a place
+near        number  -  pipes that answered within the blanking after a call
+missed      number  -  echoes of which the chip had no reading
+occluded    number  -  pipes that others hid
+clipped     number  -  directions beyond what the network was trained for
+scans       number  -  pings after which only the head turned
+retreats    number  -  times that the car went back the way that it came
+""")
+DOCUMENT = {
+    **meanings("""
+occlusion              boolean     -     whether a pipe hides those behind it
+multipath              boolean     -     whether echoes come by way of two pipes
+soft_pings             boolean     -     whether a softer ping follows where something is near
+reader                 string      -     of a chip's ranges: nominal, or calibrated on its die at 27 degC
+unsure_delays          integer     -     delays in the chip's table that were too near a tie to call
+zone_m                 number      m     distance from a pipe at which it counts as touched
+steering_deg           number[]    deg   angle of the front wheels on each arc, from the left
+curvature_per_m        number[]    1/m   curvature of each arc
+ping_direction_of_arc  integer[]   -     number of the direction in which the head looks on each arc
+ping_directions_deg    number[]    deg   these directions, from straight ahead to the left
+start_m                number[]    m     where it began, east and north
+ended                  string      -     why it ended
+pipes_m                number[][]  m     places of the pipes, east and north
+arc                    integer[]   -     number of the arc that was driven after each ping, from the left
+scanning               boolean[]   -     whether only the head turned after it
+soft_ping              boolean[]   -     whether a softer ping followed it
+"""),
+    **WAY_KEYS,
+}
 SUCCESS = "it comes out at the far end of the forest without having touched a pipe"
 
 
@@ -209,6 +248,7 @@ SYSTEM = System(
     check_study=check_pipes,
     no_silicon=no_silicon,
     document=document,
+    meanings=of_run(SUMMARY, DOCUMENT),
     title=lambda trace: f"{trace.scenario.forest}, ranges {trace.scenario.ranges}",
     after=told,
 )

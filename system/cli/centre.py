@@ -142,7 +142,8 @@ def run(asked: Centre) -> Result:
     if subject.stimuli and not target.runs_testbench:
         raise ParameterError("--stimulus: no metric of these runs the testbench; leave it out")
     units = {q.name: q.unit for q in target.quantities}
-    specifications = tuple(parse_spec(text, units) for text in asked.spec)
+    limited = {q.name: q.limit_unit for q in target.quantities}
+    specifications = tuple(parse_spec(text, limited) for text in asked.spec)
     knobs = knobs_of(target.choice, asked.move, asked.move_param)
     condition = Condition("random", target.choice.silicon.temperature_c, 0)
     level = _level(asked, target)

@@ -211,7 +211,7 @@ def prepare(asked: Montecarlo, subject: Subject) -> tuple[Study, tuple[Specifica
     check_pareto(asked.pareto, asked.contributions)
     if asked.rare is not None:
         check_rare(asked.rare, study, asked.spec, _only_of_a_study(asked))
-    known = {q.name: q.unit for q in target.quantities}
+    known = {q.name: q.limit_unit for q in target.quantities}
     specifications = tuple(parse_spec(text, known) for text in asked.spec)
     return study, specifications or target.specifications, rule
 

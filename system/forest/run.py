@@ -21,7 +21,9 @@ from chips.selection.model import selection_errors
 from system.forest.animation import check_animation, save_animation
 from system.forest.scenario import AREA, KINDS, Scenario, make, no_silicon, of_study
 from system.forest.weights import WEIGHTS
+from system.meaning import meanings, of_run
 from system.openspace.flight import (
+    FLIGHT_KEYS,
     SUCCESS,
     Run,
     Sample,
@@ -39,11 +41,41 @@ from system.options.block import AS_BUILT, describe_run
 from system.plot import silicon_text
 from system.system import SUCCEEDED, Account, Output, Progress, System, metrics_with
 
-SUMMARY = (
-    "avoided", "collided", "pings", "time_s", "distance_m", "laps", "runs", "trapped", "emergencies", "scans",
-    "heard", "missed", "masked", "occluded", "ghosts", "late", "ties", "other_choices", "deciding_s",
-    "progress_m",
-)  # fmt: skip
+SUMMARY = meanings("""
+avoided        number  -  obstacles that were detected and not collided with
+collided       number  -  1 where it ended by a collision, 0 where it would have gone on
+pings          number  -  pings that were made
+time_s         number  s  time of all flights
+distance_m     number  m  way of all flights
+laps           number  -  crossings of the left border
+runs           number  -  flights that it took
+trapped        number  -  flights that ended without a new crossing for long
+emergencies    number  -  times that the bat turned round
+scans          number  -  pings after which only the head turned
+heard          number  -  echoes that were heard; 0, as the six below, where ranges are exact
+missed         number  -  echoes of which the chip had no reading
+masked         number  -  echoes that an earlier one masked
+occluded       number  -  obstacles that others hid
+ghosts         number  -  echoes that came by way of two obstacles
+late           number  -  selections that a chip had not made in time
+ties           number  -  selections that the chip's model cannot tell
+other_choices  number  -  selections that the desirabilities themselves would not have made
+deciding_s     number  s  time that selections took
+progress_m     number  m  how far the way led to the left
+""")  # of a sample, which may have several flights
+DOCUMENT = meanings("""
+obstacles          integer    -  how many obstacles there are
+silicon_noise      string     -  noise of the chip's devices: `off`, `white`, or `all` with flicker
+ping_bias          number     -  what arcs in the direction of the last ping gain in desirability
+immediacy_range_m  number     m  range within which an echo inhibits arcs
+area               number     -  area of the ranging chip's devices over the circuit's
+selection_errors   number{}   -  errors of the selection's model, as its record has them, in the units
+                                 of their names
+arc                integer[]  -  number of the arc that was flown after each ping, from the left
+scanning           boolean[]  -  whether only the head turned after it
+summary.ran_on.ranging_area    number  -  area of the ranging chip's devices over the circuit's
+summary.ran_on.selection_area  number  -  area of the selection's devices over the circuit's
+""")  # rows are those of the first flight
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,6 +240,7 @@ SYSTEM = System(
     },
     make=make,
     document=document,
+    meanings=of_run(SUMMARY, {**DOCUMENT, **FLIGHT_KEYS}),
     title=title,
     before=first_run,
     after=told,

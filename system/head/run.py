@@ -24,12 +24,39 @@ from system.head.loop import COUNTS, LOST, Log, follow
 from system.head.picture import draw_head
 from system.head.scenario import Scenario
 from system.head.world import way_of
+from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.system import Account, System, metrics_with
 
-SUMMARY = (
-    "error_rms_deg", "settled_rms_deg", "error_max_deg", "spikes_a_ping", "lost", *COUNTS, "deaf_levels",
-)  # fmt: skip
+SUMMARY = meanings("""
+error_rms_deg    number  deg  rms angle between head and target
+settled_rms_deg  number  deg  the same in the second half of the run
+error_max_deg    number  deg  greatest angle between them
+spikes_a_ping    number  -    spikes of both sides over the pings
+lost             number  -    pings without an answer, for any of the four reasons below
+faint            number  -    of these, echoes that no level unit heard
+blanked          number  -    of these, echoes that came while the ears were shut
+behind           number  -    of these, targets behind the head
+late             number  -    of these, echoes that came after the decision
+clipped          number  -    ears whose envelope was cut off
+late_spikes      number  -    spikes after the decision, and so in vain
+steps_over       number  -    pings whose synapses' steps outlast the period, which the next one does not know
+neck_ends        number  -    commands beyond the neck's reach
+neck_late        number  -    pings before which the neck was not yet there
+deaf_levels      number  -    level units that the die makes deaf
+""")
+DOCUMENT = meanings("""
+gain_deg_a_spike  number     deg  how far a spike turns the head
+time_s            number[]   s    times of the pings
+target_deg        number[]   deg  direction of the target at each
+head_deg          number[]   deg  direction of the head at each
+range_m           number[]   m    distance of the target at each
+spikes_left       integer[]  -    spikes of the left side after each
+spikes_right      integer[]  -    spikes of the right side after each
+lost              string[]   -    why a ping had no answer: `faint`, `blanked`, `behind` or `late`, else empty
+model_errors      number{}   -    errors of the chip's model on other dies, as its record has them, in the
+                                  units of their names
+""")
 SETTLED, ANSWERED = 5.0, 0.9  # deg rms of the second half, share of the pings; ours
 SUCCESS = (
     f"in the second half it points at the target within {SETTLED:g} degrees rms, and"
@@ -142,6 +169,7 @@ SYSTEM = System(
     metrics=metrics_with(SUMMARY),
     study_metrics=("error_rms_deg", "lost"),
     document=document,
+    meanings=of_run(SUMMARY, DOCUMENT),
     title=lambda trace: f"{trace.scenario.motion}, {trace.scenario.wiring}",
     after=unanswered,
     circuits=circuits,

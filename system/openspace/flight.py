@@ -21,6 +21,7 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.errors import ParameterError
+from system.meaning import meanings
 from system.openspace.kernel import COLLIDED, GOING, OVER, TRAPPED, fly
 from system.openspace.law import DIRECTIONS, Arcs
 from system.openspace.map import OBSTACLES, SIDE, Forest, cells_of, clearance, plant, read_forest
@@ -179,6 +180,23 @@ def gets_on(progress: float, straight: float) -> bool:
 def ended_because(pings: int, *, collided: bool) -> str:
     """Say why a sample or flight of so many pings ended."""
     return "collided with an obstacle" if collided else f"all {pings} pings flown"
+
+
+WAY_KEYS = meanings("""
+time_s          number[]    s    times of the pings
+path_m          number[][]  m    places at the pings and at the end, east and north
+heading_rad     number[]    rad  headings at the pings, from east to north
+ping_direction  integer[]   -    number of the direction of each ping, from the left
+""")  # of `entries_of`
+FLIGHT_KEYS = {
+    **meanings("""
+zone_m       number      m  distance from an obstacle at which it counts as touched
+start_m      number[]    m  where it began, east and north
+ended        string      -  why it ended
+obstacles_m  number[][]  m  places of the obstacles, east and north
+"""),
+    **WAY_KEYS,
+}  # of `flight_entries`
 
 
 def entries_of(log: F64, path: F64) -> dict[str, Any]:

@@ -25,6 +25,7 @@ from circuits.silicon.die import Die, Place
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from circuits.units import parse_quantity
+from system.meaning import meanings
 from system.options.assignment import split_assignment
 from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
@@ -120,6 +121,20 @@ def read_die(silicon: SiliconChoice) -> Die:
         return Die(silicon.lot, silicon.die, silicon.corner, silicon.mismatch, silicon.process)
     studied: Die = silicon.study
     return replace(studied, corner=silicon.corner)
+
+
+DIE_KEYS = meanings("""
+lot                string    -  lot of the die
+die                integer?  -  its number; null for the nominal die
+corner             string    -  its corner; `random` where the die's own process is drawn
+mismatch           boolean   -  whether its devices differ from each other
+process_variation  boolean   -  whether its process differs from the nominal one
+""")
+SILICON_KEYS = {
+    **meanings("temperature_C  number  degC  temperature of the silicon"),
+    **DIE_KEYS,
+    **meanings("at  string?  -  place on a chip, as `ranging-chip/neuron[2]`; null for a block by itself"),
+}
 
 
 def describe_silicon(silicon: Silicon) -> dict[str, Any]:

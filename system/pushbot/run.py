@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from chips.rolls import circuit as rolls_circuit
 from circuits.arrays import F64
+from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.pushbot.body import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot.brain import brain_of
@@ -38,12 +39,49 @@ BEYOND = 0.05  # m behind the obstacle line, where a run ends; ours
 LOOK_STEPS, STANDS = 20, 0.03  # steps of a path (0.1 s), and m/s below which a robot stands; ours
 NEAR, EVERY = 0.25, 10  # m from another robot that is a target, steps between two looks at it; ours
 RESTS = 0.5  # of its time, that a robot with nothing to reach may stand; ours
-SUMMARY = (
-    "collided", "crossed", "between", "distance_cm", "closest_cm", "passed", "time_s", "path_m",
-    "mean_speed_m_per_s", "rate_OL_Hz", "rate_OR_Hz", "rate_DL_Hz", "rate_DR_Hz", "rate_sp_Hz", "power_mW",
-    "events", "lost_events", "lost_inputs", "lost_spikes", "held",
-    "raised_s", "frame_spikes",
-)  # fmt: skip
+SUMMARY = meanings("""
+collided            number   -    1 where it touched something, else 0
+crossed             number   -    1 where it crossed the line of obstacles, else 0
+between             number   -    1 where obstacles were then on both sides, else 0
+distance_cm         number?  cm   distance from the nearest obstacle at the line; 0 after a collision, null
+                                  where the line was not crossed
+closest_cm          number?  cm   least distance from an obstacle on the whole way
+passed              number?  -    side on which the obstacles' middle was passed: 1 left, -1 right
+time_s              number   s    time of the run
+path_m              number   m    way driven
+mean_speed_m_per_s  number   m/s  the way over the time
+rate_OL_Hz          number   Hz   mean rate of a neuron that sees obstacles on the left
+rate_OR_Hz          number   Hz   the same on the right
+rate_DL_Hz          number   Hz   mean rate of a neuron that turns to the left
+rate_DR_Hz          number   Hz   the same to the right
+rate_sp_Hz          number   Hz   mean rate of a neuron that sets the speed
+power_mW            number   mW   power of the chip by its activity
+events              number   -    events of the sensor that arrived
+lost_events         number   -    events that the link from the sensor lost
+lost_inputs         number   -    events that the chip's input bus lost
+lost_spikes         number   -    spikes that the chip's output bus lost
+held                number   -    filters times steps in which a filter stayed at the end of its table
+raised_s            number   s    time with raised lateral weights
+frame_spikes        number   -    spikes of the second chip, which turns the target's frame
+""")
+DOCUMENT = meanings("""
+scene            string       -   name of the scene
+turn_factor      number       -   factor of equation (1)
+window_s         number       s   time in which spikes are counted
+readout          string       -   how they are counted: `fixed`, `sliding` or `spikes`
+target_field     boolean      -   whether the chip has a field of neurons for targets
+codes            integer[]{}  -   coarse and fine code of each bias, by its name
+neurons          integer{}    -   neurons of each population, by its name
+cautions         string[]     -   what the chip warns of
+touched          string?      -   what the robot touched
+path             number[][]   -   time (s), place (m, m) and heading (rad) in each step
+commands         number[][]   -   time (s), speed (m/s) and turn (rad/s) of each command
+rate_time_s      number[]     s   times of the rates
+rates_Hz         number[]{}   Hz  mean rate of a neuron of each population, by its name
+obstacle_line_m  number?      m   distance from the start to the line of obstacles; null where there is none
+summary.ran_on.frame          boolean  -  whether a second chip turned the target's frame
+summary.ran_on.raise_lateral  boolean  -  whether lateral weights were raised while the target was lost
+""")
 SUCCESS = (
     "it touches nothing, and gets past the line of its scene's obstacles; in a scene with another robot"
     f" it comes within {100.0 * NEAR:g} cm of that, in all others it stands for {100.0 * RESTS:g} % of"
@@ -277,6 +315,7 @@ SYSTEM = System(
     study=lambda _: {"bias_kind": "generator"},
     check_study=check_scene,
     document=document,
+    meanings=of_run(SUMMARY, DOCUMENT),
     title=title,
     outputs={
         "events": Output(

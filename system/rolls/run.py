@@ -24,6 +24,7 @@ from chips.rolls.program.program import Program, VirtualInput
 from circuits.arrays import F64, Bools
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
+from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
 from system.plot import COLOURS, INK
@@ -33,7 +34,21 @@ from system.system import Account, System, metrics_with
 
 HOT = 2.0  # ours
 SHOWN = 0.5  # s, of the picture
-SUMMARY = ("population_rate", "rate_cv", "silent", "hot", "restless", "events_lost", "spikes_lost")
+SUMMARY = meanings("""
+population_rate  number   Hz  mean rate of the 256 neurons
+rate_cv          number?  -   standard deviation of their rates over the mean; null where none fires
+silent           number   -   neurons that do not fire
+hot              number   -   neurons above twice the median rate of those that fire
+restless         number   -   neurons that fire without input
+events_lost      number   -   events that the input bus lost
+spikes_lost      number   -   spikes that the output bus lost
+""")
+DOCUMENT = meanings("""
+rates_Hz       number[]   Hz  rate of each neuron
+restless       boolean[]  -   whether it fires without input
+spike_times_s  number[]   s   times of all spikes
+spike_neurons  integer[]  -   neuron of each
+""")
 SUCCESS = (
     "with events no neuron is silent, hot, or fires without them, and no event or spike is lost;"
     " without events no neuron fires"
@@ -177,6 +192,7 @@ SYSTEM = System(
     study=lambda _: {"duration": STUDY_DURATION, "bias_kind": "gate"},
     check_study=check_codes,
     document=document,
+    meanings=of_run(SUMMARY, DOCUMENT),
     title=title,
     circuits=lambda: (chip(),),
 )

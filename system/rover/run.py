@@ -24,6 +24,7 @@ from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
+from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
 from system.plot import INK, entitle, silicon_text
@@ -38,10 +39,40 @@ from system.rover.wave_planner import ChipPlanner
 from system.system import SUCCEEDED, Account, System, metrics_with
 from system.worlds.standing import SLOW, evenly, share_standing
 
-SUMMARY = (
-    "length", "cost", "optimal_cost", "regret", "regret_share", "frechet_m", "frechet_gps_m", "time_s",
-    "distance_m", "interventions", "gps_outages", "arrived", "map_error",
-)  # fmt: skip
+SUMMARY = meanings("""
+length         number   -  cells of the planned path
+cost           number   -  sum of the costs of its cells
+optimal_cost   number   -  least sum that any path has
+regret         number   -  cost beyond the least
+regret_share   number   -  the regret over the least cost
+frechet_m      number   m  discrete Frechet distance of the driven from the planned path
+frechet_gps_m  number   m  the same of the GPS's fixes from the planned path
+time_s         number   s  time of the drive
+distance_m     number   m  way driven
+interventions  number   -  times that the rover had to be helped, of all trips
+gps_outages    number   -  times that the GPS was silent, of all trips
+arrived        number   -  1 where every trip arrived, else 0
+map_error      number?  -  mean error of the learnt costs; null where nothing is learnt
+""")  # of the last trip where not said otherwise
+DOCUMENT = meanings("""
+map                  string       -    name of the map
+rows                 integer      -    rows of its cells, from the north
+columns              integer      -    columns of its cells, from the west
+cell_width_m         number       m    extent of a cell to the east
+cell_height_m        number       m    extent of a cell to the north
+planned_path         integer[][]  -    row and column of each cell of the last trip's path
+time_s               number[]     s    times of the last drive
+driven_path_m        number[][]   m    its places at these times, east and north
+gps_path_m           number[][]   m    where the GPS said that they were
+trips                object[]     -    each trip
+trips.planned_path   integer[][]  -    row and column of each cell of its path
+trips.length         integer      -    cells of the path
+trips.cost           integer      -    sum of their costs
+trips.regret         integer      -    cost beyond the least
+trips.interventions  integer      -    times that the rover had to be helped
+trips.arrived        boolean      -    whether it arrived
+trips.map_error      number?      -    mean error of the learnt costs after it
+""")
 SUCCESS = "on every trip a fix lies within the rover's reach of the goal before its patience is over"
 
 
@@ -283,6 +314,7 @@ SYSTEM = System(
     study=lambda _: {"cells": "chip", "bias_kind": "gate"},
     no_silicon=no_silicon,
     document=document,
+    meanings=of_run(SUMMARY, DOCUMENT),
     title=title,
     before=told,
     circuits=lambda: (axon_delay.build(), wavefront_cell.build()),

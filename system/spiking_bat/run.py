@@ -23,7 +23,16 @@ from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
 from circuits.arrays import F64
 from circuits.silicon.silicon import Silicon
-from system.openspace.flight import SUCCESS, begin, ended_because, flight_entries, gets_on, planter
+from system.meaning import meanings, of_run
+from system.openspace.flight import (
+    FLIGHT_KEYS,
+    SUCCESS,
+    begin,
+    ended_because,
+    flight_entries,
+    gets_on,
+    planter,
+)
 from system.openspace.law import Arcs, arcs_of
 from system.openspace.map import SIDE, Forest
 from system.openspace.picture import draw_view_of_run
@@ -37,7 +46,30 @@ from system.spiking_bat.scenario import CODES, ROOM_TEMPERATURE, Scenario, make,
 from system.system import SUCCEEDED, Account, System, metrics_with
 
 COUNTED = ("collided", "avoided", "laps", "pings", "time_s", "distance_m", "emergencies", "scans")
-SUMMARY = (*COUNTED, "progress_m")
+SUMMARY = meanings("""
+collided     number  -  1 where it ended by a collision, 0 where it would have gone on
+avoided      number  -  obstacles that were detected and not collided with
+laps         number  -  crossings of the left border
+pings        number  -  pings that were made
+time_s       number  s  time of the flight
+distance_m   number  m  way of the flight
+emergencies  number  -  times that the bat turned round
+scans        number  -  pings after which only the head turned
+progress_m   number  m  how far the way led to the left
+""")
+ON_CHIP = meanings("""
+lost        number  -  events that the chip's bus lost
+overflowed  number  -  inputs that found all synapses of their neuron taken, and were lost
+undecided   number  -  detectors so near a tie that the model cannot tell
+""")  # numbers of a run whose brain is a chip
+DOCUMENT = meanings("""
+temperature_C  any         degC  of the chip; of a course, pairs of time (s) and temperature
+transistor_units  integer[][]  -  memory and unit of each that is kept at transistor level
+obstacles      integer     -     how many obstacles there are
+winner         integer[]   -     number of the arc that won after each ping, from the left
+scanning       boolean[]   -     whether only the head turned after it
+summary.ran_on.transistor_units  integer  -  how many units are kept at transistor level
+""")
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,6 +247,7 @@ SYSTEM = System(
     no_silicon=no_silicon,
     make=make,
     document=document,
+    meanings=of_run({**SUMMARY, **ON_CHIP}, {**DOCUMENT, **FLIGHT_KEYS}),
     title=title,
     before=where,
     after=told,

@@ -25,6 +25,7 @@ from system.system import SUCCEEDED
 
 CLASS = "class"
 _GRAMMAR = re.compile(r"\s*([\w-]+)\s+(in|is)\s+(.*?)\s*", re.DOTALL)
+_COMPARED = re.compile(r"\s*([\w-]+)\s*([<>])=?\s*(\S+)\s*")
 _HELP = 'write "best_delay in 5.9ms:6.8ms", "width in 1ms:" or "class is works"'
 
 
@@ -108,7 +109,7 @@ def parse_spec(
     text
         As the user wrote it.
     known_metrics
-        SI unit of each metric that is a number, by name.
+        Unit of the limits of each metric that is a number, by name.
     known_classes
         Every word that a sample's class can be; empty if they are not known.
 
@@ -121,7 +122,12 @@ def parse_spec(
     """
     match = _GRAMMAR.fullmatch(text)
     if match is None:
-        raise ParameterError(f'spec: "{text}", must be METRIC in LOW:HIGH or class is WORD; {_HELP}')
+        compared = _COMPARED.fullmatch(text)
+        advice = _HELP
+        if compared is not None:
+            name, sign, value = compared.groups()
+            advice = f'write "{name} in {f":{value}" if sign == "<" else f"{value}:"}"'
+        raise ParameterError(f'spec: "{text}", must be METRIC in LOW:HIGH or class is WORD; {advice}')
     name, verb, rest = match.group(1).replace("-", "_"), match.group(2), match.group(3)
     if name == CLASS:
         return _classes(text, rest, known_classes)

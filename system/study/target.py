@@ -30,6 +30,7 @@ from circuits.lowering.variation import variation_draws, variation_labels
 from circuits.silicon.die import NOMINAL, Die
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Begin
+from circuits.units import unit_of_name
 from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
 from system.options.block import Choice, choose
@@ -83,6 +84,11 @@ class Quantity:
     name: str
     unit: str
     yes_no: bool = False
+
+    @property
+    def limit_unit(self) -> str:
+        """Unit of its limits: its own, else the one that its name ends with; empty for a plain number."""
+        return self.unit or unit_of_name(self.name)
 
 
 @dataclass(frozen=True, slots=True)

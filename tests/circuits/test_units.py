@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from circuits.errors import ParameterError
-from circuits.units import format_quantity, parse_quantity, quantity
+from circuits.units import format_quantity, parse_quantity, quantity, unit_of_name
 
 PREFIXES = {
     "a": 1e-18,
@@ -210,3 +210,14 @@ def test_a_field_states_its_unit() -> None:
     assert [f.metadata["unit"] for f in fields(Sizes)] == ["m"]
     assert Sizes() == Sizes(1e-6)
     assert repr(Sizes()).endswith("Sizes(width=1e-06)")
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("t_inh_s", "s"), ("supply_power_W", "W"), ("mean_speed_m_per_s", "m/s"), ("temperature_C", "degC"),
+        ("s", ""), ("spikes", ""), ("distance_cm", ""), ("rate_per_s", ""), ("error_rms_deg", "deg"),
+    ],
+)  # fmt: skip
+def test_a_name_ends_with_its_unit(name: str, unit: str) -> None:
+    assert unit_of_name(name) == unit

@@ -40,7 +40,7 @@ def traced(name: str) -> Any:
 def test_a_summary_begins_with_the_runs_account(name: str) -> None:
     system = load_system(name)
     found = system.summarise(traced(name))
-    assert tuple(found)[: len(ENTRIES)] == ENTRIES
+    assert tuple(found)[: len(ENTRIES)] == tuple(ENTRIES)
     assert isinstance(found["succeeded"], bool)
     assert found["reason"]
     assert "\n" not in found["reason"]

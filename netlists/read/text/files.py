@@ -64,7 +64,7 @@ def root_folder(folder: Path) -> Path:
     return resolved
 
 
-def inside(path: Path, root: Path, name: str, place: str) -> Path:
+def inside(path: Path, root: Path, name: str, place: str = "") -> Path:
     """Resolve the links in `path` and return the result, which lies inside `root`.
 
     Parameters
@@ -74,7 +74,8 @@ def inside(path: Path, root: Path, name: str, place: str) -> Path:
     root
         Folder that it must lie in, with links resolved.
     name, place
-        The file's name as written, and the file and line that name it: both for an error's text.
+        The file's name as written, and the file and line that name it, empty where none does: both for an
+        error's text.
 
     Raises
     ------
@@ -84,13 +85,14 @@ def inside(path: Path, root: Path, name: str, place: str) -> Path:
     try:
         resolved = path.resolve()
     except (OSError, RuntimeError, ValueError):  # a loop of links, or a NUL in the name
-        raise DataError(f"{place}: {shown(name)}: no such file; correct the name") from None
+        raise DataError(f"{_called(name, place)}: no such file; correct the name") from None
     if not resolved.is_relative_to(root):
-        raise DataError(f"{place}: {shown(name)} lies outside the root folder; copy it inside, or set `root`")
+        rule = "lies outside the root folder; copy it inside, or set `root`"
+        raise DataError(f"{_called(name, place)} {rule}")
     return resolved
 
 
-def contents(files: Files, path: Path, place: str) -> str:
+def contents(files: Files, path: Path, place: str = "") -> str:
     """Read the text of a file and count it against the limits.
 
     Parameters
@@ -100,7 +102,7 @@ def contents(files: Files, path: Path, place: str) -> str:
     path
         The file, with links resolved.
     place
-        File and line that name it, for an error's text.
+        File and line that name it, empty where none does, for an error's text.
 
     Raises
     ------
@@ -109,18 +111,20 @@ def contents(files: Files, path: Path, place: str) -> str:
     """
     limits = files.limits
     if len(files.names) == limits.files:
-        raise DataError(f"{place}: more than {limits.files} files, the limit; join some")
+        raise DataError(
+            f"{place or f'{shown(path.name)}:1'}: more than {limits.files} files, the limit; join some"
+        )
     try:
         status = path.stat()
         if not S_ISREG(status.st_mode):
-            raise DataError(f"{place}: {shown(path.name)} is no file; name a file")
+            raise DataError(f"{_called(path.name, place)} is no file; name a file")
         if files.size + status.st_size > limits.size:
-            raise _too_large(place, limits)
+            raise _too_large(place or f"{shown(path.name)}:1", limits)
         with path.open("rb") as file:
             data = file.read(limits.size - files.size + 1)
     except OSError as error:
         reason = error.strerror or "cannot be read"
-        raise DataError(f"{place}: {shown(path.name)}: {reason}; check the file") from None
+        raise DataError(f"{_called(path.name, place)}: {reason}; check the file") from None
     files.names.append(path.name)
     try:
         text = data.decode("utf-8-sig")
@@ -130,6 +134,11 @@ def contents(files: Files, path: Path, place: str) -> str:
         raise DataError(f"{path.name}:{line}: byte 0x{byte:02x}, must be UTF-8; save it as UTF-8") from None
     count(files, text, path.name)
     return text
+
+
+def _called(name: str, place: str) -> str:
+    """A file by its name, after the place that names it where there is one."""
+    return f"{place}: {shown(name)}" if place else shown(name)
 
 
 def count(files: Files, text: str, name: str) -> None:

@@ -87,9 +87,9 @@ def read_text(
     if isinstance(source, Path):
         folder = root_folder(source.parent if root is None else root)
         files, name = Files(folder, limits, notes), source.name
-        path = inside(source, folder, name, f"{name}:1")
+        path = inside(source, folder, name)
         files.open.append(path)
-        text = contents(files, path, f"{name}:1")
+        text = contents(files, path)
     else:
         files, name, text = (
             Files(None if root is None else root_folder(root), limits, notes),

@@ -115,6 +115,8 @@ SPEC = ("--spec", "best-delay in 1ms:20ms", "--spec", "class is works")
             ["nine_in_ten"],
         ),
         (("approach", "--spec", "spikes in 0:"), ["succeeded", "spikes"]),
+        (("approach", "--spec", "first_call_s in :300ms"), ["succeeded", "first_call_s"]),
+        ((BLOCK, "--spec", "t_inh_s in 2ms:8ms"), ["t_inh_s"]),
         (("approach",), ["succeeded", "held_fraction", "range_error_mean_m"]),
     ],
 )

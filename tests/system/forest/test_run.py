@@ -27,7 +27,7 @@ def trace() -> Trace:
 
 def test_the_summary(trace: Trace) -> None:
     found = summarise(trace)
-    assert tuple(found) == SUMMARY
+    assert tuple(found) == tuple(SUMMARY)
     assert found["pings"] is not None
     assert 0 < found["pings"] <= 3000
     assert found["collided"] in {0.0, 1.0}

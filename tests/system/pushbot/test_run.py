@@ -33,7 +33,7 @@ def trace() -> Trace:
 
 def test_it_goes_round_a_blue_block(trace: Trace) -> None:
     found = summarise(trace)
-    assert tuple(found) == SUMMARY
+    assert tuple(found) == tuple(SUMMARY)
     assert found["collided"] == 0.0
     assert found["crossed"] == 1.0
     assert found["distance_cm"] is not None

@@ -36,7 +36,7 @@ def test_the_default_route_takes_the_road(trace: Trace) -> None:
 
 def test_the_summary(trace: Trace) -> None:
     found = summarise(trace)
-    assert tuple(found) == SUMMARY
+    assert tuple(found) == tuple(SUMMARY)
     assert found["regret"] == 0.0
     assert found["cost"] == found["optimal_cost"] == 24.0
     assert found["map_error"] is None

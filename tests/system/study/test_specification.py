@@ -56,6 +56,8 @@ def test_classes(text: str, words: tuple[str, ...]) -> None:
         ("best_delay in 6ms", "must be best_delay in LOW:HIGH"),
         ("best_delay is 6ms:7ms", "must be best_delay in LOW:HIGH"),
         ("best_delay in 1:2:3", "must be best_delay in LOW:HIGH"),
+        ("best_delay<6ms", 'write "best_delay in :6ms"'),
+        ("best_delay >= 6ms", 'write "best_delay in 6ms:"'),
         ("best_delay in :", "must have a limit"),
         ("best_delay in 5V:6V", "best_delay: .*must be a time in s"),
         ("best_delay in 6.8ms:5.9ms", "must have low <= high; write best_delay in 5.9ms:6.8ms"),

@@ -1,0 +1,76 @@
+"""All documents that `--json` prints: each verb's, by its forms, with the meanings of their keys.
+
+`noctule run SYSTEM` has what its system says (`run_keys`).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from system.cli.keys.block import OP, SHOW, SHOW_CHIP, SHOW_ROLLS
+from system.cli.keys.installed import CHARACTERISE, DOCTOR, LIST, REPRODUCE
+from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
+from system.cli.keys.study import CENTRE, MONTECARLO, RARE, REPLAY
+from system.cli.keys.transient import AC, NOISE, SIMULATE, TRAN_NOISE
+from system.meaning import SUMMARY, Meaning, Meanings, kind_of, meanings
+from system.options.block import DIE_KEYS
+from system.system import ENTRIES, System
+
+DOCUMENTS: dict[str, Meanings] = {
+    "list": LIST,
+    "show BLOCK": SHOW,
+    "show CHIP": SHOW_CHIP,
+    "show rolls": SHOW_ROLLS,
+    "op": OP,
+    "simulate": SIMULATE,
+    "simulate --analysis ac": AC,
+    "simulate --analysis noise": NOISE,
+    "simulate --analysis tran-noise": TRAN_NOISE,
+    "export": EXPORT,
+    "export rolls": EXPORT_ROLLS,
+    "import": IMPORT,
+    "compare": COMPARE,
+    "montecarlo": MONTECARLO,
+    "montecarlo --rare": RARE,
+    "replay": REPLAY,
+    "centre": CENTRE,
+    "characterise": CHARACTERISE,
+    "reproduce": REPRODUCE,
+    "doctor": DOCTOR,
+}
+EVERY_RUN = meanings("""
+system   string  -  name of the system
+summary  object  -  how the run went
+""")
+SHARED = {  # of options that all systems have
+    "seed": "of noise and worlds",
+    "temperature_C": "of the chips",
+}
+
+
+def scenario_keys(system: System[Any, Any]) -> dict[str, Meaning]:
+    """Return the keys that a run's document has of its scenario: those of its options."""
+    found: dict[str, Meaning] = {}
+    for one in system.settings.values():
+        if not one.key or one.part == "":
+            continue
+        if one.field == "die" and one.part is None:
+            found |= DIE_KEYS
+        elif one.key not in system.meanings:
+            unit = "rad" if one.option.unit == "deg" else one.option.unit or ""
+            words = one.option.help or SHARED.get(one.key, "")
+            unit = "degC" if one.key == "temperature_C" else unit
+            kind = kind_of(one.kind, nullable=one.default is None)
+            found[one.key] = Meaning(kind, unit, words[:1].lower() + words[1:])
+    return found
+
+
+def run_keys(system: System[Any, Any]) -> dict[str, Meaning]:
+    """Return all keys of the document of a run of `system`.
+
+    What a run was on is named as in its scenario, and means the same there, where nothing else is said.
+    """
+    document = {**scenario_keys(system), **system.meanings}
+    on = {f"{SUMMARY}.ran_on.{key}": each for key, each in document.items() if "." not in key}
+    account = {f"{SUMMARY}.{key}": each for key, each in ENTRIES.items()}
+    return {**EVERY_RUN, **account, **on, **document}

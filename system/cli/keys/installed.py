@@ -1,0 +1,73 @@
+"""Keys of `noctule list`, `noctule doctor`, `noctule characterise` and `noctule reproduce`."""
+
+from __future__ import annotations
+
+from system.meaning import Meaning, meanings
+
+NAMED_KEYS = """
+name     string  -  its name
+summary  string  -  what it is
+"""
+KINDS = ("blocks", "chips", "systems", "experiments", "metrics", "dialects")
+LIST: dict[str, Meaning] = {}
+for _kind in KINDS:
+    LIST |= meanings(f"{_kind}  object[]  -  all {_kind}")
+    LIST |= meanings(NAMED_KEYS, _kind)
+PIECE_KEYS = """
+name   string   -  its name
+found  string?  -  its version; null where it is missing
+cost   string   -  what cannot be done without it
+mend   string?  -  line that brings it; null where nothing is to be mended
+"""
+WRONG_KEYS = """
+cost  string?  -  what cannot be done as it is; null where nothing is wrong
+mend  string?  -  what mends it
+"""
+DOCTOR = {
+    **meanings("""
+noctule                string?    -  its version
+checkout               string?    -  folder of the checkout that it runs from; null for an installed package
+python                 string     -  version of Python
+platform               string     -  operating system and processor
+cores                  integer    -  cores that may be used
+ngspice                object     -  ngspice's library
+ngspice.library        string?    -  its file
+ngspice.version        string?    -  its version
+kernel_cache           object     -  where compiled functions are kept
+kernel_cache.folders   string[]   -  folders
+kernel_cache.writable  boolean    -  whether all can be written
+kernel_cache.kernels   integer    -  functions that are kept
+record_cache           object     -  where measured models are kept
+record_cache.folder    string     -  the folder
+record_cache.writable  boolean    -  whether it can be written
+required               object[]   -  packages that it needs
+optional               object[]   -  its extras
+missing                string[]   -  what is missing, with what cannot be done without it
+mends                  string?[]  -  line that mends each, in the same order
+"""),
+    **meanings(WRONG_KEYS, "ngspice"),
+    **meanings(WRONG_KEYS, "kernel_cache"),
+    **meanings(WRONG_KEYS, "record_cache"),
+    **meanings(PIECE_KEYS, "required"),
+    **meanings(PIECE_KEYS, "optional"),
+}
+CHARACTERISE = meanings("""
+block    string     -  name of the block
+file     string     -  record that was written
+key      string     -  hash of circuits, process, measurement and grid
+errors   number?{}  -  errors of the model on other dies, in the units of their names
+seconds  number     s  time that it took
+*        number?    -  what the model tells of itself, in the unit that its name ends with
+""")
+REPRODUCE = meanings("""
+experiment      string                   -  name of the experiment
+rows            object[]                 -  each value beside the paper's
+rows.name       string                   -  its name, which ends with its unit
+rows.paper      number?|string|boolean   -  the paper's value; null where it gives none
+rows.ours       number?|string|boolean   -  the value that was found
+rows.rule       string                   -  when ours agrees, in words
+rows.tolerance  number?                  -  the number of the rule; null where it has none
+rows.fitted     boolean                  -  whether the value was used to choose parameters
+rows.agrees     boolean?                 -  the verdict; null where the rule gives none
+notes           string[]                 -  sentences for the reader
+""")

@@ -1,0 +1,216 @@
+"""Keys of `noctule montecarlo`, `noctule replay` and `noctule centre`."""
+
+from __future__ import annotations
+
+from system.cli.keys.transient import TOLD_KEYS
+from system.meaning import meanings
+from system.options.block import DIE_KEYS
+
+INTERVAL_KEYS = """
+low   number?  -  lower end; null where there are too few samples to know
+high  number?  -  upper end, likewise
+"""
+SHARE_KEYS = """
+passed         integer  -  samples that pass, or say yes
+value          number?  -  their share of all
+interval       object   -  its 95 % interval
+interval.low   number?  -  lower end
+interval.high  number?  -  upper end
+kind           string   -  kind of the interval, as `Clopper-Pearson`
+"""
+STATISTICS = {
+    **meanings("""
+classes          object{}  -  samples by what happened
+classes.*.count  integer   -  how many
+classes.*.share  number    -  over all
+metrics          object{}  -  statistics of each metric
+yield            object?   -  share that meets the specifications; null where there are none
+yield.specifications  string[]   -  these
+yield.causes          integer{}  -  samples that do not pass, by why
+"""),
+    **meanings(SHARE_KEYS, "yield"),
+    **meanings(
+        """
+unit       string    -  unit of the numbers; empty for plain ones
+defined    integer   -  samples that have it
+undefined  integer   -  samples that do not
+infinite   integer   -  samples of which it is infinite
+share      object?   -  of a metric that says yes or no, the share of yes; null for a number
+mean       number?   -  mean
+sigma      number?   -  standard deviation
+skew       number?   -  skewness, a plain number
+mean_interval         object     -  95 % interval of the mean
+sigma_interval        object     -  of the standard deviation
+skew_interval         object     -  of the skewness
+quantiles             number?{}  -  quantiles, by their probability
+quantile_intervals    object{}   -  their 95 % intervals
+""",
+        "metrics.*",
+    ),
+    **meanings(SHARE_KEYS, "metrics.*.share"),
+    **meanings(INTERVAL_KEYS, "metrics.*.mean_interval"),
+    **meanings(INTERVAL_KEYS, "metrics.*.sigma_interval"),
+    **meanings(INTERVAL_KEYS, "metrics.*.skew_interval"),
+    **meanings(INTERVAL_KEYS, "metrics.*.quantile_intervals.*"),
+}
+MONTECARLO = {
+    **meanings("""
+target             string           -     what was measured
+block              string           -     the same
+temperature_C      number|number[]  degC  temperature; several where there are several conditions
+corner             string|string[]  -     corner, likewise
+lot                string           -     lot of the dies
+mismatch           boolean          -     whether their devices differ from each other
+process_variation  boolean          -     whether their process differs from the nominal one
+at                 string?          -     place on a chip; null for a block by itself
+first_die          integer          -     number of the first die
+plan               string           -     how dies are sampled
+seed               integer          -     seed of the sampling
+samples            integer          -     samples that were measured
+wanted             integer          -     samples that were asked for
+stopped            boolean          -     whether `--until` or `--require` ended it before
+chunks_read        integer          -     chunks that `--resume` found measured
+chunks_redone      string[]         -     what it found, but did not believe
+"""),
+    **STATISTICS,
+    **meanings("""
+conditions                object[]  -     the same by condition, where there are several
+conditions.corner         string    -     corner
+conditions.temperature_C  number    degC  temperature
+conditions.samples        integer   -     samples at it
+"""),
+    **{f"conditions.{key}": each for key, each in STATISTICS.items()},
+    **meanings("""
+failed                object[]    -     samples that could not be measured
+failed.die            integer     -     its die
+failed.corner         string      -     its corner
+failed.temperature_C  number      degC  its temperature
+failed.trial          integer     -     its trial
+failed.reason         string      -     why
+dies      integer[]    -  die of each sample
+outcomes  string[]     -  what happened in each, in a word
+values    number?[]{}  -  value of each metric in each, in the metric's unit
+report    string?      -  page of the report; null without `--output`
+contributions                 object[]   -     what the variance of `--contributions` comes from
+contributions.metric          string     -     of which metric
+contributions.corner          string     -     at which corner
+contributions.temperatures_C  number[]   degC  at which temperatures
+contributions.logarithm       boolean    -     whether of its logarithm
+contributions.model           string     -     model by which the shares were found
+contributions.samples         integer    -     samples in all
+contributions.defined         integer    -     samples that have the metric
+contributions.r2              number     -     share of the variance that the model explains
+contributions.unexplained     number     -     share that it does not
+contributions.check           number?    -     largest difference of a share from that of a linear regression
+contributions.notes           string[]   -     what to know of the shares
+contributions.by_device       number{}   -     share of each device
+contributions.by_parameter    number{}   -     share of each parameter of devices
+contributions.by_block        number{}   -     share of each block
+contributions.by_process      number{}   -     share of the process and of mismatch
+"""),
+    **meanings(TOLD_KEYS),
+}
+RARE = meanings("""
+target                  string    -     what was measured
+temperature_C           number    degC  temperature
+corner                  string    -     corner
+specifications          string[]  -     what a die must meet
+seed                    integer   -     seed of the sampling
+rare                    object    -     probability that a die fails
+rare.method             string    -     how it was estimated
+rare.probability        number    -     the estimate
+rare.interval           object    -     its 95 % interval
+rare.interval.low       number?   -     lower end
+rare.interval.high      number?   -     upper end
+rare.samples            integer   -     dies that were measured
+rare.effective_samples  number?   -     samples of equal weight that say as much; null for an extrapolation
+rare.detail             string    -     how it went, in a line
+""")
+SAMPLE_KEYS = """
+class   string   -  what happened, in a word
+reason  string   -  why it could not be measured; empty where it was
+*       number?  -  each metric in its unit
+"""
+REPLAY = {
+    **meanings("target  string  -  what was measured"),
+    **DIE_KEYS,
+    **meanings("""
+plan           string   -     how dies are sampled
+temperature_C  number   degC  temperature
+trial          integer  -     trial of the sample
+kept           object?  -     sample as the study has it; null where it has none
+again          object   -     sample as it was measured now
+identical      boolean  -     whether both are equal to the bit
+note           string   -     what to know of it; empty where nothing
+engine             string      -  of a block's run: `native` or `ngspice`
+stimuli            number?{}   -  stimuli in SI units; null for off
+testbench_outcome  string      -  what happened in the run of the testbench, in a word
+spikes_s           number[]{}  s  times of the spikes of each port
+measures           number?{}   -  what was measured of it, in the unit that its name ends with
+told               string[]    -  what the run reports by itself
+"""),
+    **meanings(TOLD_KEYS),
+    **meanings(SAMPLE_KEYS, "kept"),
+    **meanings(SAMPLE_KEYS, "again"),
+}
+YIELD_KEYS = f"""
+samples  integer    -  fresh dies
+causes   integer{{}}  -  dies that do not pass, by why
+{SHARE_KEYS}
+"""
+CENTRE = {
+    **meanings("""
+block           string     -     name of the block
+specifications  string[]   -     what should pass
+temperature_C   number     degC  temperature
+lot             string     -     lot of the dies
+at              string?    -     place on a chip; null for a block by itself
+seed            integer    -     seed of the search
+search_level    string     -     level at which it searched: `behavioural` or `transistor`
+level           string     -     level of the report
+tuning_dies     integer[]  -     first and last die of the search
+fresh_dies      integer[]  -     first and last die of the report
+moved           object[]   -     what was moved
+moved.name      string     -     its name
+moved.unit      string     -     unit of its values
+moved.before    number     -     value at the start
+moved.after     number     -     value at the end
+moved.change    number     -     ratio of both, or of a voltage the difference, V
+options         string[]   -     options that give the new values to other commands
+search               object    -  how the search went
+search.scale         number    -  scale of the variation in its last stage
+search.share_before  number    -  share of the tuning dies that passed at the start, at that scale
+search.share_after   number    -  the same at the end
+search.yield_before  number    -  share of the tuning dies that pass at the start, as they are
+search.yield_after   number    -  the same at the end
+search.best          number?[] -  best objective so far, after each candidate of the first stage
+search.candidates    integer   -  candidates that were measured
+search.impossible    integer   -  of these, those that no circuit can have
+search.measurements  integer   -  dies that were measured
+fresh                object[]  -  report on fresh dies, by what varies
+fresh.varied         string    -  `mismatch`, or `mismatch and process`
+fresh.before         object    -  yield at the start
+fresh.after          object    -  yield at the end
+fresh.difference     object    -  what changed, die by die
+fresh.difference.pairing              object   -  dies that both have in common
+fresh.difference.pairing.both         integer  -  measured at the start and at the end
+fresh.difference.pairing.only_first   integer  -  measured at the start alone
+fresh.difference.pairing.only_second  integer  -  measured at the end alone
+fresh.difference.both_pass            integer  -  pass at the start and at the end
+fresh.difference.only_first_passes    integer  -  pass at the start alone
+fresh.difference.only_second_passes   integer  -  pass at the end alone
+fresh.difference.neither_passes       integer  -  pass at neither
+fresh.difference.difference                object   -  yield at the end minus that at the start
+fresh.difference.difference.value          number?  -  the difference
+fresh.difference.difference.interval       object   -  its 95 % interval
+fresh.difference.difference.interval.low   number?  -  lower end
+fresh.difference.difference.interval.high  number?  -  upper end
+fresh.difference.p_value              number   -  probability of as much or more if both yields were equal
+                                                  (McNemar's exact test)
+fresh.means          object{}  -  mean of each metric over the dies that have it, in the metric's unit
+fresh.means.*.before number?   -  at the start
+fresh.means.*.after  number?   -  at the end
+"""),
+    **meanings(YIELD_KEYS, "fresh.before"),
+    **meanings(YIELD_KEYS, "fresh.after"),
+}

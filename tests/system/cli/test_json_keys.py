@@ -1,0 +1,141 @@
+"""Every key of every `--json` document is told on the page of JSON: its type, its unit, and words.
+
+A small form of each command is run, and its document is held against what the code tells of its keys. The
+cheap ones are run always, all of them by `pytest tests/system/cli/test_json_keys.py --documents=all`.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from system.cli.command_line import app, main
+from system.cli.keys.documents import DOCUMENTS, run_keys
+from system.meaning import Meaning
+from system.registry import load_system, system_names
+from tests.documents import ROOT
+from tests.json_document import wrong
+
+FORMS = {
+    "list": ["list"],
+    "show BLOCK": ["show rebound-neuron"],
+    "show CHIP": [],
+    "show rolls": [],
+    "op": ["op rebound-neuron"],
+    "simulate": ["simulate rebound-neuron"],
+    "simulate --analysis ac": ["simulate rebound-neuron --analysis ac --source v_rest --points 1"],
+    "simulate --analysis noise": ["simulate rebound-neuron --analysis noise --node v_mem --source v_rest"],
+    "simulate --analysis tran-noise": [],
+    "export": ["export rebound-neuron -o a.cir", "export rebound-neuron -o -"],
+    "export rolls": [],
+    "import": ["import a.cir"],
+    "compare": ["compare a.cir b.cir"],
+    "montecarlo": ["montecarlo rebound-neuron --samples 2 -o study"],
+    "montecarlo --rare": [],
+    "replay": ["replay study --die 1000"],
+    "centre": [],
+    "characterise": [],
+    "reproduce": ["reproduce cheely2003-fig4"],
+    "doctor": ["doctor"],
+    "run approach": [],
+    "run rover": ["run rover"],
+    "run forest": ["run forest --pings 5"],
+    "run spiking-bat": [],
+    "run car": ["run car --pings 5", "run car --pings 5 --ranges chip"],
+    "run head": ["run head --duration 0.5s"],
+    "run bug": ["run bug --duration 0.1s"],
+    "run pushbot": [],
+    "run rolls": ["run rolls --duration 0.2s"],
+}
+MORE = {
+    "show CHIP": ["show nef-chip"],
+    "show rolls": ["show rolls"],
+    "simulate --analysis tran-noise": ["simulate rebound-neuron --analysis tran-noise --trials 2"],
+    "export rolls": ["export rolls --at row[5] --program synapses.csv -o row.cir"],
+    "montecarlo": [
+        "montecarlo rebound-neuron --samples 40 --metric best_delay --contributions best_delay",
+        "montecarlo rebound-neuron --samples 2 --spec 'class is works' --temperature 27 --temperature 40",
+        "montecarlo rolls --samples 2",
+    ],
+    "montecarlo --rare": [
+        "montecarlo rebound-neuron --samples 400 --rare scaled-sigma --spec 'class is works'"
+    ],
+    "centre": [
+        "centre rebound-neuron --spec 'class is works' --tuning-dies 2 --fresh-dies 2 --generations 0"
+    ],
+    "characterise": ["characterise winner-take-all -o record.nc"],
+    "run approach": ["run approach --level behavioural --duration 0.3s", "run approach --duration 0.1s"],
+    "run rover": ["run rover --cells chip --trips 2 --learn 0.5"],
+    "run forest": ["run forest --pings 5 --ranges chip --selection chip"],
+    "run spiking-bat": ["run spiking-bat --pings 3", "run spiking-bat --pings 3 --brain chip"],
+    "run car": ["run car --pings 5 --ranges exact"],
+    "run bug": ["run bug --brain ideal --duration 0.05s", "run bug --brain chip --duration 0.05s"],
+    "run pushbot": ["run pushbot"],
+}  # which take seconds to minutes
+UNITS = {"C": "degC", "V2_per_Hz": "V^2/Hz", "m_per_s": "m/s", "per_V": "1/V", "per_m": "1/m"}
+OTHERS = {
+    "weights.charge_C": "C",
+    "runs.referred_per_Hz": "",
+}  # charge, and a unit that a key beside it tells
+ENDS = re.compile(r"_(s|m|cm|Hz|V|A|S|W|mW|J|rad|deg|C|m_per_s|per_V|per_m|V2_per_Hz)$")
+
+
+def meanings_of(form: str) -> Mapping[str, Meaning]:
+    """What the keys of a form's document mean."""
+    if form in DOCUMENTS:
+        return DOCUMENTS[form]
+    return run_keys(load_system(form.removeprefix("run ")))
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """All forms, or the cheap ones."""
+    if "line" in metafunc.fixturenames:
+        found = dict(FORMS)
+        if metafunc.config.getoption("documents") == "all":
+            found = {form: [*lines, *MORE.get(form, [])] for form, lines in FORMS.items()}
+        metafunc.parametrize(("form", "line"), [(f, line) for f, lines in found.items() for line in lines])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder in which one command reads what another wrote."""
+    found = tmp_path_factory.mktemp("forms")
+    (found / "synapses.csv").write_text("post,pre,level\n5,3,1\n", encoding="utf-8")
+    return found
+
+
+def test_every_key_of_a_document_is_told(
+    form: str, line: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(folder)
+    if form == "compare":
+        text = (folder / "a.cir").read_text(encoding="utf-8")
+        (folder / "b.cir").write_text(text.replace("w=6e-06", "w=7e-06", 1), encoding="utf-8")
+    assert main([*shlex.split(line), "--json"]) in {0, 1}
+    assert wrong(json.loads(capsys.readouterr().out), meanings_of(form)) == []
+
+
+def test_every_command_and_system_has_words_and_a_table_on_the_page() -> None:
+    assert set(FORMS) == {*DOCUMENTS, *(f"run {name}" for name in system_names())}
+    assert {form for form in FORMS if not FORMS[form] and form not in MORE} == set()
+    verbs = {command.name for command in app.registered_commands}
+    assert verbs <= {form.split()[0] for form in FORMS}
+    page = (ROOT / "docs" / "reference" / "json.md").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"^```\{document-keys\} (.*)$", page, re.MULTILINE)) == sorted(DOCUMENTS)
+    for directive in ("run-keys", "scenario-keys"):
+        assert set(re.findall(rf"^```\{{{directive}\}} (.*)$", page, re.MULTILINE)) == set(system_names())
+
+
+@pytest.mark.parametrize("form", sorted(FORMS))
+def test_words_are_there_and_a_unit_is_that_of_the_name(form: str) -> None:
+    found = meanings_of(form)
+    assert [key for key, each in found.items() if not each.words] == []
+    ends = {key: ENDS.search(key.removesuffix(".*")) for key in found}
+    units = {key: UNITS.get(end[1], end[1]) for key, end in ends.items() if end is not None} | OTHERS
+    numbers = {key: each.unit for key, each in found.items() if key in units and "object" not in each.kind}
+    assert numbers == {key: units[key] for key in numbers}
