@@ -299,6 +299,14 @@ def temperature_option(usual: float) -> Any:
     return option(usual, run=False, silicon=True, key="temperature_C")
 
 
+def course_option() -> Any:
+    """Make the field of a course of temperature: pairs of time, s, and degC (`circuits.silicon.course`).
+
+    Where it has any, the temperature follows them instead of being the scenario's one.
+    """
+    return option((), run=False, silicon=True, key="")
+
+
 def bias_kind_option(usual: Any, **stated: Any) -> Any:
     """Make the field of the kind of a chip's biases.
 

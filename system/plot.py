@@ -25,9 +25,11 @@ from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.lowering.graph import to_graph, to_instance_graph
+from circuits.silicon.course import Points
 from circuits.silicon.die import Die
 from circuits.solver.transient import Result
 from system.files.writing import check_folder, replace_atomic
+from system.options.temperature import temperature_text
 from system.rule import Estimated
 
 SUFFIXES = ("png", "svg", "pdf")
@@ -125,10 +127,13 @@ def entitle(text: str, ax: Axes) -> None:
     ax.set_title("\n".join(lines), fontsize=_TITLE)
 
 
-def silicon_text(die: Die, temperature_c: float, bias_kind: str | None = None) -> str:
-    """Die, temperature (degC) and kind of biases for a title: `die A/1003, 27 °C, biases of kind gate`."""
+def silicon_text(die: Die, temperature_c: float, bias_kind: str | None = None, course: Points = ()) -> str:
+    """Die, temperature (degC) and kind of biases for a title: `die A/1003, 27 °C, biases of kind gate`.
+
+    Of a course of temperature, its lowest and highest points.
+    """
     kind = "" if bias_kind is None else f", biases of kind {bias_kind}"
-    return f"{die}, {temperature_c:g} °C{kind}"
+    return f"{die}, {temperature_text(temperature_c, course)} °C{kind}"
 
 
 def mark_end(at: F64, ax: Axes, *, succeeded: bool | None) -> None:

@@ -24,6 +24,7 @@ from circuits.event import EDGE, WIDTH
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
+from circuits.solver.temperature import moved
 from circuits.solver.transient import Runner
 
 AFTER = 4.5e-3  # s that a run goes on after a ping's last input, more than a window; ours
@@ -55,10 +56,7 @@ class TransistorUnit:
         """Go on at another temperature (degC) from `now` (s) on, which is after the last ping's run."""
         self.advance(now)
         self.silicon = replace(self.silicon, temperature_c=temperature_c)
-        self.runner = Runner(self._machine(self.silicon), self.record)
-        volts = line_volts(self.biases, self.silicon, UNIT_WIRES, {})
-        lines = {name: (np.array([self.state.now]), np.array([v])) for name, v in volts.items()}
-        self.state, _ = self.runner.advance(self.state, self.state.now, lines, stop_at_event=False)
+        self.runner, self.state = moved(self.runner, self.state, self._machine(self.silicon))
 
     def advance(self, until: float) -> tuple[tuple[str, float], ...]:
         """Run on to a time, s, with the resets that were asked for, and return its spikes (port, s)."""

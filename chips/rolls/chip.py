@@ -90,7 +90,7 @@ LOOK = 10e-3  # s, ours: how often a temperature that changes is looked at
 STRONGEST_MEASURED = 0.2  # inversion coefficient of a filter's pair up to which errors stay below 4 %
 WHOLE = 1e-3  # of a step: by how much a run's duration may miss whole steps
 KEPT = 4  # temperatures whose tables are kept, 15 MiB each
-FINEST = 0.25  # K, ours: steps in which a temperature that changes is followed
+TEMPERATURE_STEP = 0.25  # K, ours: in which a temperature that changes is followed; tables take 2 s each
 
 
 @dataclass(frozen=True, slots=True)
@@ -350,7 +350,7 @@ class RollsChip:
         arrived
             Events, addressed as `neuron + (column << 8)`.
         temperature
-            Temperature of the chip, degC, or times (s) and temperatures, float64[T] each; the silicon's
+            Temperature of the chip, degC, or a function of time (s), as a course's `at`; the silicon's
             unless given.
 
         Returns
@@ -416,7 +416,7 @@ class RollsChip:
         if temperature is None:
             return self.silicon.temperature_c
         if callable(temperature):
-            return FINEST * round(temperature(now) / FINEST)
+            return TEMPERATURE_STEP * round(temperature(now) / TEMPERATURE_STEP)
         return temperature
 
     def _call(

@@ -174,7 +174,7 @@ class Runner:
         """Allocate scratch for `machine`; raises `ParameterError` unless 1e-9 <= rtol <= 1e-2."""
         if not 1e-9 <= rtol <= 1e-2:
             raise ParameterError(f"rtol: {rtol:g}, must be within 1e-9 to 1e-2; {DEFAULT_RTOL:g} is usual")
-        self.machine, self.rtol = machine, rtol
+        self.machine, self.record, self.rtol = machine, record, rtol
         self.watch_names = machine.testbench.watch
         watched = [n for w in self.watch_names for n in machine.flat.port_nodes(w)]
         self.labels = [machine.names[n] for n in watched]

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from circuits.errors import ParameterError, meant
+from circuits.silicon.course import Points
 from circuits.solver.transient import Result as Run
 from circuits.units import parse_quantity
 from system.cli.beginning_output import told, told_lines
@@ -26,6 +27,7 @@ from system.files.writing import check_folder, write_text_atomic
 from system.notice import say
 from system.options.begin import refuse_beginning
 from system.options.block import read_die
+from system.options.temperature import COURSE, is_course, read_course, temperature_fields
 from system.plot import check_picture, save_picture
 from system.reader import with_params
 from system.registry import check_target, load_system, system_names
@@ -71,7 +73,13 @@ def subject_of(asked: Montecarlo) -> Subject:
             target, (("--bias", values.bias), ("--bias-set", values.bias_set), ("--stimulus", asked.stimulus),
             ("--at", silicon.at)),
         )  # fmt: skip
+        course = _course(asked.temperature)
+        if course and COURSE not in loaded.settings:
+            raise ParameterError(f"--temperature: a course, but {target} takes one number; give it so")
         system = loaded.study_options(asked.level, values.bias_kind, with_params(given, params))
+        if course:
+            system[COURSE] = course
+            loaded.scenario(**system)  # refuses it where no chip is in the loop
         params = ()
         measured = tuple(dict.fromkeys((SUCCEEDED, *(measured or loaded.study_metrics))))
     elif given:
@@ -239,11 +247,23 @@ def _share(text: str, option: str) -> float:
 
 
 def _conditions(asked: Montecarlo) -> tuple[Condition, ...]:
-    celsius = [parse_quantity(t, "degC", "--temperature") for t in asked.temperature]
+    course = _course(asked.temperature) if asked.target in system_names() else ()
+    if course:
+        celsius = [temperature_fields(course)["temperature_c"]]
+    else:
+        celsius = [parse_quantity(t, "degC", "--temperature") for t in asked.temperature]
     _check_once("--temperature", [f"{t:g} degC" for t in celsius])
     _check_once("--corner", asked.corner)
     check_samples(asked.samples, len(asked.corner) * len(celsius) * asked.trials)
     return tuple(Condition(c, t, k) for c in asked.corner for t in celsius for k in range(asked.trials))
+
+
+def _course(texts: Sequence[str]) -> Points:
+    """The course of temperature of a study's runs, of which it has one; none where it has temperatures."""
+    courses = [found for text in texts if is_course(text) and isinstance(found := read_course(text), tuple)]
+    if courses and len(texts) > 1:
+        raise ParameterError("--temperature: a course beside another, must be alone; leave the others out")
+    return courses[0] if courses else ()
 
 
 def _check_once(option: str, values: Sequence[str]) -> None:

@@ -14,13 +14,11 @@ from system.cli.run_output import print_run
 from system.cli.verbs import Run
 from system.options.block import describe_die, read_die
 from system.options.silicon import SiliconChoice
-from system.options.temperature import read_course
+from system.options.temperature import COURSE, read_course, temperature_fields
 from system.plot import check_picture, save_picture
 from system.registry import load_system
 from system.scenario import read_texts
 from system.system import System
-
-COURSE = "course"  # field of scenarios whose temperature may change
 
 
 def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[str, str]) -> None:
@@ -86,11 +84,7 @@ def _temperature(system: System[Any, Any], text: str) -> dict[str, Any]:
         celsius = parse_quantity(text, "degC", "temperature")
         check_temperature(celsius)
         return {"temperature_c": celsius}
-    found = read_course(text)
-    if not isinstance(found, tuple):
-        return {"temperature_c": found}
-    course = tuple((float(time), float(degrees)) for time, degrees in zip(*found, strict=True))
-    return {"temperature_c": course[0][1], COURSE: course}
+    return temperature_fields(read_course(text))
 
 
 def described(system: System[Any, Any], scenario: Any) -> dict[str, Any]:
@@ -106,6 +100,8 @@ def described(system: System[Any, Any], scenario: Any) -> dict[str, Any]:
         value = getattr(scenario if one.part is None else getattr(scenario, one.part), one.field)
         if one.field == "die" and one.part is None:
             found |= describe_die(value)
+        elif one.field == COURSE and value:
+            found["temperature_C"] = value  # instead of that at its beginning
         elif one.key:
             found[one.key] = sorted(value) if isinstance(value, set | frozenset) else value
     return found

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
-from typing import Any
+from typing import Any, cast
 
+from circuits.silicon.course import Course, Points
 from system.cli.output import print_line, print_table, quantity_cell
+from system.options.temperature import COURSE
 from system.study.report.result import Result, groups, shares_of, study_yield, summary, varied
 from system.study.statistics.summary import Proportion, Yield
 from system.study.table import Table, counted, place_text
@@ -25,7 +27,7 @@ def document(result: Result) -> dict[str, Any]:
     return {
         "target": study.subject.target,
         "block": study.subject.target,
-        "temperature_C": found[0][1] if single else [t for _, t, _ in found],
+        "temperature_C": _course(result) or (found[0][1] if single else [t for _, t, _ in found]),
         "corner": found[0][0] if single else [c for c, _, _ in found],
         "lot": silicon.lot,
         "mismatch": silicon.mismatch,
@@ -126,7 +128,13 @@ def _heading(result: Result) -> str:
     return (
         f"{study.subject.target}, dies {study.subject.silicon.lot}/{study.plan.first} to {last},"
         f" {study.plan.method}, {varied(study)}{'; stopped early' if result.outcome.stopped else ''}"
+        + (f"; temperature {Course(course)}" if (course := _course(result)) else "")
     )
+
+
+def _course(result: Result) -> Points:
+    """The course of temperature of the study's runs, empty where there is none."""
+    return cast("Points", result.study.subject.system.get(COURSE, ()))
 
 
 def study_title(result: Result) -> str:

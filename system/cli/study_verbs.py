@@ -30,7 +30,7 @@ class Montecarlo:
     lot: str = like(SiliconChoice, "lot")
     corner: tuple[Corner, ...] = option(("random",), "Process corner; n first, then p; repeatable")
     variation: SiliconChoice = shared.silicon_part("temperature", "lot", "die", "study", "corner")
-    temperature: tuple[str, ...] = option(("27",), "Degrees Celsius, repeatable", metavar="DEGC")
+    temperature: tuple[str, ...] = option(("27",), "Degrees Celsius, repeatable, or a course", metavar="DEGC")
     trials: int = option(1, "Runs of a system on each die, with seeds of their own")
     plan: Literal["random", "lhs", "sobol"] = option("random", "How the dies are drawn")
     seed: int = option(0, "Of the plan and of bootstraps; a die has its own key")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from system.cli import shared_options as shared
@@ -139,7 +139,15 @@ class Doctor:
 class Run:
     """Options that `noctule run` has for every system."""
 
-    silicon: SiliconChoice = shared.silicon_part("at", "allow_implausible")
+    variation: SiliconChoice = shared.silicon_part("at", "allow_implausible", "temperature")
+    temperature: str = option(
+        "27", "Degrees Celsius, a course as 0s:27,60s:44, or a CSV of one", metavar="DEGC"
+    )
     seed: int = option(0, "Of noise and worlds")
     plot: str | None = shared.plot_option()
     as_json: bool = shared.json_option()
+
+    @property
+    def silicon(self) -> SiliconChoice:
+        """The silicon that the run is on."""
+        return replace(self.variation, temperature=self.temperature)

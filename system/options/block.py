@@ -21,6 +21,7 @@ from circuits.checks import implausible_allowed
 from circuits.circuit import Bias, BiasKind, Circuit, Shape, split_reference
 from circuits.errors import ParameterError, TopologyError, unknown_name
 from circuits.place import circuit_at, instance_names
+from circuits.silicon.course import Course, Points
 from circuits.silicon.die import Die, Place
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
@@ -156,10 +157,17 @@ def describe_die(die: Die) -> dict[str, Any]:
     }
 
 
-def describe_run(die: Die, temperature_c: float, bias_kind: str | None = None) -> dict[str, Any]:
-    """Silicon that a system ran on: die, temperature (degC), and kind of its biases where it has one."""
+def describe_run(
+    die: Die, temperature_c: float, bias_kind: str | None = None, course: Points = ()
+) -> dict[str, Any]:
+    """Silicon that a system ran on.
+
+    That is the die, the kind of its biases where it has one, and its temperature (degC), in words where it
+    follows a course.
+    """
     kind = {} if bias_kind is None else {"bias_kind": bias_kind}
-    return {**describe_die(die), **kind, "temperature_C": temperature_c}
+    said = str(Course(course)) if course else temperature_c
+    return {**describe_die(die), **kind, "temperature_C": said}
 
 
 def _circuit_at(text: str, wanted: Circuit) -> tuple[Circuit, Place]:

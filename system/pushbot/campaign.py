@@ -63,9 +63,13 @@ class Drive:
     with_path: bool = False
 
     def __repr__(self) -> str:
-        """Alike in every process, and wherever the functions stand."""
+        """Alike in every process, and wherever the functions stand.
+
+        A course of temperature is named where there is one, so that kept files of runs without stay whole.
+        """
         named = [f.__qualname__ for f in (self.keep, self.world)]
-        return f"{self.scenario!r} {named} {self.with_path}"
+        scenario = repr(self.scenario).replace(", course=()", "")
+        return f"{scenario} {named} {self.with_path}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,7 +227,7 @@ def _by_chip(drives: Sequence[Drive]) -> list[list[Drive]]:
 def _chip(s: Scenario) -> tuple[Any, ...]:
     """What a scenario's chip depends on."""
     return (
-        s.die.number or 0, s.temperature_c, s.bias_kind, repr(s.architecture()), s.calibrated,
+        s.die.number or 0, s.temperature_c, s.course, s.bias_kind, repr(s.architecture()), s.calibrated,
         repr(s.device_noise()),
     )  # fmt: skip
 

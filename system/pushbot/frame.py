@@ -94,15 +94,18 @@ class Frame:
             self.rate = rate
             self.heading += rate * max(stop - start, 0.0)
 
-    def look(self, spikes: Spikes, duration: float) -> Inputs:
-        """Hear the first chip's spikes of a look; inputs for it, timed as those spikes were."""
+    def look(self, spikes: Spikes, duration: float, temperature_c: float | None = None) -> Inputs:
+        """Hear the first chip's spikes of a look; inputs for it, timed as those spikes were.
+
+        temperature_c : of both chips, the second one's own unless given.
+        """
         place = np.full(256, -1)
         place[list(self.relay.field)] = np.arange(len(self.relay.field))
         column = place[spikes.neurons]
         seen = column >= 0
         to = ring_neurons(column[seen], self.heading, len(self.relay.field))
         times = np.maximum(spikes.times[seen], self.state.time)
-        heard, self.state = self.chip.run(self.state, duration, fan_out(times, to, 1))
+        heard, self.state = self.chip.run(self.state, duration, fan_out(times, to, 1), temperature_c)
         self.spikes += heard.times.size
         return self._back(heard)
 

@@ -151,7 +151,7 @@ def open_loop(brain: Brain, drive: Run, readout: Readout, temperature: Temperatu
     )
     if brain.frame is not None:
         loop.frame = brain.frame()
-        _, loop.frame.state = loop.frame.chip.run(loop.frame.state, _KICK_TIME)
+        _, loop.frame.state = loop.frame.chip.run(loop.frame.state, _KICK_TIME, temperature=_at(loop, 0.0))
     return loop
 
 
@@ -168,7 +168,7 @@ def step(loop: Loop) -> None:
     loop.lost = loop.brain.strong is not None and is_lost(loop.brain.network, readings.events, spikes)
     if loop.frame is not None:
         loop.frame.follow(readings, before, loop.drive.time)
-        found = loop.frame.look(spikes, look)
+        found = loop.frame.look(spikes, look, _at(loop, before))
         loop.record.frame_spikes = loop.frame.spikes
         loop.heard = replace(found, times=found.times + look)
     chosen = loop.groups[spikes.neurons]

@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64, I64
+from circuits.silicon.course import Points
 from system.plot import COLOURS, INK, PALE, entitle, silicon_text
 from system.pushbot.drive import Run
 from system.pushbot.loop import Brain, Record, all_events, all_spikes
@@ -28,8 +29,10 @@ _MEANT = {"OL": "obstacle left", "OR": "obstacle right", "DL": "drive left", "DR
           "sp": "speed", "GL": "gyro left", "GR": "gyro right", "target": "target field"}  # fmt: skip
 
 
-def draw_run(scene: Scene, drive: Run, brain: Brain, record: Record, ended: str, figure: Figure) -> None:
-    """Fill a figure with a run; its title has how it ended."""
+def draw_run(
+    scene: Scene, drive: Run, brain: Brain, record: Record, ended: str, figure: Figure, course: Points = ()
+) -> None:
+    """Fill a figure with a run; its title has how it ended, and the temperatures of a course."""
     path = np.array(drive.path)
     end = float(path[-1, 0])
     times, neurons = all_spikes(record)
@@ -50,7 +53,7 @@ def draw_run(scene: Scene, drive: Run, brain: Brain, record: Record, ended: str,
     draw_path(path, above, moments)
     draw_key(above, axes["paths"])
     said = f"{scene.name}: {scene.summary}" if scene.summary else scene.name
-    on = silicon_text(chip.silicon.die, chip.silicon.temperature_c, chip.kind)
+    on = silicon_text(chip.silicon.die, chip.silicon.temperature_c, chip.kind, course)
     entitle(f"{said}; {end:.3g} s\nROLLS on {on}\n{ended}", above)
     _frames(record, moments, axes)
     draw_events_key(axes["key"])

@@ -15,7 +15,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from chips.rolls import circuit as rolls_circuit
+from chips.rolls.chip import TEMPERATURE_STEP
 from circuits.arrays import F64
+from circuits.silicon.course import beginning_of, course_through
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.pushbot.body import SPEED_OF_FACTOR, Factors, Pushbot
@@ -140,7 +142,8 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 def make_brain(scenario: Scenario) -> Brain:
     """Return the chip that a scenario asks for."""
     return brain_of(
-        scenario.architecture(), scenario.die, scenario.temperature_c, scenario.bias_kind,
+        scenario.architecture(), scenario.die,
+        beginning_of(scenario.temperature_c, scenario.course, TEMPERATURE_STEP), scenario.bias_kind,
         calibrated=scenario.calibrated, noise=scenario.device_noise(),
     )  # fmt: skip
 
@@ -156,7 +159,8 @@ def run_with(
     duration = scenario.duration if scenario.duration is not None else scene.duration
     if duration is None:
         duration = _time_for(course, readout.factors, robot)
-    loop = open_loop(brain, drive, readout)
+    followed = course_through(scenario.course, TEMPERATURE_STEP)
+    loop = open_loop(brain, drive, readout, None if followed is None else followed.at)
     way = math.inf if scenario.way is None else scenario.way
     while drive.touched is None and drive.time < duration - 1e-9 and drive.way < way:
         step(loop)
@@ -234,7 +238,7 @@ def account(trace: Trace) -> Account:
             "frame": s.frame,
             "raise_lateral": s.raise_lateral,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, s.bias_kind),
+            **describe_run(s.die, s.temperature_c, s.bias_kind, s.course),
         },
         distance_m=drive.way,
         standing_share=standing,
@@ -297,7 +301,8 @@ def title(trace: Trace) -> str:
 
 def draw(trace: Trace, figure: Figure) -> None:
     """Fill an empty figure with a run."""
-    draw_run(trace.scene, trace.drive, trace.brain, trace.record, account(trace).headline, figure)
+    said, course = account(trace).headline, trace.scenario.course
+    draw_run(trace.scene, trace.drive, trace.brain, trace.record, said, figure, course)
 
 
 SYSTEM = System(

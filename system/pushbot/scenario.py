@@ -6,8 +6,17 @@ from dataclasses import dataclass
 
 from chips.noise import SiliconNoise
 from circuits.circuit import BiasKind
+from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
-from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
+from system.option import (
+    bias_kind_option,
+    check_options,
+    course_option,
+    die_option,
+    option,
+    seed_option,
+    temperature_option,
+)
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
 from system.pushbot.body import Factors
 from system.pushbot.brain import FIELD_SCENES, Architecture
@@ -59,6 +68,8 @@ class Scenario:
         Die of the chip and of the sensor.
     temperature_c : float
         Temperature of the chip, degC.
+    course : tuple of (float, float)
+        Times, s, and temperatures, degC, that it follows instead; none unless given.
     bias_kind : str
         Kind of the chip's biases.
     calibrated : bool
@@ -116,6 +127,7 @@ class Scenario:
     seed: int = seed_option()
     die: Die = die_option(NOMINAL)
     temperature_c: float = temperature_option(27.0)
+    course: Points = course_option()
     bias_kind: BiasKind = bias_kind_option("generator")
     calibrated: bool = option(
         default=True,

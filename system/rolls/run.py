@@ -16,17 +16,19 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from chips.rolls.chip import NO_INPUTS, Inputs, RollsChip, Spikes
+from chips.rolls.chip import NO_INPUTS, TEMPERATURE_STEP, Inputs, RollsChip, Spikes
 from chips.rolls.circuit import chip
 from chips.rolls.program.address import NEURONS, VIRTUAL_EXCITATORY
 from chips.rolls.program.bias_file import DIRECT_CURRENT, OFF
 from chips.rolls.program.program import Program, VirtualInput
 from circuits.arrays import F64, Bools
+from circuits.silicon.course import beginning_of, course_through
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
+from system.options.temperature import temperature_text
 from system.plot import COLOURS, INK
 from system.rolls.options import bias_table
 from system.rolls.scenario import SETTLING, STUDY_DURATION, Scenario, check_codes
@@ -81,8 +83,10 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     table = bias_table(s.bias_file).with_code(DIRECT_CURRENT, *OFF)
     program = Program(np.zeros((NEURONS, NEURONS), np.int8), table, inputs=(VirtualInput("drive", neurons),))
     noise = silicon_noise(s.silicon_noise, s.seed)
-    on_die = RollsChip(program, Silicon(ROLLS_180, s.temperature_c, s.die), s.bias_kind, noise=noise)
-    spikes, _ = on_die.run(on_die.at_rest(), s.duration, events(s))
+    silicon = Silicon(ROLLS_180, beginning_of(s.temperature_c, s.course, TEMPERATURE_STEP), s.die)
+    on_die = RollsChip(program, silicon, s.bias_kind, noise=noise)
+    followed = course_through(s.course, TEMPERATURE_STEP)
+    spikes, _ = on_die.run(on_die.at_rest(), s.duration, events(s), None if followed is None else followed.at)
     if progress is not None:
         progress(1.0)
     counted = spikes.neurons[spikes.times >= SETTLING]
@@ -136,7 +140,7 @@ def account(trace: Trace) -> Account:
         ran_on={
             "bias_file": s.bias_file,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, s.bias_kind),
+            **describe_run(s.die, s.temperature_c, s.bias_kind, s.course),
         },
         cautions=trace.cautions,
     )
@@ -156,7 +160,8 @@ def draw(trace: Trace, figure: Figure) -> None:
     beside.set_xlabel("rate (Hz)")
     s = trace.scenario
     figure.suptitle(
-        f"ROLLS, {s.die}, {s.temperature_c:g} °C, {s.input_rate:g} events/s a neuron"
+        f"ROLLS, {s.die}, {temperature_text(s.temperature_c, s.course)} °C,"
+        f" {s.input_rate:g} events/s a neuron"
         f"\n{account(trace).headline}",
         fontsize=10,
     )
@@ -175,7 +180,7 @@ def document(trace: Trace) -> dict[str, Any]:
 def title(trace: Trace) -> str:
     """Return the heading of the table of a run's numbers."""
     s = trace.scenario
-    return f"{s.die}, {s.temperature_c:g} degC, {s.input_rate:g} events/s a neuron"
+    return f"{s.die}, {temperature_text(s.temperature_c, s.course)} degC, {s.input_rate:g} events/s a neuron"
 
 
 SYSTEM = System(

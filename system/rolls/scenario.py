@@ -6,8 +6,17 @@ from dataclasses import dataclass
 
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
+from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
-from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
+from system.option import (
+    bias_kind_option,
+    check_options,
+    course_option,
+    die_option,
+    option,
+    seed_option,
+    temperature_option,
+)
 from system.options.noise import Noisy, noise_option, silicon_noise
 from system.rolls.options import bias_table
 
@@ -20,7 +29,8 @@ STUDY_DURATION = 4.0  # s, unless asked
 class Scenario:
     """A die and its drive: events at `input_rate` (Hz) for every neuron, for `duration` s.
 
-    Phases of the events, and noise, are drawn from the seed.
+    Phases of the events, and noise, are drawn from the seed. `course` has pairs of time (s) and degC that the
+    temperature follows instead of `temperature_c`.
     """
 
     bias_file: str | None = option(
@@ -34,6 +44,7 @@ class Scenario:
     bias_kind: BiasKind = bias_kind_option("gate")
     die: Die = die_option(NOMINAL)
     temperature_c: float = temperature_option(27.0)
+    course: Points = course_option()
     seed: int = seed_option()
     silicon_noise: Noisy = noise_option()
 

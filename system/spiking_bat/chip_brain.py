@@ -24,7 +24,7 @@ from chips.latency.kernel import Memory
 from chips.latency.model import usual_biases
 from circuits.arrays import F64, I64
 from circuits.circuit import BiasKind
-from circuits.devices.source import Polyline
+from circuits.silicon.course import Course, told_when
 from circuits.silicon.silicon import Silicon
 from system.openspace.law import DIRECTIONS, Arcs
 from system.spiking_bat.brain import check_timing
@@ -33,7 +33,6 @@ from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.topology import layer_delays, passive_current
 
 _RECENT = 109e-3  # s, that a ping counts; the network's
-TEMPERATURE_STEP = 0.1  # K; ours
 _SHARED = (
     "taps", "integration", "race", "goal", "goal_sigma", "direction", "pulse", "suppression",
     "suppression_sigma", "emergency",
@@ -62,7 +61,7 @@ class ChipReply:
 class ChipBrain:
     """Maps, chip and motors as a brain; the time, and what was lost, are counted on from ping to ping.
 
-    temperature: degC over time (s from the begin), the chip's own throughout unless given.
+    temperature: its course from the begin on, the chip's own throughout unless given.
 
     numbers : of the network, for times and rates.
     arcs : of the bat.
@@ -82,7 +81,7 @@ class ChipBrain:
     now: float
     pinged: F64
     lost: int = 0
-    temperature: Polyline | None = None
+    temperature: Course | None = None
 
     @property
     def period(self) -> float:
@@ -118,10 +117,11 @@ class ChipBrain:
     def _follow_temperature(self) -> None:
         if self.temperature is None:
             return
-        wanted = float(np.interp(self.now - self.numbers.ping_period, *self.temperature))
-        wanted = TEMPERATURE_STEP * round(wanted / TEMPERATURE_STEP)
+        time = self.now - self.numbers.ping_period
+        wanted = self.temperature.at(time)
         if wanted != self.chip.silicon.temperature_c:
-            self.chip = self.chip.moved(self.memory, wanted, self.now)
+            with told_when(time):
+                self.chip = self.chip.moved(self.memory, wanted, self.now)
 
     def counts(self) -> dict[str, int]:
         """Events lost on the bus or for want of a synapse, and detectors that the model could not decide."""
@@ -173,7 +173,7 @@ def chip_brain(
 
 
 def brain_with(
-    chip: LatencyChip, arcs: Arcs, numbers: Numbers, temperature: Polyline | None = None
+    chip: LatencyChip, arcs: Arcs, numbers: Numbers, temperature: Course | None = None
 ) -> ChipBrain:
     """A chip with its maps and motors, after a reset and a period without a ping."""
     at = places()

@@ -22,6 +22,7 @@ from chips.latency.measure import circuits
 from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
 from circuits.arrays import F64
+from circuits.silicon.course import beginning_of, course_through
 from circuits.silicon.silicon import Silicon
 from system.meaning import meanings, of_run
 from system.openspace.flight import (
@@ -38,6 +39,7 @@ from system.openspace.map import SIDE, Forest
 from system.openspace.picture import draw_view_of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
+from system.options.temperature import temperature_text
 from system.spiking_bat.brain import Brain, check_timing, network_brain
 from system.spiking_bat.chip_brain import ChipBrain, brain_with, design_of
 from system.spiking_bat.flight import Flown, fly
@@ -110,9 +112,7 @@ def brain_of(scenario: Scenario, arcs: Arcs) -> Brain:
         return network_brain(arcs, scenario.numbers, all_lif)
     check_timing(arcs, scenario.numbers)
     design = design_of(arcs, scenario.numbers)
-    course = np.array(scenario.course).T if scenario.course else None
-    temperature = None if course is None else (course[0], course[1])
-    return brain_with(chip_of(design, scenario), arcs, scenario.numbers, temperature)
+    return brain_with(chip_of(design, scenario), arcs, scenario.numbers, course_through(scenario.course))
 
 
 def chip_of(design: Design, scenario: Scenario) -> LatencyChip:
@@ -121,7 +121,7 @@ def chip_of(design: Design, scenario: Scenario) -> LatencyChip:
     Raises `ParameterError` for silicon or codes that there are none of.
     """
     s = scenario
-    silicon = Silicon(temperature_c=s.temperature_c, die=s.die)
+    silicon = Silicon(temperature_c=beginning_of(s.temperature_c, s.course), die=s.die)
     if s.codes == CODES[1]:
         at = replace(silicon, temperature_c=ROOM_TEMPERATURE)
         biases = calibrated(design, at, s.bias_kind, area=s.area)
@@ -165,7 +165,7 @@ def account(trace: Trace) -> Account:
             "area": s.area,
             "transistor_units": len(s.units),
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, s.bias_kind),
+            **describe_run(s.die, s.temperature_c, s.bias_kind, s.course),
         }
     return Account(
         succeeded=not flown.collided and gets_on(progress(flown.path), flown.time_s * s.max_speed),
@@ -189,7 +189,6 @@ def document(trace: Trace) -> dict[str, Any]:
     """
     s, log = trace.scenario, trace.flown.log
     return {
-        **({"temperature_C": s.course or s.temperature_c} if s.brain == "chip" else {}),
         "obstacles": len(trace.forest.place),
         **flight_entries(trace.forest, s.bat.zone, trace.start, account(trace).reason, log, trace.flown.path),
         "winner": log[:, 6].astype(int),
@@ -219,16 +218,11 @@ def draw(trace: Trace, figure: Figure) -> None:
     s, said = trace.scenario, account(trace)
     heading = f"{title(trace)}: {trace.flown.avoided} avoided"
     if s.brain == "chip":
-        heading += f"\n{s.die}, {_warmth(s)} degC, biases by {s.bias_kind}, {s.codes}"
+        warmth = temperature_text(s.temperature_c, s.course)
+        heading += f"\n{s.die}, {warmth} degC, biases by {s.bias_kind}, {s.codes}"
     heading += f"\n{said.headline}"
     place, path = trace.forest.place, trace.flown.path
     draw_view_of_run(place, s.bat.zone, path, figure, heading, succeeded=said.succeeded)
-
-
-def _warmth(scenario: Scenario) -> str:
-    if not scenario.course:
-        return f"{scenario.temperature_c:g}"
-    return f"{min(c for _, c in scenario.course):g} to {max(c for _, c in scenario.course):g}"
 
 
 SYSTEM = System(

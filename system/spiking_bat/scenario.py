@@ -8,10 +8,19 @@ from typing import Any
 
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
+from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
 from system.openspace import map as forest
 from system.openspace.law import Bat
-from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
+from system.option import (
+    bias_kind_option,
+    check_options,
+    course_option,
+    die_option,
+    option,
+    seed_option,
+    temperature_option,
+)
 from system.options.noise import Noisy, noise_option, silicon_noise
 from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
 
@@ -55,7 +64,7 @@ class Scenario:
     seed: int = seed_option()
     die: Die = die_option(NOMINAL)
     temperature_c: float = temperature_option(ROOM_TEMPERATURE)
-    course: tuple[tuple[float, float], ...] = option((), run=False, silicon=True, key="")
+    course: Points = course_option()
     bias_kind: BiasKind = bias_kind_option("gate")
     codes: str = option(
         CODES[0], "Of the chip's biases: usual, or calibrated on its die at 27 degC", choices=CODES,

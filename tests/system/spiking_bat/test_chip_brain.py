@@ -8,6 +8,7 @@ import pytest
 from chips.latency.chip import LatencyChip
 from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
+from circuits.silicon.course import Course
 from circuits.silicon.silicon import Silicon
 from system.openspace.law import MIDDLE, Bat, arcs_of
 from system.spiking_bat.bat import seen_from
@@ -71,9 +72,9 @@ def test_a_course_that_stays_changes_nothing_and_one_that_warms_does() -> None:
         brain_with(chip, ARCS, S, course)
         for course in (
             None,
-            (np.array([0.0, 9.0]), np.array([27.0, 27.0])),
+            Course(((0.0, 27.0), (9.0, 27.0))),
             # the settling period comes before 0 s
-            (np.array([0.0, 0.1]), np.array([27.0, 40.0])),
+            Course(((0.0, 27.0), (0.1, 40.0))),
         )
     )
     for brain in (still, flat, warming):
@@ -96,6 +97,6 @@ def test_a_unit_of_transistors_follows_the_course() -> None:
     biases = usual_biases(design_of(ARCS, S))
     unit = TransistorUnit(biases, Silicon(), 16, 5)
     chip = LatencyChip(design_of(ARCS, S), biases, units={(16, 5): unit})
-    brain = brain_with(chip, ARCS, S, (np.array([0.0, 1.0]), np.array([30.0, 40.0])))
+    brain = brain_with(chip, ARCS, S, Course(((0.0, 30.0), (1.0, 40.0))))
     brain.ping(2, MIDDLE, NONE)
     assert (brain.chip.silicon.temperature_c, unit.silicon.temperature_c) == (30.0, 30.0)

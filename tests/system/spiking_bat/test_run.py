@@ -4,9 +4,10 @@ import numpy as np
 
 from circuits.errors import CircuitError
 from circuits.silicon.die import Die
+from system.cli.run import described
 from system.forest import run as forest
 from system.openspace.law import arcs_of
-from system.spiking_bat.run import SYSTEM, document, place, run, summarise
+from system.spiking_bat.run import SYSTEM, account, place, run, summarise
 from system.spiking_bat.scenario import Scenario
 from tests.refusals import refusals
 
@@ -49,8 +50,9 @@ test_what_is_refused = refusals(
 def test_a_course_of_temperature_is_flown_and_said() -> None:
     course = ((0.0, 27.0), (0.3, 40.0))
     warm, still = (run(Scenario("chip", seed=1003, pings=5, course=c)) for c in (course, ()))
-    assert document(warm)["temperature_C"] == course
-    assert document(still)["temperature_C"] == 27.0
+    assert described(SYSTEM, warm.scenario)["temperature_C"] == course
+    assert described(SYSTEM, still.scenario)["temperature_C"] == 27.0
+    assert account(warm).ran_on["temperature_C"] == "27 at 0 s, 40 at 0.3 s"
     # with fixed gates currents grow with temperature: other latencies, other ways
     assert not np.array_equal(warm.flown.path, still.flown.path)
     unit = Scenario("chip", seed=1003, pings=5, course=course, units=((16, 5),))

@@ -1,0 +1,43 @@
+"""A temperature that moves, in runs and studies of systems with a chip in the loop."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.system.conftest import Run, RunJson
+
+WARMING = "0s:27,1s:29"
+# options of a run of seconds with a chip in its loop, by system
+SHORT = {
+    "pushbot": ("--duration", "0.2s"),
+    "rolls": ("--duration", "0.2s"),
+    "spiking-bat": ("--brain", "chip", "--pings", "3"),
+}
+
+
+@pytest.mark.parametrize("system", SHORT)
+def test_a_run_follows_a_course_and_says_it(run_json: RunJson, system: str) -> None:
+    found: dict[str, Any] = run_json("run", system, *SHORT[system], "--temperature", WARMING)
+    assert found["temperature_C"] == [[0.0, 27.0], [1.0, 29.0]]
+    assert found["summary"]["ran_on"]["temperature_C"] == "27 at 0 s, 29 at 1 s"
+
+
+def test_a_study_has_one_course_and_no_other_temperature(run: Run, run_json: RunJson, tmp_path: Path) -> None:
+    path = tmp_path / "afternoon.csv"
+    path.write_text("time_s,temperature_C\n0,27\n1,29\n")
+    options = ("montecarlo", "spiking-bat", "--param", "pings=9", "--samples", "2")
+    by_file, by_text, still = (
+        run_json(*options, "--metric", "distance-m", "--temperature", t) for t in (str(path), WARMING, "27")
+    )
+    assert by_file["temperature_C"] == [[0.0, 27.0], [1.0, 29.0]]
+    assert by_file["values"] == by_text["values"] != still["values"]
+    for target, more, says in (
+        (options, ("--temperature", WARMING, "--temperature", "30"), "a course beside another"),
+        (("montecarlo", "axon-delay", "--samples", "1"), ("--temperature", WARMING), "must be a temperature"),
+    ):
+        status, out, err = run(*target, *more)
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert says in err
