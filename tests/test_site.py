@@ -66,11 +66,12 @@ def running(monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
         del sys.modules[name]
 
 
-def built(folder: Path, page: str, *, run: bool) -> tuple[str, str]:
+def built(folder: Path, page: str, *, run: bool, reader: str = "myst_parser") -> tuple[str, str]:
     """Page of a site of one page, and the warnings of its build."""
     (folder / "index.md").write_text(page, encoding="utf-8")
     settings = {
-        "extensions": ["myst_parser", "_extension.command", "_extension.rows"],
+        "extensions": [reader, "_extension.command", "_extension.rows", "_extension.places"],
+        "source_suffix": {".md": "myst-nb" if reader == "myst_nb" else "markdown"},
         "noctule_run": run,
         "noctule_folder": str(folder / "commands"),
     }
@@ -128,6 +129,43 @@ def test_a_refused_command_shows_what_it_says(running: ModuleType, tmp_path: Pat
     assert said == ""
     assert "unknown" in html
     assert "[status 2]" in html
+
+
+def test_every_picture_that_a_command_draws_is_shown(running: ModuleType) -> None:
+    words = shlex.split("noctule montecarlo x --plot a.png --contributions y --pareto b.png --animate c.gif")
+    assert running.drawn(words) == ["a.png", "b.png", "c.gif"]
+
+
+NOTEBOOK = """---
+jupytext:
+  text_representation:
+    extension: .md
+    format_name: myst
+kernelspec:
+  name: python3
+  display_name: Python 3
+---
+
+# A notebook
+
+```{code-cell}
+import sys
+import warnings
+
+print(sys.prefix + "/bin/python")
+warnings.warn("careful")
+```
+"""
+
+
+def test_what_a_notebook_prints_names_no_folder_of_the_machine(running: ModuleType, tmp_path: Path) -> None:
+    assert running
+    html, _ = built(tmp_path, NOTEBOOK, run=False, reader="myst_nb")
+    shown = re.sub("<[^>]+>", "", html[html.index("cell_output") :])
+    assert "bin/python" in shown
+    assert "a cell:5: UserWarning: careful" in shown
+    for folder in (sys.prefix, str(ROOT), "ipykernel"):
+        assert folder not in shown
 
 
 @pytest.mark.parametrize(("page", "line", "options", "status"), REFUSALS, ids=[each[1] for each in REFUSALS])
