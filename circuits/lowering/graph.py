@@ -98,10 +98,13 @@ def to_graph(circuit: Circuit) -> nx.MultiGraph:
 def to_instance_graph(circuit: Circuit) -> nx.MultiGraph:
     """Graph of a circuit's own devices, instances and nodes, where an array of nodes is one vertex.
 
+    Devices that are alike, and connect elements of the same arrays, are one vertex too, named for the first.
+
     Returns
     -------
     A multigraph as of `to_graph`. An instance has `type` (the name of its circuit) and `shape`, a node has
-    `shape`, and an edge has `terminal`: the terminal of a device or the port of an instance.
+    `shape`, and an edge has `terminal`: the terminal of a device or the port of an instance. A device that
+    stands for several has `shape`, how many they are.
     """
     kinds, shapes = _port_kinds(circuit), circuit.shapes()
     graph = nx.MultiGraph(name=circuit.name)
@@ -111,9 +114,10 @@ def to_instance_graph(circuit: Circuit) -> nx.MultiGraph:
         node = _add(graph, "node", name, port=kinds.get(name, ""), shape=shapes.get(name, ()))
         graph.add_edge(vertex, node, terminal=terminal)
 
-    for device in circuit.devices:
+    for device, count in _alike(circuit):
         description = describe_device(device)
-        vertex = _add(graph, "device", device.name, type=description.type, instance="")
+        several = {"shape": (count,)} if count > 1 else {}
+        vertex = _add(graph, "device", device.name, type=description.type, instance="", **several)
         graph.nodes[vertex].update(description.attributes, **device.parameters())
         for terminal, reference in zip(description.terminals, device.terminals(), strict=True):
             connect(vertex, terminal, reference)
@@ -122,6 +126,21 @@ def to_instance_graph(circuit: Circuit) -> nx.MultiGraph:
         for port, reference in instance.connections.items():
             connect(vertex, port, reference)
     return graph
+
+
+def _alike(circuit: Circuit) -> list[tuple[Device, int]]:
+    """The first of the devices that are alike between the same nodes, arrays among them, and their number."""
+    groups: dict[object, list[Device]] = {}
+    for device in circuit.devices:
+        nodes = [split_reference(node) if node != GROUND else (GROUND, ()) for node in device.terminals()]
+        between: object = (
+            tuple(name for name, _ in nodes) if any(index for _, index in nodes) else device.name
+        )
+        kind = describe_device(device)
+        sizes = tuple(device.parameters().items())
+        alike = (kind.type, tuple(kind.attributes.items()), sizes, between)
+        groups.setdefault(alike, []).append(device)
+    return [(found[0], len(found)) for found in groups.values()]
 
 
 def _add_instance(graph: nx.MultiGraph, instance: Instance | InstanceArray) -> Vertex:

@@ -5,6 +5,7 @@ from collections import Counter
 import networkx as nx
 import pytest
 
+from circuits.blocks.wavefront import grid
 from circuits.circuit import Circuit, Instance, InstanceArray, Port
 from circuits.devices import DEVICE_TYPES, Capacitor, Resistor, Source, Transistor
 from circuits.devices.device import Device
@@ -75,6 +76,29 @@ def test_the_instance_graph_stays_on_top() -> None:
     assert graph.nodes["instance", "cell"]["shape"] == (3,)
     edges = graph.get_edge_data(("instance", "cell"), ("node", "out"))
     assert [e["terminal"] for e in edges.values()] == ["out"]
+
+
+def test_devices_that_are_alike_between_arrays_are_one_vertex() -> None:
+    ports = (Port("row", "analog", "in", (3,)), Port("top", "analog"))
+    wires = tuple(Resistor(f"w{k}", f"row[{k}]", "top", 1e3) for k in range(3))
+    others = (
+        Resistor("r", "row[0]", "top", 2e3),
+        Resistor("a", "top", "0", 1e3),
+        Resistor("b", "top", "0", 1e3),
+    )
+    graph = to_instance_graph(Circuit("wires", ports, (*wires, *others)))
+    shapes = {
+        path: data.get("shape", ()) for (kind, path), data in graph.nodes(data=True) if kind == "device"
+    }
+    assert shapes == {"w0": (3,), "r": (), "a": (), "b": ()}
+
+
+def test_the_picture_of_a_large_chip_has_few_vertices() -> None:
+    circuit = grid.build()
+    graph = to_instance_graph(circuit)
+    counts = [data.get("shape", (1,))[0] for _, data in graph.nodes(data=True) if data["kind"] == "device"]
+    assert sum(counts) == len(circuit.devices) > 3000
+    assert len(graph) < 30
 
 
 @pytest.mark.parametrize("name", block_names())
