@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
+from contextvars import copy_context
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -167,7 +168,9 @@ class Loop:
 
         if self.executor is None or len(names) < 2:
             return {n: one(n) for n in names}
-        return dict(zip(names, self.executor.map(one, names), strict=True))
+        here = [copy_context() for _ in names]  # a thread has none of this one's context variables
+        found = self.executor.map(lambda context, name: context.run(one, name), here, names)
+        return dict(zip(names, found, strict=True))
 
     def _polyline(self, wire: AnalogWire, output: Advanced) -> Polyline:
         column = self.parts[wire.source].analog.index(wire.port)

@@ -61,6 +61,8 @@ class Account:
         Share of the time at rest; None where that means nothing.
     cautions : tuple of str
         What its chips warn of, a sentence each.
+    outside : tuple of str
+        Sides of its chips' validity boxes that it left, a sentence each; the summary has them as cautions.
     """
 
     succeeded: bool
@@ -70,6 +72,7 @@ class Account:
     emergency_share: float | None = None
     standing_share: float | None = None
     cautions: tuple[str, ...] = ()
+    outside: tuple[str, ...] = ()
 
     @property
     def headline(self) -> str:
@@ -254,7 +257,8 @@ def headline(*, succeeded: bool, reason: str) -> str:
 
 def summary_of(account: Account, numbers: Mapping[str, float | None]) -> Summary:
     """Return the summary of a run: its account, then the system's own numbers."""
-    return {**{name: getattr(account, name) for name in ENTRIES}, **numbers}
+    found = {name: getattr(account, name) for name in ENTRIES}
+    return {**found, "cautions": (*account.cautions, *account.outside), **numbers}
 
 
 def metrics_with(numbers: Iterable[str]) -> tuple[str, ...]:

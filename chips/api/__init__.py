@@ -13,11 +13,12 @@ from chips.latency.design import Design
 from chips.model import Model, characterise, load_model, model_names
 from chips.noise import SiliconNoise
 from chips.part import Advanced, Output, Part
-from chips.ranging.chip import OutsideBox, RangingChip
+from chips.ranging.chip import RangingChip
 from chips.ranging.model import model_of, neurons_on
 from chips.ranging.response import Response, Tunings, respond, tune
 from chips.record import Record, Table, content, matching_record, read_record, record_key
 from chips.registry import Chip, chip_names, load_chip
+from chips.validity import outside_boxes
 from chips.wavefront.axon_graph import AxonGraph, graph_of, grid_graph
 from chips.wavefront.chip import ChipCells, Plan, Program, WavefrontChip
 from chips.wavefront.part import WavefrontPart
@@ -51,9 +52,10 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "content",
     "read_record",
     "matching_record",
+    # Where models hold
+    "outside_boxes",
     # Ranging chip
     "RangingChip",
-    "OutsideBox",
     "model_of",
     "neurons_on",
     "tune",

@@ -19,7 +19,6 @@ the mirror's few microseconds of delay.
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -31,10 +30,10 @@ from chips.lso.place import NAME, line_volts
 from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from chips.measured.timer import COMPARATOR
 from chips.model_law import check_law
+from chips.validity import require_area
 from circuits.arrays import F64
 from circuits.blocks.latency.synapse import REFERENCE
 from circuits.circuit import BiasKind, Circuit
-from circuits.errors import ParameterError
 from circuits.event import WIDTH
 from circuits.lowering.on_die import DieDevices, Mirror, on_die, transistor_of
 from circuits.silicon.die import Path
@@ -89,11 +88,7 @@ def head_on(silicon: Silicon, kind: BiasKind = "gate", area: float = 1.0) -> Hea
     kind: of its biases; area: of the drawn devices over the circuits'. Raises `ParameterError` for an area or
     a silicon outside the record's box, and `DataError` where the record is of other circuits.
     """
-    if not LEAST_AREA <= area < math.inf:
-        raise ParameterError(
-            f"{NAME}.area: {area:g} times the circuits', must be finite and at least {LEAST_AREA:g}, where"
-            " the behavioural model was measured"
-        )
+    require_area(NAME, area, LEAST_AREA)
     check_law(silicon.process)
     check_box(NAME, silicon, tables_of(RECORD, circuits, silicon.process))
     return _Maker(silicon, kind, area).make()

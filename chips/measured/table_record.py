@@ -19,9 +19,9 @@ import numpy as np
 
 from chips.measured.interpolation import lagrange_weights, monotone_cubic
 from chips.record import Record, Table, content, in_force, matching_record, record_key
+from chips.validity import require_inside
 from circuits.arrays import F64
 from circuits.circuit import Circuit
-from circuits.errors import ParameterError
 from circuits.silicon.die import shared
 from circuits.silicon.process import AMI_1500, Polarity, Process
 from circuits.silicon.silicon import Silicon
@@ -118,20 +118,14 @@ def temperature_weights(record: Record, temperature_c: float) -> F64:
 
 
 def check_box(path: str, silicon: Silicon, record: Record) -> None:
-    """Raise `ParameterError`, with the instance path, for silicon outside the record's box."""
-    remedy = "where the behavioural model was measured; use the transistor level"
-    low, high = record.limits("temperature")
-    if not low <= silicon.temperature_c <= high:
-        raise ParameterError(
-            f"{path}.temperature: {silicon.temperature_c:g} degC, must be {low:g} to {high:g} degC, {remedy}"
-        )
-    least, greatest = record.limits("shift")
+    """Raise `ParameterError`, with the instance path, for silicon outside the record's box.
+
+    What is raised, and when a warning takes its place, is `chips.validity`'s.
+    """
+    require_inside(f"{path}.temperature", silicon.temperature_c, record.limits("temperature"), "degC")
     for polarity in POLARITIES:
         shift = shared(silicon.die, silicon.process, polarity).v_t0
-        if not least <= shift <= greatest:
-            raise ParameterError(
-                f"{path}.{polarity}: shared v_t0 shift {shift:.3g} V, must be within {greatest:g} V, {remedy}"
-            )
+        require_inside(f"{path}.{polarity}.shared_v_t0_shift", shift, record.limits("shift"), "V")
 
 
 def _shifted(temperature_c: float, polarity: Polarity, shift: float) -> Silicon:

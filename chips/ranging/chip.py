@@ -1,19 +1,17 @@
 """Behavioural model of the ranging chip, as a part of a running system.
 
 Same ports and same silicon as the circuit: events call and echo in, spike[k] out, v_ex_max analog in. The
-neurons are those of `chips.ranging.model`; outside the validity box of their record the chip refuses, or
-warns, with the instance path. Temperature is an analog input too (port `temperature`, degC); a release under
-way moves in proportion to t_inh.
+neurons are those of `chips.ranging.model`; outside the validity box of their record the chip refuses with the
+instance path, or goes on with a warning (`chips.validity`). Temperature is an analog input too (port
+`temperature`, degC); a release under way moves in proportion to t_inh.
 """
 
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal
 
 import numpy as np
 
@@ -21,7 +19,7 @@ from chips.noise import SiliconNoise
 from chips.part import Analog, Event, Output
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.law import Neurons
-from chips.ranging.model import ReboundModel, model_of, neurons_on, outside
+from chips.ranging.model import ReboundModel, check_box, model_of, neurons_on
 from chips.ranging.neuron_kernel import (
     COLUMNS,
     NEAR,
@@ -34,10 +32,11 @@ from chips.ranging.neuron_kernel import (
 )
 from chips.ranging.noise import Jitter, copied, new_jitter, next_durations
 from chips.ranging.record import ReboundRecord
+from chips.validity import require_inside
 from circuits.arrays import F64, I64
 from circuits.circuit import Circuit
 from circuits.devices.source import Polyline
-from circuits.errors import ParameterError, unknown_name
+from circuits.errors import unknown_name
 from circuits.event import LENGTH
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
@@ -48,10 +47,6 @@ ABOVE_SUPPLY = 0.1  # V, by which v_ex_max may pass the supply
 
 
 NoiseState = tuple[F64, F64, I64]  # relaxations, time of the last call (s), calls
-
-
-class OutsideBox(UserWarning):
-    """Warning that a behavioural model is used where it was not measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,9 +89,7 @@ class RangingChip:
     circuit
         Circuit of the neurons; the ranging chip's unless given.
     path
-        Instance path that warnings name.
-    outside_box
-        Whether to refuse or to warn outside the record's validity box.
+        Instance path that errors name.
     record
         Record of the model; the one in force unless given.
     noise
@@ -108,12 +101,11 @@ class RangingChip:
         silicon: Silicon,
         circuit: Circuit | None = None,
         path: str = "ranging_chip",
-        outside_box: Literal["refuse", "warn"] = "refuse",
         record: ReboundRecord | None = None,
         noise: SiliconNoise | None = None,
     ) -> None:
-        """Prepare the neurons; raises `ParameterError` outside the box, unless it is to warn."""
-        self.silicon, self.path, self.outside_box, self.noise = silicon, path, outside_box, noise
+        """Prepare the neurons; raises `ParameterError` outside the box (`chips.validity`)."""
+        self.silicon, self.path, self.noise = silicon, path, noise
         if circuit is None and record is None:
             self.model = _shipped_model(silicon.process)
         else:
@@ -239,8 +231,7 @@ class RangingChip:
         """Return the neurons at `temperature` (degC), which is checked against the box once."""
         if temperature not in self._at:
             silicon = replace(self.silicon, temperature_c=temperature)
-            for text in outside(self.model, silicon, self.path):
-                self._tell(text)
+            check_box(self.model, silicon, self.path)
             self._at[temperature] = neurons_on(self.model, silicon)
         return self._at[temperature]
 
@@ -260,19 +251,9 @@ class RangingChip:
     def _check(self, lines: Mapping[str, Polyline]) -> None:
         if "v_ex_max" in lines:
             v_dd = self.silicon.process.v_dd
-            low, high = v_dd - self.model.record.box.v_ex_max, v_dd + ABOVE_SUPPLY
-            level = lines["v_ex_max"][1]
-            if not (level.min() >= low and level.max() <= high):
-                self._tell(
-                    f"{self.path}.v_ex_max: {level.min():.3g} to {level.max():.3g} V,"
-                    f" must be {low:g} to {high:g} V"
-                )
-
-    def _tell(self, text: str) -> None:
-        text = f"{text}, where the behavioural model was measured; use the transistor level"
-        if self.outside_box == "refuse":
-            raise ParameterError(text)
-        warnings.warn(text, OutsideBox, stacklevel=4)
+            limits = v_dd - self.model.record.box.v_ex_max, v_dd + ABOVE_SUPPLY
+            for level in (lines["v_ex_max"][1].min(), lines["v_ex_max"][1].max()):
+                require_inside(f"{self.path}.v_ex_max", float(level), limits, "V")
 
 
 def _noise_state(jitter: Jitter | None) -> NoiseState | None:

@@ -27,6 +27,7 @@ from chips.model_law import check_law
 from chips.ranging.law import Neurons, Pull, pull_low
 from chips.ranging.record import ReboundRecord, rebound_key, record_of
 from chips.record_file import stale
+from chips.validity import require_inside
 from circuits.arrays import F64
 from circuits.bias import bias_voltages, saturation_current
 from circuits.blocks.sonar import rebound_neuron
@@ -333,36 +334,31 @@ def stimulated(neuron: Circuit, silicon: Silicon, extra: Sequence[Source] = ()) 
     return to_kernel(Testbench("rebound neuron", neuron, sources, np.inf, watch=("spike",)), silicon)
 
 
-def outside(model: ReboundModel, silicon: Silicon, path: str = "") -> list[str]:
-    """Return what leaves the record's validity box, a line each with the instance path; nothing inside it."""
+def check_box(model: ReboundModel, silicon: Silicon, path: str = "") -> None:
+    """Ask of `chips.validity` that a silicon is inside the record's validity box.
+
+    path: instance path that an error names; the circuit's own name unless given. Raises `ParameterError`
+    outside, as there.
+    """
     grid, box = model.record.grid, model.record.box
     name = path or model.circuit.name
-    low, high = grid.temperature[0], grid.temperature[-1]
-    found = []
-    if not low <= silicon.temperature_c <= high:
-        found.append(f"{name}.temperature: {silicon.temperature_c:g} degC, must be {low:g} to {high:g} degC")
-        return found
+    require_inside(f"{name}.temperature", silicon.temperature_c, grid.temperature, "degC")
     gate = gates_on(model, silicon)
     d = devices_on(model, silicon, gate)
-    current = inhibition_current(d, gate["i_inh_tau"])
-    for k, i in enumerate(current):
-        if not grid.current[0] <= i <= grid.current[-1]:
-            limits = f"must be {grid.current[0]:.3g} to {grid.current[-1]:.3g} A"
-            found.append(f"{_element(model, name, k)}.i_inh_tau: {i:.3g} A, {limits}")
+    for k, i in enumerate(inhibition_current(d, gate["i_inh_tau"])):
+        require_inside(f"{_element(model, name, k)}.i_inh_tau", float(i), grid.current, "A")
     used = {p.rpartition(".")[0] for q in model.record.quantities.values() for p in q.parameters} - {""}
     for device in sorted(used):
         for label, values, largest, unit in (
-            ("v_t0 shift", d.shift[device], box.threshold, " V"),
-            ("ln beta shift", d.log_beta[device], box.log_beta, ""),
+            ("v_t0_shift", d.shift[device], box.threshold, "V"),
+            ("ln_beta_shift", d.log_beta[device], box.log_beta, ""),
         ):
-            each = np.atleast_1d(values)
-            for k in np.flatnonzero(~(np.abs(each) <= largest)).tolist():
-                place = _element(model, name, k)
-                found.append(f"{place}.{device}: {label} {each[k]:.3g}{unit}, must be within {largest:g}")
-    shift = float(np.abs(gate["v_th"] - model.reference["v_th"]).max())
-    if shift > box.v_th:
-        found.append(f"{name}.v_th: {shift:.3g} V from the record's, must be within {box.v_th:g} V")
-    return found
+            for k, each in enumerate(np.atleast_1d(values)):
+                side = f"{_element(model, name, k)}.{device}.{label}"
+                require_inside(side, float(each), (-largest, largest), unit)
+    shift = np.ravel(gate["v_th"] - model.reference["v_th"])
+    furthest = float(shift[np.argmax(np.abs(shift))])
+    require_inside(f"{name}.v_th_shift", furthest, (-box.v_th, box.v_th), "V")
 
 
 def _element(model: ReboundModel, name: str, k: int) -> str:

@@ -8,8 +8,6 @@ this temperature; the capacitances are the branches of the matrix that the model
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 
 from chips.model import Sheet
@@ -26,15 +24,13 @@ _CALL_WIDTH = WIDTH + 1.5 * EDGE  # s, from the event to the fall through half t
 _NO_NUMBERS = ("inverse_capacitance", "follow", "margin", "rebound_bound", "v_ex_max")
 
 
-def rebound_sheet(
-    circuit: Circuit, silicon: Silicon, outside_box: Literal["refuse", "warn"] = "refuse"
-) -> Sheet:
+def rebound_sheet(circuit: Circuit, silicon: Silicon) -> Sheet:
     """Return the data sheet of a rebound neuron, or of an array of them, on a silicon.
 
-    Raises `ParameterError` outside the record's validity box, unless it is to warn, and `DataError` where the
+    Raises `ParameterError` outside the record's validity box (`chips.validity`), and `DataError` where the
     record is of another circuit or process.
     """
-    chip = RangingChip(silicon, circuit, circuit.name, outside_box)
+    chip = RangingChip(silicon, circuit, circuit.name)
     neurons = chip.neurons_at(silicon.temperature_c)
     shared = _branches(np.linalg.inv(neurons.inverse_capacitance[0])) | {"call_width": _CALL_WIDTH}
     figures = tuple(_figures(neurons, k) | shared for k in range(neurons.t_inh.size))

@@ -17,6 +17,7 @@ from scipy.interpolate import CubicSpline
 
 from chips.measured.interpolation import lagrange_weights
 from chips.record import Record
+from chips.validity import require_inside
 from chips.wavefront.axon_record import (
     COMPARATOR_CURRENT,
     CURRENT,
@@ -31,7 +32,6 @@ from circuits.blocks.wavefront.axon_delay import HIGHEST
 from circuits.circuit import Circuit
 from circuits.devices.ekv import interpolation, steepness
 from circuits.devices.pinch_off import pinch_off
-from circuits.errors import ParameterError
 from circuits.lowering.on_die import transistor_of
 from circuits.silicon.die import Shift, shared
 from circuits.silicon.process import POLARITIES, Polarity, Process, TransistorAtTemperature
@@ -42,7 +42,6 @@ Shifts = Mapping[Polarity, Shift]
 LOCAL = ("mc1", "mc2", "mc3", "mc4")  # devices beside the sink whose thresholds count
 SINK, TAIL = "ms", "mc0"
 CURRENTS = ("i_delay", "i_cmp")  # biases of SINK and TAIL
-REMEDY = "where the behavioural model was measured; use the transistor level"
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +147,7 @@ def conditions(tables: AxonTables, silicon: Silicon, shifts: Shifts) -> Conditio
     _check(model, "i_delay", current, model.record.limits(CURRENT), "A")
     _check(model, "i_cmp", comparator, model.record.limits(COMPARATOR_CURRENT), "A")
     for polarity, shift in shifts.items():
-        _check(model, f"{polarity}.v_t0 shift", shift.v_t0, model.record.limits(SHARED_SHIFT), "V")
+        _check(model, f"{polarity}.v_t0_shift", shift.v_t0, model.record.limits(SHARED_SHIFT), "V")
     x, y = np.log(current), np.log(comparator)
     at = np.array([tables.over_current(x, k) for k in range(3)])
     log_charge = at @ np.tensordot(tables.over_comparator(y), tables.log_charge, (0, 1))
@@ -168,7 +167,7 @@ def conditions(tables: AxonTables, silicon: Silicon, shifts: Shifts) -> Conditio
 def check_local(model: AxonModel, thresholds: F64) -> None:
     """Raise `ParameterError` for thresholds (V) of a comparator's devices outside the record's box."""
     worst = float(np.abs(thresholds).max(initial=0.0))
-    _check(model, "axon.mc v_t0 shift", worst, model.record.limits(LOCAL_SHIFT), "V")
+    _check(model, "axon.mc.v_t0_shift", worst, model.record.limits(LOCAL_SHIFT), "V")
 
 
 def _shared_change(model: AxonModel, shifts: Shifts, gain: F64, offset: F64) -> F64:
@@ -201,7 +200,4 @@ def _saturated(
 
 
 def _check(model: AxonModel, label: str, value: float, limits: Sequence[float], unit: str) -> None:
-    low, high = limits[0], limits[-1]
-    if not low <= value <= high:
-        text = f"{model.circuit.name}.{label}: {value:.3g} {unit}, must be {low:.3g} to {high:.3g} {unit}"
-        raise ParameterError(f"{text}, {REMEDY}")
+    require_inside(f"{model.circuit.name}.{label}", value, limits, unit)

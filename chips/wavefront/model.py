@@ -30,9 +30,9 @@ from chips.measured.table_record import tables_of, temperature_weights
 from chips.model_law import check_law
 from chips.record import Record
 from chips.record_file import stale
+from chips.validity import require_inside
 from chips.wavefront.axon_conditions import (
     LOCAL,
-    REMEDY,
     SINK,
     TAIL,
     AxonModel,
@@ -226,10 +226,7 @@ def _unit_current(record: Record, unit: float) -> float:
     charge = np.tensordot(lagrange_weights(record.numbers(TEMPERATURE), 27.0), record["log_charge"], (0, 0))
     charge = CubicSpline(np.log(record[COMPARATOR_CURRENT]), charge, axis=1)(np.log(comparator))
     units = (np.exp(charge[:, -1]) - np.exp(charge[:, 0])) / (HIGHEST - 1) / record[CURRENT]
-    if not units[-1] <= unit <= units[0]:
-        raise ParameterError(
-            f"wavefront_chip.unit: {unit:.3g} s, must be {units[-1]:.3g} to {units[0]:.3g} s, {REMEDY}"
-        )
+    require_inside("wavefront_chip.unit", unit, (float(units[-1]), float(units[0])), "s")
     spline = CubicSpline(np.log(units[::-1]), np.log(record[CURRENT][::-1]))
     return float(np.exp(spline(np.log(unit))))
 

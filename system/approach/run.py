@@ -41,6 +41,7 @@ from system.approach.trace import (
 )
 from system.loop import Loop, Round
 from system.meaning import of_run
+from system.options.outside import inside_boxes
 from system.system import System, metrics_with
 from system.worlds.sound.targets import describe, range_at
 
@@ -60,6 +61,7 @@ class _Log:
     boards: list[tuple[float, float, float]] = field(default_factory=list)
 
 
+@inside_boxes
 def run(
     scenario: Scenario, progress: Callable[[float], None] | None = None, workers: int | None = None
 ) -> Trace:

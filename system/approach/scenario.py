@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from chips.validity import Answer
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import ZERO_CELSIUS
 from system.option import check_options, die_option, option, seed_option, temperature_option
 from system.options.noise import Noisy, check_noise, noise_option
+from system.options.outside import outside_option
 from system.worlds.sound.acoustics import Air
 from system.worlds.sound.targets import Target, default_scene, read_targets
 
@@ -47,6 +49,7 @@ class Scenario:
         frozenset(), "A box kept as transistors, repeatable", choices=BOXES, collect=frozenset, metavar="BOX"
     )
     silicon_noise: Noisy = noise_option(study=False)
+    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

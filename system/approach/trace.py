@@ -34,6 +34,7 @@ class Trace:
 
     scenario : what was asked for.
     counts : counters of the run by name, such as `solver_steps` and `undecided_spikes`.
+    outside : sides of its chips' validity boxes that it left, a sentence each.
     """
 
     scenario: Scenario
@@ -48,6 +49,7 @@ class Trace:
     echoes: F64
     spikes: tuple[tuple[float, int], ...]
     counts: dict[str, int]
+    outside: tuple[str, ...] = ()
 
 
 def estimated_range(proximity: F64, scenario: Scenario) -> F64:
@@ -161,6 +163,7 @@ def account(trace: Trace) -> Account:
             "silicon_noise": s.silicon_noise,
             **describe_run(s.die, s.temperature_c),
         },
+        outside=trace.outside,
     )
 
 

@@ -30,6 +30,7 @@ from system.bug.scenario import Scenario, check_seed, no_silicon
 from system.bug.world import World, build_world, check_place
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
+from system.options.outside import inside_boxes
 from system.plot import silicon_text
 from system.system import SUCCEEDED, Account, System, metrics_with
 from system.worlds.standing import SLOW, share_standing
@@ -80,6 +81,7 @@ class Trace:
     scenario : what was asked for.
     world : the obstacles.
     reached : whether the robot came to its goal.
+    outside : sides of its chip's validity box that it left, a sentence each.
     """
 
     scenario: Scenario
@@ -90,6 +92,7 @@ class Trace:
     verdict: str
     shortest: F64 | None
     chip: Mapping[str, int] | None = None
+    outside: tuple[str, ...] = ()
 
     @property
     def time(self) -> float:
@@ -111,6 +114,7 @@ class Trace:
         return f"time of {self.scenario.duration:g} s over"
 
 
+@inside_boxes
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Drive until the goal, a verdict or the end of the time.
 
@@ -219,6 +223,7 @@ def account(trace: Trace) -> Account:
         reason=trace.reason,
         ran_on=on,
         standing_share=share_standing(np.column_stack([time, trace.path]), SLOW * FASTEST),
+        outside=trace.outside,
     )
 
 

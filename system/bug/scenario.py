@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from chips.nef.chip import REFERENCE_C
 from chips.noise import SiliconNoise
+from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
@@ -14,6 +15,7 @@ from system.bug.body import STEP
 from system.bug.brain import AGENTS
 from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
+from system.options.outside import outside_option
 
 BRAINS = ("reference", "ideal", "chip")
 DEFAULT_MAP = "bug-spiral"
@@ -57,6 +59,7 @@ class Scenario:
     area: float = option(1.0, "Of the chip's devices, relative", unit="", study=True, silicon=True)
     silicon_noise: Noisy = noise_option()
     noise_seed: int | None = noise_seed_option()
+    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

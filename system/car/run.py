@@ -32,6 +32,7 @@ from system.openspace.reader import CALIBRATIONS, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.options.block import AS_BUILT, describe_run
 from system.options.noise import silicon_noise
+from system.options.outside import inside_boxes
 from system.plot import entitle, silicon_text
 from system.system import SUCCEEDED, Account, System, metrics_with
 from system.worlds.standing import SLOW, evenly, share_standing
@@ -88,6 +89,7 @@ class Trace:
     arcs : of the car.
     forest : the pipes.
     drive : the way, and why it ended.
+    outside : sides of its chip's validity box that it left, a sentence each.
     """
 
     scenario: Scenario
@@ -95,6 +97,7 @@ class Trace:
     forest: Pipes
     drive: Drive
     unsure: int
+    outside: tuple[str, ...] = ()
 
     @property
     def path(self) -> F64:
@@ -102,6 +105,7 @@ class Trace:
         return np.concatenate([self.drive.log[:, 1:3], [self.drive.end[:2]]])
 
 
+@inside_boxes
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Drive once through a forest; forest, start and noise are drawn from the seed.
 
@@ -181,6 +185,7 @@ def account(trace: Trace) -> Account:
         distance_m=d.distance,
         emergency_share=d.counts["retreats"] / d.counts["pings"],
         standing_share=share_standing(path, SLOW * s.robot.max_speed),
+        outside=trace.outside,
     )
 
 

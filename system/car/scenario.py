@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
@@ -13,6 +14,7 @@ from system.openspace.map import start_option
 from system.openspace.reader import CALIBRATIONS, Calibration
 from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option
+from system.options.outside import outside_option
 from system.reader import place
 
 RANGES = ("flight", "exact", "chip")
@@ -56,6 +58,7 @@ class Scenario:
     seed: int = seed_option()
     die: Die = die_option(NOMINAL)
     temperature_c: float = temperature_option(ROOM_TEMPERATURE)
+    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

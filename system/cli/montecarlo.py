@@ -20,7 +20,7 @@ from system.cli.exit_status import DONE, NO
 from system.cli.option_names import option_of, replay_of
 from system.cli.output import print_json, print_line, progress_bar, working
 from system.cli.rare import check_rare, print_rare
-from system.cli.study_output import document, print_study, study_title
+from system.cli.study_output import document, print_study, said_of, study_title
 from system.cli.study_verbs import Montecarlo
 from system.cli.workers import on_processes
 from system.files.writing import check_folder, write_text_atomic
@@ -157,7 +157,8 @@ def _status(result: Result) -> int:
     silent = [group for group in groups(result) if set(group[2].outcome) <= {FAILED}]
     for corner, celsius, part in silent:
         at = place_text(corner, celsius)
-        say(f"montecarlo: all {len(part)} samples at {at} failed, the first: {part.reason[0]}")
+        first = said_of(result, part.reason[0])
+        say(f"montecarlo: all {len(part)} samples at {at} failed, the first: {first}")
     return NO if silent else DONE
 
 

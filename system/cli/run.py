@@ -10,7 +10,7 @@ from circuits.silicon.process import check_temperature
 from circuits.units import parse_quantity
 from system.cli.option_names import as_options
 from system.cli.output import print_json, print_line, progress_bar
-from system.cli.run_output import print_run
+from system.cli.run_output import print_cautions, print_run
 from system.cli.verbs import Run
 from system.options.block import describe_die, read_die
 from system.options.silicon import SiliconChoice
@@ -54,6 +54,7 @@ def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[
     print_run(f"{name}, {system.title(trace)}", system, summary)
     for line in system.after(trace):
         print_line(as_options(line, said))
+    print_cautions(summary)
 
 
 def scenario_of(system: System[Any, Any], silicon: SiliconChoice, seed: int, texts: Mapping[str, Any]) -> Any:

@@ -10,7 +10,7 @@ from system.system import ENTRIES, METRICS, System, headline
 
 
 def print_run(title: str, system: System[Any, Any], summary: Mapping[str, Any]) -> None:
-    """Print how and why a run ended, the silicon that it was on, its numbers, and what to be careful of."""
+    """Print how and why a run ended, the silicon that it was on, and its numbers."""
     if "reason" in summary:
         print_line(headline(succeeded=summary["succeeded"], reason=summary["reason"]))
         print_line(f"success: {system.success}")
@@ -18,6 +18,10 @@ def print_run(title: str, system: System[Any, Any], summary: Mapping[str, Any]) 
     words = set(ENTRIES) - (set(METRICS) - {"succeeded"})
     rows = [(name, _number(value)) for name, value in summary.items() if name not in words]
     print_table(title, ("quantity", "value:"), rows)
+
+
+def print_cautions(summary: Mapping[str, Any]) -> None:
+    """Print what to be careful of, where its chips are outside of what they were made or measured for."""
     for caution in summary.get("cautions", ()):
         print_line(f"caution: {caution}")
 

@@ -7,7 +7,9 @@ from dataclasses import asdict
 from typing import Any, cast
 
 from circuits.silicon.course import Course, Points
+from system.cli.option_names import as_options
 from system.cli.output import print_line, print_table, quantity_cell
+from system.cli.run_command_line import names_in_study
 from system.options.temperature import COURSE
 from system.study.report.result import Result, groups, shares_of, study_yield, summary, varied
 from system.study.statistics.summary import Proportion, Yield
@@ -116,9 +118,14 @@ def print_study(result: Result) -> None:
         _print_group(result, part, f" at {place_text(corner, celsius)}")
     failed = [k for k in range(len(table)) if table.reason[k]]
     for k in failed[:LISTED]:
-        print_line(f"die {table.die[k]} failed: {table.reason[k]}")
+        print_line(f"die {table.die[k]} failed: {said_of(result, table.reason[k])}")
     if len(failed) > LISTED:
         print_line(f"and {len(failed) - LISTED} more failed; --csv or --json has them all")
+
+
+def said_of(result: Result, reason: str) -> str:
+    """Give the reason why a sample failed, with the options of the study that set the fields it names."""
+    return as_options(reason, names_in_study({"target": result.study.subject.target}))
 
 
 def _heading(result: Result) -> str:

@@ -38,6 +38,7 @@ from system.openspace.picture import draw_view_of_run
 from system.openspace.senses import IDEAL, senses_of
 from system.option import Option
 from system.options.block import AS_BUILT, describe_run
+from system.options.outside import inside_boxes
 from system.plot import silicon_text
 from system.system import SUCCEEDED, Account, Output, Progress, System, metrics_with
 
@@ -85,11 +86,13 @@ class Trace:
     scenario : what was asked for.
     sample : counts of all flights of the sample.
     first : the first of these flights.
+    outside : sides of its chips' validity boxes that it left, a sentence each.
     """
 
     scenario: Scenario
     sample: Sample
     first: Run
+    outside: tuple[str, ...] = ()
 
     @property
     def path(self) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -97,6 +100,7 @@ class Trace:
         return np.concatenate([self.first.log[:, 1:3], [self.first.end]])
 
 
+@inside_boxes
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Fly one sample and return it with its first flight.
 
@@ -150,6 +154,7 @@ def account(trace: Trace) -> Account:
         ran_on=on,
         distance_m=sample.distance_m,
         emergency_share=sample.emergencies / sample.pings,
+        outside=trace.outside,
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from chips.validity import Answer
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from system.forest.weights import weighted
@@ -20,6 +21,7 @@ from system.openspace.map import (
 )
 from system.openspace.senses import IDEAL, Sensing, with_area
 from system.option import check_options, die_option, option, seed_option, temperature_option
+from system.options.outside import outside_option
 
 PINGS = 20_000  # of a sample: more make a picture of one colour; ours
 STUDY_PINGS = 1_250_000  # of a sample of a study: 200 of them are the limit of a configuration, 2.5e8
@@ -48,6 +50,7 @@ class Scenario:
     seed: int = seed_option()
     die: Die = die_option(NOMINAL)
     temperature_c: float = temperature_option(ROOM_TEMPERATURE)
+    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

@@ -26,6 +26,7 @@ from system.head.scenario import Scenario
 from system.head.world import way_of
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
+from system.options.outside import inside_boxes
 from system.system import Account, System, metrics_with
 
 SUMMARY = meanings("""
@@ -71,13 +72,16 @@ class Trace:
     scenario : what was asked for.
     chip : numbers of its die.
     log : the run, ping by ping.
+    outside : sides of its chip's validity box that it left, a sentence each.
     """
 
     scenario: Scenario
     chip: Head
     log: Log
+    outside: tuple[str, ...] = ()
 
 
+@inside_boxes
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Follow a target; its way and the noise are drawn from the seed, each by a generator of its own."""
     s = scenario
@@ -117,6 +121,7 @@ def account(trace: Trace) -> Account:
             "silicon_noise": s.silicon_noise,
             **describe_run(s.die, s.temperature_c, s.bias_kind or "gate"),
         },
+        outside=trace.outside,
     )
 
 

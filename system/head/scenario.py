@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from chips.lso.model import Head
 from chips.lso.noise import LsoNoise, noise_of
+from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
@@ -17,6 +18,7 @@ from system.head.numbers import Motion, SonarHead
 from system.head.world import MOTIONS
 from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
+from system.options.outside import outside_option
 
 ROOM_TEMPERATURE = 27.0  # degC
 DURATION = 20.0  # s, two periods of the sine; ours
@@ -47,6 +49,7 @@ class Scenario:
     seed: int = seed_option()
     die: Die = die_option(NOMINAL)
     temperature_c: float = temperature_option(ROOM_TEMPERATURE)
+    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

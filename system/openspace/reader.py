@@ -26,7 +26,6 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from chips.ranging import circuit as ranging_chip
-from chips.ranging.chip import RangingChip
 from chips.ranging.kernel import (
     Chip,
     Plan,
@@ -40,7 +39,8 @@ from chips.ranging.kernel import (
     take,
 )
 from chips.ranging.law import Neurons
-from chips.ranging.model import ReboundModel, model_of, neurons_on
+from chips.ranging.model import ReboundModel, check_box, model_of, neurons_on
+from chips.validity import require_area
 from circuits.arrays import F64, I64
 from circuits.bias import rebias
 from circuits.circuit import BiasKind
@@ -80,15 +80,18 @@ def delays() -> F64:
 def neurons_of(silicon: Silicon, area: float = 1.0, bias_kind: BiasKind | None = None) -> Neurons:
     """Neurons of the ranging chip on `silicon`, its drawn devices `area` times as large against mismatch.
 
-    Dies outside the validity box of the chip's record warn (`OutsideBox`). Raises `ParameterError` for an
-    area that is none.
+    Raises `ParameterError` for silicon outside the validity box of the chip's record (`chips.validity`), and
+    for an area that is none.
     """
-    if not (np.isfinite(area) and area > 0.0):
-        raise ParameterError(f"ranging.area: {area:g} times the circuit's, must be > 0")
     model = model_of_chip(silicon.process, bias_kind)
-    if area == 1.0:
-        return RangingChip(silicon, model.circuit, outside_box="warn").neurons_at(silicon.temperature_c)
+    check_chip(silicon, area, bias_kind)
     return neurons_on(model, silicon_of(silicon, area))
+
+
+def check_chip(silicon: Silicon, area: float = 1.0, bias_kind: BiasKind | None = None) -> None:
+    """Ask that the ranging chip on `silicon` is inside the validity box of its record, as `neurons_of`."""
+    require_area("ranging_chip", area, 0.0)  # what smaller devices deviate by is a side of the record's box
+    check_box(model_of_chip(silicon.process, bias_kind), silicon_of(silicon, area))
 
 
 def silicon_of(silicon: Silicon, area: float) -> Silicon:
@@ -126,14 +129,21 @@ def lookup(table: Table, spare: F64 | None = None) -> F64:
     return own if spare is None else np.where(np.isnan(own), spare, own)
 
 
-@lru_cache(maxsize=256)
 def readings(
     silicon: Silicon, calibration: Calibration, area: float = 1.0, bias_kind: BiasKind | None = None
 ) -> tuple[F64, int]:
     """Reading (s, NaN for none) of each of `delays`, and how many of them are too near to call.
 
-    Raises `ParameterError` for a calibration or an area that is none.
+    Raises `ParameterError` for a calibration or an area that is none, and as `neurons_of`.
     """
+    check_chip(silicon, area, bias_kind)  # at every call: what follows is worked out once
+    return _readings(silicon, calibration, area, bias_kind)
+
+
+@lru_cache(maxsize=256)
+def _readings(
+    silicon: Silicon, calibration: Calibration, area: float, bias_kind: BiasKind | None
+) -> tuple[F64, int]:
     table = first_neurons(neurons_of(silicon, area, bias_kind))
     values = values_of(silicon, calibration, area, bias_kind, table)
     return np.where(table.first == NOBODY, np.nan, values[table.first]), table.doubts

@@ -20,6 +20,7 @@ from circuits.arrays import F64
 from circuits.silicon.course import beginning_of, course_through
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
+from system.options.outside import inside_boxes
 from system.pushbot.body import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot.brain import brain_of
 from system.pushbot.course import Course, course_of, passage
@@ -111,6 +112,8 @@ class Trace:
         The line of obstacles, None where the scene has none.
     reason
         Why the run ended, as a reader is told.
+    outside
+        Sides of its chip's validity box that it left, a sentence each.
     """
 
     scenario: Scenario
@@ -120,8 +123,10 @@ class Trace:
     record: Record
     course: Course | None
     reason: str
+    outside: tuple[str, ...] = ()
 
 
+@inside_boxes
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Drive until the robot touches something, has passed the obstacles, or time or way are over.
 
@@ -243,6 +248,7 @@ def account(trace: Trace) -> Account:
         distance_m=drive.way,
         standing_share=standing,
         cautions=trace.brain.chip.cautions(),
+        outside=trace.outside,
     )
 
 

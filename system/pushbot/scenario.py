@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from chips.noise import SiliconNoise
+from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
@@ -18,6 +19,7 @@ from system.option import (
     temperature_option,
 )
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
+from system.options.outside import outside_option
 from system.pushbot.body import Factors
 from system.pushbot.brain import FIELD_SCENES, Architecture
 from system.pushbot.readout import DIRECT, LOOK, REFERENCE, Readout
@@ -80,6 +82,8 @@ class Scenario:
         Which noise the chip's devices make.
     noise_seed : int or None
         Seed of that noise; `seed` unless given.
+    outside : str
+        Whether to refuse where the chip's model was not measured, or to warn.
 
     Raises
     ------
@@ -143,6 +147,7 @@ class Scenario:
     )
     silicon_noise: Noisy = noise_option()
     noise_seed: int | None = noise_seed_option()
+    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

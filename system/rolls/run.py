@@ -28,6 +28,7 @@ from circuits.silicon.silicon import Silicon
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
+from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.plot import COLOURS, INK
 from system.rolls.options import bias_table
@@ -64,6 +65,7 @@ class Trace:
     spikes : all spikes of the run; rates : of each neuron, Hz, float64[256]; restless : which neurons fire
     without input, bool[256]; cautions : sentences of the chip.
     scenario : what was asked for.
+    outside : sides of the chip's validity box that it left, a sentence each.
     """
 
     scenario: Scenario
@@ -71,8 +73,10 @@ class Trace:
     rates: F64
     restless: Bools
     cautions: tuple[str, ...] = ()
+    outside: tuple[str, ...] = ()
 
 
+@inside_boxes
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Drive the die and return its spikes and rates.
 
@@ -143,6 +147,7 @@ def account(trace: Trace) -> Account:
             **describe_run(s.die, s.temperature_c, s.bias_kind, s.course),
         },
         cautions=trace.cautions,
+        outside=trace.outside,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.course import Points
@@ -18,6 +19,7 @@ from system.option import (
     temperature_option,
 )
 from system.options.noise import Noisy, noise_option, silicon_noise
+from system.options.outside import outside_option
 from system.rolls.options import bias_table
 
 INPUT_RATE = 100.0  # Hz, of the events of a neuron; ours
@@ -47,6 +49,7 @@ class Scenario:
     course: Points = course_option()
     seed: int = seed_option()
     silicon_noise: Noisy = noise_option()
+    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

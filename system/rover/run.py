@@ -27,6 +27,7 @@ from circuits.silicon.silicon import Silicon
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
+from system.options.outside import inside_boxes
 from system.plot import INK, entitle, silicon_text
 from system.rover.cost_map import Cell, CostMap, check_codes, for_need, load_map
 from system.rover.drive import Drive, drive, polyline, scatter_obstacles, turn_away
@@ -100,13 +101,17 @@ class Trace:
         The true map, as the need sees it.
     trips
         Plan and drive of every trip, in their order.
+    outside
+        Sides of its chip's validity box that it left, a sentence each.
     """
 
     scenario: Scenario
     cost_map: CostMap
     trips: tuple[Trip, ...]
+    outside: tuple[str, ...] = ()
 
 
+@inside_boxes
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Plan and drive every trip of a scenario; `progress` is told the share that is done."""
     cost_map = for_need(load_map(scenario.map), scenario.need)
@@ -213,6 +218,7 @@ def account(trace: Trace) -> Account:
         ran_on=on,
         distance_m=driven.distance,
         standing_share=share_standing(path, SLOW * s.rover.speed),
+        outside=trace.outside,
     )
 
 

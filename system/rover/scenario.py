@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from chips.validity import Answer
 from circuits.blocks.wavefront.axon_delay import UNIT
 from circuits.circuit import BiasKind
 from circuits.silicon.die import NOMINAL, Die
 from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
 from system.options.noise import Noisy, noise_option
+from system.options.outside import outside_option
 from system.rover.body import Rover
 from system.rover.cost_map import NEEDS, Cell, read_cell
 from system.rover.planner import PLANNERS
@@ -60,6 +62,8 @@ class Scenario:
         Which noise the chip's devices make.
     rover : Rover
         Numbers of the body and its senses.
+    outside : str
+        Whether to refuse where the chip's model was not measured, or to warn.
 
     Raises
     ------
@@ -95,6 +99,7 @@ class Scenario:
     )
     silicon_noise: Noisy = noise_option(study=False)
     rover: Rover = field(default_factory=Rover)
+    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

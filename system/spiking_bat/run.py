@@ -39,6 +39,7 @@ from system.openspace.map import SIDE, Forest
 from system.openspace.picture import draw_view_of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
+from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.spiking_bat.brain import Brain, check_timing, network_brain
 from system.spiking_bat.chip_brain import ChipBrain, brain_with, design_of
@@ -81,6 +82,7 @@ class Trace:
     scenario : what was asked for.
     start : where it began, m.
     flown : the flight.
+    outside : sides of its chip's validity box that it left, a sentence each.
     """
 
     scenario: Scenario
@@ -88,8 +90,10 @@ class Trace:
     start: tuple[float, float]
     flown: Flown = field(repr=False)
     counts: Mapping[str, int] = field(default_factory=dict)
+    outside: tuple[str, ...] = ()
 
 
+@inside_boxes
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Fly once and return the flight.
 
@@ -173,6 +177,7 @@ def account(trace: Trace) -> Account:
         ran_on=on,
         distance_m=flown.distance_m,
         emergency_share=flown.emergencies / flown.pings,
+        outside=trace.outside,
     )
 
 

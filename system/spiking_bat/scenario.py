@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.course import Points
@@ -22,6 +23,7 @@ from system.option import (
     temperature_option,
 )
 from system.options.noise import Noisy, noise_option, silicon_noise
+from system.options.outside import outside_option
 from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
 
 BRAINS = ("network", "chip", "lif")
@@ -76,6 +78,7 @@ class Scenario:
         metavar="MEMORY,UNIT", silicon=True, key="transistor_units",
     )  # fmt: skip
     silicon_noise: Noisy = noise_option()
+    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

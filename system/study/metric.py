@@ -28,6 +28,7 @@ from circuits.solver.transient import Result, simulate
 from system.options.block import Choice
 
 MEASURED = "measured"
+OUTSIDE = "outside the box"  # measured too, where a chip's model was not held against its transistors
 
 
 def metrics_of(choice: Choice, names: Sequence[str]) -> tuple[Metric, ...]:

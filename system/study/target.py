@@ -36,7 +36,7 @@ from system.options.begun import begun
 from system.options.block import Choice, choose
 from system.options.silicon import SiliconChoice
 from system.registry import SYSTEMS, load_system, system_names
-from system.study.metric import MEASURED, measurements, metrics_of, runs_testbench
+from system.study.metric import MEASURED, OUTSIDE, measurements, metrics_of, runs_testbench
 from system.study.specification import Specification, Success
 from system.study.table import FAILED, Condition
 from system.system import SUCCEEDED
@@ -323,10 +323,15 @@ class SystemTarget(Target):
         self._system.draw(trace, figure)
 
     def measure(self, die: Die, condition: Condition) -> Measurement:
-        """Run the system on a die, and take the metrics from the summary of that run."""
-        summary = self._system.summarise(self.run(die, condition))
+        """Run the system on a die, and take the metrics from the summary of that run.
+
+        The sample's class says whether the run has left the validity box of one of its chips.
+        """
+        trace = self.run(die, condition)
+        summary = self._system.summarise(trace)
         values = (summary[name] for name in self._names)
-        return Measurement(MEASURED, tuple(math.nan if v is None else float(v) for v in values))
+        outcome = OUTSIDE if self._system.account(trace).outside else MEASURED
+        return Measurement(outcome, tuple(math.nan if v is None else float(v) for v in values))
 
     def identity(self) -> str:
         """Give a hash of the system's circuits, of its options and of the metrics."""

@@ -11,6 +11,7 @@ import pytest
 
 from chips.law_lattice import TOLERANCE, Law, changed, law_from, law_of, law_text
 from chips.model import MODELS, load_model
+from chips.ranging.chip import _shipped_model
 from chips.record import kept_record, read_record, write_record
 from chips.record_file import ENVIRONMENT, shipped_file
 from circuits.errors import DataError
@@ -26,12 +27,13 @@ def moved(law: Law, family: str, share: float) -> Law:
 
 @pytest.fixture
 def fresh() -> Iterator[None]:
-    """Records and laws are forgotten before and after."""
-    law_of.cache_clear()
-    kept_record.cache_clear()
+    """Records, laws and the ranging chip's model are forgotten before and after."""
+    caches = (law_of, kept_record, _shipped_model)
+    for each in caches:
+        each.cache_clear()
     yield
-    law_of.cache_clear()
-    kept_record.cache_clear()
+    for each in caches:
+        each.cache_clear()
 
 
 @pytest.mark.parametrize("process", [AMI_1500, ROLLS_180], ids=lambda p: p.name)

@@ -21,6 +21,7 @@ from numba.core.dispatcher import Dispatcher
 from chips import law_lattice, record
 from chips.law_lattice import changed, law_of
 from chips.model import MODELS
+from chips.ranging.chip import _shipped_model
 from chips.record import kept_record, read_record
 from chips.record_file import shipped_file
 from circuits.devices import transistor
@@ -83,11 +84,12 @@ def in_python(shipped: dict[Path, record.Record], monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(record, "read_record", shipped.__getitem__)
     monkeypatch.setattr(law_lattice, "drain_currents", _python(transistor.drain_currents))
     monkeypatch.setattr(transistor, "_junction_currents", _python(transistor._junction_currents))
-    law_of.cache_clear()
-    kept_record.cache_clear()
+    caches = (law_of, kept_record, _shipped_model)
+    for each in caches:
+        each.cache_clear()
     yield
-    law_of.cache_clear()
-    kept_record.cache_clear()
+    for each in caches:
+        each.cache_clear()
 
 
 @pytest.mark.usefixtures("in_python")

@@ -68,5 +68,5 @@ def test_the_box_is_the_record_s() -> None:
     with pytest.raises(ParameterError, match=r"board\.temperature: 66 degC, must be -10 to 65 degC"):
         check_box("board", Silicon(temperature_c=66.0), record)
     near = replace(record, box={"shift": (-1e-6, 1e-6)})
-    with pytest.raises(ParameterError, match=r"board\.n: shared v_t0 shift .* V, must be within 1e-06 V"):
+    with pytest.raises(ParameterError, match=r"board\.n\.shared_v_t0_shift: .* V, must be -1e-06 to 1e-06 V"):
         check_box("board", Silicon(die=Die(number=3)), near)

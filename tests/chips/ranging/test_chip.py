@@ -13,7 +13,8 @@ import pytest
 from chips.cell import Cell
 from chips.part import Event, Part
 from chips.ranging import circuit as ranging_chip
-from chips.ranging.chip import ChipState, OutsideBox, RangingChip
+from chips.ranging.chip import ChipState, RangingChip
+from chips.validity import outside_boxes
 from circuits.bias import rebias
 from circuits.devices.source import Polyline
 from circuits.errors import ParameterError, UnknownNameError
@@ -124,18 +125,20 @@ def test_a_running_temperature_moves_the_release(chip: RangingChip) -> None:
     assert release(40.0) < release(27.0) < release(20.0)
 
 
-def test_outside_the_box_it_refuses_or_warns_with_the_path(chip: RangingChip) -> None:
+def test_outside_the_box_it_refuses_or_goes_on_with_the_path(chip: RangingChip) -> None:
     with pytest.raises(ParameterError, match=r"bat\.chip\.temperature: 90 degC, must be -10 to 65 degC"):
         RangingChip(Silicon(temperature_c=90.0), path="bat.chip")
     low = (np.array([0.0]), np.array([2.0]))
-    with pytest.raises(ParameterError, match=r"bat\.ranging_chip\.v_ex_max: 2 to 2 V"):
+    with pytest.raises(ParameterError, match=r"bat\.ranging_chip\.v_ex_max: 2 V"):
         chip.advance(chip.begin(), 1e-3, (), {"v_ex_max": low})
     hot = (np.array([0.0]), np.array([80.0]))
     with pytest.raises(ParameterError, match=r"bat\.ranging_chip\.temperature: 80 degC"):
         chip.advance(chip.begin(), 1e-3, (), {"temperature": hot})
     slow = rebias(ranging_chip.build(), {"i_inh_tau": (*ranging_chip.I_INH_TAU[:-1], 0.8e-12)})
-    with pytest.warns(OutsideBox, match=r"bat\.chip\.neuron\[12\]\.i_inh_tau: 8e-13 A"):
-        RangingChip(Silicon(), slow, "bat.chip", outside_box="warn")
+    with outside_boxes("warn") as left:
+        RangingChip(Silicon(), slow, "bat.chip")
+    (text,) = left.texts()
+    assert text.startswith("bat.chip.neuron[12].i_inh_tau: 8e-13 A, must be 1e-12 to 3e-08 A, where")
 
 
 def test_an_unknown_event_port_is_named(chip: RangingChip) -> None:

@@ -142,7 +142,7 @@ def test_every_random_profile_has_an_answer() -> None:
 
 
 def test_what_is_none_is_refused() -> None:
-    with pytest.raises(ParameterError, match=r"selection\.area: 0 times the circuit's, must be > 0"):
+    with pytest.raises(ParameterError, match=r"selection\.area: 0 times the circuits', must be > 0"):
         selection(Silicon(), area=0.0)
     with pytest.raises(ParameterError, match=r"selection\.currents: .* must be \(8,\) both"):
         decision(selection(Silicon(), SMALL), np.ones(6), np.ones(8))

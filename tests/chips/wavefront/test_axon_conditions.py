@@ -56,5 +56,5 @@ def test_what_lies_outside_the_record_is_refused_by_name() -> None:
         conditions(axon_tables(model, Silicon()), Silicon(), process_shifts(Silicon()))
     with pytest.raises(ParameterError, match=r"axon_delay\.temperature: -40 degC, must be -10 to 65 degC"):
         axon_tables(model, Silicon(temperature_c=-40.0))
-    with pytest.raises(ParameterError, match=r"v_t0 shift: 0\.05 V, must be -0\.04 to 0\.04 V"):
+    with pytest.raises(ParameterError, match=r"v_t0_shift: 0\.05 V, must be -0\.04 to 0\.04 V"):
         check_local(model, np.array([0.0, 0.05]))

@@ -103,7 +103,7 @@ def test_echoes_of_a_ping_move_each_other() -> None:
 
 @pytest.mark.parametrize("area", [0.0, -1.0, math.inf])
 def test_an_area_that_is_none(area: float) -> None:
-    with pytest.raises(ParameterError, match=r"ranging\.area: "):
+    with pytest.raises(ParameterError, match=r"ranging_chip\.area: "):
         neurons_of(NOMINAL, area)
 
 
