@@ -26,7 +26,7 @@ Kind = Literal["block", "chip", "robot", "experiment"]
 SEED = 1000  # of robots: the first that no parameter was tuned on
 # What a plain command does not draw: large arrays are shown in part, a model without a circuit by its robot.
 COMMANDS = {
-    ("chip", "wavefront-chip"): "show wavefront-chip --param rows=2 --param columns=3",
+    ("chip", "wavefront-chip"): "show wavefront-chip",
     ("chip", "latency-chip"): "show latency-chip --param paths=2 --param taps=2",
     ("robot", "bug"): f"run bug --brain ideal --seed {SEED}",  # its program draws no neurons
     ("chip", "nef-chip"): "run bug --agent bug2 --brain chip --design improved --die 4001 --map bug-field",

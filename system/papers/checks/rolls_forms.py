@@ -17,10 +17,11 @@ once has to be nearer than the one that counts it twice.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from chips.rolls.circuit import Params
@@ -39,7 +40,7 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result, simulate
 from system.experiment import Experiment, Progress, Report
-from system.plot import COLOURS, INK
+from system.plot import COLOURS, DASHES, INK
 from system.rule import Measured, below, unjudged, within
 from system.statement import Statement
 
@@ -50,6 +51,7 @@ AHP_AT, AHP = 0.415e-9, 30e-12  # A, ours: the input, and what is drawn from the
 LENGTH = 80e-3  # s, of the neuron's runs
 NEURON_ALLOWED, JUDGED = 0.1, (50.0, 500.0)  # and Hz
 OURS = "both kappas"
+OURS_LOOK = 4  # of colours and dashes; those before it are the others'
 
 Train = Callable[[SynapseForm, float, float, int], float]
 SYNAPSES: Mapping[str, Train] = {
@@ -218,28 +220,34 @@ def _nearest(means: F64, trains: Mapping[str, F64]) -> Statement:
 def _draw(
     means: F64, trains: Mapping[str, F64], rates: F64, curves: Mapping[str, F64], figure: Figure
 ) -> None:
-    """Mean output of the synapse and rate of the neuron: circuit as marks, forms as lines."""
-    figure.set_size_inches(8.4, 4.2)
-    left, right = figure.subplots(1, 2)
-    count = len(TRAINS)
-    at = [rate for rate, _ in TRAINS]
-    for j, level in enumerate(LEVELS):
+    """Mean output of the synapse, a panel a level, and rate of the neuron."""
+    figure.set_size_inches(8.4, 6.6)
+    grid, count = figure.add_gridspec(2, len(LEVELS)), len(TRAINS)
+    at, panels = [rate for rate, _ in TRAINS], [figure.add_subplot(grid[0, j]) for j in range(len(LEVELS))]
+    for j, (ax, level) in enumerate(zip(panels, LEVELS, strict=True)):
         part = slice(j * count, (j + 1) * count)
-        left.plot(at, means[part], color=INK, marker="o", linestyle="", label="circuit" if j == 0 else None)
-        left.annotate(f"level {level}", (at[-1], means[part][-1]), (6, 0), textcoords="offset points",
-                      fontsize=8, va="center")  # fmt: skip
-        for k, (name, found) in enumerate(trains.items()):
-            left.plot(at, found[part], color=COLOURS[k], label=name if j == 0 else None, linewidth=1.0)
-    left.set(xscale="log", yscale="log", xlabel="events (Hz)", ylabel="mean output of the synapse (A)")
-    left.set_xlim(7.0, 4000.0)
-    left.legend(fontsize=7)
-    for k, (name, found) in enumerate(curves.items()):
-        right.plot(1e9 * np.array(CURRENTS), found, color=COLOURS[k], label=name, linewidth=1.0)
-    right.plot(1e9 * np.array(CURRENTS), rates, color=INK, marker="o", linestyle="", label="circuit")
-    right.set(xscale="log", xlabel="input of the neuron (nA)", ylabel="rate (Hz)")
-    right.set_xticks((0.2, 0.5, 1.0, 2.0, 4.0), ("0.2", "0.5", "1", "2", "4"))
-    right.minorticks_off()
-    right.legend(fontsize=7)
+        ax.sharey(panels[0])
+        _forms(at, means[part], {name: found[part] for name, found in trains.items()}, ax)
+        ax.set(xscale="log", yscale="log", xlabel="events (Hz)")
+        ax.set_title(f"synapse, level {level}", fontsize=9)
+        ax.set_ylabel("" if j else "mean output (A)")
+        ax.tick_params(axis="y", labelleft=not j)
+    panels[-1].legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), fontsize=8)
+    ax = figure.add_subplot(grid[1, :])
+    _forms(1e9 * np.array(CURRENTS), rates, curves, ax)
+    ax.set(xscale="log", xlabel="input current (nA)", ylabel="rate (Hz)")
+    ax.set_title("neuron", fontsize=9)
+    ax.set_xticks((0.2, 0.5, 1.0, 2.0, 4.0), ("0.2", "0.5", "1", "2", "4"))
+    ax.minorticks_off()
+    ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), fontsize=8)
+
+
+def _forms(at: Sequence[float] | F64, circuit: F64, found: Mapping[str, F64], ax: Axes) -> None:
+    """Forms as lines, ours in one colour wherever it stands, and the circuit as marks over them."""
+    for number, (name, values) in enumerate(found.items()):
+        k = OURS_LOOK if name == OURS else number
+        ax.plot(at, values, color=COLOURS[k], linestyle=DASHES[k % len(DASHES)], label=name, linewidth=1.4)
+    ax.plot(at, circuit, color=INK, marker="o", markersize=5, linestyle="", label="circuit")
 
 
 EXPERIMENT = Experiment("rolls-forms", "published forms of ROLLS' circuits, and by how much each is off", run)

@@ -125,8 +125,10 @@ def _draw(laws: Laws, figure: Figure) -> None:
     left.set_title("(a)", fontsize=9, loc="left")
     left.legend(loc="upper right", fontsize=8)
     right.fill_between(laws.proximity, 1.0 / laws.delay, 1e3, color=PALE, alpha=0.4, linewidth=0.0)
-    right.annotate("next call before\nthe echo", (0.1, 0.93), xycoords="axes fraction", va="top", fontsize=8)
-    right.set(ylabel="vocalization rate (Hz)", ylim=(0.0, 80.0))
+    told = "next call before the echo:\nrate above 1 / echo delay"
+    right.annotate(told, (0.09, 0.95), xycoords="axes fraction", va="top", fontsize=8)
+    right.legend(loc="lower right", fontsize=8)
+    right.set(ylabel="vocalization rate (Hz)", ylim=(0.0, 70.0))
     right.set_title("(b)", fontsize=9, loc="left")
 
 

@@ -19,7 +19,7 @@ from system.bug.run import Trace, run
 from system.bug.scenario import Scenario
 from system.experiment import Experiment, Progress, Report
 from system.papers.stockel2017.fig6 import DURATION, MAP
-from system.plot import COLOURS
+from system.plot import COLOURS, PALE
 from system.rule import Judged, Rule, Value, above, equal, shown_of
 from system.statement import Statement
 
@@ -77,13 +77,22 @@ def rows(program: Trace, neurons: Trace) -> tuple[Statement, ...]:
 
 
 def _draw(program: Trace, neurons: Trace, figure: Figure) -> None:
-    figure.set_size_inches(7.0, 3.6)
+    """A bar for each stay in a state, beside it the time spent there in all."""
+    figure.set_size_inches(7.0, 4.2)
     axes = figure.subplots(2, 1, sharex=True)
     for ax, trace, name in zip(axes, (program, neurons), ("program", "neurons"), strict=True):
-        time = STEP * np.arange(len(trace.state))
-        ax.step(time, trace.state, color=COLOURS[0], where="post")
+        time = STEP * np.arange(len(trace.state) + 1)
+        ends = [*np.flatnonzero(np.diff(trace.state, prepend=-1)), len(trace.state)]
+        ax.step(time[:-1], trace.state, color=PALE, where="post", linewidth=1.0)
+        for begin, end in pairwise(ends):
+            k = int(trace.state[begin])
+            ax.plot(time[[begin, end]], [k, k], color=COLOURS[k], linewidth=7, solid_capstyle="butt")
+        beside = {"xycoords": ax.get_yaxis_transform(), "fontsize": 8}
+        for k, state in enumerate(STATES):
+            ax.annotate(f"{spent(trace, state):.1f} s", (1.02, k), va="center", **beside)
+        ax.annotate("in all", (1.02, -0.6), va="bottom", **beside)
         ax.set_yticks(range(len(STATES)), STATES)
-        ax.set_ylim(-0.4, len(STATES) - 0.6)
+        ax.set_ylim(len(STATES) - 0.4, -0.6)
         ax.set_title(f"{name}: {trace.ended} after {trace.time:.1f} s", fontsize=9)
     axes[-1].set_xlabel("time (s)")
 
