@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from circuits.errors import ParameterError
-from circuits.silicon.process import POLARITIES, Process
+from circuits.silicon.process import POLARITIES, SECOND_ORDER, Process
 
 
 def check_law(process: Process) -> None:
-    """Raise `ParameterError` unless the transistors have constant kappa, no Early effect and no leakage."""
+    """Raise `ParameterError` unless the transistors have constant kappa and no second-order effect."""
     for polarity in POLARITIES:
-        law = process.model(polarity)
-        if law.law != "ekv" or law.early != 0.0 or law.junction_leakage != 0.0:
+        model = process.model(polarity)
+        if model != model.ideal():
+            found = [f"{name} {getattr(model, name):g}" for name in SECOND_ORDER if getattr(model, name)]
             raise ParameterError(
-                f"{process.name}.{polarity}: {law.law}, Early {law.early:g}/V, leakage"
-                f" {law.junction_leakage:g} A/m, must be ekv without either; use the transistor level"
+                f"{process.name}.{polarity}: {', '.join([model.law, *found])}, must be ekv without"
+                " second-order effects; use --law ideal, or the transistor level"
             )

@@ -1,12 +1,13 @@
 """Gate voltages that set the bias currents of a circuit, and the currents that these voltages give.
 
 A bias current I is reached in a device in saturation with its source at its bulk. There the EKV law of
-`circuits.devices.transistor` is `I = I_S F(v_p / U_T)`, which is solved for the pinch-off voltage:
+`circuits.devices.transistor` is `I = I_S F(v_p / U_T) E M`, which is solved for the pinch-off voltage:
 
-    v_p = 2 U_T ln(e^sqrt(I / I_S) - 1)
+    v_p = 2 U_T ln(e^sqrt(I / (I_S E M)) - 1)
 
-The gate voltage follows from v_p by the pinch-off law of the process, with constant kappa or with body
-effect. The gate voltage of a pFET counts from the supply down.
+The Early effect E is that of a device whose drain is at its gate, as the diode that sets a bias has it
+(ours). The gate voltage follows from v_p by the pinch-off law of the process, with constant kappa or with
+body effect. The gate voltage of a pFET counts from the supply down.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +32,8 @@ from circuits.silicon.silicon import Silicon
 
 def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: float) -> float:
     """Gate voltage (V, a magnitude above the bulk) at which a device in saturation carries `current` A.
+
+    With an Early effect the drain is taken to be at the gate.
 
     Raises `ParameterError` for a current that is not finite and above zero, and for one below what the law
     with body effect gives at flat band.
@@ -48,19 +52,49 @@ def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: floa
             f"{device.name}: bias current {current:g} A, must be > 0; give a positive current"
         )
     specific = law.square_current * device.multiplicity * device.width / device.length
-    v_p = 2.0 * law.u_t * inverse_softplus(math.sqrt(current / specific))
+    without, gate = current, 0.0  # what the device would carry without Early effect and mobility reduction
+    for _ in range(_ROUNDS):
+        v_p = 2.0 * law.u_t * inverse_softplus(math.sqrt(without / specific))
+        if law.gamma > 0.0 and v_p <= -law.surface_potential:
+            least = specific * math.exp(-law.surface_potential / law.u_t)
+            raise ParameterError(
+                f"{device.name}: bias current {current:g} A, must be > {least:.3g} A, the current at flat"
+                " band"
+            )
+        gate, before = _gate_of(law, v_p), without
+        without = current / (_early(law, device, gate, without / specific) * _mobility(law, v_p))
+        if abs(without - before) <= _ROUNDING * before:
+            return gate
+    raise ParameterError(
+        f"{device.name}: bias current {current:g} A, no gate voltage gives it; correct the process's figures"
+    )
+
+
+_ROUNDS, _ROUNDING = 200, 4e-16  # each round leaves less than half of the error; ours
+
+
+def _gate_of(law: TransistorAtTemperature, v_p: float) -> float:
+    """Gate voltage over the bulk, V, of a pinch-off voltage that is above flat band."""
     if law.gamma == 0.0:
         return law.v_t0 + v_p / law.kappa
     # the pinch-off law inverted: with r = sqrt(v_x + gamma^2/4), v_p + phi = r^2 - gamma r + gamma^2/4
     half = 0.5 * law.gamma
-    above_flat_band = v_p + law.surface_potential
-    if above_flat_band <= 0.0:
-        least = specific * math.exp(-law.surface_potential / law.u_t)
-        raise ParameterError(
-            f"{device.name}: bias current {current:g} A, must be > {least:.3g} A, the current at flat band"
-        )
-    v_x = (half + math.sqrt(above_flat_band)) ** 2 - half**2
+    v_x = (half + math.sqrt(v_p + law.surface_potential)) ** 2 - half**2
     return v_x + law.v_t0 - law.surface_potential - law.gamma * math.sqrt(law.surface_potential)
+
+
+def _early(law: TransistorAtTemperature, device: Transistor, gate: Any, coefficient: Any) -> Any:
+    """Early effect of a saturated device with its drain at its gate; coefficient: F(v_p / U_T)."""
+    if law.early_field == 0.0:
+        return 1.0
+    rise = 1.0 + law.early_rise * np.sqrt(coefficient)
+    return 1.0 + np.maximum(gate, 0.0) / (law.early_field * device.length * rise)
+
+
+def _mobility(law: TransistorAtTemperature, v_p: float) -> float:
+    if law.mobility_reduction == 0.0:
+        return 1.0
+    return 1.0 / (1.0 + 0.5 * law.mobility_reduction * (v_p + math.hypot(v_p, math.sqrt(2.0) * law.u_t)))
 
 
 def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
@@ -170,10 +204,17 @@ def _biased_device(circuit: Circuit, bias: Bias) -> Transistor:
 
 
 def _saturated(law: TransistorAtTemperature, device: Transistor, gates: F64, silicon: Silicon) -> F64:
+    """Channel current with the drain far, but for the Early effect, which is that of a drain at the gate."""
     v_dd = silicon.process.v_dd if device.polarity == "p" else 0.0
     high = 0.0 if device.polarity == "p" else silicon.process.v_dd
     size = device.width * device.multiplicity, device.length
-    return np.abs(drain_current(law, device.polarity, *size, high, gates, v_dd, v_dd)).reshape(gates.shape)
+    flat = replace(law, early_field=0.0, junction_leakage=0.0, gate_induced_leakage=0.0)
+
+    def carried(at: TransistorAtTemperature) -> F64:
+        return np.abs(drain_current(at, device.polarity, *size, high, gates, v_dd, v_dd)).reshape(gates.shape)
+
+    coefficient = carried(replace(flat, mobility_reduction=0.0)) / (law.square_current * device.square)
+    return np.asarray(carried(flat) * _early(law, device, np.abs(gates - v_dd), coefficient))
 
 
 def rebias(

@@ -9,12 +9,12 @@ and
 
 as F = L^2 and F' = L (1 - e^-L) with L = ln(1 + e^(u/2)). In weak inversion this is `2 q (I_f + I_r)`, the
 shot noise of the forward and the reverse current. Without a current it is 4 k T g_ds, so that a switch leaves
-k T / C on a capacitor. In saturation in strong inversion it is 4 k T (2/3) g_ms. The factor of the Early
-effect multiplies it (ours).
+k T / C on a capacitor. In saturation in strong inversion it is 4 k T (2/3) g_ms. The factors of the
+Early effect and of the mobility multiply it (ours).
 
-Flicker noise is a voltage at the gate of density `K_F / (m W L Cox f^AF)`, V^2/Hz. A junction has the shot
-noise of both its components, `2 q J (1 + e^(-v/U_T))`. A resistor has 4 k T / R. Capacitors, linear sources
-and operational amplifiers make no noise.
+Flicker noise is a voltage at the gate of density `K_F / (m W L Cox f^AF)`, V^2/Hz. A junction that leaks J
+far in reverse has the shot noise of both its components, `2 q J (1 + e^(-v/U_T))`. A resistor has 4 k T / R.
+Capacitors, linear sources and operational amplifiers make no noise.
 
 Sources: Klaassen, Prins, "Thermal noise of MOS transistors" (1967); Enz, Krummenacher, Vittoz (1995), section
 on noise; Tsividis, "Operation and Modeling of the MOS Transistor", flicker noise by area.
@@ -93,11 +93,10 @@ def resistor_noise(resistance: F64, kelvin: float) -> F64:
 
 
 @compiled()
-def channel_noise(a: TransistorArrays, v: F64, w: TransistorWork, out: F64) -> None:
+def channel_noise(a: TransistorArrays, w: TransistorWork, out: F64) -> None:
     """Fill `out`, float64[n], with the white density of every channel, A^2/Hz.
 
-    a: the transistors' coefficients. v: node voltages at which `drain_currents` was called, V. w: what it
-    left.
+    a: the transistors' coefficients. w: what `drain_currents` left.
     """
     n = a.sign.size
     for i in range(n):
@@ -106,15 +105,14 @@ def channel_noise(a: TransistorArrays, v: F64, w: TransistorWork, out: F64) -> N
         for j in range(_SHARE.size):
             x = reverse + (forward - reverse) * _SHARE[j]
             total -= _WEIGHT[j] * x * x * np.expm1(-x)
-        early = 1.0 + a.early[i] * abs(v[a.terminal[0, i]] - v[a.terminal[2, i]])
-        scale = 8.0 * ELEMENTARY_CHARGE * a.specific_current[i] * early
+        scale = 8.0 * ELEMENTARY_CHARGE * a.specific_current[i] * w.factor[i]
         both = forward + reverse
         out[i] = scale * total / both if both > 0.0 else 0.0
 
 
 def junction_noise(a: TransistorArrays, w: TransistorWork) -> F64:
     """Shot noise of the drain and source junctions, float64[2, n], A^2/Hz; w: what `drain_currents` left."""
-    return np.asarray(2.0 * ELEMENTARY_CHARGE * (2.0 * a.leakage - a.sign * w.junction))
+    return np.asarray(2.0 * ELEMENTARY_CHARGE * (2.0 * w.leakage - a.sign * w.junction))
 
 
 def gate_flicker(model: NoiseModel, process: Process, is_n: Bools, area: F64) -> F64:

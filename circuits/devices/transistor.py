@@ -1,6 +1,6 @@
 """MOS transistor by the EKV law, which is continuous from weak to strong inversion.
 
-    I = I_S [F(u_f) - F(u_r)] (1 + lambda |v_d - v_s|),     F(u) = ln^2(1 + e^(u/2))
+    I = I_S [F(u_f) - F(u_r)] E M,     F(u) = ln^2(1 + e^(u/2))
     u_f = (v_p - v_s) / U_T,    u_r = (v_p - v_d) / U_T,    I_S = 2 mu Cox U_T^2 / kappa * m W / L
 
 All voltages are to the bulk, and mirrored for a pFET. The pinch-off voltage is `v_p = kappa (v_g - V_T0)`, or
@@ -9,12 +9,24 @@ with body effect (the law `ekv-gamma`)
     v_p = v_x - phi - gamma (sqrt(v_x + gamma^2/4) - gamma/2),   v_x = v_g - V_T0 + phi + gamma sqrt(phi)
 
 In weak inversion this is equation (1) of Cheely & Horiuchi (2003) with `I_0 = I_S e^(-kappa V_T0 / U_T)`.
-What is left at v_g = v_s is the off current of the channel. Each junction adds a leakage of `J W (1 -
-e^(-v/U_T))` from drain or source to bulk. Charges are those of constant capacitances between gate and bulk,
-gate and drain, gate and source, drain and bulk, and source and bulk, so that charge is conserved whatever the
-voltages do.
+What is left at v_g = v_s is the off current of the channel.
 
-Source: Enz, Krummenacher, Vittoz, "An analytical MOS transistor model" (1995), equations of I_S, v_p, F.
+E is the Early effect, its voltage in proportion to the length and rising with inversion; M is the mobility's
+reduction by the field across the oxide. Both are 1 where their figures are 0.
+
+    E = 1 + |v_d - v_s| / (V_E L (1 + r q)),   q = sqrt(F(u_f)) + sqrt(F(u_r))
+    M = 1 / (1 + theta v_m),                   v_m = (v_p + sqrt(v_p^2 + 2 U_T^2)) / 2
+
+Each junction leaks from drain or source to bulk, and more where the gate is far from it:
+
+    I_J = W [J + G e^((v_jg - v_G0) / v_G)] (1 - e^(-v_jb / U_T)),   v_jg, v_jb: junction over gate, over bulk
+
+Charges are those of constant capacitances between gate and bulk, gate and drain, gate and source, drain and
+bulk, and source and bulk, so that charge is conserved whatever the voltages do.
+
+Sources: Enz, Krummenacher, Vittoz, "An analytical MOS transistor model" (1995), equations of I_S, v_p, F;
+Bucher et al., "The EPFL-EKV MOSFET model equations for simulation" (1997), mobility by the pinch-off voltage.
+That the Early voltage rises with q, and a gate's leakage as a factor of a junction's: ours.
 """
 
 from __future__ import annotations
@@ -31,6 +43,9 @@ from circuits.compiled import compiled
 from circuits.devices.device import Device, require_positive
 from circuits.devices.softplus import LIMIT, exp_negative, softplus
 from circuits.silicon.process import POLARITIES, Polarity, TransistorAtTemperature, TransistorModel
+
+INDUCED_LIMIT = 10.0
+"""Slopes above its reference beyond which a gate-induced leakage rises no more; ours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +120,17 @@ class TransistorArrays(NamedTuple):
     kappa: F64
     gamma: F64  # V^0.5; used when body_effect
     surface_potential: F64  # V
-    early: F64  # 1/V
+    early: F64  # 1/V, in weak inversion
+    early_rise: F64
+    reduction: F64  # 1/V, of the mobility
     leakage: F64  # A, each of both junctions
+    induced: F64  # A, what the gate adds to it at `induced_from`
+    induced_from: F64  # V
+    induced_per_volt: F64  # 1/V
     body_effect: bool
+    reduces: bool  # whether the Early voltage rises or the mobility falls
     leaks: bool
+    induces: bool
 
 
 class TransistorWork(NamedTuple):
@@ -118,10 +140,12 @@ class TransistorWork(NamedTuple):
     value: F64  # [2n] ln(1 + e^(u/2))
     slope: F64  # [2n]
     kappa: F64  # [n] dv_p/dv_g
+    factor: F64  # [n] E M, the Early effect and the mobility's reduction
     current: F64  # [n] A, into the drain and out of the source
     conductance: F64  # [3, n] derivatives of `current` by drain, gate, source voltage, S
+    leakage: F64  # [2, n] what drain and source junctions leak far in reverse, A
     junction: F64  # [2, n] leakage current into drain and source, out of the bulk, A
-    junction_conductance: F64  # [2, n] its derivative by the drain or source voltage, S
+    junction_conductance: F64  # [4, n] its derivatives by the drain or source voltage, then by the gate's, S
 
 
 def transistor_arrays(
@@ -143,6 +167,8 @@ def transistor_arrays(
     n = width.size
     full = np.ones(n)
     square = law.square_current * multiplicity * width / length
+    leakage, induced = (x * width * multiplicity for x in (law.junction_leakage, law.gate_induced_leakage))
+    early = 1.0 / (law.early_field * length) if law.early_field > 0.0 else 0.0 * full
     return TransistorArrays(
         terminal=np.ascontiguousarray(terminal, dtype=np.int32),
         sign=full if polarity == "n" else -full,
@@ -152,31 +178,38 @@ def transistor_arrays(
         kappa=law.kappa * full,
         gamma=law.gamma * full,
         surface_potential=law.surface_potential * full,
-        early=law.early * full,
-        leakage=law.junction_leakage * width * multiplicity,
+        early=early,
+        early_rise=law.early_rise * full,
+        reduction=law.mobility_reduction * full,
+        leakage=leakage,
+        induced=induced,
+        induced_from=law.gate_induced_from * full,
+        induced_per_volt=full / law.gate_induced_slope,
         body_effect=law.gamma > 0.0,
-        leaks=law.junction_leakage > 0.0,
+        reduces=law.early_field * law.early_rise > 0.0 or law.mobility_reduction > 0.0,
+        leaks=law.junction_leakage > 0.0 or law.gate_induced_leakage > 0.0,
+        induces=law.gate_induced_leakage > 0.0,
     )
 
 
 def merge_arrays(is_n: Bools, n: TransistorArrays, p: TransistorArrays) -> TransistorArrays:
     """Coefficients of all transistors, each from the arrays of its own polarity.
 
-    is_n: bool[n]. Body effect, Early effect and leakage are computed for all where any of them has it.
+    is_n: bool[n]. A second-order effect is computed for all where any of them has it.
     """
-    fields = TransistorArrays._fields[1:10]
+    flags = ("body_effect", "reduces", "leaks", "induces")
+    fields = [f for f in TransistorArrays._fields if f not in ("terminal", *flags)]
     columns: dict[str, Any] = {f: np.where(is_n, getattr(n, f), getattr(p, f)) for f in fields}
     some = [a for a, used in ((n, is_n.any()), (p, not is_n.all())) if used]
-    return n._replace(
-        **columns, body_effect=any(a.body_effect for a in some), leaks=any(a.leaks for a in some)
-    )
+    either: dict[str, Any] = {flag: any(getattr(a, flag) for a in some) for flag in flags}
+    return n._replace(**columns, **either)
 
 
 def transistor_work(n: int) -> TransistorWork:
     """Scratch for n transistors."""
     return TransistorWork(
-        np.zeros(2 * n), np.zeros(2 * n), np.zeros(2 * n), np.zeros(n), np.zeros(n), np.zeros((3, n)),
-        np.zeros((2, n)), np.zeros((2, n)),
+        np.zeros(2 * n), np.zeros(2 * n), np.zeros(2 * n), np.zeros(n), np.zeros(n), np.zeros(n),
+        np.zeros((3, n)), np.zeros((2, n)), np.zeros((2, n)), np.zeros((4, n)),
     )  # fmt: skip
 
 
@@ -221,26 +254,75 @@ def drain_currents(a: TransistorArrays, v: F64, w: TransistorWork) -> None:
         slope = 2.0 * scale * a.inverse_2ut[i] * early
         forward, reverse = slope * ff * w.slope[i], slope * fr * w.slope[n + i]
         tilt = channel * (a.early[i] if vds >= 0.0 else -a.early[i])
+        w.factor[i] = early
         w.current[i] = s * channel * early
         g[0, i] = reverse + tilt
         g[1, i] = kappa[i] * (forward - reverse)
         g[2, i] = -forward - tilt
+    if a.reduces:
+        _reduce(a, v, w)
     if a.leaks:
         _junction_currents(a, v, w)
 
 
 @compiled()
+def _reduce(a: TransistorArrays, v: F64, w: TransistorWork) -> None:
+    """Scale currents of a constant Early voltage to one that rises with inversion, and by the mobility."""
+    n = a.sign.size
+    drain, source, bulk = a.terminal[0], a.terminal[2], a.terminal[3]
+    x, g = w.argument, w.conductance
+    for i in range(n):
+        s = a.sign[i]
+        half = a.inverse_2ut[i]
+        ut = 0.5 / half
+        vds = abs(s * (v[drain[i]] - v[source[i]]))
+        vp = x[i] / half + s * (v[source[i]] - v[bulk[i]])
+        rise = 1.0 + a.early_rise[i] * (w.value[i] + w.value[n + i])
+        constant = 1.0 + a.early[i] * vds
+        early = 1.0 + a.early[i] * vds / rise
+        root = np.sqrt(vp * vp + 2.0 * ut * ut)
+        # (v_p + root) / 2 without the loss of digits where v_p is far below zero
+        vm = 0.5 * (vp + root) if vp >= 0.0 else ut * ut / (root - vp)
+        mobility = 1.0 / (1.0 + a.reduction[i] * vm)
+        scale = early / constant * mobility
+        base = w.current[i] * s / constant  # without Early effect
+        # derivatives of E M by q and v_p, and of E beyond that of a constant Early voltage by |v_d - v_s|
+        by_q = -mobility * a.early[i] * a.early_rise[i] * vds / (rise * rise)
+        by_vp = -early * mobility * mobility * a.reduction[i] * vm / root
+        by_vds = mobility * a.early[i] * (1.0 / rise - early / constant)
+        forward, reverse = half * w.slope[i], half * w.slope[n + i]
+        sign = 1.0 if s * (v[drain[i]] - v[source[i]]) >= 0.0 else -1.0
+        g[0, i] = g[0, i] * scale + base * (sign * by_vds - by_q * reverse)
+        g[1, i] = g[1, i] * scale + base * w.kappa[i] * (by_q * (forward + reverse) + by_vp)
+        g[2, i] = g[2, i] * scale - base * (sign * by_vds + by_q * forward)
+        w.factor[i] = early * mobility
+        w.current[i] *= scale
+
+
+@compiled()
 def _junction_currents(a: TransistorArrays, v: F64, w: TransistorWork) -> None:
+    n = a.sign.size
+    gate, bulk = a.terminal[1], a.terminal[3]
     for side in range(2):
         terminal = a.terminal[2 * side]
-        for i in range(a.sign.size):
+        for i in range(n):
             s = a.sign[i]
-            u = 2.0 * a.inverse_2ut[i] * s * (v[terminal[i]] - v[a.terminal[3][i]])
+            u = 2.0 * a.inverse_2ut[i] * s * (v[terminal[i]] - v[bulk[i]])
             # forward bias beyond 20 U_T continues along the tangent: no circuit here drives a junction so far
             e = exp_negative(min(u, LIMIT)) if u >= 0.0 else 1.0 / exp_negative(min(-u, 20.0))
             extra = e * max(-u - 20.0, 0.0)
-            w.junction[side, i] = s * a.leakage[i] * (1.0 - e - extra)
-            w.junction_conductance[side, i] = a.leakage[i] * 2.0 * a.inverse_2ut[i] * e
+            leakage, by_gate = a.leakage[i], 0.0
+            if a.induces:
+                y = a.induced_per_volt[i] * (s * (v[terminal[i]] - v[gate[i]]) - a.induced_from[i])
+                # ours: from 10 slopes above the supply on it stays, so that no iterate overflows
+                induced = a.induced[i] * np.exp(min(y, INDUCED_LIMIT))
+                leakage += induced
+                if y < INDUCED_LIMIT:
+                    by_gate = induced * a.induced_per_volt[i] * (1.0 - e - extra)
+            w.leakage[side, i] = leakage
+            w.junction[side, i] = s * leakage * (1.0 - e - extra)
+            w.junction_conductance[side, i] = leakage * 2.0 * a.inverse_2ut[i] * e + by_gate
+            w.junction_conductance[2 + side, i] = -by_gate
 
 
 def capacitances(

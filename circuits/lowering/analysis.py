@@ -26,11 +26,17 @@ def _(device: Transistor, silicon: Silicon) -> str:
     pinch_off = f"{law.kappa:g} ({sign}(v_g - v_b) - {law.v_t0:g})"
     if law.gamma > 0.0:
         pinch_off = f"pinch-off voltage with gamma {law.gamma:.4g} V^0.5"
-    early = f" (1 + {law.early:g} |v_ds|)" if law.early > 0.0 else ""
+    early, mobility = "", ""
+    if law.early_field > 0.0:
+        early = f" (1 + |v_ds| / ({law.early_field * device.length:.4g} (1 + {law.early_rise:g} q)))"
+    if law.mobility_reduction > 0.0:
+        mobility = f" / (1 + {law.mobility_reduction:g} v_m)"
     return (
         f"I_d = {sign}{specific:.4g} [F((v_p - {sign}(v_s - v_b)) / {law.u_t:.6g})"
-        f" - F((v_p - {sign}(v_d - v_b)) / {law.u_t:.6g})]{early}, v_p = {pinch_off},"
+        f" - F((v_p - {sign}(v_d - v_b)) / {law.u_t:.6g})]{early}{mobility}, v_p = {pinch_off},"
         " F(u) = ln^2(1 + e^(u/2))"
+        f"{', q = sqrt(F_f) + sqrt(F_r)' if early else ''}"
+        f"{', v_m = (v_p + sqrt(v_p^2 + 2 U_T^2)) / 2' if mobility else ''}"
     )
 
 

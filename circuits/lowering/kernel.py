@@ -375,7 +375,7 @@ def _stamps(t: TransistorArrays, amplifier: I32, unknowns: int) -> tuple[I32, I3
     """Residual (row, current, sign) and Jacobian (row, column, slope, sign) entries of nonlinear devices.
 
     Currents are laid out [drain n | junction 2n | amplifier 5m], slopes [transistor 3n | junction 2n |
-    amplifier 25m].
+    junction by gate 2n | amplifier 25m].
     """
     n, m = t.sign.size, amplifier.shape[1]
     residual: list[tuple[int, int, float]] = []
@@ -393,7 +393,9 @@ def _stamps(t: TransistorArrays, amplifier: I32, unknowns: int) -> tuple[I32, I3
         flow(d, 1.0, i, slopes)
         flow(s, -1.0, i, slopes)
         for side, node in enumerate((d, s) if t.leaks else ()):
-            leak = [(node, 3 * n + side * n + i, 1.0), (b, 3 * n + side * n + i, -1.0)]
+            own, by_gate = 3 * n + side * n + i, 5 * n + side * n + i
+            leak = [(node, own, 1.0), (b, own, -1.0)]
+            leak += [(g, by_gate, 1.0), (b, by_gate, -1.0)] if t.induces else []
             flow(node, 1.0, n + side * n + i, leak)
             flow(b, -1.0, n + side * n + i, leak)
     for k in range(m):
@@ -403,7 +405,7 @@ def _stamps(t: TransistorArrays, amplifier: I32, unknowns: int) -> tuple[I32, I3
                 nodes[i],
                 1.0,
                 3 * n + i * m + k,
-                [(nodes[j], 5 * n + (i * 5 + j) * m + k, 1.0) for j in range(5)],
+                [(nodes[j], 7 * n + (i * 5 + j) * m + k, 1.0) for j in range(5)],
             )
     r = np.array(residual, dtype=np.float64).reshape(-1, 3)
     j = np.array(jacobian, dtype=np.float64).reshape(-1, 4)

@@ -6,13 +6,17 @@ With T0 the process's nominal temperature,
     V_T0(T) = V_T0 + dV_T/dT (T - T0)            threshold
     mu(T) = mu (T / T0)^m                        mobility
     J(T) = J 2^((T - T0) / doubling)             junction leakage
+
+A process states its second-order effects: body effect, Early effect by length and inversion, mobility
+reduction, leakage of junctions, also where a gate induces it. `Process.under` chooses the law: `full` has all
+of them, `ideal` none, as the equations of the papers do.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
-from typing import Literal, get_args
+from dataclasses import dataclass, fields, replace
+from typing import Literal, TypedDict, get_args
 
 from circuits.checks import require_choice, require_real, require_type
 from circuits.errors import ParameterError
@@ -26,6 +30,9 @@ LOWEST_C, HIGHEST_C = -40.0, 125.0
 Polarity = Literal["n", "p"]
 POLARITIES: tuple[Polarity, ...] = ("n", "p")
 Law = Literal["ekv", "ekv-gamma"]
+Effects = Literal["ideal", "full"]
+EFFECTS: tuple[Effects, ...] = ("ideal", "full")
+"""Which second-order effects a law has: none, or all that the process states."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +52,12 @@ class TransistorModel:
         pinch-off voltage (body effect).
     surface_potential : float
         Surface potential 2 phi_F, V; used by `ekv-gamma` only. Ours: that of 1e16 cm^-3.
-    early : float
-        Relative change of the current for each volt of drain voltage, 1/V; off by default (ours).
+    early_field : float
+        Early voltage of a device in weak inversion over its length, V/m; 0 for no Early effect.
+    early_rise : float
+        Relative rise of the Early voltage for each unit of `sqrt(I_F / I_S) + sqrt(I_R / I_S)`, a ratio.
+    mobility_reduction : float
+        Fall of the mobility for each volt of pinch-off voltage, 1/V.
     oxide_capacitance : float
         Capacitance of the gate oxide, F/m^2.
     gate_bulk_fraction : float
@@ -56,8 +67,11 @@ class TransistorModel:
     junction_capacitance : float
         Capacitance between drain and bulk, and between source and bulk, for each metre of width, F/m.
     junction_leakage : float
-        Leakage of drain and source to the bulk for each metre of width at the nominal temperature, A/m; off
-        by default (ours).
+        Leakage of drain and source to the bulk for each metre of width at the nominal temperature, A/m.
+    gate_induced_leakage : float
+        What a gate adds to it where the drain is a supply above the gate, A/m; at all temperatures.
+    gate_induced_slope : float
+        Voltage between drain and gate that changes this e-fold, V.
     leakage_doubling : float
         Rise of temperature that doubles the leakage, K; 8 to 10 are usual, unverified.
     v_t0_drift : float
@@ -72,12 +86,16 @@ class TransistorModel:
     mu_cox: float
     law: Law = "ekv"
     surface_potential: float = 0.7
-    early: float = 0.0
+    early_field: float = 0.0
+    early_rise: float = 0.0
+    mobility_reduction: float = 0.0
     oxide_capacitance: float = 1.1e-3
     gate_bulk_fraction: float = 0.5
     overlap_capacitance: float = 0.2e-9
     junction_capacitance: float = 1.5e-9
     junction_leakage: float = 0.0
+    gate_induced_leakage: float = 0.0
+    gate_induced_slope: float = 0.15
     leakage_doubling: float = 9.0
     v_t0_drift: float = -1e-3
     mobility_exponent: float = -1.5
@@ -88,10 +106,29 @@ class TransistorModel:
             if each.name != "law":
                 require_real(f"transistor_model.{each.name}", getattr(self, each.name), "SI")
 
+    def ideal(self) -> TransistorModel:
+        """The same transistors without second-order effects: constant kappa, no Early effect, no leakage."""
+        return replace(self, law="ekv", **dict.fromkeys(SECOND_ORDER, 0.0))
+
     @property
     def gamma(self) -> float:
         """Body-effect coefficient, V^0.5, from `kappa(v_p = 0) = 1 / (1 + gamma / (2 sqrt(phi)))`."""
         return 2.0 * (1.0 / self.kappa - 1.0) * math.sqrt(self.surface_potential)
+
+
+class _SecondOrder(TypedDict, total=False):
+    law: Law
+    early_field: float
+    early_rise: float
+    mobility_reduction: float
+    junction_leakage: float
+    gate_induced_leakage: float
+
+
+SECOND_ORDER = (
+    "early_field", "early_rise", "mobility_reduction", "junction_leakage", "gate_induced_leakage",
+)  # fmt: skip
+"""Figures of a `TransistorModel` that are 0 without their effect; the law's variant is another."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,42 +194,74 @@ class Process:
         """The transistor model of one polarity."""
         return self.n if polarity == "n" else self.p
 
+    def ideal(self) -> Process:
+        """The same process with transistors without second-order effects."""
+        return replace(self, n=self.n.ideal(), p=self.p.ideal())
+
+    def under(self, effects: Effects) -> Process:
+        """The same process under a law: `full` as it is, `ideal` without second-order effects."""
+        require_choice("law", effects, EFFECTS)
+        return self.ideal() if effects == "ideal" else self
+
+    @property
+    def effects(self) -> Effects:
+        """`ideal` where no transistor has a second-order effect, else `full`."""
+        return "ideal" if self == self.ideal() else "full"
+
 
 # AMI 1.5 um: V_T0, kappa, mu Cox and capacitances of the rebound neuron's feasibility study; pair figures
-# from the rule of 1 mV um a nm of oxide (30 nm) and from Pelgrom's 2.5 um process.
-AMI_1500 = Process(
+# from the rule of 1 mV um a nm of oxide (30 nm) and from Pelgrom's 2.5 um process. Ours: an Early voltage of
+# 10 V/um, which is the study's 0.03 /V at a length of 3.3 um; its rise, as measured in 0.18 um; a mobility
+# reduction of 0.1 /V, as cards of MOSIS runs of this line have it; a leakage of 10 aA/um^2 over diffusions of
+# 3.75 um. An oxide of 30 nm leaves a gate no leakage to induce.
+_AMI_SECOND_ORDER: _SecondOrder = {
+    "law": "ekv-gamma", "early_field": 10e6, "early_rise": 0.13, "mobility_reduction": 0.1,
+    "junction_leakage": 4e-11,
+}  # fmt: skip
+AMI_1500_FULL = Process(
     name="ami-1500",
-    n=TransistorModel(v_t0=0.60, kappa=0.70, mu_cox=72e-6),
-    p=TransistorModel(v_t0=0.85, kappa=0.75, mu_cox=25e-6),
+    n=TransistorModel(v_t0=0.60, kappa=0.70, mu_cox=72e-6, **_AMI_SECOND_ORDER),
+    p=TransistorModel(v_t0=0.85, kappa=0.75, mu_cox=25e-6, **_AMI_SECOND_ORDER),
     v_dd=5.0,
     pair_a_vt=28e-9,
     pair_a_beta=0.02e-6,
 )
+AMI_1500 = AMI_1500_FULL.ideal()
 """The AMI 1.5 um process with a supply of 5 V, in which the sonar's circuits are designed."""
 
 # A 0.18 um process of 1.8 V like that of ROLLS, whose own figures are not public. kappa: software models of
 # these circuits (teili). V_T0: ours, so that a square device's current at V_G = 0 is their I_0, 0.5 pA. mu
 # Cox (350 and 80 cm^2/V/s, 4.1 nm of oxide), capacitances, the matching of a pair (general knowledge: 3.5 to
 # 5 mV um, about 1 % um) and the spread of dies: ours, unverified. dV_T/dT: as in two open 0.18 um processes.
-ROLLS_180 = Process(
+# Early voltage: measured on nFETs of a 0.18 um chip, 4 to 5.5 V at a length of 1 um in weak inversion (one
+# indirect figure), and 24, 39, 45, 59, 51 V at 4 um and V_G 0.8 to 1.6 V, which is 4.75 V/um (1 + 0.13 q)
+# with q = sqrt(I_F / I_S) of 4.5 to 16; pFETs: the same, ours. Mobility reduction: the same chip's 0.5 to
+# 0.85 /V of gate voltage over kappa. Leakage (10 aA/um^2 over diffusions of 0.5 um, and twice that of their
+# edges) and what a gate induces (0.1 pA/um at the supply, a decade for 0.35 V): ours, unverified.
+_ROLLS_SECOND_ORDER: _SecondOrder = {
+    "law": "ekv-gamma", "early_field": 4.75e6, "early_rise": 0.13, "mobility_reduction": 0.9,
+    "junction_leakage": 1.5e-11, "gate_induced_leakage": 1e-7,
+}  # fmt: skip
+ROLLS_180_FULL = Process(
     name="rolls-180",
     n=TransistorModel(
         v_t0=0.478, kappa=0.75, mu_cox=295e-6, oxide_capacitance=8.4e-3,
-        overlap_capacitance=0.3e-9, junction_capacitance=0.8e-9,
+        overlap_capacitance=0.3e-9, junction_capacitance=0.8e-9, **_ROLLS_SECOND_ORDER,
     ),
     p=TransistorModel(
         v_t0=0.490, kappa=0.66, mu_cox=67e-6, oxide_capacitance=8.4e-3,
-        overlap_capacitance=0.3e-9, junction_capacitance=0.8e-9,
+        overlap_capacitance=0.3e-9, junction_capacitance=0.8e-9, **_ROLLS_SECOND_ORDER,
     ),
     v_dd=1.8,
     pair_a_vt=4.5e-9,
     pair_a_beta=0.01e-6,
     variation=Variation(sigma_v_t0=15e-3, sigma_beta=0.04),
 )  # fmt: skip
+ROLLS_180 = ROLLS_180_FULL.ideal()
 """A 0.18 um process with a supply of 1.8 V, like that of ROLLS, whose own figures are not public."""
 
-PROCESSES = {p.name: p for p in (AMI_1500, ROLLS_180)}
-"""The processes that noctule has, by name."""
+PROCESSES = {p.name: p for p in (AMI_1500_FULL, ROLLS_180_FULL)}
+"""The processes that noctule has, by name, with all their second-order effects."""
 
 
 def check_temperature(temperature_c: float) -> None:
@@ -228,8 +297,13 @@ class TransistorAtTemperature:
     kappa: float
     gamma: float  # 0 for the constant-kappa law
     surface_potential: float
-    early: float
+    early_field: float  # V/m, 0 for none
+    early_rise: float
+    mobility_reduction: float
     junction_leakage: float
+    gate_induced_leakage: float
+    gate_induced_slope: float
+    gate_induced_from: float  # V between drain and gate, of `gate_induced_leakage`
 
 
 def at_temperature(model: TransistorModel, process: Process, temperature_c: float) -> TransistorAtTemperature:
@@ -254,6 +328,11 @@ def at_temperature(model: TransistorModel, process: Process, temperature_c: floa
         kappa=model.kappa,
         gamma=model.gamma if model.law == "ekv-gamma" else 0.0,
         surface_potential=model.surface_potential,
-        early=model.early,
+        early_field=model.early_field,
+        early_rise=model.early_rise,
+        mobility_reduction=model.mobility_reduction,
         junction_leakage=junction_leakage,
+        gate_induced_leakage=model.gate_induced_leakage,
+        gate_induced_slope=model.gate_induced_slope,
+        gate_induced_from=process.v_dd,
     )

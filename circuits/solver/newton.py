@@ -39,19 +39,21 @@ class Work(NamedTuple):
 def allocate(kernel: Kernel) -> Work:
     """Working memory for a kernel."""
     n, m = kernel.transistors.sign.size, kernel.amplifier_terminal.shape[1]
-    current, slope = np.zeros(3 * n + 5 * m), np.zeros(5 * n + 25 * m)
+    current, slope = np.zeros(3 * n + 5 * m), np.zeros(7 * n + 25 * m)
     transistor = TransistorWork(
         argument=np.zeros(2 * n),
         value=np.zeros(2 * n),
         slope=np.zeros(2 * n),
         kappa=np.zeros(n),
+        factor=np.zeros(n),
         current=current[:n],
         conductance=slope[: 3 * n].reshape(3, n),
+        leakage=np.zeros((2, n)),
         junction=current[n : 3 * n].reshape(2, n),
-        junction_conductance=slope[3 * n : 5 * n].reshape(2, n),
+        junction_conductance=slope[3 * n : 7 * n].reshape(4, n),
     )
     return Work(
-        current, slope, transistor, current[3 * n :].reshape(5, m), slope[5 * n :].reshape(5, 5, m),
+        current, slope, transistor, current[3 * n :].reshape(5, m), slope[7 * n :].reshape(5, 5, m),
         np.zeros(kernel.factor.entries), np.zeros(kernel.factor.entries), np.zeros(kernel.unknowns),
         np.zeros(kernel.columns),
     )  # fmt: skip

@@ -186,8 +186,10 @@ def _conductance(k: Kernel, v: F64) -> csc_array:
         for column, slope in ((drain, g[0]), (gate, g[1]), (source, g[2]), (bulk, -g.sum(axis=0))):
             parts.append((row, column, sign * slope))
     if k.transistors.leaks:
-        for end, slope in zip((drain, source), w.transistor.junction_conductance, strict=True):
-            parts += [(end, end, slope), (end, bulk, -slope), (bulk, end, -slope), (bulk, bulk, slope)]
+        own, by_gate = w.transistor.junction_conductance[:2], w.transistor.junction_conductance[2:]
+        for end, a, b in zip((drain, source), own, by_gate, strict=True):
+            for column, slope in ((end, a), (gate, b), (bulk, -a - b)):
+                parts += [(end, column, slope), (bulk, column, -slope)]
     amplifier = k.amplifier_terminal.astype(np.int64)
     for i in (2, 3, 4):
         parts += [(amplifier[i], amplifier[j], w.amplifier_slope[i, j]) for j in range(5)]

@@ -164,7 +164,7 @@ def ekv_transistors(syntax: Syntax) -> Transistors:
             return syntax.current(name, *((end, start) if turn else (start, end)), expression)
 
         lines = current(naming.plain(device.name), drain, source, law.channel_current(device, at, between))
-        if at.junction_leakage > 0.0:
+        if at.junction_leakage > 0.0 or at.gate_induced_leakage > 0.0:
             for terminal, node, letter in ((device.drain, drain, "d"), (device.source, source, "s")):
                 leak = law.junction_current(device, at, terminal, between)
                 lines += current(naming.part(device.name, f"{letter}b"), node, bulk, leak)

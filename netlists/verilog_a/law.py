@@ -11,6 +11,7 @@ times a voltage, under `ddt`.
 from __future__ import annotations
 
 from circuits.devices.operational_amplifier import LEAST_HEADROOM
+from circuits.devices.transistor import INDUCED_LIMIT
 from circuits.silicon.process import BOLTZMANN, ELEMENTARY_CHARGE, ZERO_CELSIUS, Polarity
 from circuits.silicon.silicon import Silicon
 
@@ -31,7 +32,7 @@ module {name}(d, g, s, b);
   parameter real temperature_c = {temperature_c};
 {parameters}
   real t, rise, u_t, mobility, specific, threshold, v_g, v_s, v_d, v_x, v_p;
-  real forward, backward, channel, leakage;
+  real forward, backward, early, v_m, channel, leakage;
 
   analog function real softplus;
     input x;
@@ -53,6 +54,12 @@ module {name}(d, g, s, b);
       junction = 1.0 - exp(y);
   endfunction
 
+  analog function real induced;
+    input v;
+    real v;
+    induced = gate_induced_leakage * exp(min((v - gate_induced_from) / gate_induced_slope, {limit}));
+  endfunction
+
   analog begin
     t = temperature_c < -{zero} ? $temperature : temperature_c + {zero};
     rise = t - {zero} - nominal_temperature_c;
@@ -70,11 +77,16 @@ module {name}(d, g, s, b);
       v_p = kappa * (v_g - threshold);
     forward = softplus(0.5 * (v_p - v_s) / u_t);
     backward = softplus(0.5 * (v_p - v_d) / u_t);
-    channel = specific * (forward * forward - backward * backward) * (1.0 + early * abs(v_d - v_s));
+    early = 0.0;
+    if (early_field > 0.0)
+      early = abs(v_d - v_s) / (early_field * l * (1.0 + early_rise * (forward + backward)));
+    v_m = 0.5 * (v_p + sqrt(v_p * v_p + 2.0 * u_t * u_t));
+    channel = specific * (forward * forward - backward * backward) * (1.0 + early)
+      / (1.0 + mobility_reduction * v_m);
     leakage = junction_leakage * pow(2.0, rise / leakage_doubling) * w * m;
     I(d, s) <+ {sign} * channel;
-    I(d, b) <+ {sign} * leakage * junction(-v_d / u_t);
-    I(s, b) <+ {sign} * leakage * junction(-v_s / u_t);
+    I(d, b) <+ {sign} * (leakage + w * m * induced(v_d - v_g)) * junction(-v_d / u_t);
+    I(s, b) <+ {sign} * (leakage + w * m * induced(v_s - v_g)) * junction(-v_s / u_t);
     I(g, b) <+ ddt(gate_bulk_fraction * oxide_capacitance * w * l * m * V(g, b));
     I(g, d) <+ ddt(overlap_capacitance * w * m * V(g, d));
     I(g, s) <+ ddt(overlap_capacitance * w * m * V(g, s));
@@ -130,8 +142,9 @@ endmodule
 MODULES = frozenset({*TRANSISTORS.values(), *_OTHERS})
 
 _FIGURES = (
-    "v_t0", "kappa", "mu_cox", "surface_potential", "early", "oxide_capacitance", "gate_bulk_fraction",
-    "overlap_capacitance", "junction_capacitance", "junction_leakage", "leakage_doubling", "v_t0_drift",
+    "v_t0", "kappa", "mu_cox", "surface_potential", "early_field", "early_rise", "mobility_reduction",
+    "oxide_capacitance", "gate_bulk_fraction", "overlap_capacitance", "junction_capacitance",
+    "junction_leakage", "gate_induced_leakage", "gate_induced_slope", "leakage_doubling", "v_t0_drift",
     "mobility_exponent",
 )  # fmt: skip
 
@@ -141,12 +154,14 @@ def _transistor_module(silicon: Silicon, polarity: Polarity) -> str:
     model = silicon.process.model(polarity)
     figures = {name: getattr(model, name) for name in _FIGURES}
     figures["gamma"] = model.gamma if model.law == "ekv-gamma" else 0.0
+    figures["gate_induced_from"] = silicon.process.v_dd
     figures["nominal_temperature_c"] = silicon.process.nominal_temperature_c
     return _TRANSISTOR.format(
         name=TRANSISTORS[polarity],
         temperature_c=repr(silicon.temperature_c),
         parameters="\n".join(f"  parameter real {name} = {value!r};" for name, value in figures.items()),
         zero=repr(ZERO_CELSIUS),
+        limit=repr(INDUCED_LIMIT),
         boltzmann=repr(BOLTZMANN),
         charge=repr(ELEMENTARY_CHARGE),
         sign="1.0" if polarity == "n" else "-1.0",

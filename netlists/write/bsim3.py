@@ -10,7 +10,8 @@ figures at the netlist's temperature T (`tnom` is T, so that nothing is scaled t
     nch, k1, k2, a0,  kappa                                            see below
     nfactor, cit
     voff              kappa                                            -n U_T ln(2 n^2 / (n - 1))
-    pdiblc2           early                                            lambda U_T, exact in weak inversion
+    vsat, a2, pclm    early_field                                      see below
+    ua, mobmod = 2    mobility_reduction                               theta kappa tox
     cgdo, cgso        overlap_capacitance                              as they are; cgbo = cf = 0
     cj, js            junction_capacitance, junction_leakage(T)        divided by the diffusion's length
     kt1, ute          v_t0_drift, mobility_exponent                    dV_T/dT T, m: for a run at another T
@@ -24,9 +25,14 @@ and a threshold that rises by n - 1 with it: `nfactor = 0`, `cit = (n - 1) C_ox`
 Current. `voff` makes the weak-inversion current in saturation ours, with `x = (v_gs - V_th) / n U_T`:
 BSIM3's is `mu W/L U_T^2 C_d / A_bulk e^(x - V_off / n U_T)`, ours `2 n mu C_ox U_T^2 W/L e^x`.
 
+Early effect. BSIM3's Early voltage is `V_Asat + 1 / (1 / V_ACLM + 1 / V_ADIBL)`, where `V_Asat = (E_sat L +
+V_dsat) / (2 / a2 - 1)` and `E_sat = 2 vsat / mu`. With a large pclm the second term vanishes, and a small a2
+lets E_sat be so large that the velocity does not saturate: `vsat = mu V_E (2 / a2 - 1) / 2` gives V_E L. It
+rises with inversion only as the mobility falls.
+
 What differs all the same: moderate inversion, where the two interpolate differently; A_bulk falls with the
 source-bulk voltage; the channel's charges are BSIM3's own in the place of our constant gate-bulk capacitance;
-the drain saturates by BSIM3's smoothing.
+the drain saturates by BSIM3's smoothing; BSIM3 has no leakage that a gate induces, so that it is left out.
 Deviations are exact: `delvto` adds to the signed threshold, `mulu0` multiplies the mobility.
 
 Measured in ngspice 39, both polarities, 6 um by 6 um, drain at 5 V, -20 to 85 degC, 1e-13 A to strong
@@ -54,6 +60,7 @@ from circuits.silicon.process import (
     POLARITIES,
     Law,
     Polarity,
+    TransistorAtTemperature,
     at_temperature,
     kelvin,
 )
@@ -67,6 +74,8 @@ _EPS_OX, _EPS_SI = 3.453133e-11, 1.03594e-10  # F/m, the model's own
 _OFF = 1e-12
 _SHARE = 0.01  # of k1, where the body effect is linear
 _STEPS = 50
+_SATURATION = 0.02  # a2; 0.01 is the least that the model takes
+_NO_CLM = 1e6  # of pclm, at which its own Early voltage is negligible
 
 
 def card(silicon: Silicon, polarity: Polarity, deviation: Deviation | None = None) -> dict[str, float]:
@@ -86,12 +95,12 @@ def card(silicon: Silicon, polarity: Polarity, deviation: Deviation | None = Non
         "vth0": sign * law.v_t0 + shift,
         "tox": _EPS_OX / c_ox,
         "u0": 1e4 * mobility * factor,
-        "ua": 0.0,
+        "ua": law.mobility_reduction * law.kappa * _EPS_OX / c_ox,
+        **({"mobmod": 2.0} if law.mobility_reduction > 0.0 else {}),
         "ub": 0.0,
         "uc": 0.0,
         **_slope_factor(model.law, n, c_ox, t),
         "voff": -n * u_t * math.log(2.0 * n**2 / (n - 1.0)),
-        "pdiblc2": law.early * u_t,
         "cgdo": model.overlap_capacitance,
         "cgso": model.overlap_capacitance,
         "cj": model.junction_capacitance / _DIFFUSION,
@@ -100,6 +109,7 @@ def card(silicon: Silicon, polarity: Polarity, deviation: Deviation | None = Non
         "ute": model.mobility_exponent,
         "tnom": silicon.temperature_c,
         **_SWITCHED_OFF,
+        **_early_effect(law, mobility * factor),
     }
 
 
@@ -211,6 +221,14 @@ _SWITCHED_OFF = {
     "uc1": 0.0, "vbm": -40.0, "capmod": 2.0, "xpart": 0.5, "cgbo": 0.0, "cf": 0.0, "cgsl": 0.0, "cgdl": 0.0,
     "mj": 0.0, "cjsw": 0.0, "mjsw": 0.0, "cjswg": 0.0, "mjswg": 0.0,
 }  # fmt: skip
+
+
+def _early_effect(law: TransistorAtTemperature, mobility: float) -> dict[str, float]:
+    """Parameters of the Early effect; mobility: m^2/V/s."""
+    if law.early_field == 0.0:
+        return {}
+    steep = (2.0 / _SATURATION - 1.0) * law.early_field  # E_sat, V/m
+    return {"vsat": 0.5 * mobility * steep, "a2": _SATURATION, "pclm": _NO_CLM}
 
 
 def _slope_factor(law: Law, n: float, c_ox: float, temperature: float) -> dict[str, float]:

@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable
 
 from circuits.devices.operational_amplifier import OperationalAmplifier
-from circuits.devices.transistor import Transistor
+from circuits.devices.transistor import INDUCED_LIMIT, Transistor
 from circuits.silicon.process import TransistorAtTemperature
 
 Difference = Callable[[str, str], str]  # text of the voltage between two nodes, ZERO for a node and itself
@@ -43,7 +43,15 @@ def channel_current(
     forward, reverse = (form(_argument(law, u_gate, u)) for u in (u_source, u_drain))
     specific = law.square_current * device.multiplicity * device.width / device.length
     current = f"{specific!r}*({forward}^2-{reverse}^2)"
-    return f"{current}*(1+{law.early!r}*abs({difference(drain, source)}))" if law.early else current
+    if law.early_field > 0.0:
+        early = f"{1.0 / (law.early_field * device.length)!r}*abs({difference(drain, source)})"
+        rise = f"/(1+{law.early_rise!r}*({forward}+{reverse}))" if law.early_rise > 0.0 else ""
+        current = f"{current}*(1+{early}{rise})"
+    if law.mobility_reduction > 0.0:
+        v_p = _pinch_off(law, u_gate)
+        twice = f"({v_p}+sqrt({v_p}^2+{2.0 * law.u_t**2!r}))"
+        current = f"{current}/(1+{0.5 * law.mobility_reduction!r}*{twice})"
+    return current
 
 
 def junction_current(
@@ -51,12 +59,17 @@ def junction_current(
 ) -> str:
     """Leakage from `terminal` to the bulk, A (nFET), or from the bulk to `terminal` (pFET).
 
-    `J (1 - e^y)` with `y = -v / U_T`, beyond y = 20 its tangent.
+    `J (1 - e^y)` with `y = -v / U_T`, beyond y = 20 its tangent; J with what the gate induces.
     """
-    leakage = law.junction_leakage * device.width * device.multiplicity
+    width = device.width * device.multiplicity
+    leakage = repr(law.junction_leakage * width)
+    if law.gate_induced_leakage > 0.0:
+        ends = (terminal, device.gate) if device.polarity == "n" else (device.gate, terminal)
+        above = f"({difference(*ends)}-{law.gate_induced_from!r})/{law.gate_induced_slope!r}"
+        leakage = f"({leakage}+{law.gate_induced_leakage * width!r}*exp(min({above},{INDUCED_LIMIT!r})))"
     y = f"({-1.0 / law.u_t!r}*{_to_bulk(device, terminal, difference)})"
     limit = _JUNCTION_LIMIT
-    return f"{leakage!r}*(1-exp(min({y},{limit!r}))*(1+max({y}-{limit!r},0)))"
+    return f"{leakage}*(1-exp(min({y},{limit!r}))*(1+max({y}-{limit!r},0)))"
 
 
 def amplifier_currents(device: OperationalAmplifier, difference: Difference) -> tuple[str, str]:
@@ -79,11 +92,17 @@ def _argument(law: TransistorAtTemperature, u_gate: str, u_end: str) -> str:
     if law.gamma == 0.0:
         end = "" if u_end == ZERO else f"-{scale!r}*{u_end}"
         return f"({law.kappa * scale!r}*{u_gate}{end}{_signed(-law.kappa * law.v_t0 * scale)})"
+    return f"({scale!r}*({_pinch_off(law, u_gate)}-{u_end}))"
+
+
+def _pinch_off(law: TransistorAtTemperature, u_gate: str) -> str:
+    """Pinch-off voltage to the bulk, v_p."""
+    if law.gamma == 0.0:
+        return f"({law.kappa!r}*{u_gate}{_signed(-law.kappa * law.v_t0)})"
     # below flat band, v_x < 0, the pinch-off voltage stays at -phi
     gamma, phi = law.gamma, law.surface_potential
     v_x = f"max({u_gate}{_signed(phi + gamma * math.sqrt(phi) - law.v_t0)},0)"
-    v_p = f"({v_x}-{gamma!r}*sqrt({v_x}+{0.25 * gamma**2!r}){_signed(0.5 * gamma**2 - phi)})"
-    return f"({scale!r}*({v_p}-{u_end}))"
+    return f"({v_x}-{gamma!r}*sqrt({v_x}+{0.25 * gamma**2!r}){_signed(0.5 * gamma**2 - phi)})"
 
 
 def _signed(value: float) -> str:

@@ -196,7 +196,7 @@ def _check(asked: Centre, span: float) -> None:
         )
     if not 0.0 < span <= 5.0:
         raise ParameterError(f"--span: {span:g} V, must be above 0 and at most 5 V; give 0.1V")
-    if not (asked.silicon.mismatch or asked.silicon.process):
+    if not (asked.silicon.mismatch or asked.silicon.process_variation):
         raise ParameterError("--no-mismatch: no process varies either, so all dies are one; leave it out")
     check_picture(asked.plot)
     if asked.output is not None:
@@ -214,8 +214,8 @@ def _default(block: str) -> tuple[str, ...]:
 
 def _silicons(silicon: SiliconChoice) -> list[SiliconChoice]:
     """Mismatch alone first, where both vary."""
-    both = silicon.mismatch and silicon.process
-    return [replace(silicon, process=False), silicon] if both else [silicon]
+    both = silicon.mismatch and silicon.process_variation
+    return [replace(silicon, process_variation=False), silicon] if both else [silicon]
 
 
 def _report(
@@ -252,7 +252,9 @@ def _mean(table: Table, metric: str) -> float:
 
 
 def _varied(silicon: SiliconChoice) -> str:
-    parts = [name for name, on in (("mismatch", silicon.mismatch), ("process", silicon.process)) if on]
+    parts = [
+        name for name, on in (("mismatch", silicon.mismatch), ("process", silicon.process_variation)) if on
+    ]
     return " and ".join(parts)
 
 

@@ -29,7 +29,7 @@ from system.system import System
 _SILICON: Mapping[str, Any] = {
     name: without_none(hint)
     for name, hint in {**get_type_hints(SiliconChoice), "seed": int, "study": str}.items()
-    if name not in {"at", "allow_implausible"}
+    if name not in {"at", "allow_implausible", "process", "law"}
 }  # types of the options that all systems have
 
 

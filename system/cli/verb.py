@@ -166,7 +166,7 @@ def keyword(name: str, kind: Any, usual: Any) -> inspect.Parameter:
 def flags_of(name: str, stated: Option, *, paired: bool) -> list[str]:
     """Give the names of an option, as `--samples` and `-n`.
 
-    Where `paired`, the name has an opposite, as `--process/--no-process`.
+    Where `paired`, the name has an opposite, as `--mismatch/--no-mismatch`.
     """
     option = option_of(stated.name or name)
     if paired or stated.opposite:

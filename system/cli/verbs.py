@@ -139,7 +139,7 @@ class Doctor:
 class Run:
     """Options that `noctule run` has for every system."""
 
-    variation: SiliconChoice = shared.silicon_part("at", "allow_implausible", "temperature")
+    variation: SiliconChoice = shared.silicon_part("at", "allow_implausible", "temperature", "process", "law")
     temperature: str = option(
         "27", "Degrees Celsius, a course as 0s:27,60s:44, or a CSV of one", metavar="DEGC"
     )

@@ -23,6 +23,7 @@ from circuits.errors import ParameterError, TopologyError, unknown_name
 from circuits.place import circuit_at, instance_names
 from circuits.silicon.course import Course, Points
 from circuits.silicon.die import Die, Place
+from circuits.silicon.process_file import process_under
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from circuits.units import parse_quantity
@@ -99,7 +100,7 @@ def choose(
             circuit = rebias(circuit, read_bias_set(block, bias_set))
         circuit = rebias(circuit, read_biases(circuit, biases), bias_kind)
     made = Silicon(
-        process=block.process,
+        process=process_under(block.process, silicon.process, silicon.law),
         temperature_c=parse_quantity(silicon.temperature, "degC", "temperature"),
         die=read_die(silicon),
         place=place,
@@ -119,7 +120,7 @@ def block_named(name: str) -> Block:
 def read_die(silicon: SiliconChoice) -> Die:
     """The die that was asked for, a study's where it is one of a plan."""
     if silicon.study is None:
-        return Die(silicon.lot, silicon.die, silicon.corner, silicon.mismatch, silicon.process)
+        return Die(silicon.lot, silicon.die, silicon.corner, silicon.mismatch, silicon.process_variation)
     studied: Die = silicon.study
     return replace(studied, corner=silicon.corner)
 
@@ -139,10 +140,14 @@ SILICON_KEYS = {
 
 
 def describe_silicon(silicon: Silicon) -> dict[str, Any]:
-    """Temperature, die and place by the names that JSON has for them."""
-    place = silicon.place
-    return {"temperature_C": silicon.temperature_c, **describe_die(silicon.die)} | {
-        "at": None if place is None else "/".join(_label(*part) for part in place)
+    """Process, law, temperature, die and place by the names that JSON has for them."""
+    place, process = silicon.place, silicon.process
+    return {
+        "process": process.name,
+        "law": process.effects,
+        "temperature_C": silicon.temperature_c,
+        **describe_die(silicon.die),
+        "at": None if place is None else "/".join(_label(*part) for part in place),
     }
 
 

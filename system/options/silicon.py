@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from circuits.silicon.process import Effects
 from system.option import option
 
 
@@ -16,7 +17,9 @@ class SiliconChoice:
     lot, die : key of the die; None is the nominal die.
     study : that die under the plan of a study, where it is a study's.
     corner : of the process.
-    mismatch, process : whether a die has local and shared deviations.
+    mismatch, process_variation : whether a die has local and shared deviations.
+    process : its name or a file; None is the block's own.
+    law : without second-order effects, or with all that the process states.
     at : place of a block on a chip, as `ranging-chip/neuron[2]`.
     allow_implausible : whether sizes pass that no silicon has.
     """
@@ -29,7 +32,9 @@ class SiliconChoice:
         "random", "Process corner; n first, then p"
     )
     mismatch: bool = option(default=True, about="Deviations of each device on the die")
-    process: bool = option(default=True, about="Deviations that a die's devices share")
+    process_variation: bool = option(default=True, about="Deviations that a die's devices share")
+    process: str | None = option(None, "A process, ami-1500 or rolls-180 or a .toml", metavar="NAME|FILE")
+    law: Effects = option("ideal", "Without second-order effects, or with all that the process states")
     at: str | None = option(None, "Place on a chip, as ranging-chip/neuron[2]", metavar="CHIP/INSTANCE")
     allow_implausible: bool = option(
         default=False, about="Take sizes and currents that are far from any silicon's"

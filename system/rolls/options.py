@@ -30,6 +30,10 @@ def silicon_of(choice: SiliconChoice) -> Silicon:
     """Silicon of a whole chip; raises `ParameterError` for a place on another one, or a bad temperature."""
     if choice.at is not None:
         raise ParameterError(f"at: {choice.at}, the chip stands by itself; leave it out")
+    if choice.process is not None or choice.law != "ideal":
+        raise ParameterError(
+            f"process, law: {NAME} is a model of rolls-180 under the ideal law; leave them out"
+        )
     celsius = parse_quantity(choice.temperature, "degC", "temperature")
     return Silicon(ROLLS_180, celsius, read_die(choice))
 

@@ -23,7 +23,7 @@ from circuits.devices.device import Device
 from circuits.devices.source import Constant, PiecewiseLinear, Pulse, Sampled
 from circuits.registry import block_names, load_block
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.process import AMI_1500, AMI_1500_FULL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver import operating_point as native
 from circuits.solver.transient import simulate
@@ -114,11 +114,14 @@ def pulsed(circuit: Circuit, stop: float = 1e-6) -> Testbench:
     [
         AMI_1500,
         varied(law="ekv-gamma"),
-        varied(early=0.05),
+        varied(early_field=5e6),
         varied(junction_leakage=1e-3),  # far above silicon's: 3 nA a junction, so that it matters here
-        varied(law="ekv-gamma", early=0.03, junction_leakage=1e-4),
+        varied(law="ekv-gamma", early_field=10e6, junction_leakage=1e-4),
+        varied(early_field=2e6, early_rise=0.5, mobility_reduction=1.0),
+        varied(junction_leakage=1e-6, gate_induced_leakage=1e-4, gate_induced_slope=1.0),
+        AMI_1500_FULL,
     ],
-    ids=["ekv", "ekv-gamma", "early", "leakage", "all"],
+    ids=["ekv", "ekv-gamma", "early", "leakage", "all", "reduced", "induced", "full"],
 )
 @pytest.mark.parametrize("temperature", [-20.0, 85.0])
 def test_transistors_agree_under_every_law(process: Process, temperature: float) -> None:
@@ -143,7 +146,8 @@ def test_drain_currents_agree_from_weak_to_strong_inversion(law: str, polarity: 
     sign, source = (1.0, 0.4) if polarity == "n" else (-1.0, V_DD - 0.4)
     drives = tuple(Source(f"i{k}", f"d{k}", Constant(sign * i), "current") for k, i in enumerate(currents))
     testbench = Testbench("diodes", circuit, (SUPPLY, Source("s", "s", Constant(source)), *drives), 1e-3)
-    silicon = Silicon(varied(law=law, early=0.02, junction_leakage=1e-9))
+    reduced = varied(law=law, early_field=15e6, early_rise=0.2, mobility_reduction=0.5, junction_leakage=1e-9)
+    silicon = Silicon(reduced)
     ours, peer = native.operating_point(testbench, silicon), engine.operating_point(testbench, silicon)
     for k in range(len(currents)):
         assert peer[f"d{k}"] == pytest.approx(ours[f"d{k}"], abs=1e-6)

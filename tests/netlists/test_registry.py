@@ -124,7 +124,7 @@ def test_a_die_has_its_own_transistors_but_is_drawn_like_all(dialect: Dialect) -
 @pytest.mark.parametrize("dialect", SIMULATED, ids=lambda d: d.name)
 def test_expressions_are_the_dialect_s(dialect: Dialect) -> None:
     silicon = Silicon(
-        replace(AMI_1500, n=replace(AMI_1500.n, law="ekv-gamma", early=0.1, junction_leakage=1e-9))
+        replace(AMI_1500, n=replace(AMI_1500.n, law="ekv-gamma", early_field=2.5e6, junction_leakage=1e-9))
     )
     device = Transistor("m_", "n", "d[1]", "gnd", "s__t", "0", 3e-6, 3e-6)
     text = "\n".join(dialect.devices["ekv"](device, silicon))

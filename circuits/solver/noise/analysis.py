@@ -237,7 +237,7 @@ def _transistors(point: OperatingPoint, model: NoiseModel) -> NoiseSources:
     a, w = machine.kernel.transistors, transistors_at(point)
     n = a.sign.size
     white = np.zeros(n)
-    channel_noise(a, point.voltage, w, white)
+    channel_noise(a, w, white)
     at_gate = gate_flicker(model, machine.silicon.process, a.sign > 0.0, transistor_areas(point))
     labels = tuple(machine.flat.labels(Transistor))
     drain, _, source, bulk = a.terminal.astype(np.int64)

@@ -362,7 +362,7 @@ def _backwards(
             return False
         for i in range(n):
             moved[1, i], moved[0, i] = moved[0, i], right[i]
-        channel_noise(k.transistors, voltage[step], w.transistor, density[:m])
+        channel_noise(k.transistors, w.transistor, density[:m])
         half = 0.5 / (time[step] - time[step - 1])
         for q in range(density.size):
             at = way.even[step] * (moved[0, start[q]] - moved[0, end[q]])

@@ -165,7 +165,7 @@ def _halve(p: NoisePlan, d: Draws, level: int, part: int) -> None:
 def _densities(k: Kernel, p: NoisePlan, x: NoiseState, w: Work) -> None:
     """White densities of all channels at the present state."""
     drain_currents(k.transistors, x.voltage, w.transistor)
-    channel_noise(k.transistors, x.voltage, w.transistor, p.white[: x.threshold.size])
+    channel_noise(k.transistors, w.transistor, p.white[: x.threshold.size])
 
 
 @compiled()

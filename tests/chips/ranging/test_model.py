@@ -118,7 +118,7 @@ def test_another_neuron_needs_another_record() -> None:
 
 
 def test_another_law_is_refused(model: ReboundModel) -> None:
-    early = replace(AMI_1500, n=replace(AMI_1500.n, early=0.03))
+    early = replace(AMI_1500, n=replace(AMI_1500.n, early_field=5e6))
     with pytest.raises(ParameterError, match=r"ami-1500\.n: ekv, Early 0\.03/V"):
         model_of(model.circuit, early)
 

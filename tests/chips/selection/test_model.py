@@ -146,7 +146,7 @@ def test_what_is_none_is_refused() -> None:
         selection(Silicon(), area=0.0)
     with pytest.raises(ParameterError, match=r"selection\.currents: .* must be \(8,\) both"):
         decision(selection(Silicon(), SMALL), np.ones(6), np.ones(8))
-    early = replace(AMI_1500, n=replace(AMI_1500.n, early=0.05))
+    early = replace(AMI_1500, n=replace(AMI_1500.n, early_field=5e6))
     with pytest.raises(ParameterError, match="use the transistor level"):
         selection(Silicon(early), SMALL)
 

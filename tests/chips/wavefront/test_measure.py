@@ -68,7 +68,7 @@ def test_the_cell_s_record_is_what_the_cell_does() -> None:
 
 def test_another_law_is_refused() -> None:
     with pytest.raises(ParameterError, match="use the transistor level"):
-        measure_axon(process=replace(AMI_1500, n=replace(AMI_1500.n, early=0.05)))
+        measure_axon(process=replace(AMI_1500, n=replace(AMI_1500.n, early_field=5e6)))
 
 
 def test_the_command_writes_the_record(

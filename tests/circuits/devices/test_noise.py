@@ -24,7 +24,7 @@ def _channels(drain: float, temperature_c: float = 27.0, leakage: float = 0.0): 
     v = np.array([*GATES, drain, 0.0])
     drain_currents(a, v, w)
     out = np.zeros(n)
-    noise.channel_noise(a, v, w, out)
+    noise.channel_noise(a, w, out)
     return a, w, out
 
 

@@ -21,6 +21,8 @@ from circuits.devices.transistor import (
 from circuits.errors import ParameterError
 from circuits.silicon.process import (
     AMI_1500,
+    AMI_1500_FULL,
+    ROLLS_180_FULL,
     Polarity,
     TransistorAtTemperature,
     TransistorModel,
@@ -31,9 +33,15 @@ UM = 1e-6
 LAWS = {
     "ekv": AMI_1500.n,
     "ekv-gamma": replace(AMI_1500.n, law="ekv-gamma"),
-    "early": replace(AMI_1500.n, early=0.03),
-    "everything": replace(AMI_1500.n, law="ekv-gamma", early=0.03, junction_leakage=1e-6),
-}
+    "early": replace(AMI_1500.n, early_field=1.0 / (0.03 * 3 * UM)),
+    "everything": replace(AMI_1500.n, law="ekv-gamma", early_field=10e6, junction_leakage=1e-6),
+    "full 1.5 um": AMI_1500_FULL.n,
+    "full 0.18 um": ROLLS_180_FULL.n,
+    "strongly reduced": replace(
+        ROLLS_180_FULL.n, early_field=0.5e6, early_rise=1.0, mobility_reduction=5.0, junction_leakage=1e-6,
+        gate_induced_leakage=1e-5, gate_induced_slope=0.5,
+    ),
+}  # fmt: skip
 VOLTS = st.floats(min_value=0.0, max_value=5.0)
 
 
@@ -126,7 +134,8 @@ def test_derivatives_are_exact(name: str, polarity: Polarity) -> None:
                 numeric[j] += weight * shifted.current[0] / (12 * h)
                 numeric_junction[:, j] += weight * shifted.junction[:, 0] / (12 * h)
         assert np.abs(numeric - exact).max() <= tolerance * np.abs(exact).max() + 1e-22
-        expected = [[junction[0], 0, 0, -junction[0]], [0, 0, junction[1], -junction[1]]]
+        (d, s), (dg, sg) = junction[:2], junction[2:]
+        expected = [[d, dg, 0, -d - dg], [0, sg, s, -s - sg]]
         assert np.abs(numeric_junction - expected).max() <= 1e-5 * junction.max() + 1e-16
 
 

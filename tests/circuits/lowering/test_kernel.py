@@ -21,8 +21,8 @@ from circuits.testbench import Testbench
 UM = 1e-6
 FULL: Process = replace(
     AMI_1500,
-    n=replace(AMI_1500.n, law="ekv-gamma", early=0.03, junction_leakage=1e-6),
-    p=replace(AMI_1500.p, early=0.05, junction_leakage=1e-6),
+    n=replace(AMI_1500.n, law="ekv-gamma", early_field=10e6, junction_leakage=1e-6),
+    p=replace(AMI_1500.p, early_field=5e6, junction_leakage=1e-6),
 )
 NODES = ("d", "g", "s", "b", "o", "w")
 DEVICES: tuple[devices.Device, ...] = (

@@ -33,11 +33,11 @@ def test_values_of_the_facts() -> None:
         assert model.overlap_capacitance == pytest.approx(0.2e-15 / 1e-6)
         assert model.junction_capacitance == pytest.approx(1.5e-15 / 1e-6)
         assert model.v_t0_drift == -1e-3
-        assert (model.early, model.junction_leakage, model.law) == (0.0, 0.0, "ekv")
+        assert (model.early_field, model.junction_leakage, model.law) == (0.0, 0.0, "ekv")
     assert AMI_1500.v_dd == 5.0
     assert AMI_1500.pair_a_vt == pytest.approx(28e-3 * 1e-6)
     assert AMI_1500.pair_a_beta == pytest.approx(0.02 * 1e-6)
-    assert PROCESSES["ami-1500"] is AMI_1500
+    assert PROCESSES["ami-1500"].ideal() == AMI_1500
     assert AMI_1500.model("n") is n
     assert AMI_1500.model("p") is p
 
@@ -67,7 +67,7 @@ def test_temperature_laws(temperature_c: float) -> None:
     nominal = at_temperature(model, AMI_1500, 27.0)
     assert law.square_current == pytest.approx(nominal.square_current * ratio**0.5, rel=1e-12)
     assert math.log2(law.junction_leakage / 1e-6) == pytest.approx((temperature_c - 27.0) / 9.0, abs=1e-9)
-    assert (law.kappa, law.early) == (nominal.kappa, nominal.early)
+    assert (law.kappa, law.early_field) == (nominal.kappa, nominal.early_field)
 
 
 @pytest.mark.parametrize("temperature_c", [LOWEST_C - 0.01, HIGHEST_C + 0.01, math.nan, -273.15, math.inf])

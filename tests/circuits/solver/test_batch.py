@@ -26,7 +26,7 @@ DIES = [Die(number=k) for k in range(1000, 1012)]
 BODY = replace(
     AMI_1500,
     n=replace(AMI_1500.n, law="ekv-gamma"),
-    p=replace(AMI_1500.p, law="ekv-gamma", junction_leakage=1e-9, early=0.05),
+    p=replace(AMI_1500.p, law="ekv-gamma", junction_leakage=1e-9, early_field=5e6),
 )
 
 

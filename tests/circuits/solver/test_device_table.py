@@ -76,7 +76,7 @@ def test_strong_inversion_efficiency_is_two_over_the_overdrive() -> None:
 @pytest.mark.parametrize("polarity", ["n", "p"])
 @pytest.mark.parametrize("drain", [0.05, 0.3, 3.0, -0.4])
 def test_conductances_are_the_slopes_of_the_current(polarity: Polarity, law: str, drain: float) -> None:
-    silicon = Silicon(with_models(law=law, early=0.02))
+    silicon = Silicon(with_models(law=law, early_field=15e6))
     sign, base = (1.0, 0.5) if polarity == "n" else (-1.0, 4.5)
     bulk = 0.0 if polarity == "n" else 5.0
     at = {"d": base + sign * drain, "g": base + sign * 0.8, "s": base, "b": bulk}
@@ -145,7 +145,7 @@ def test_a_mirror_copies_by_its_widths_and_every_element_is_listed() -> None:
 
 @pytest.mark.parametrize("die", [Die(), Die("A", 7)])
 def test_currents_of_the_table_add_up_to_nothing_at_every_free_node(die: Die) -> None:
-    silicon = Silicon(with_models(junction_leakage=1e-9, early=0.01), 85.0, die)
+    silicon = Silicon(with_models(junction_leakage=1e-9, early_field=30e6), 85.0, die)
     point = operating_point(neuron(), silicon)
     flat, found = point.machine.flat, transistor_table_at(point)
     assert resistor_table_at(point).name == ()

@@ -12,7 +12,7 @@ from netlists.dialects.hspice import DIALECT
 
 LONGEST = 1024
 format_device = DIALECT.devices["ekv"]
-GAMMA = Silicon(replace(AMI_1500, n=replace(AMI_1500.n, law="ekv-gamma", early=0.02)))
+GAMMA = Silicon(replace(AMI_1500, n=replace(AMI_1500.n, law="ekv-gamma", early_field=15e6)))
 
 
 def test_a_long_expression_is_continued_and_is_the_same_expression() -> None:

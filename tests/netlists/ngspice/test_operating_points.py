@@ -77,7 +77,7 @@ def drain_current(
     device: Transistor, shift: Deviation, silicon: Silicon, volts: dict[str, Decimal]
 ) -> Decimal:
     law, sign = silicon.law(device.polarity), 1 if device.polarity == "n" else -1
-    assert law.gamma == law.junction_leakage == law.early == 0.0
+    assert law.gamma == law.junction_leakage == law.early_field == 0.0
     d, g, s = (sign * (volts[n] - volts[device.bulk]) for n in (device.drain, device.gate, device.source))
     pinched = Decimal(law.kappa) * (g - Decimal(law.v_t0) - Decimal(shift.v_t0))
     forward, reverse = ((1 + ((pinched - v) / Decimal(2 * law.u_t)).exp()).ln() ** 2 for v in (s, d))

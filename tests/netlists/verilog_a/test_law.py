@@ -25,7 +25,7 @@ def varied(**figures: object) -> Process:
 PROCESSES = {
     "ekv": AMI_1500,
     "ekv-gamma": varied(law="ekv-gamma"),
-    "leaking": varied(early=0.05, junction_leakage=1e-6, leakage_doubling=8.0),
+    "leaking": varied(early_field=5e6, junction_leakage=1e-6, leakage_doubling=8.0),
 }
 
 

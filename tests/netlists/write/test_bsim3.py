@@ -102,6 +102,25 @@ def test_the_body_effect_is_that_of_the_law(polarity: Polarity, v_s: float, proc
 
 
 @pytest.mark.parametrize("polarity", POLARITIES)
+def test_second_order_effects_are_those_of_the_law(polarity: Polarity) -> None:
+    """The Early effect in weak inversion, where it is exact, and the mobility in strong inversion."""
+    plain = GAMMA.model(polarity)
+    steep = replace(plain, early_field=2e6)  # 12 V at 6 um
+    i, peer, specific = sweep(replace(GAMMA, n=steep, p=steep), polarity, 27.0, 0.0)
+    flat, flat_peer, _ = sweep(replace(GAMMA, n=plain, p=plain), polarity, 27.0, 0.0)
+    n = min(i.size, flat.size)
+    deep = flat[-n:] < 1e-5 * specific
+    ours_by, theirs_by = (i[-n:] / flat[-n:])[deep], (peer[-n:] / flat_peer[-n:])[deep]
+    assert ours_by == pytest.approx(1.0 + 5.0 / 12.0, rel=1e-9)
+    assert theirs_by == pytest.approx(1.0 + 5.0 / 12.0, rel=0.03)
+    reduced = replace(plain, mobility_reduction=0.5)
+    i, peer, _ = sweep(replace(GAMMA, n=reduced, p=reduced), polarity, 27.0, 0.0)
+    fallen, fallen_peer = i[-1] / flat[-1], peer[-1] / flat_peer[-1]
+    assert fallen < 0.6
+    assert fallen_peer == pytest.approx(fallen, rel=0.1)
+
+
+@pytest.mark.parametrize("polarity", POLARITIES)
 @pytest.mark.parametrize("shift", [-0.05, 0.03])
 def test_deviations_are_exact(polarity: Polarity, shift: float) -> None:
     """A higher |V_T0| by 30 mV is the curve moved by 30 mV, a higher beta the same current times 1 + beta."""

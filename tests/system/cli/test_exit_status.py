@@ -95,7 +95,7 @@ def test_a_sample_that_is_another_one(ended: Ended, tmp_path: Path, monkeypatch:
 
 
 def test_a_search_after_which_no_die_passes(ended: Ended) -> None:
-    options = ("--tuning-dies", "2", "--fresh-dies", "2", "--generations", "0", "--no-process")
+    options = ("--tuning-dies", "2", "--fresh-dies", "2", "--generations", "0", "--no-process-variation")
     status, line = ended("centre", "rebound-neuron", "--spec", "best_delay in 20ms:21ms", *options)
     assert status == NO
     assert line.startswith("noctule: centre: no fresh die passes where mismatch varies")

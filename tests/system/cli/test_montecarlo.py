@@ -42,7 +42,15 @@ def nine_in_ten(machine: Machine) -> float:
 
 def test_samples_are_the_dies_in_order(run_json: RunJson) -> None:
     found = run_json(
-        "montecarlo", BLOCK, "-n", "3", "--no-process", "--metric", "best-delay", "--metric", "t_inh"
+        "montecarlo",
+        BLOCK,
+        "-n",
+        "3",
+        "--no-process-variation",
+        "--metric",
+        "best-delay",
+        "--metric",
+        "t_inh",
     )
     assert found["dies"] == [1000, 1001, 1002]
     for k, number in enumerate(found["dies"]):
@@ -58,7 +66,7 @@ def test_samples_are_the_dies_in_order(run_json: RunJson) -> None:
 
 def test_metrics_of_different_measurements_share_the_die(run_json: RunJson) -> None:
     found = run_json(
-        "montecarlo", BLOCK, "-n", "3", "--no-process", "--metric", "t_inh", "--metric", "t_inh_s"
+        "montecarlo", BLOCK, "-n", "3", "--no-process-variation", "--metric", "t_inh", "--metric", "t_inh_s"
     )
     for tuned, simulated in zip(found["values"]["t_inh"], found["values"]["t_inh_s"], strict=True):
         assert simulated == pytest.approx(tuned, rel=1e-3)
@@ -81,7 +89,9 @@ def test_the_metrics_of_the_registry_belong_to_their_circuits() -> None:
 def test_the_command_says_it_all(run_json: RunJson, tmp_path: Path) -> None:
     table, picture = tmp_path / "dies.csv", tmp_path / "dies.png"
     files = ("--csv", str(table), "--plot", str(picture))
-    found = run_json("montecarlo", BLOCK, "-n", "6", "--metric", "best-delay", "--no-process", *files)
+    found = run_json(
+        "montecarlo", BLOCK, "-n", "6", "--metric", "best-delay", "--no-process-variation", *files
+    )
     assert (found["lot"], found["first_die"], found["samples"]) == ("A", 1000, 6)
     assert (found["mismatch"], found["process_variation"]) == (True, False)
     metric = found["metrics"]["best_delay"]
@@ -193,7 +203,7 @@ test_bad_input_is_one_line = command_refusals(
         (["--stimulus", "delay=3ms"], "no metric of these runs the testbench"),
         (["--stimulus", "delay=3ms", "--metric", "spikes_per_echo"], "no metric of these runs the testbench"),
         (["--bias-set", "rob"], "known are burst, facts, robust, single-spike"),
-        (["--no-mismatch", "--no-process"], "all dies are one"),
+        (["--no-mismatch", "--no-process-variation"], "all dies are one"),
     ],
 )
 
@@ -229,7 +239,16 @@ def test_an_interrupt_leaves_what_was_finished(tmp_path: Path) -> None:
 
 
 def test_the_share_of_dies_with_one_spike_an_echo(run_json: RunJson) -> None:
-    arguments = ("montecarlo", BLOCK, "-n", "4", "--metric", "spikes-per-echo", "--no-process", "--bias-set")
+    arguments = (
+        "montecarlo",
+        BLOCK,
+        "-n",
+        "4",
+        "--metric",
+        "spikes-per-echo",
+        "--no-process-variation",
+        "--bias-set",
+    )
     assert run_json(*arguments, "single-spike")["classes"] == {"one-spike": {"count": 4, "share": 1.0}}
     burst = run_json(*arguments, "burst")
     assert set(burst["classes"]) == {"several-spikes"}

@@ -24,7 +24,17 @@ def test_the_document(run_json: RunJson, tmp_path: Path) -> None:
 
 
 def test_the_document_with_a_chip(run_json: RunJson) -> None:
-    options = ("--ranges", "chip", "--die", "1003", "--temperature", "30", "--no-process", "--pings", "5")
+    options = (
+        "--ranges",
+        "chip",
+        "--die",
+        "1003",
+        "--temperature",
+        "30",
+        "--no-process-variation",
+        "--pings",
+        "5",
+    )
     found = run_json("run", "car", *options, "--reader", "calibrated")
     assert (found["die"], found["temperature_C"], found["reader"]) == (1003, 30.0, "calibrated")
     assert found["unsure_delays"] >= 0

@@ -37,7 +37,17 @@ def test_the_table(run: Run) -> None:
 
 def test_the_document_with_chips(run_json: RunJson, tmp_path: Path) -> None:
     film = tmp_path / "flight.gif"
-    options = ("--ranges", "chip", "--selection", "chip", "--die", "1003", "--no-process", "--pings", "6")
+    options = (
+        "--ranges",
+        "chip",
+        "--selection",
+        "chip",
+        "--die",
+        "1003",
+        "--no-process-variation",
+        "--pings",
+        "6",
+    )
     found = run_json("run", "forest", *options, "--animate", str(film), "--temperature", "30")
     assert (found["ranges"], found["selection"], found["die"]) == ("chip", "chip", 1003)
     assert (found["temperature_C"], found["process_variation"]) == (30.0, False)

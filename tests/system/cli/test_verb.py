@@ -114,8 +114,10 @@ class OnSilicon:
 
 
 def test_silicon_is_asked_for_by_its_fields() -> None:
-    words = ["--die", "3", "--no-process", "--corner", "ss", "--temperature", "60"]
-    assert run(OnSilicon, *words)[0].silicon == SiliconChoice("60", die=3, corner="ss", process=False)
+    words = ["--die", "3", "--no-process-variation", "--corner", "ss", "--temperature", "60"]
+    assert run(OnSilicon, *words)[0].silicon == SiliconChoice(
+        "60", die=3, corner="ss", process_variation=False
+    )
     assert run(OnSilicon)[0].silicon == SiliconChoice()
     assert run(OnSilicon, "--at", "ranging-chip/neuron[2]")[1] == 2
 

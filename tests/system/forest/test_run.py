@@ -109,7 +109,17 @@ def test_it_draws(trace: Trace, tmp_path: Path) -> None:
 
 
 def test_a_study_with_chips(capsys: pytest.CaptureFixture[str]) -> None:
-    options = ("montecarlo", "forest", "-n", "2", "--metric", "avoided", "--metric", "heard", "--no-process")
+    options = (
+        "montecarlo",
+        "forest",
+        "-n",
+        "2",
+        "--metric",
+        "avoided",
+        "--metric",
+        "heard",
+        "--no-process-variation",
+    )
     chips = ("--param", "ranges=chip", "--param", "selection=chip", "--param", "obstacles=1700", "--json")
     assert main((*options, *chips)) == 0
     values = json.loads(capsys.readouterr().out)["values"]

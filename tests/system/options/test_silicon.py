@@ -47,7 +47,7 @@ def test_dies_lots_corners_and_places_differ_and_come_again(run_json: RunJson) -
         ("--die", "2"),
         ("--die", "1", "--lot", "B"),
         ("--die", "1", "--no-mismatch"),
-        ("--die", "1", "--no-process"),
+        ("--die", "1", "--no-process-variation"),
         ("--corner", "ss"),
         ("--die", "1", "--at", "ranging-chip/neuron[2]"),
         ("--die", "1", "--at", "ranging-chip/neuron[3]"),

@@ -52,7 +52,7 @@ def deadly(machine: Machine) -> float:
 
 
 def study(count: int = 10, chunk: int = 3, metric: str = "threshold_sum", **plan: Any) -> Study:
-    subject = Subject("rebound-neuron", (f"{HERE}:{metric}",), silicon=SiliconChoice(process=False))
+    subject = Subject("rebound-neuron", (f"{HERE}:{metric}",), silicon=SiliconChoice(process_variation=False))
     return Study(
         subject, Plan(plan.get("method", "random"), 0, plan.get("first", 1000), count), (CONDITION,), chunk
     )
@@ -150,7 +150,7 @@ def test_another_study_is_refused_with_what_differs(tmp_path: Path) -> None:
     run(study(4), tmp_path)
     with pytest.raises(ParameterError, match="has a study; add `resume`"):
         run(study(4), tmp_path)
-    lot = replace(study(4).subject, silicon=SiliconChoice(process=False, lot="B"))
+    lot = replace(study(4).subject, silicon=SiliconChoice(process_variation=False, lot="B"))
     for other, text in (
         (replace(study(4), subject=lot), "subject.silicon.lot A, asked for B"),
         (study(4, method="lhs"), "plan.method random, asked for lhs"),

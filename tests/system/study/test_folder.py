@@ -194,7 +194,7 @@ def test_a_full_disk_ends_in_one_line_and_keeps_what_was_finished(tmp_path: Path
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
-    command = ["montecarlo", "rebound-neuron", "--metric", f"{HERE}:threshold_sum", "--no-process"]
+    command = ["montecarlo", "rebound-neuron", "--metric", f"{HERE}:threshold_sum", "--no-process-variation"]
     command += ["-n", "100", "--chunk", "20", "-o", str(folder)]
     code = "import sys; from system.cli.command_line import main; sys.exit(main())"
     done = subprocess.run(

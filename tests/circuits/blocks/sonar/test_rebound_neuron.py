@@ -224,7 +224,9 @@ def test_best_delay_and_its_shift_by_the_early_effect() -> None:
     best = 0.5 * (shortest + longest)
     assert best == pytest.approx(6.38e-3, abs=0.0625e-3)
     assert longest - shortest == pytest.approx(1.75e-3, abs=2 * 0.125e-3 + 0.03e-3)
-    early = replace(AMI_1500, n=replace(AMI_1500.n, early=0.03), p=replace(AMI_1500.p, early=0.03))
+    early = replace(
+        AMI_1500, n=replace(AMI_1500.n, early_field=10e6), p=replace(AMI_1500.p, early_field=10e6)
+    )
     shift = 0.5 * sum(facilitation(early)) - best
     assert shift == pytest.approx(-0.5e-3, abs=0.1e-3)  # -0.42 ms measured
 

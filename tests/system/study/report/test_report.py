@@ -64,7 +64,7 @@ class Page(HTMLParser):
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("report") / "my study"
     asked = ["--metric", f"{HERE}:planted", "--spec", "planted in 6e7:8e7", "--contributions", "planted"]
-    conditions = ["--corner", "random", "--corner", "ss", "--no-process"]
+    conditions = ["--corner", "random", "--corner", "ss", "--no-process-variation"]
     assert main(["montecarlo", BLOCK, "-n", "24", *asked, *conditions, "-o", str(path)]) == 0
     return path
 
@@ -122,7 +122,7 @@ def test_its_commands_run(page: Page, folder: Path, capsys: pytest.CaptureFixtur
 def test_the_same_study_gives_the_same_page(folder: Path) -> None:
     before = (folder / FILE).read_bytes()
     asked = ["--metric", f"{HERE}:planted", "--spec", "planted in 6e7:8e7", "--contributions", "planted"]
-    conditions = ["--corner", "random", "--corner", "ss", "--no-process", "--resume"]
+    conditions = ["--corner", "random", "--corner", "ss", "--no-process-variation", "--resume"]
     assert main(["montecarlo", BLOCK, "-n", "24", *asked, *conditions, "-o", str(folder)]) == 0
     assert (folder / FILE).read_bytes() == before
 

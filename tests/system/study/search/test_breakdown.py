@@ -51,7 +51,7 @@ def run_json(capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
 
 def test_the_planted_device_comes_first(run_json: Callable[..., Any], tmp_path: Path) -> None:
     picture = tmp_path / "pareto.png"
-    (found,) = run_json("planted", "-n", "40", "--no-process", "--pareto", str(picture))
+    (found,) = run_json("planted", "-n", "40", "--no-process-variation", "--pareto", str(picture))
     assert next(iter(found["by_device"])) == DOMINANT
     assert found["by_device"][DOMINANT] > 0.5
     assert found["by_parameter"]["beta"] == 0.0
@@ -72,7 +72,7 @@ def test_mismatch_and_process_are_told_apart(run_json: Callable[..., Any]) -> No
 
 
 def test_temperature_is_a_contributor(run_json: Callable[..., Any]) -> None:
-    options = ("-n", "30", "--temperature", "20", "--temperature", "34", "--no-process")
+    options = ("-n", "30", "--temperature", "20", "--temperature", "34", "--no-process-variation")
     cold, hot, both = run_json("warm", *options)
     assert cold["temperatures_C"] == [20.0]
     assert hot["temperatures_C"] == [34.0]

@@ -132,7 +132,7 @@ def test_the_command_improves_the_neuron_and_says_how(
     path, picture = tmp_path / "centred.json", tmp_path / "centred.png"
     arguments = [
         "centre", "rebound-neuron", "--spec", "class is works", "--tuning-dies", "6", "--fresh-dies", "6",
-        "--generations", "0", "--no-process", "--json", "-o", str(path), "--plot", str(picture),
+        "--generations", "0", "--no-process-variation", "--json", "-o", str(path), "--plot", str(picture),
     ]  # fmt: skip
     assert main(arguments) == 0
     document = json.loads(capsys.readouterr().out)
@@ -161,7 +161,7 @@ test_refused_in_one_line_before_any_work = command_refusals(
         (["--spec", "class is works", "--first-fresh-die", "999"], "earlier dies are for the search"),
         (["--spec", "class is works", "--move", "nothing"], "bias nothing: unknown"),
         (["--spec", "class is works", "--range", "1"], "--range"),
-        (["--spec", "class is works", "--no-mismatch", "--no-process"], "all dies are one"),
+        (["--spec", "class is works", "--no-mismatch", "--no-process-variation"], "all dies are one"),
         (["--spec", "class is works", "--plot", "x.txt"], "--plot"),
     ],
 )

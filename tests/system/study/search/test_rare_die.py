@@ -101,7 +101,7 @@ def test_what_it_refuses_is_one_line(capsys: pytest.CaptureFixture[str]) -> None
     local = (
         "--metric",
         f"{HERE}:thresholds",
-        "--no-process",
+        "--no-process-variation",
         "--spec",
         f"thresholds in :{moments()[0] + 0.012!r}",
     )

@@ -35,7 +35,9 @@ def one_sided(machine: Machine) -> float:
 
 
 def target(metric: str, process: bool = True) -> BlockTarget:
-    subject = Subject("rebound-neuron", (f"{HERE}:{metric}",), silicon=SiliconChoice(process=process))
+    subject = Subject(
+        "rebound-neuron", (f"{HERE}:{metric}",), silicon=SiliconChoice(process_variation=process)
+    )
     found = open_target(subject)
     assert isinstance(found, BlockTarget)
     return found

@@ -1,0 +1,93 @@
+"""Processes by name, and a user's own from a file.
+
+A file is TOML with the fields of `circuits.silicon.process.Process` in SI units; its transistors stand in
+the tables `n` and `p` (`TransistorModel`), its spread from die to die in `variation` (`Variation`). Every
+field is stated, the second-order effects too: one that the process does not have is 0.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from circuits.errors import DataError, ParameterError, meant
+from circuits.silicon.process import PROCESSES, Effects, Process, TransistorModel, Variation
+
+_PARTS: Mapping[str, type] = {"n": TransistorModel, "p": TransistorModel, "variation": Variation}
+
+
+def read_process(path: Path) -> Process:
+    """Read a process from a TOML file.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read, is no TOML, or lacks a term or has one that no process has.
+    ParameterError
+        A value breaks a rule of the process.
+    """
+    try:
+        given = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DataError(f"{path}: {error.strerror}; name a process's TOML file") from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise DataError(f"{path}: no TOML ({error}); correct it") from None
+    whole = _complete(path, "process", Process, given)
+    parts = {name: kind(**_complete(path, name, kind, whole[name])) for name, kind in _PARTS.items()}
+    return Process(**{**whole, **parts})
+
+
+def process_of(text: str) -> Process:
+    """Give the process of a name, or that of a file; raises `DataError` and `ParameterError`."""
+    if text in PROCESSES:
+        return PROCESSES[text]
+    path = Path(text)
+    if path.suffix == ".toml" or path.exists():
+        return read_process(path)
+    known = ", ".join(PROCESSES)
+    raise ParameterError(
+        f"process: {text}, must be one of {known}, or a .toml file{meant(text, tuple(PROCESSES))}"
+    )
+
+
+def process_under(own: Process, text: str | None, effects: Effects) -> Process:
+    """Give a block's process, or the one that `text` names, under a law.
+
+    Parameters
+    ----------
+    own
+        The block's process, which may be stated without its second-order effects.
+    text
+        Name or file of another one.
+    effects
+        `full` for all second-order effects, `ideal` for none.
+
+    Raises
+    ------
+    DataError, ParameterError
+        As `process_of`.
+    """
+    if text is not None:
+        return process_of(text).under(effects)
+    stated = PROCESSES.get(own.name)
+    whole = stated if stated is not None and stated.ideal() == own else own
+    return whole.under(effects)
+
+
+def _complete(path: Path, where: str, kind: Any, given: object) -> dict[str, Any]:
+    """The table of a dataclass's fields, none missing and no other."""
+    if not isinstance(given, dict):
+        raise DataError(f"{path}: {where}: {given!r:.40}, must be a table with the terms of a process")
+    names = [f.name for f in fields(kind)]
+    missing = [name for name in names if name not in given]
+    if missing:
+        raise DataError(
+            f"{path}: {where}: lacks {', '.join(missing)}; state each, 0 for an effect it has not"
+        )
+    unknown = next((name for name in given if name not in names), None)
+    if unknown is not None:
+        raise DataError(f"{path}: {where}.{unknown}: no such term{meant(unknown, names)}; leave it out")
+    return given

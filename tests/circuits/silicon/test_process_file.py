@@ -1,0 +1,65 @@
+"""Processes by name, and a user's own from a file."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+import pytest
+
+from circuits.errors import CircuitError
+from circuits.silicon.process import AMI_1500, AMI_1500_FULL, PROCESSES, ROLLS_180_FULL, Process
+from circuits.silicon.process_file import process_of, process_under, read_process
+
+
+def text_of(process: Process) -> str:
+    """A process as a file states it."""
+    whole = asdict(process)
+    tables = {name: whole.pop(name) for name in ("n", "p", "variation")}
+    lines = [f"{k} = {v!r}" for k, v in whole.items()]
+    for name, table in tables.items():
+        lines += [f"[{name}]", *(f"{k} = {v!r}" for k, v in table.items())]
+    return "\n".join(lines).replace("'", '"')
+
+
+@pytest.mark.parametrize("process", [*PROCESSES.values(), AMI_1500], ids=lambda p: f"{p.name}-{p.effects}")
+def test_a_file_is_read_as_it_stands(process: Process, tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(text_of(process))
+    assert read_process(path) == process
+    assert process_of(str(path)) == process
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("early_rise = 0.13", "", "n: lacks early_rise"),
+        ("v_dd = 1.8", "", "process: lacks v_dd"),
+        ("v_dd = 1.8", "v_dd = 1.8\nvdd = 1.8", "process.vdd: no such term; did you mean v_dd?"),
+        ("v_dd = 1.8", 'v_dd = "high"', "rolls-180.v_dd"),
+        ("[n]", "[q]", "process: lacks n"),
+        ("v_dd = 1.8", "v_dd =", "no TOML"),
+    ],
+)
+def test_what_is_wrong_is_named(old: str, new: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(text_of(ROLLS_180_FULL).replace(old, new, 1))
+    with pytest.raises(CircuitError) as caught:
+        read_process(path)
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_file_and_an_unknown_name_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(CircuitError, match="No such file"):
+        process_of(str(tmp_path / "none.toml"))
+    with pytest.raises(CircuitError, match="did you mean rolls-180"):
+        process_of("rols-180")
+
+
+def test_a_block_s_process_goes_under_a_law() -> None:
+    assert process_under(AMI_1500, None, "full") == AMI_1500_FULL
+    assert process_under(AMI_1500, None, "ideal") == AMI_1500
+    assert process_under(AMI_1500, "rolls-180", "ideal") == ROLLS_180_FULL.ideal()
+    assert {p.effects for p in PROCESSES.values()} == {"full"}
+    assert AMI_1500.effects == "ideal"
