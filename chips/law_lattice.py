@@ -156,15 +156,19 @@ def _models(process: Process) -> list[tuple[Polarity, TransistorModel]]:
 
 
 def _with_effects(model: TransistorModel) -> TransistorModel:
-    """A model with body effect, Early effect and junction leakage; the numbers are ours."""
-    return replace(model, law="ekv-gamma", early=0.05, junction_leakage=1e-6)
+    """A model with every second-order effect; the numbers are ours."""
+    return replace(
+        model, law="ekv-gamma", early_field=5e6, early_rise=0.2, mobility_reduction=0.5,
+        junction_leakage=1e-6, gate_induced_leakage=1e-6, gate_induced_slope=0.5,
+    )  # fmt: skip
 
 
 def _at(process: Process, model: tuple[Polarity, TransistorModel], temperature_c: float) -> list[float]:
     law = at_temperature(model[1], process, temperature_c)
     return [
         thermal_voltage(temperature_c), law.square_current, law.u_t, law.v_t0, law.kappa, law.gamma,
-        law.surface_potential, law.early, law.junction_leakage,
+        law.surface_potential, law.early_field, law.early_rise, law.mobility_reduction,
+        law.junction_leakage, law.gate_induced_leakage, law.gate_induced_slope, law.gate_induced_from,
     ]  # fmt: skip
 
 
