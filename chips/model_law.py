@@ -14,5 +14,5 @@ def check_law(process: Process) -> None:
             found = [f"{name} {getattr(model, name):g}" for name in SECOND_ORDER if getattr(model, name)]
             raise ParameterError(
                 f"{process.name}.{polarity}: {', '.join([model.law, *found])}, must be ekv without"
-                " second-order effects; use --law ideal, or the transistor level"
+                " second-order effects; take the law `ideal`, or the transistor level"
             )

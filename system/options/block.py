@@ -133,7 +133,11 @@ mismatch           boolean   -  whether its devices differ from each other
 process_variation  boolean   -  whether its process differs from the nominal one
 """)
 SILICON_KEYS = {
-    **meanings("temperature_C  number  degC  temperature of the silicon"),
+    **meanings("""
+process        string  -     name of the process
+law            string  -     `full` with second-order effects of the process, `ideal` without
+temperature_C  number  degC  temperature of the silicon
+"""),
     **DIE_KEYS,
     **meanings("at  string?  -  place on a chip, as `ranging-chip/neuron[2]`; null for a block by itself"),
 }

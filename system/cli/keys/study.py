@@ -62,6 +62,8 @@ corner             string|string[]  -     corner, likewise
 lot                string           -     lot of the dies
 mismatch           boolean          -     whether their devices differ from each other
 process_variation  boolean          -     whether their process differs from the nominal one
+process            string?          -     process that was asked for; null for the block's own
+law                string           -     `full` with second-order effects of the process, `ideal` without
 at                 string?          -     place on a chip; null for a block by itself
 first_die          integer          -     number of the first die
 plan               string           -     how dies are sampled

@@ -110,6 +110,6 @@ def varied(study: Study) -> str:
     """Say in words what varies from die to die of a study."""
     silicon = study.subject.silicon
     parts = ["mismatch"] if silicon.mismatch else []
-    if silicon.process and any(c.corner == "random" for c in study.conditions):
+    if silicon.process_variation and any(c.corner == "random" for c in study.conditions):
         parts.append("process")
     return " and ".join(parts) or "corners only"
