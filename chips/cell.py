@@ -7,6 +7,7 @@ crossing becomes an event, and analog ports carry polylines. Every cell is stepp
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from circuits.event import EDGE, LENGTH, WIDTH
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
+from circuits.solver.temperature import at_temperature, moved
 from circuits.solver.transient import DEFAULT_RTOL, Runner, State
 from circuits.testbench import Testbench
 
@@ -126,6 +128,14 @@ class Cell:
         for name, line in lines.items():
             held[names.index(name)] = line
         return replace(state, solver=replace(state.solver, lines=tuple(held)))
+
+    def moved(self, state: CellState, temperature_c: float) -> tuple[Cell, CellState]:
+        """Return the circuit at another temperature, degC, to go on with from `state`; all voltages stay."""
+        other = copy(self)
+        machine = at_temperature(self.machine, temperature_c)
+        other.runner, solver = moved(self.runner, state.solver, machine)
+        other.machine = other.runner.machine
+        return other, replace(state, solver=solver)
 
     def next_time(self, state: CellState) -> float:
         """Return inf (s) for every `state`: a circuit does not know its next event before it is simulated."""

@@ -2,8 +2,9 @@
 
 A model holds within the box in which it was held against its transistors: sides such as the temperature, the
 area of devices or a bias's current, each from a least to a greatest value. A chip asks `require_inside` of
-every side before it is run. Outside, a run is refused with the instance path, the value, the side and what to
-do, unless `outside_boxes("warn")` is in force: then it goes on, and is told of every side that it has left.
+every side before it is run, and again where its temperature moves. Outside, a run is refused with the
+instance path, the value, its time where it moves, the side and what to do, unless `outside_boxes("warn")` is
+in force: then it goes on, and is told of every side that it has left.
 
     with outside_boxes("warn") as left:
         trace = run(scenario)
@@ -20,6 +21,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from circuits.errors import ParameterError
+from circuits.silicon.course import when
 
 Answer = Literal["refuse", "warn"]
 TRANSISTORS = "use the transistor level"  # what to do outside, where there is one
@@ -87,7 +89,7 @@ def require_inside(
         return
     end = f" {unit}" if unit else ""
     rule = f"at least {low:.3g}" if high == math.inf else f"{low:.3g} to {high:.3g}"
-    text = f"{side}: {value:.3g}{end}, must be {rule}{end}, {_MEASURED}"
+    text = f"{side}: {value:.3g}{end}{when()}, must be {rule}{end}, {_MEASURED}"
     left = _IN_FORCE.get()
     if left is None:
         raise ParameterError(f"{text}; {remedy}")

@@ -23,7 +23,6 @@ from chips.ranging.model import ReboundModel, check_box, model_of, neurons_on
 from chips.ranging.neuron_kernel import (
     COLUMNS,
     NEAR,
-    RELEASE,
     UNDECIDED,
     advance_all,
     begin,
@@ -32,16 +31,17 @@ from chips.ranging.neuron_kernel import (
 )
 from chips.ranging.noise import Jitter, copied, new_jitter, next_durations
 from chips.ranging.record import ReboundRecord
+from chips.ranging.temperature import move_releases
 from chips.validity import require_inside
 from circuits.arrays import F64, I64
 from circuits.circuit import Circuit
 from circuits.devices.source import Polyline
 from circuits.errors import unknown_name
 from circuits.event import LENGTH
+from circuits.silicon.course import STEP
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
-TEMPERATURE_STEP = 0.1  # degC, to which a running temperature is rounded; ours
 _INPUTS = ("call", "echo")
 ABOVE_SUPPLY = 0.1  # V, by which v_ex_max may pass the supply
 
@@ -217,15 +217,15 @@ class RangingChip:
         if "temperature" not in lines:
             return state
         temperature = float(np.interp(state.time, *lines["temperature"]))
-        temperature = TEMPERATURE_STEP * round(temperature / TEMPERATURE_STEP)
-        if temperature == state.temperature_c:
-            return state
-        ratio = self.neurons_at(temperature).t_inh / self.neurons_at(state.temperature_c).t_inh
+        temperature = STEP * round(temperature / STEP)
+        return state if temperature == state.temperature_c else self.moved(state, temperature)
+
+    def moved(self, state: ChipState, temperature_c: float) -> ChipState:
+        """Return `state` as it goes on at another temperature, degC."""
+        ratio = self.neurons_at(temperature_c).t_inh / self.neurons_at(state.temperature_c).t_inh
         states = state.neurons.copy()
-        ahead = states[:, RELEASE] > state.time
-        left = states[ahead, RELEASE] - state.time
-        states[ahead, RELEASE] = state.time + left * ratio[ahead]
-        return replace(state, neurons=states, temperature_c=temperature)
+        move_releases(states, state.time, ratio)
+        return replace(state, neurons=states, temperature_c=temperature_c)
 
     def neurons_at(self, temperature: float) -> Neurons:
         """Return the neurons at `temperature` (degC), which is checked against the box once."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -82,7 +83,7 @@ class Course:
             begin = until
 
     def check(self, end: float, refuse: Callable[[float], object]) -> None:
-        """Call `refuse` with every temperature (degC) from 0 to `end` s; its refusal is told with the time.
+        """Call `refuse` with every temperature (degC) from 0 to `end` s; what it says has the time (`when`).
 
         Raises `ParameterError` where `refuse` does.
         """
@@ -109,13 +110,23 @@ def beginning_of(temperature_c: float, points: Points, step: float = STEP) -> fl
     return Course(points, step).begin if points else temperature_c
 
 
+_NOW: ContextVar[float | None] = ContextVar("course", default=None)
+
+
 @contextmanager
 def told_when(time: float) -> Iterator[None]:
-    """Add to a refusal of what a course has come to that it is there at `time` s."""
+    """Let what is refused, or warned of, say that a course has come there at `time` s (`when`)."""
+    token = _NOW.set(time)
     try:
         yield
-    except ParameterError as error:
-        raise ParameterError(f"{error} (the course of temperature is there at {time:g} s)") from error
+    finally:
+        _NOW.reset(token)
+
+
+def when() -> str:
+    """Return the time of a course in whose name something is asked, as ` at 44.7 s`; empty for none."""
+    time = _NOW.get()
+    return "" if time is None else f" at {time:g} s"
 
 
 @lru_cache(maxsize=64)

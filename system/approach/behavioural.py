@@ -7,7 +7,7 @@ numbers; here is only their bringing together: targets as waypoints, states, and
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,15 +17,18 @@ from chips.boards.isolation.model import IsolationModel
 from chips.boards.vocalization.model import VocalizationModel
 from chips.ranging.chip import RangingChip
 from chips.ranging.kernel import MERGED as CHIP_MERGED
-from chips.ranging.kernel import Chip, doubts, new_chip, new_plan
-from chips.ranging.noise import SURE, spread
+from chips.ranging.kernel import Chip, doubts, new_chip
+from chips.ranging.temperature import Conditions, conditions_of, moved
 from circuits.arrays import F64
+from circuits.silicon.course import told_when
 from system.approach.kernel import CLIPPED, COUNTS, MERGED, ROW, SOUNDS, UNDECIDED, Boards, Run, Scene, fly
 from system.worlds.sound.acoustics import speed_of_sound
 from system.worlds.sound.hearing import Hearing
 from system.worlds.sound.microphone import direct_amplitude, echo_amplitude, headroom
 from system.worlds.sound.targets import Approach, Target, Waypoints, range_at
 
+Stretch = tuple[float, float, float]  # its begin and end, s, and its temperature, degC
+Progress = Callable[[float], None]  # told the share that is done, or the time, s
 ROWS = 4096  # of the log, worked through at once
 _BEYOND = 1.0  # s after the end up to which a target's path is laid out: longer than any echo
 
@@ -63,34 +66,67 @@ class Flight:
     counts: dict[str, int]
 
 
-def fly_behavioural(models: Models, duration: float, progress: Callable[[float], None] | None) -> Flight:
-    """Run the models for `duration` s and return the log."""
-    silicon = models.chip.silicon
-    neurons = models.chip.neurons_at(silicon.temperature_c)
-    plan = new_plan(neurons)
-    jitter = models.chip.jitter_at(silicon.temperature_c)
-    if jitter is not None:
-        # the chip writes t_inh at every call; an echo is too early only where it is for nearly all
-        neurons = neurons._replace(t_inh=neurons.t_inh.copy())
-        plan = plan._replace(early=np.maximum(plan.early - SURE * spread(jitter), 0.0))
-    chip = new_chip(neurons, plan, jitter=jitter)
-    run = _begin(models)
-    scene = _scene(models.hearing, duration)
-    second = models.amplitude or models.proximity
-    ears = models.hearing.model
-    boards = Boards(
+def fly_behavioural(
+    models_at: Callable[[float], Models],
+    stretches: Iterable[Stretch],
+    duration: float,
+    progress: Progress | None,
+) -> Flight:
+    """Run the models for `duration` s and return the log.
+
+    models_at: the models at a temperature, degC; stretches: begin and end, s, of each stretch of one
+    temperature, and that; the air's is that of the first.
+    """
+
+    def told(time: float) -> None:
+        if progress is not None:
+            progress(time / duration)
+
+    (_, end, celsius), *later = stretches
+    models = models_at(celsius)
+    known = models.chip  # of which every temperature's noise goes on with the same state
+    on = conditions_of(known.neurons_at(celsius), known.jitter_at(celsius))
+    chip = new_chip(on.neurons, on.plan, jitter=on.jitter)
+    run, scene = _begin(models), _scene(models.hearing, duration)
+    rows = _fly(scene, _boards(models), on, chip, run, end, told)
+    for begin, end, celsius in later:
+        with told_when(begin):
+            models = models_at(celsius)
+            after = conditions_of(known.neurons_at(celsius), known.jitter_at(celsius))
+        chip, on = moved(chip, on, after, begin), after
+        _move_levels(run, models)
+        rows += _fly(scene, _boards(models), on, chip, run, end, told)
+    return Flight(rows, _counts(run, chip))
+
+
+def _fly(
+    scene: Scene, boards: Boards, on: Conditions, chip: Chip, run: Run, end: float, progress: Progress
+) -> list[F64]:
+    """Go on to `end` s at one temperature; pieces of the log."""
+    rows, reached = [], -math.inf
+    while reached < end:
+        reached = fly(scene, boards, on.neurons, on.plan, chip, run, end)
+        rows.append(run.log[: run.used[2]].copy())
+        run.used[2] = 0
+        progress(reached)
+    return rows
+
+
+def _boards(models: Models) -> Boards:
+    second, ears = models.amplitude or models.proximity, models.hearing.model
+    return Boards(
         models.proximity.numbers, second.numbers, models.vocalization.numbers, ears.onset,
         ears.high_threshold, models.vocalization.noise, ears.noise,
     )  # fmt: skip
-    rows = []
-    reached = 0.0
-    while reached < duration:
-        reached = fly(scene, boards, neurons, plan, chip, run, duration)
-        rows.append(run.log[: run.used[2]].copy())
-        run.used[2] = 0
-        if progress is not None:
-            progress(reached / duration)
-    return Flight(rows, _counts(run, chip))
+
+
+def _move_levels(run: Run, models: Models) -> None:
+    """Take the levels of the isolation to those of another temperature."""
+    if models.isolation is None:
+        return
+    isolated = bool(run.levels[0] == run.levels[2])
+    run.levels[1:] = models.isolation.open_level, models.isolation.isolated_level
+    run.levels[0] = run.levels[2 if isolated else 1]
 
 
 def _begin(models: Models) -> Run:

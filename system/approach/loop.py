@@ -49,7 +49,7 @@ BOARD_RTOL = 1e-3
 
 def build(scenario: Scenario, executor: Executor | None = None) -> Loop:
     """Return the event loop with all parts at rest, wired as in Figure 7."""
-    silicon = Silicon(temperature_c=scenario.temperature_c, die=scenario.die)
+    silicon = Silicon(temperature_c=scenario.beginning_c, die=scenario.die)
     parts: dict[str, Part[Any]] = {
         **_chip(scenario, silicon),
         "centroid": _centroid(scenario, silicon),
@@ -69,14 +69,35 @@ def build(scenario: Scenario, executor: Executor | None = None) -> Loop:
     return loop
 
 
+def move(loop: Loop, scenario: Scenario, temperature_c: float) -> None:
+    """Take chip and boards to another temperature, degC; their voltages stay, and so does the air's."""
+    silicon = Silicon(temperature_c=temperature_c, die=scenario.die)
+    parts: dict[str, Part[Any]] = dict(loop.parts)
+    for name, part in loop.parts.items():
+        if isinstance(part, Cell):
+            parts[name], loop.states[name] = part.moved(loop.states[name], temperature_c)
+        elif isinstance(part, RangingChip):
+            loop.states[name] = part.moved(loop.states[name], temperature_c)
+        elif isinstance(part, CentroidModel):
+            lookup = _fourth_power(silicon) if name == "amplitude_centroid" else None
+            parts[name] = CentroidModel(silicon, lookup)
+        elif isinstance(part, VocalizationModel):
+            parts[name] = _vocalization(scenario, silicon)
+        elif isinstance(part, IsolationModel):
+            parts[name] = IsolationModel(silicon)
+        elif isinstance(part, Hearing):
+            parts[name] = _heard(scenario, silicon)
+    loop.parts = parts
+
+
 def all_behavioural(scenario: Scenario) -> bool:
     """Whether every box of a scenario is a measured model."""
     return scenario.level == "behavioural" and not scenario.transistors
 
 
-def models_of(scenario: Scenario) -> Models:
-    """Return the models of a scenario in which every box is one."""
-    silicon = Silicon(temperature_c=scenario.temperature_c, die=scenario.die)
+def models_of(scenario: Scenario, temperature_c: float) -> Models:
+    """Return the models of a scenario in which every box is one, at a temperature, degC."""
+    silicon = Silicon(temperature_c=temperature_c, die=scenario.die)
     noise = silicon_noise(scenario.silicon_noise, scenario.seed)
     fourth = _fourth_power(silicon) if scenario.amplitude_law == "d4" else None
     return Models(

@@ -18,14 +18,16 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from chips.cell import Cell
 from circuits.arrays import F64
+from circuits.silicon.course import told_when
 from system.approach import kernel
 from system.approach.behavioural import Flight, fly_behavioural
-from system.approach.loop import all_behavioural, build, circuits, models_of
+from system.approach.loop import all_behavioural, build, circuits, models_of, move
 from system.approach.scenario import Scenario
 from system.approach.trace import (
     DOCUMENT,
@@ -67,7 +69,8 @@ def run(
 ) -> Trace:
     """Run a scenario; the answer does not depend on `workers` (threads, all cores unless given)."""
     if all_behavioural(scenario):
-        flight = fly_behavioural(models_of(scenario), scenario.duration, progress)
+        models = partial(models_of, scenario)
+        flight = fly_behavioural(models, scenario.stretches, scenario.duration, progress)
         return _read(scenario, flight)
     return run_in_loop(scenario, progress, workers)
 
@@ -79,10 +82,14 @@ def run_in_loop(
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as executor:
         loop = build(scenario, None if all_behavioural(scenario) else executor)
         log = _Log()
-        while loop.time < scenario.duration:
-            _note(log, loop, loop.step(scenario.duration))
-            if progress is not None:
-                progress(loop.time / scenario.duration)
+        for begin, end, celsius in scenario.stretches:
+            if begin > 0.0:
+                with told_when(begin):
+                    move(loop, scenario, celsius)
+            while loop.time < end:
+                _note(log, loop, loop.step(end))
+                if progress is not None:
+                    progress(loop.time / scenario.duration)
     return _trace(scenario, log, np.array(log.boards), _counts(loop))
 
 

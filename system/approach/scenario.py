@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
 from chips.validity import Answer
+from circuits.silicon.course import Course, Points, beginning_of
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import ZERO_CELSIUS
-from system.option import check_options, die_option, option, seed_option, temperature_option
+from system.option import (
+    check_options,
+    course_option,
+    die_option,
+    option,
+    seed_option,
+    temperature_option,
+)
 from system.options.noise import Noisy, check_noise, noise_option
 from system.options.outside import outside_option
 from system.worlds.sound.acoustics import Air
@@ -29,9 +38,10 @@ def _read_targets(text: str, _: str) -> tuple[Target, ...]:
 class Scenario:
     """An approach: the targets, how long, and at which level and on which silicon each box is.
 
-    Temperature is that of chip, boards and air. Each board and each single neuron is a circuit of its own, on
-    the chip's die, which is the same lot and number. `transistors` names boxes that stay at transistor level
-    in a behavioural run. The noise of devices is that of `noisy_boxes`, drawn from the seed.
+    Temperature is that of chip, boards and air; chip and boards follow a `course` of it, pairs of time (s)
+    and degC, and the air stays. Each board and each single neuron is a circuit of its own, on the chip's die,
+    which is the same lot and number. `transistors` names boxes that stay at transistor level in a behavioural
+    run. The noise of devices is that of `noisy_boxes`, drawn from the seed.
     """
 
     targets: tuple[Target, ...] = option(
@@ -39,6 +49,7 @@ class Scenario:
     )
     duration: float = option(4.0, "Length of the run", unit="s", above=0.0, most=LONGEST, study=True)
     temperature_c: float = temperature_option(27.0)
+    course: Points = course_option()
     isolation: bool = option(default=True, about="First-target isolation")
     amplitude_law: Law = option("linear", "Of the call: linear or d4")
     noise_rms: float = option(0.0, "Rms at a microphone, as 1mV", name="noise", unit="V", least=0.0)
@@ -61,6 +72,18 @@ class Scenario:
         return "transistor" if box in self.transistors else self.level
 
     @property
+    def beginning_c(self) -> float:
+        """The temperature at the beginning, degC."""
+        return beginning_of(self.temperature_c, self.course)
+
+    @property
+    def stretches(self) -> Iterator[tuple[float, float, float]]:
+        """Begin and end, s, of each stretch of one temperature, and that, degC."""
+        if not self.course:
+            return iter([(0.0, self.duration, self.temperature_c)])
+        return Course(self.course).stretches(0.0, self.duration)
+
+    @property
     def noisy_boxes(self) -> tuple[Box, ...]:
         """Boxes whose devices make noise, which only models do.
 
@@ -72,5 +95,5 @@ class Scenario:
 
 
 def air_of(scenario: Scenario) -> Air:
-    """Return the air at the temperature of a scenario."""
-    return Air(temperature=scenario.temperature_c + ZERO_CELSIUS)
+    """Return the air at the temperature of a scenario, at which it stays."""
+    return Air(temperature=scenario.beginning_c + ZERO_CELSIUS)

@@ -17,6 +17,7 @@ from circuits.blocks.sonar import centroid_board
 from system.approach.scenario import Scenario, air_of
 from system.meaning import meanings
 from system.options.block import describe_run
+from system.options.temperature import temperature_text
 from system.plot import COLOURS, PALE
 from system.system import Account
 from system.worlds.sound.acoustics import speed_of_sound
@@ -161,7 +162,7 @@ def account(trace: Trace) -> Account:
             "isolation": s.isolation,
             "amplitude_law": s.amplitude_law,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c),
+            **describe_run(s.die, s.temperature_c, course=s.course),
         },
         outside=trace.outside,
     )
@@ -188,7 +189,7 @@ def document(trace: Trace) -> dict[str, Any]:
 def title(trace: Trace) -> str:
     """Return the heading of the table of a run's numbers."""
     s = trace.scenario
-    return f"{s.level} level, {s.temperature_c:g} degC, {s.die}"
+    return f"{s.level} level, {temperature_text(s.temperature_c, s.course)} degC, {s.die}"
 
 
 def draw(trace: Trace, figure: Figure) -> None:

@@ -65,10 +65,10 @@ class Drive:
     def __repr__(self) -> str:
         """Alike in every process, and wherever the functions stand.
 
-        A course of temperature is named where there is one, so that kept files of runs without stay whole.
+        What kept files' runs had no option for is named where it is asked for, so that the files stay whole.
         """
         named = [f.__qualname__ for f in (self.keep, self.world)]
-        scenario = repr(self.scenario).replace(", course=()", "")
+        scenario = repr(self.scenario).replace(", course=()", "").replace(", outside='refuse'", "")
         return f"{scenario} {named} {self.with_path}"
 
 

@@ -66,7 +66,6 @@ overflowed  number  -  inputs that found all synapses of their neuron taken, and
 undecided   number  -  detectors so near a tie that the model cannot tell
 """)  # numbers of a run whose brain is a chip
 DOCUMENT = meanings("""
-temperature_C  any         degC  of the chip; of a course, pairs of time (s) and temperature
 transistor_units  integer[][]  -  memory and unit of each that is kept at transistor level
 obstacles      integer     -     how many obstacles there are
 winner         integer[]   -     number of the arc that won after each ping, from the left

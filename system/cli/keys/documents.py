@@ -14,6 +14,7 @@ from system.cli.keys.study import CENTRE, MONTECARLO, RARE, REPLAY
 from system.cli.keys.transient import AC, NOISE, SIMULATE, TRAN_NOISE
 from system.meaning import SUMMARY, Meaning, Meanings, kind_of, meanings
 from system.options.block import DIE_KEYS
+from system.options.temperature import COURSE
 from system.system import ENTRIES, System
 
 DOCUMENTS: dict[str, Meanings] = {
@@ -44,7 +45,7 @@ summary  object  -  how the run went
 """)
 SHARED = {  # of options that all systems have
     "seed": "of noise and worlds",
-    "temperature_C": "of the chips",
+    "temperature_C": "of the chips; of a course, pairs of time (s) and temperature",
 }
 
 
@@ -59,8 +60,9 @@ def scenario_keys(system: System[Any, Any]) -> dict[str, Meaning]:
         elif one.key not in system.meanings:
             unit = "rad" if one.option.unit == "deg" else one.option.unit or ""
             words = one.option.help or SHARED.get(one.key, "")
-            unit = "degC" if one.key == "temperature_C" else unit
             kind = kind_of(one.kind, nullable=one.default is None)
+            if one.key == "temperature_C":
+                unit, kind = "degC", "number|number[][]" if COURSE in system.settings else kind
             found[one.key] = Meaning(kind, unit, words[:1].lower() + words[1:])
     return found
 
@@ -71,6 +73,9 @@ def run_keys(system: System[Any, Any]) -> dict[str, Meaning]:
     What a run was on is named as in its scenario, and means the same there, where nothing else is said.
     """
     document = {**scenario_keys(system), **system.meanings}
-    on = {f"{SUMMARY}.ran_on.{key}": each for key, each in document.items() if "." not in key}
+    within = f"{SUMMARY}.ran_on"
+    on = {f"{within}.{key}": each for key, each in document.items() if "." not in key}
+    if COURSE in system.settings:
+        on |= meanings("temperature_C  number|string  degC  of the chips; of a course in words", within)
     account = {f"{SUMMARY}.{key}": each for key, each in ENTRIES.items()}
     return {**EVERY_RUN, **account, **on, **document}

@@ -57,7 +57,8 @@ MONTECARLO = {
     **meanings("""
 target             string           -     what was measured
 block              string           -     the same
-temperature_C      number|number[]  degC  temperature; several where there are several conditions
+temperature_C      number|number[]|number[][]  degC  temperature; several where there are several
+                   conditions; of a course, pairs of time (s) and temperature
 corner             string|string[]  -     corner, likewise
 lot                string           -     lot of the dies
 mismatch           boolean          -     whether their devices differ from each other

@@ -36,8 +36,9 @@ BASE = Scenario(SCENE, 1.0, level="behavioural")
         replace(BASE, amplitude_law="d4"),
         replace(BASE, temperature_c=20.0, die=Die(number=1003, process=False)),
         Scenario(duration=2.0, level="behavioural"),
+        replace(BASE, course=((0.0, 27.0), (0.5, 24.0), (1.0, 30.0))),
     ],
-    ids=["plain", "without isolation", "d4", "die", "default"],
+    ids=["plain", "without isolation", "d4", "die", "default", "course"],
 )
 def test_both_loops_give_the_same_run(scenario: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
     # the general loop would thin the proximity to 1 mV

@@ -12,6 +12,7 @@ from tests.system.conftest import Run, RunJson
 WARMING = "0s:27,1s:29"
 # options of a run of seconds with a chip in its loop, by system
 SHORT = {
+    "approach": ("--level", "behavioural", "--duration", "0.5s"),
     "pushbot": ("--duration", "0.2s"),
     "rolls": ("--duration", "0.2s"),
     "spiking-bat": ("--brain", "chip", "--pings", "3"),
@@ -41,3 +42,10 @@ def test_a_study_has_one_course_and_no_other_temperature(run: Run, run_json: Run
         status, out, err = run(*target, *more)
         assert (status, out, err.count("\n")) == (2, "", 1)
         assert says in err
+
+
+def test_a_course_that_leaves_what_was_measured_says_when_and_where(run: Run) -> None:
+    options = ("run", "approach", "--level", "behavioural", "--duration", "1s")
+    status, out, err = run(*options, "--temperature", "0s:60,1s:70")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "ranging_chip.temperature: 65.1 degC at 0.505 s, must be -10 to 65 degC" in err

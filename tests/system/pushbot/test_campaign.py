@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from system.pushbot.campaign import (
     Drives,
     Kept,
     Summary,
+    _key,
     drive_cells,
     drive_each,
     mean_sd,
@@ -30,6 +32,7 @@ from system.pushbot.run import Trace
 from system.pushbot.scenario import Scenario, scene_of
 from system.study.campaign import ALONE, Execution
 from system.study.campaign_file import CutLine
+from tests.documents import ROOT
 
 PLAN = trials(Scenario(), 4, 2) + [replace(s, modified=True) for s in trials(Scenario(), 2, 2)]
 
@@ -161,3 +164,13 @@ def test_what_is_not_defined_is_in_no_mean() -> None:
     mean, deviation, count = mean_sd(found, "a")
     assert (mean, deviation, count) == (2.0, pytest.approx(2.0**0.5), 2)
     assert np.isnan(mean_sd([], "a")[0])
+
+
+def test_a_kept_file_has_the_runs_that_its_experiment_asks_for() -> None:
+    lines = (ROOT / "evidence" / "milde2017-table1.jsonl").read_text().splitlines()[1:]
+    keys = {tuple(json.loads(line)["key"]) for line in lines}
+    base = Scenario(colour="yellow", speed_factor=3.0, turn_factor=1.0)
+    asked = {_key(Drive(scenario)) for scenario in trials(base, 20, 10)}
+    assert asked <= keys
+    # what is asked for besides is another run
+    assert _key(Drive(replace(trials(base, 1, 1)[0], course=((0.0, 27.0), (1.0, 30.0))))) not in keys
