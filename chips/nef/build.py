@@ -52,6 +52,8 @@ class Built:
         What these are where it is run; None of ideal neurons.
     noise : NefNoise or None
         Noise of the chip's devices there.
+    where : Conditions or None
+        Where it is run; None of ideal neurons.
     """
 
     network: Network
@@ -63,6 +65,7 @@ class Built:
     placed: Placed | None = None
     chip: ChipNet | None = None
     noise: NefNoise | None = None
+    where: Conditions | None = None
 
     def neurons(self, name: str) -> slice:
         """Return the numbers of the neurons of the ensemble or array that is called `name`."""
@@ -150,7 +153,7 @@ def exchanged(built: Built, other: Built) -> Built:
 def _on(built: Built, placed: Placed, held: list[Population], where: Conditions) -> Built:
     """A network with its codes on a chip as it is `where`."""
     chip = at(placed, held, where)
-    return replace(built, placed=placed, chip=chip, noise=noise_of(chip, where))
+    return replace(built, placed=placed, chip=chip, noise=noise_of(chip, where), where=where)
 
 
 def _members(part: Ensemble | EnsembleArray) -> list[Ensemble]:

@@ -89,11 +89,18 @@ class Lines(NamedTuple):
 
 
 class Filters(NamedTuple):
-    """Filters: time constant, s, and output at the middle, full scales, float64[n] each; and the power."""
+    """Filters on a die.
+
+    tau: time constant, s; gain: output at the middle, full scales; power: of the output; middle: how far
+    v_syn is below the supply at the middle, V; fold: how much farther it is an e-fold of s above it, V.
+    Arrays are float64[n].
+    """
 
     tau: F64
     gain: F64
     power: float
+    middle: F64
+    fold: float
 
 
 def neurons_on(silicon: Silicon, count: int, biases: Biases) -> NeuronLaw:
@@ -137,17 +144,18 @@ def column_on(silicon: Silicon, column: int, count: int, biases: Biases) -> Colu
 def filters_on(silicon: Silicon, taus: F64, biases: Biases) -> Filters:
     """Return the chip's first filters on a silicon; taus: nominal time constants at 27 degC, s."""
     count = len(taus)
-    gain, tau = np.empty(count), np.empty(count)
+    gain, tau, middle = np.empty((3, count))
     unit = _unit_current(silicon, biases)
     capacitance = float(_filter_capacitances()[0, 0])
-    power = 1.0
+    power = fold = 1.0
     for value in np.unique(taus):
         set_to = tuple(_set_tau(b, float(value)) for b in biases)
         d = _on_chip("filter", _filters(count), silicon, set_to)
         own = taus == value
         found = _filter(d, capacitance, unit)
-        tau[own], gain[own], power = found.tau[own], found.gain[own], found.power
-    return Filters(tau, gain, power)
+        tau[own], gain[own], middle[own] = found.tau[own], found.gain[own], found.middle[own]
+        power, fold = found.power, found.fold
+    return Filters(tau, gain, power, middle, fold)
 
 
 def lines_on(silicon: Silicon, count: int, biases: Biases) -> Lines:
@@ -179,7 +187,9 @@ def _filter(d: DieDevices, capacitance: float, unit: float) -> Filters:
     weak = np.exp(across) * (ratio * md2.current / md1.current) ** power
     out = md5.current * of_weak(weak)
     tau = capacitance * d.u_t / (md1.kappa * leak) * (1.0 + 1.0 / ratio)
-    return Filters(np.asarray(tau), np.asarray(out / (LINE_UNITS * unit)), power)
+    volts = md5.threshold + d.u_t * np.log(weak) / md5.kappa
+    scaled = np.asarray(out / (LINE_UNITS * unit))
+    return Filters(np.asarray(tau), scaled, power, np.asarray(volts), d.u_t * power / md5.kappa)
 
 
 def _unit_current(silicon: Silicon, biases: Biases) -> float:

@@ -16,6 +16,7 @@ from chips.nef.chip import FIFO
 from chips.nef.kernel import COUNTERS, ChipState, advance_chip, new_chip_state
 from chips.nef.network.kernel import DT, State, advance, new_state
 from chips.nef.noise import copied
+from chips.nef.temperature import carried
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 
@@ -89,6 +90,16 @@ class Simulation:
             else:
                 advance_chip(self.built.chip, self._chip, self._steps, self._noise)
             self.time += self.interval
+
+    def move(self, built: Built) -> None:
+        """Go on with the same network elsewhere, as at another temperature (`chips.nef.build.moved`)."""
+        old = self._noise
+        if self._chip is not None:
+            self._chip = carried(self._chip, self.built, built)
+            self.state = self._chip.base
+        self.built, self._noise = built, None if built.noise is None else copied(built.noise)
+        if self._noise is not None and old is not None:
+            self._noise.step[0] = old.step[0]
 
     def snapshot(self) -> SimulationState:
         """Return the present state, of arrays of its own."""

@@ -16,6 +16,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
@@ -27,6 +28,7 @@ STEP = 0.1  # K, ours: in which a course is followed
 INSTANT = 10e-6  # s, ours: changes that come within this are one, as where a course has a step
 _DECIMALS = 9  # of a kelvin, to which a whole number of steps is written
 
+T = TypeVar("T")
 Points = tuple[tuple[float, float], ...]  # times, s, rising, and temperatures, degC
 
 
@@ -108,6 +110,33 @@ def course_through(points: Points, step: float = STEP) -> Course | None:
 def beginning_of(temperature_c: float, points: Points, step: float = STEP) -> float:
     """Return where a run begins, degC: `temperature_c`, or the course's through `points` where it has one."""
     return Course(points, step).begin if points else temperature_c
+
+
+def along(points: Points, temperature_c: float, make: Callable[[float], T]) -> Callable[[float], T]:
+    """Return what `make` gives of a temperature, degC, as a function of time, s; it is made once for each.
+
+    Parameters
+    ----------
+    points
+        Those of a course; none for `temperature_c` throughout.
+    temperature_c
+        Temperature without a course, degC.
+    make
+        What depends on temperature. Its refusals are told with the time (`when`).
+    """
+    if not points:
+        still = make(temperature_c)
+        return lambda _: still
+    course, made = Course(points), dict[float, T]()
+
+    def at(time: float) -> T:
+        celsius = course.at(time)
+        if celsius not in made:
+            with told_when(time):
+                made[celsius] = make(celsius)
+        return made[celsius]
+
+    return at
 
 
 _NOW: ContextVar[float | None] = ContextVar("course", default=None)

@@ -18,8 +18,10 @@ from matplotlib.figure import Figure
 from chips.nef.build import Built, build, moved
 from chips.nef.chip import NefChip
 from chips.nef.network.curves import IdealCurves
+from chips.nef.simulation import Simulation
 from circuits.arrays import F64, I64
-from system.bug.body import ARRIVED, FASTEST, RADIUS, STEP, Robot
+from circuits.silicon.course import Course, beginning_of, course_through, told_when
+from system.bug.body import ARRIVED, FASTEST, RADIUS, STEP, Robot, Senses
 from system.bug.brain import STATES, Brain
 from system.bug.map import Point, load_map, pick
 from system.bug.neural import NeuralBrain, network_of, neural_brain
@@ -31,6 +33,7 @@ from system.bug.world import World, build_world, check_place
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.outside import inside_boxes
+from system.options.temperature import temperature_text
 from system.plot import silicon_text
 from system.system import SUCCEEDED, Account, System, metrics_with
 from system.worlds.standing import SLOW, share_standing
@@ -128,7 +131,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     check_place(world, goal, RADIUS, "goal")
     robot = Robot(world, start, goal)
     brain = make_brain(scenario, world)
-    path, states = drive(robot, brain, round(scenario.duration / STEP), progress)
+    path, states = drive(robot, warmed(brain, scenario), round(scenario.duration / STEP), progress)
     reached = robot.distance < ARRIVED
     shortest = shortest_path(world, start, goal)
     verdict = "" if reached else brain.verdict
@@ -152,9 +155,55 @@ def built_network(scenario: Scenario) -> Built:
         noise=scenario.device_noise(),
     )  # fmt: skip
     built = build(network, chip.at(scenario.solved), scenario.seed)
-    if scenario.temperature_c == scenario.solved:
-        return built
-    return moved(built, chip.at(scenario.temperature_c))
+    begin = beginning_of(scenario.temperature_c, scenario.course)
+    return built if begin == scenario.solved else moved(built, chip.at(begin))
+
+
+@dataclass(slots=True)
+class Warmed:
+    """A brain on a chip whose temperature follows a course: in every 10 ms it is that at their beginning.
+
+    brain : whose network's codes and decoders stay what they are.
+    simulation : of the network.
+    course : of the chip's temperature.
+    chip : on which the network was placed.
+    time : of the run, s, that it has come to.
+    """
+
+    brain: Brain
+    simulation: Simulation
+    course: Course
+    chip: NefChip
+    time: float = 0.0
+
+    @property
+    def state(self) -> str:
+        """What the brain is doing."""
+        return self.brain.state
+
+    @property
+    def verdict(self) -> str:
+        """What the brain has found out about the goal."""
+        return self.brain.verdict
+
+    def step(self, senses: Senses) -> F64:
+        """Steering vector for the next 10 ms, float64[2]."""
+        run = self.simulation
+        where, wanted = run.built.where, self.course.at(self.time)
+        if where is not None and where.temperature_c != wanted:
+            with told_when(self.time):
+                run.move(moved(run.built, self.chip.at(wanted)))
+        self.time += STEP
+        return self.brain.step(senses)
+
+
+def warmed(brain: Brain, scenario: Scenario) -> Brain:
+    """Return the brain with its chip along the scenario's course, itself where there is none."""
+    course = course_through(scenario.course)
+    if course is None or not isinstance(brain, NeuralBrain):
+        return brain
+    where = brain.simulation.built.where
+    return brain if where is None else Warmed(brain, brain.simulation, course, where.chip)
 
 
 def counted(brain: Brain) -> dict[str, int] | None:
@@ -216,7 +265,7 @@ def account(trace: Trace) -> Account:
         on |= {
             "area": s.area,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, s.bias_kind),
+            **describe_run(s.die, s.temperature_c, s.bias_kind, s.course),
         }
     return Account(
         succeeded=trace.reached or (bool(trace.verdict) and trace.shortest is None),
@@ -264,13 +313,13 @@ def told(trace: Trace) -> Iterator[str]:
         yield f"{trace.world.map.name}: no way leads from the start to the goal"
     if trace.chip is not None:
         counts = ", ".join(f"{name.replace('_', ' ')} {k}" for name, k in trace.chip.items())
-        yield f"chip on {s.die} at {s.temperature_c:g} degC: {counts}"
+        yield f"chip on {s.die} at {temperature_text(s.temperature_c, s.course)} degC: {counts}"
 
 
 def draw(trace: Trace, figure: Figure) -> None:
     """Fill an empty figure with a run."""
     s = trace.scenario
-    chip = f" on {silicon_text(s.die, s.temperature_c, s.bias_kind)}" if s.brain == "chip" else ""
+    chip = f" on {silicon_text(s.die, s.temperature_c, s.bias_kind, s.course)}" if s.brain == "chip" else ""
     title = f"{s.agent}, {s.brain}{chip}, {trace.world.map.name}\n{account(trace).headline}"
     draw_run(trace.world, trace.path, trace.shortest, title, figure)
 

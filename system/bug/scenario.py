@@ -9,11 +9,20 @@ from chips.noise import SiliconNoise
 from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
+from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import check_temperature
 from system.bug.body import STEP
 from system.bug.brain import AGENTS
-from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
+from system.option import (
+    bias_kind_option,
+    check_options,
+    course_option,
+    die_option,
+    option,
+    seed_option,
+    temperature_option,
+)
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
 from system.options.outside import outside_option
 
@@ -29,7 +38,8 @@ class Scenario:
     `design` is of Bug 2's network, and `neurons` is how many there are in all, about. `start` and `goal` are
     numbers from 0 in reading order, or `X,Y` in map units. The seed draws the network's neurons. Of a chip:
     the temperatures at which its biases were calibrated and its decoders solved, the area of its devices over
-    the usual one, and their noise, drawn from `noise_seed`, which is `seed` unless given.
+    the usual one, and their noise, drawn from `noise_seed`, which is `seed` unless given; and a course of its
+    temperature, pairs of time (s) and degC, instead of `temperature_c`.
     """
 
     agent: str = option("bug2", "Which of the three", choices=AGENTS, study=True)
@@ -47,6 +57,7 @@ class Scenario:
     seed: int = seed_option()
     die: Die = die_option(NOMINAL)
     temperature_c: float = temperature_option(REFERENCE_C)
+    course: Points = course_option()
     calibrated_c: float = option(
         REFERENCE_C, "Where the chip's biases were trimmed", name="calibrated", unit="degC", study=True,
         silicon=True, key="calibrated_C",

@@ -39,6 +39,9 @@ COUNTS = (
 )
 
 
+ChipAt = Callable[[float], tuple[Head, LsoNoise | None]]  # chip and its noise at a time, s
+
+
 class Neck(NamedTuple):
     """A servo on its way: angle (rad) at a time (s), and where to.
 
@@ -106,10 +109,13 @@ class _Heard(NamedTuple):
 
 
 def follow(
-    numbers: SonarHead, head: Head, way: Way, duration: float, random: np.random.Generator,
-    wiring: str = WIRINGS[0], progress: Callable[[float], None] | None = None, noise: LsoNoise | None = None,
+    numbers: SonarHead, chip_at: ChipAt, way: Way, duration: float, random: np.random.Generator,
+    wiring: str = WIRINGS[0], progress: Callable[[float], None] | None = None,
 ) -> Log:  # fmt: skip
-    """Follow a target for a time (s), with the echoes' noise drawn from `random`; noise: the silicon's."""
+    """Follow a target for a time (s), with the echoes' noise drawn from `random`.
+
+    chip_at: the chip in a ping at a time, s, in which its temperature stands, and the noise of its silicon.
+    """
     pings = max(1, math.floor(duration * numbers.ping_rate + 1e-9))
     time = np.arange(pings) / numbers.ping_rate
     echoes = random.standard_normal((pings, SIDES + 1))
@@ -120,10 +126,11 @@ def follow(
     lost: list[str] = []
     spikes: list[F64] = []
     levels: list[F64] = []
-    resting = usual_spikes(numbers, head) if wiring == "one-ear" else 0
+    resting = usual_spikes(numbers, chip_at(0.0)[0]) if wiring == "one-ear" else 0
     for k, t in enumerate(time):
         angles[k] = neck.at(t, numbers.neck_speed)
         counts["neck_late"] += int(abs(angles[k] - neck.goal) > 1e-9)
+        head, noise = chip_at(float(t))
         chip = _Chip(head if noise is None else head_of_ping(head, noise, k), noise, k)
         found = _ping(numbers, chip, way, neck, float(t), echoes[k])
         distances[k] = found.distance

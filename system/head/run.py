@@ -17,8 +17,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from chips.lso.measure import circuits
-from chips.lso.model import RECORD, Head, head_on
+from chips.lso.model import RECORD, Head
 from chips.record import current_record
+from circuits.silicon.course import along
 from system.head.ear import hearing
 from system.head.loop import COUNTS, LOST, Log, follow
 from system.head.picture import draw_head
@@ -27,6 +28,7 @@ from system.head.world import way_of
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.outside import inside_boxes
+from system.options.temperature import temperature_text
 from system.system import Account, System, metrics_with
 
 SUMMARY = meanings("""
@@ -70,7 +72,7 @@ class Trace:
     """What a run leaves: its log, and the numbers of the die that it was on.
 
     scenario : what was asked for.
-    chip : numbers of its die.
+    chip : numbers of its die at the beginning.
     log : the run, ping by ping.
     outside : sides of its chip's validity box that it left, a sentence each.
     """
@@ -85,11 +87,11 @@ class Trace:
 def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Trace:
     """Follow a target; its way and the noise are drawn from the seed, each by a generator of its own."""
     s = scenario
-    chip = head_on(s.silicon, s.bias_kind or "gate", s.area)
+    chip_at = along(s.course, s.temperature_c, s.chip)
     way_random, noise_random = (np.random.default_rng((s.seed, k)) for k in range(2))
     way = way_of(s.motion, s.target, s.duration + s.head.period, way_random)
-    log = follow(s.head, chip, way, s.duration, noise_random, s.wiring, progress, s.noise(chip))
-    return Trace(s, chip, log)
+    log = follow(s.head, chip_at, way, s.duration, noise_random, s.wiring, progress)
+    return Trace(s, chip_at(0.0)[0], log)
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
@@ -119,7 +121,7 @@ def account(trace: Trace) -> Account:
             "wiring": s.wiring,
             "area": s.area,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, s.bias_kind or "gate"),
+            **describe_run(s.die, s.temperature_c, s.bias_kind or "gate", s.course),
         },
         outside=trace.outside,
     )
@@ -154,7 +156,7 @@ def draw(trace: Trace, figure: Figure) -> None:
     """Fill an empty figure with angles and rasters over time."""
     s, found = trace.scenario, summarise(trace)
     title = (
-        f"{s.motion}, {s.wiring}, {s.die}, {s.temperature_c:g} degC:"
+        f"{s.motion}, {s.wiring}, {s.die}, {temperature_text(s.temperature_c, s.course)} degC:"
         f" error {found['error_rms_deg']:.1f} deg rms,"
         f" {found['lost']:.0f} of {len(trace.log.time)} pings lost\n{account(trace).headline}"
     )

@@ -5,18 +5,27 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from chips.lso.model import Head
+from chips.lso.model import Head, head_on
 from chips.lso.noise import LsoNoise, noise_of
 from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
+from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
 from system.head.ear import SPEED
 from system.head.loop import WIRINGS
 from system.head.numbers import Motion, SonarHead
 from system.head.world import MOTIONS
-from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
+from system.option import (
+    bias_kind_option,
+    check_options,
+    course_option,
+    die_option,
+    option,
+    seed_option,
+    temperature_option,
+)
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
 from system.options.outside import outside_option
 
@@ -49,6 +58,7 @@ class Scenario:
     seed: int = seed_option()
     die: Die = die_option(NOMINAL)
     temperature_c: float = temperature_option(ROOM_TEMPERATURE)
+    course: Points = course_option()
     outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
@@ -72,13 +82,10 @@ class Scenario:
                 f" must be below {self.head.decision:g} of a period, {last:.3g} s; ping less often"
             )
 
-    @property
-    def silicon(self) -> Silicon:
-        """Process, temperature and die of the chip."""
-        return Silicon(temperature_c=self.temperature_c, die=self.die)
-
-    def noise(self, chip: Head) -> LsoNoise | None:
-        """Return the noise of a chip on the silicon, None where there is none."""
+    def chip(self, temperature_c: float) -> tuple[Head, LsoNoise | None]:
+        """Return the chip on its die at a temperature, degC, and its noise, None where there is none."""
+        silicon = Silicon(temperature_c=temperature_c, die=self.die)
+        chip = head_on(silicon, self.bias_kind or "gate", self.area)
         seed = self.seed if self.noise_seed is None else self.noise_seed
         noise = silicon_noise(self.silicon_noise, seed)
-        return None if noise is None else noise_of(chip, self.silicon, noise, self.area)
+        return chip, None if noise is None else noise_of(chip, silicon, noise, self.area)

@@ -13,6 +13,8 @@ WARMING = "0s:27,1s:29"
 # options of a run of seconds with a chip in its loop, by system
 SHORT = {
     "approach": ("--level", "behavioural", "--duration", "0.5s"),
+    "bug": ("--brain", "chip", "--duration", "0.1s"),
+    "head": ("--duration", "1s"),
     "pushbot": ("--duration", "0.2s"),
     "rolls": ("--duration", "0.2s"),
     "spiking-bat": ("--brain", "chip", "--pings", "3"),

@@ -7,7 +7,7 @@ import pytest
 
 from chips.lso.model import head_on
 from circuits.silicon.silicon import Silicon
-from system.head.loop import Log, Neck, follow, longest_step, usual_spikes
+from system.head.loop import ChipAt, Log, Neck, follow, longest_step, usual_spikes
 from system.head.numbers import Motion, SonarHead
 from system.head.world import way_of
 
@@ -18,7 +18,9 @@ CHIP = head_on(Silicon())
 def followed(numbers: SonarHead, duration: float = 1.0, kind: str = "step", **motion: float) -> Log:
     target = Motion(**{"step_at": 0.2, "swing": 0.0} | motion)
     random = np.random.default_rng(0)
-    return follow(numbers, CHIP, way_of(kind, target, duration + 1.0, random), duration, random)
+    return follow(
+        numbers, lambda _: (CHIP, None), way_of(kind, target, duration + 1.0, random), duration, random
+    )
 
 
 def test_the_neck_turns_at_its_speed_and_stops() -> None:
@@ -73,10 +75,8 @@ def test_steps_that_outlast_the_period_are_counted() -> None:
     slow = CHIP._replace(excite_step=np.full_like(CHIP.excite_step, 70e-3))
     way = way_of("step", Motion(), 2.0, np.random.default_rng(0))
     found = [
-        follow(replace(NUMBERS, ping_rate=15.0), chip, way, 1.0, np.random.default_rng(0)).counts[
-            "steps_over"
-        ]
-        for chip in (slow, CHIP)
+        follow(replace(NUMBERS, ping_rate=15.0), at, way, 1.0, np.random.default_rng(0)).counts["steps_over"]
+        for at in (lambda _: (slow, None), lambda _: (CHIP, None))
     ]
     assert found == [15, 0]
 
@@ -91,3 +91,24 @@ def test_the_longest_step_is_of_the_level_units_that_spiked() -> None:
 
 def test_one_ear_knows_what_is_usual() -> None:
     assert usual_spikes(NUMBERS, CHIP, 0.7) > usual_spikes(NUMBERS, CHIP) > usual_spikes(NUMBERS, CHIP, 1.4)
+
+
+def test_each_ping_hears_with_the_chip_at_its_time() -> None:
+    warm = head_on(Silicon(temperature_c=47.0))
+    way = way_of("step", Motion(step_at=0.2, swing=0.0), 2.0, np.random.default_rng(0))
+
+    def heard(at: ChipAt) -> Log:
+        return follow(NUMBERS, at, way, 1.0, np.random.default_rng(0))
+
+    cold, hot = (heard(lambda _, chip=chip: (chip, None)) for chip in (CHIP, warm))
+    moving = heard(lambda time: (CHIP if time < 0.45 else warm, None))
+    early = cold.time < 0.45
+    for side in range(2):
+        spikes, mine = (log.spikes[log.spikes[:, 1] == side, 0] for log in (cold, moving))
+        assert np.array_equal(spikes[spikes < 0.45], mine[mine < 0.45])
+    assert np.array_equal(cold.head[early], moving.head[early])
+    # the first ping at the other temperature: a level unit's comparator is slower or faster
+    first = np.flatnonzero(~early)[0]
+    levels = [log.levels[(log.levels[:, 0] >= log.time[first])][0, 0] for log in (cold, moving)]
+    assert levels[0] != levels[1]
+    assert hot.levels[0, 0] - hot.time[0] != cold.levels[0, 0] - cold.time[0]
