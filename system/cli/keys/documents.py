@@ -12,6 +12,7 @@ from system.cli.keys.installed import CHARACTERISE, DOCTOR, LIST, REPRODUCE
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
 from system.cli.keys.study import CENTRE, MONTECARLO, RARE, REPLAY
 from system.cli.keys.transient import AC, NOISE, SIMULATE, TRAN_NOISE
+from system.cli.option_names import option_of
 from system.meaning import SUMMARY, Meaning, Meanings, kind_of, meanings
 from system.options.block import DIE_KEYS
 from system.options.temperature import COURSE
@@ -60,6 +61,8 @@ def scenario_keys(system: System[Any, Any]) -> dict[str, Meaning]:
         elif one.key not in system.meanings:
             unit = "rad" if one.option.unit == "deg" else one.option.unit or ""
             words = one.option.help or SHARED.get(one.key, "")
+            if one.option.run and words:  # the help of an option leaves out what its name says
+                words = f"{words}; option `{option_of(one.name)}`"
             kind = kind_of(one.kind, nullable=one.default is None)
             if one.key == "temperature_C":
                 unit, kind = "degC", "number|number[][]" if COURSE in system.settings else kind
