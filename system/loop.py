@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from contextvars import copy_context
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, final
 
 from chips.part import Advanced, Event, Part
 from chips.polyline import thin
@@ -21,19 +21,11 @@ from circuits.errors import TopologyError
 
 
 @dataclass(frozen=True, slots=True)
-class EventWire:
-    """A wire by which the events of one part's port arrive at another's.
+class _Wire:
+    """From a port of one part to a port of another, each by its name.
 
-    Attributes
-    ----------
-    source
-        Name of the part whose events they are.
-    port
-        Its port.
-    target
-        Name of the part at which they arrive.
-    target_port
-        Its port.
+    source, port : where it begins.
+    target, target_port : where it ends.
     """
 
     source: str
@@ -42,28 +34,20 @@ class EventWire:
     target_port: str
 
 
+@final
 @dataclass(frozen=True, slots=True)
-class AnalogWire:
+class EventWire(_Wire):
+    """A wire by which the events of one part's port arrive at another's."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class AnalogWire(_Wire):
     """A wire by which one part's analog port drives another's.
 
-    Attributes
-    ----------
-    source
-        Name of the part whose voltage it is.
-    port
-        Its port.
-    target
-        Name of the part that is driven.
-    target_port
-        Its port.
-    tolerance
-        Voltage to which the polyline is thinned, V.
+    tolerance : voltage to which the polyline is thinned, V.
     """
 
-    source: str
-    port: str
-    target: str
-    target_port: str
     tolerance: float = 1e-3
 
 

@@ -80,6 +80,16 @@ class Account:
         return headline(succeeded=self.succeeded, reason=self.reason)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class RunTrace(Generic[S]):
+    """What a run leaves, to which every system adds its own.
+
+    scenario : what was asked for.
+    """
+
+    scenario: S
+
+
 class Run(Protocol[S_contra, T_co]):
     """Runs a scenario; `progress` is told the share that is done."""
 

@@ -19,26 +19,24 @@ from system.meaning import meanings
 from system.options.block import describe_run
 from system.options.temperature import temperature_text
 from system.plot import COLOURS, PALE
-from system.system import Account
+from system.system import Account, RunTrace
 from system.worlds.sound.acoustics import speed_of_sound
 from system.worlds.sound.microphone import Microphone
 from system.worlds.sound.targets import range_at
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
+class Trace(RunTrace[Scenario]):
     """A run's arrays on a 10 ms grid and its events.
 
     time_s, range_m (first target's), estimate_m, proximity_V, call_rate_Hz (inverse of the last interval,
     NaN before there are two calls), call_amplitude_V (amplitude stage): float64[T]. calls: float64[calls, 2],
     time and amplitude. pulses, echoes: high-threshold and onset spikes, s; spikes: (time s, neuron).
 
-    scenario : what was asked for.
     counts : counters of the run by name, such as `solver_steps` and `undecided_spikes`.
     outside : sides of its chips' validity boxes that it left, a sentence each.
     """
 
-    scenario: Scenario
     time_s: F64
     range_m: F64
     estimate_m: F64

@@ -35,7 +35,7 @@ from system.options.block import describe_run
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.plot import silicon_text
-from system.system import SUCCEEDED, Account, System, metrics_with
+from system.system import SUCCEEDED, Account, RunTrace, System, metrics_with
 from system.worlds.standing import SLOW, share_standing
 
 SUMMARY = meanings("""
@@ -75,19 +75,17 @@ _SIGN_OF_LIFE = 100  # steps
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
+class Trace(RunTrace[Scenario]):
     """What a run leaves.
 
     path : places, float64[steps + 1, 2], map units; state : int64[steps], numbers in `STATES`, every 10 ms;
     verdict : what the brain has found out, empty for nothing; shortest : way of a point, None if there is
     none; chip : counters of a brain on a chip, and `cut`, how many stages give less than they should.
-    scenario : what was asked for.
     world : the obstacles.
     reached : whether the robot came to its goal.
     outside : sides of its chip's validity box that it left, a sentence each.
     """
 
-    scenario: Scenario
     world: World
     path: F64
     state: I64

@@ -34,7 +34,7 @@ from system.options.block import AS_BUILT, describe_run
 from system.options.noise import silicon_noise
 from system.options.outside import inside_boxes
 from system.plot import entitle, silicon_text
-from system.system import SUCCEEDED, Account, System, metrics_with
+from system.system import SUCCEEDED, Account, RunTrace, System, metrics_with
 from system.worlds.standing import SLOW, evenly, share_standing
 
 ENDS = ("through", "out", "collided", "undecided")
@@ -81,18 +81,16 @@ SUCCESS = "it comes out at the far end of the forest without having touched a pi
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
+class Trace(RunTrace[Scenario]):
     """What a drive leaves.
 
     unsure : how many delays of the chip's table were too near to call.
-    scenario : what was asked for.
     arcs : of the car.
     forest : the pipes.
     drive : the way, and why it ended.
     outside : sides of its chip's validity box that it left, a sentence each.
     """
 
-    scenario: Scenario
     arcs: Arcs
     forest: Pipes
     drive: Drive

@@ -40,7 +40,7 @@ from system.option import Option
 from system.options.block import AS_BUILT, describe_run
 from system.options.outside import inside_boxes
 from system.plot import silicon_text
-from system.system import SUCCEEDED, Account, Output, Progress, System, metrics_with
+from system.system import SUCCEEDED, Account, Output, Progress, RunTrace, System, metrics_with
 
 SUMMARY = meanings("""
 avoided        number  -  obstacles that were detected and not collided with
@@ -80,16 +80,14 @@ summary.ran_on.selection_area  number  -  area of the selection's devices over t
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
+class Trace(RunTrace[Scenario]):
     """What a run leaves: the counts of its sample, and its first flight.
 
-    scenario : what was asked for.
     sample : counts of all flights of the sample.
     first : the first of these flights.
     outside : sides of its chips' validity boxes that it left, a sentence each.
     """
 
-    scenario: Scenario
     sample: Sample
     first: Run
     outside: tuple[str, ...] = ()

@@ -29,7 +29,7 @@ from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
-from system.system import Account, System, metrics_with
+from system.system import Account, RunTrace, System, metrics_with
 
 SUMMARY = meanings("""
 error_rms_deg    number  deg  rms angle between head and target
@@ -68,16 +68,14 @@ SUCCESS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
+class Trace(RunTrace[Scenario]):
     """What a run leaves: its log, and the numbers of the die that it was on.
 
-    scenario : what was asked for.
     chip : numbers of its die at the beginning.
     log : the run, ping by ping.
     outside : sides of its chip's validity box that it left, a sentence each.
     """
 
-    scenario: Scenario
     chip: Head
     log: Log
     outside: tuple[str, ...] = ()

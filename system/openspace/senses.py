@@ -42,8 +42,7 @@ from system.openspace.reader_noise import no_reader, reader_of
 from system.openspace.senses_kernel import Senses
 from system.option import bias_kind_option, option
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
-from system.worlds.sound.acoustics import AIR_TEMPERATURE, speed_of_sound
-from system.worlds.sound.ear import CALL_DURATION
+from system.worlds.sound.acoustics import AIR_TEMPERATURE, CALL_DURATION, speed_of_sound
 
 RANGES, SELECTIONS = ("exact", "sonar", "chip"), ("ideal", "chip")
 SHADOW_RADIUS, STRENGTH = 0.05, 0.2  # m

@@ -33,16 +33,18 @@ from system.worlds.arena.geometry import Obstacles, collision, obstacles_of
 from system.worlds.arena.motion import go_along_arc
 from system.worlds.arena.scene import Scene
 from system.worlds.camera.event import Events, joined
-from system.worlds.camera.sensor import Dvs, Eye, Sensor, advance_along, open_eye, sensor_of, steps_of
+from system.worlds.camera.sensor import (
+    Dvs,
+    Eye,
+    Segment,
+    Sensor,
+    advance_along,
+    open_eye,
+    sensor_of,
+    steps_of,
+)
 
-
-@dataclass(frozen=True, slots=True)
-class Order:
-    """A part of a script: for `duration` s at `speed` m/s, turning by `turn` rad/s."""
-
-    duration: float
-    speed: float
-    turn: float = 0.0
+Order = Segment  # a part of a script
 
 
 @dataclass(frozen=True, slots=True, eq=False)

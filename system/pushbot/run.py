@@ -30,7 +30,7 @@ from system.pushbot.network.power import activity_power
 from system.pushbot.picture import draw_run
 from system.pushbot.readout import LOOK, Readout
 from system.pushbot.scenario import Scenario, check_scene, scene_of
-from system.system import SUCCEEDED, Account, Output, System, metrics_with
+from system.system import SUCCEEDED, Account, Output, RunTrace, System, metrics_with
 from system.worlds.arena.geometry import clearance
 from system.worlds.arena.scene import Scene
 from system.worlds.camera.file import check_events, write_events
@@ -93,13 +93,11 @@ SUCCESS = (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Trace:
+class Trace(RunTrace[Scenario]):
     """What a run leaves: world and robot at its end, what the chip did, and why it ended.
 
     Attributes
     ----------
-    scenario
-        What was asked for.
     scene
         The world, in its light and colour.
     brain
@@ -116,7 +114,6 @@ class Trace:
         Sides of its chip's validity box that it left, a sentence each.
     """
 
-    scenario: Scenario
     scene: Scene
     brain: Brain
     drive: Run

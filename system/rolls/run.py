@@ -33,7 +33,7 @@ from system.options.temperature import temperature_text
 from system.plot import COLOURS, INK
 from system.rolls.options import bias_table
 from system.rolls.scenario import SETTLING, STUDY_DURATION, Scenario, check_codes
-from system.system import Account, System, metrics_with
+from system.system import Account, RunTrace, System, metrics_with
 
 HOT = 2.0  # ours
 SHOWN = 0.5  # s, of the picture
@@ -59,16 +59,14 @@ SUCCESS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
+class Trace(RunTrace[Scenario]):
     """What a run leaves.
 
     spikes : all spikes of the run; rates : of each neuron, Hz, float64[256]; restless : which neurons fire
     without input, bool[256]; cautions : sentences of the chip.
-    scenario : what was asked for.
     outside : sides of the chip's validity box that it left, a sentence each.
     """
 
-    scenario: Scenario
     spikes: Spikes
     rates: F64
     restless: Bools

@@ -37,7 +37,7 @@ from system.rover.picture import draw_map, draw_scale_bar, draw_ways
 from system.rover.planner import Plan, Planner, plan_path, planner_named
 from system.rover.scenario import Scenario, no_silicon
 from system.rover.wave_planner import ChipPlanner
-from system.system import SUCCEEDED, Account, System, metrics_with
+from system.system import SUCCEEDED, Account, RunTrace, System, metrics_with
 from system.worlds.standing import SLOW, evenly, share_standing
 
 SUMMARY = meanings("""
@@ -90,13 +90,11 @@ class Trip:
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
+class Trace(RunTrace[Scenario]):
     """What a run leaves: the map as the need sees it, and all trips.
 
     Attributes
     ----------
-    scenario
-        What was asked for.
     cost_map
         The true map, as the need sees it.
     trips
@@ -105,7 +103,6 @@ class Trace:
         Sides of its chip's validity box that it left, a sentence each.
     """
 
-    scenario: Scenario
     cost_map: CostMap
     trips: tuple[Trip, ...]
     outside: tuple[str, ...] = ()

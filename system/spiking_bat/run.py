@@ -46,7 +46,7 @@ from system.spiking_bat.chip_brain import ChipBrain, brain_with, design_of
 from system.spiking_bat.flight import Flown, fly
 from system.spiking_bat.lif import all_lif
 from system.spiking_bat.scenario import CODES, ROOM_TEMPERATURE, Scenario, make, no_silicon
-from system.system import SUCCEEDED, Account, System, metrics_with
+from system.system import SUCCEEDED, Account, RunTrace, System, metrics_with
 
 COUNTED = ("collided", "avoided", "laps", "pings", "time_s", "distance_m", "emergencies", "scans")
 SUMMARY = meanings("""
@@ -75,16 +75,14 @@ summary.ran_on.transistor_units  integer  -  how many units are kept at transist
 
 
 @dataclass(frozen=True, slots=True)
-class Trace:
+class Trace(RunTrace[Scenario]):
     """What a run leaves: the flight, the forest that it went through, and counts of its chip.
 
-    scenario : what was asked for.
     start : where it began, m.
     flown : the flight.
     outside : sides of its chip's validity box that it left, a sentence each.
     """
 
-    scenario: Scenario
     forest: Forest
     start: tuple[float, float]
     flown: Flown = field(repr=False)

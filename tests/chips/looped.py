@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import pickle
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from chips.part import Event, Output, Part
+from chips.part import Analog, Event, Output, Part
 from circuits.devices.source import Polyline
 from system.loop import EventWire, Loop
 
@@ -30,11 +30,7 @@ class Script:
         return min((t for _, t in self.events if t > state), default=math.inf)
 
     def advance(
-        self,
-        state: float,
-        until: float,
-        events: Sequence[Event] = (),
-        analog: Mapping[str, Polyline] | None = None,
+        self, state: float, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[float, float, Output]:
         reached = min(until, self.next_time(state))
         found = tuple(e for e in self.events if state < e[1] <= reached)

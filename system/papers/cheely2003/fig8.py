@@ -47,8 +47,8 @@ from system.plot import COLOURS, INK
 from system.rule import as_many, below, within
 from system.statement import Statement
 from system.worlds.sound import microphone as mic
-from system.worlds.sound.acoustics import Call, speed_of_sound, two_way_delay
-from system.worlds.sound.ear import CALL_DURATION, SAMPLE_RATE
+from system.worlds.sound.acoustics import CALL_DURATION, Call, speed_of_sound, two_way_delay
+from system.worlds.sound.ear import SAMPLE_RATE
 from system.worlds.sound.targets import ConstantVelocity, Target
 from system.worlds.sound.waveform import waveform
 

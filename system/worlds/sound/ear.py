@@ -6,11 +6,12 @@ Silence is one straight line; while anything sounds, or with noise on, the line 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from chips.part import Analog, Event
 from circuits.arrays import F64
 from circuits.devices.source import Polyline
 from system.worlds.sound import microphone as mic
@@ -19,7 +20,12 @@ from system.worlds.sound.targets import Target
 from system.worlds.sound.waveform import clipped_samples, waveform
 
 SAMPLE_RATE = 1e6  # Hz, ours: 25 samples a cycle of 40 kHz, 0.3 % amplitude error of the straight lines
-CALL_DURATION = 1e-3  # s, ours
+
+
+def calls_among(events: Sequence[Event], analog: Analog) -> Iterator[Call]:
+    """Give the call of each event, with the `amplitude` (V) that an analog port has at its time."""
+    for _, moment in events:
+        yield Call(start=moment, amplitude=float(np.interp(moment, *(analog or {})["amplitude"])))
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,19 +70,13 @@ class Ear:
         return math.inf
 
     def advance(
-        self,
-        state: EarState,
-        until: float,
-        events: Sequence[tuple[str, float]] = (),
-        analog: Mapping[str, Polyline] | None = None,
+        self, state: EarState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[EarState, float, Heard]:
         """Emit the calls among `events`, then listen to `until` (s)."""
         sound, calls = state.microphone, state.calls
-        for _, moment in events:
-            amplitude = float(np.interp(moment, *(analog or {})["amplitude"]))
-            call = Call(start=moment, duration=CALL_DURATION, amplitude=amplitude)
+        for call in calls_among(events, analog):
             sound = mic.hear(self.parameters, sound, call, self.targets)
-            calls = (*calls, (moment, amplitude))
+            calls = (*calls, (call.start, call.amplitude))
         time, voltage = self._listen(sound, until)
         inside = voltage[(time >= sound.time) & (time < until)]
         clipped = sound.clipped + clipped_samples(self.parameters, inside)

@@ -7,18 +7,16 @@ peaks of the direct call and of its echoes go to `chips.hearing.model`, without 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from chips.hearing.model import HearingModel, HearingState, hear
-from chips.part import Event, Output
-from circuits.devices.source import Polyline
+from chips.part import Analog, Event, Output
 from circuits.errors import ParameterError
 from system.worlds.sound import microphone as mic
-from system.worlds.sound.acoustics import Call
-from system.worlds.sound.ear import CALL_DURATION
+from system.worlds.sound.ear import calls_among
 from system.worlds.sound.targets import Target
 
 
@@ -63,18 +61,12 @@ class Hearing:
         return state.heard.due[0][0] if state.heard.due else math.inf
 
     def advance(
-        self,
-        state: HearingTime,
-        until: float,
-        events: Sequence[Event] = (),
-        analog: Mapping[str, Polyline] | None = None,
+        self, state: HearingTime, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[HearingTime, float, Output]:
         """Emit the calls among `events`, then go on to `until` (s) or to the next spike."""
         heard, clipped = state.heard, state.clipped
-        for _, moment in events:
-            amplitude = float(np.interp(moment, *(analog or {})["amplitude"]))
-            call = Call(start=moment, duration=CALL_DURATION, amplitude=amplitude)
-            sound = mic.hear(self.parameters, mic.MicrophoneState(time=moment), call, self.targets)
+        for call in calls_among(events, analog):
+            sound = mic.hear(self.parameters, mic.MicrophoneState(time=call.start), call, self.targets)
             heard = hear(self.model, heard, [(path.onset, path.amplitude) for path in sound.paths])
             clipped += sum(path.amplitude > mic.headroom(self.parameters) for path in sound.paths)
         found: tuple[Event, ...] = ()

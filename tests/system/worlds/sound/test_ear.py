@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from system.worlds.sound.acoustics import speed_of_sound, two_way_delay
-from system.worlds.sound.ear import CALL_DURATION, Ear
+from system.worlds.sound.acoustics import CALL_DURATION, speed_of_sound, two_way_delay
+from system.worlds.sound.ear import Ear
 from system.worlds.sound.microphone import Microphone
 from system.worlds.sound.targets import ConstantVelocity, Target
 from system.worlds.sound.waveform import envelope
