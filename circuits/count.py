@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-from typing import Any
+from dataclasses import dataclass, fields
 
 from circuits.checks import require_positive
 from circuits.errors import ParameterError
@@ -20,15 +19,20 @@ def whole_number(name: str, value: float, least: int = 1, most: int = PARTS) -> 
     return int(value)
 
 
-def check_sizes(params: Any) -> None:
-    """Raise `ParameterError` for a size of a block that is not above zero, or a count that cannot be built.
+@dataclass(frozen=True, slots=True)
+class Sizes:
+    """Sizes and counts that a block is built of; it adds its own.
 
-    Counts are the fields whose default is a whole number, sizes all others.
+    Raises `ParameterError` for a size that is not above zero, or a count that cannot be built. Counts are the
+    fields whose default is a whole number, sizes all others.
     """
-    counts = [each.name for each in fields(params) if isinstance(each.default, int)]
-    require_positive(params, *(each.name for each in fields(params) if each.name not in counts))
-    for name in counts:
-        whole_number(name, getattr(params, name))
+
+    def __post_init__(self) -> None:
+        """Check all fields."""
+        counts = [each.name for each in fields(self) if isinstance(each.default, int)]
+        require_positive(self, *(each.name for each in fields(self) if each.name not in counts))
+        for name in counts:
+            whole_number(name, getattr(self, name))
 
 
 def pulse_count(name: str, count: float, rate: float) -> int:

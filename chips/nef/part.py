@@ -88,16 +88,7 @@ class NefPart:
     ) -> tuple[NefState, float, Output]:
         """Advance `state` to `until` s, as `chips.part.Part` says.
 
-        Parameters
-        ----------
-        state
-            State of the part.
-        until
-            Time to advance to, s.
-        events
-            None, since the network has no port for them: any raises `UnknownNameError`.
-        analog
-            Values of nodes, as polylines by port.
+        `analog` has values of nodes. The network has no port for `events`: any raises `UnknownNameError`.
         """
         for port, _ in events:
             raise unknown_name(f"{self.path} event port", port, [])

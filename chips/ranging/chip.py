@@ -135,22 +135,9 @@ class RangingChip:
     def advance(
         self, state: ChipState, until: float, events: Sequence[Event] = (), analog: Analog = None
     ) -> tuple[ChipState, float, Output]:
-        """Advance to a time, or to the first spike, as `chips.part.Part` says.
+        """Advance `state` to `until` s, or to the first spike, as `chips.part.Part` says.
 
-        Parameters
-        ----------
-        state
-            State of the chip.
-        until
-            Time to advance to, s.
-        events
-            Calls and echoes: port and time (s) each.
-        analog
-            `v_ex_max` (V) and `temperature` (degC), as polylines by port; None where nothing changes.
-
-        Returns
-        -------
-        The new state, the time that was reached (s), and the output.
+        `events` are calls and echoes, and `analog` may have `v_ex_max` (V) and `temperature` (degC).
 
         Raises
         ------

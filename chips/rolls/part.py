@@ -75,16 +75,7 @@ class RollsPart:
     ) -> tuple[RollsState, float, Output]:
         """Advance `state` to `until` s, or to where the first spikes are sent, as `chips.part.Part` says.
 
-        Parameters
-        ----------
-        state
-            State of the part.
-        until
-            Time to advance to, s.
-        events
-            Events of ports `in[address]`.
-        analog
-            Takes no part, since it has no analog ports.
+        `events` are those of ports `in[address]`; `analog` takes no part, since there are no analog ports.
         """
         if events:
             come = [(t, port_index(port, "in", COLUMNS * NEURONS, self.path)) for port, t in events]

@@ -81,18 +81,8 @@ class WavefrontPart:
     ) -> tuple[WaveState, float, Output]:
         """Advance `state` to `until` s or to the first spike, as `chips.part.Part` says.
 
-        Spikes of one moment come together.
-
-        Parameters
-        ----------
-        state
-            State of the part.
-        until
-            Time to advance to, s.
-        events
-            Events of ports `start[cell]`, which start a wave.
-        analog
-            Takes no part, since it has no analog ports.
+        Spikes of one moment come together. `events` are those of ports `start[cell]`, which start a wave;
+        `analog` takes no part, since there are no analog ports.
         """
         for port, time in sorted(events, key=lambda e: e[1]):
             state = self._started(state, port, time)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from circuits.count import PARTS, PULSES, check_sizes, pulse_count, whole_number
+from circuits.count import PARTS, PULSES, Sizes, pulse_count, whole_number
 from circuits.errors import ParameterError
 from circuits.units import quantity
 
@@ -32,17 +32,17 @@ def test_pulses_have_a_rate_and_a_limit() -> None:
 
 
 @dataclass(frozen=True)
-class _Sizes:
+class _Own(Sizes):
     capacitance: float = quantity(1e-12, "F")
     ratio: float = quantity(2.0, "")
     cells: int = quantity(3, "")
 
 
 def test_sizes_are_above_zero_and_counts_can_be_built() -> None:
-    check_sizes(_Sizes())
+    assert _Own().cells == 3
     with pytest.raises(ParameterError, match=r"^capacitance: 0 F, must be > 0"):
-        check_sizes(_Sizes(capacitance=0.0, cells=0))
+        _Own(capacitance=0.0, cells=0)
     with pytest.raises(ParameterError, match=r"^ratio: nan, must be > 0"):
-        check_sizes(_Sizes(ratio=float("nan")))
+        _Own(ratio=float("nan"))
     with pytest.raises(ParameterError, match=r"^cells: 65, must be a whole number from 1 to 64"):
-        check_sizes(_Sizes(cells=65))
+        _Own(cells=65)

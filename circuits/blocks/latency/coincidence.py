@@ -28,7 +28,7 @@ from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import check_sizes
+from circuits.count import Sizes
 from circuits.devices import Capacitor
 from circuits.silicon.process import AMI_1500
 from circuits.solver.transient import Result
@@ -40,14 +40,11 @@ SHARE = 1.4  # of an input's current that is taken away; ours, between 1 and 2 b
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors, F; ours. Raises `ParameterError` unless both are above zero."""
+class Params(Sizes):
+    """Capacitors, F; ours."""
 
     timer_capacitance: float = quantity(5e-12, "F")
     sum_capacitance: float = quantity(20e-15, "F")
-
-    def __post_init__(self) -> None:
-        check_sizes(self)
 
 
 BIASES = (

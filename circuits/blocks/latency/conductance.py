@@ -30,7 +30,7 @@ from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import check_sizes
+from circuits.count import Sizes
 from circuits.devices import Capacitor, Device
 from circuits.silicon.process import AMI_1500
 from circuits.solver.transient import Result
@@ -42,15 +42,12 @@ REST, SODIUM, POTASSIUM = 1.5, 1.8, 1.95  # V: leak, and where the conductances 
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors, F; ours. Raises `ParameterError` unless all are above zero."""
+class Params(Sizes):
+    """Capacitors, F; ours."""
 
     membrane_capacitance: float = quantity(5e-12, "F")
     gate_capacitance: float = quantity(2e-12, "F")
     timer_capacitance: float = quantity(2e-12, "F")
-
-    def __post_init__(self) -> None:
-        check_sizes(self)
 
 
 BIASES = (

@@ -25,7 +25,7 @@ from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import check_sizes
+from circuits.count import Sizes
 from circuits.devices import Capacitor
 from circuits.event import pulse, rising_crossing
 from circuits.lowering.supply import half_supply
@@ -39,19 +39,13 @@ RECURRENT_CAPACITANCE = 5e-12  # F; ours
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors (F) and number of cells; ours.
-
-    Raises `ParameterError` for a capacitor that is not above zero or a number of cells that cannot be built.
-    """
+class Params(Sizes):
+    """Capacitors (F) and number of cells; ours."""
 
     membrane_capacitance: float = quantity(10e-12, "F")
     timer_capacitance: float = quantity(5e-12, "F")
     recurrent_capacitance: float = quantity(RECURRENT_CAPACITANCE, "F")
     cells: int = quantity(CELLS, "")
-
-    def __post_init__(self) -> None:
-        check_sizes(self)
 
 
 BIASES = (

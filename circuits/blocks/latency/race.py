@@ -32,7 +32,7 @@ from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import check_sizes
+from circuits.count import Sizes
 from circuits.devices import Capacitor, Device
 from circuits.event import pulse
 from circuits.silicon.process import AMI_1500
@@ -44,20 +44,13 @@ EXCITATIONS, INHIBITIONS = 2, 2  # by itself: goal and direction of the ping; me
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors (F) and numbers of synapses; ours.
-
-    Raises `ParameterError` for a capacitor that is not above zero or a number of synapses that cannot be
-    built.
-    """
+class Params(Sizes):
+    """Capacitors (F) and numbers of synapses; ours."""
 
     membrane_capacitance: float = quantity(10e-12, "F")
     timer_capacitance: float = quantity(5e-12, "F")
     excitations: int = quantity(EXCITATIONS, "")
     inhibitions: int = quantity(INHIBITIONS, "")
-
-    def __post_init__(self) -> None:
-        check_sizes(self)
 
 
 BIASES = (

@@ -27,7 +27,7 @@ from circuits.blocks.mos import inverter, mos, nand
 from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import check_sizes
+from circuits.count import Sizes
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
 from circuits.event import pulse
@@ -40,17 +40,11 @@ PULSE_CAPACITANCE = 0.2e-12  # F; ours: events of some 10 us
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitor of a timer (F) and number of taps in a row; ours.
-
-    Raises `ParameterError` for a capacitor that is not above zero or a number of taps that cannot be built.
-    """
+class Params(Sizes):
+    """Capacitor of a timer (F) and number of taps in a row; ours."""
 
     timer_capacitance: float = quantity(5e-12, "F")
     taps: int = quantity(2, "")
-
-    def __post_init__(self) -> None:
-        check_sizes(self)
 
 
 BIASES = (

@@ -32,7 +32,7 @@ from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit
-from circuits.count import check_sizes
+from circuits.count import Sizes
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
 from circuits.devices.source import PiecewiseLinear
@@ -45,14 +45,11 @@ from circuits.units import quantity
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors, F; ours. Raises `ParameterError` unless both are above zero."""
+class Params(Sizes):
+    """Capacitors, F; ours."""
 
     membrane_capacitance: float = quantity(5e-12, "F")
     timer_capacitance: float = quantity(5e-12, "F")
-
-    def __post_init__(self) -> None:
-        check_sizes(self)
 
 
 BIASES = (

@@ -30,7 +30,7 @@ from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import check_sizes
+from circuits.count import Sizes
 from circuits.devices import Capacitor
 from circuits.errors import ParameterError
 from circuits.silicon.process import AMI_1500
@@ -40,20 +40,13 @@ from circuits.units import quantity
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors (F) and numbers of synapses; ours.
-
-    Raises `ParameterError` for a capacitor that is not above zero or a number of synapses that cannot be
-    built.
-    """
+class Params(Sizes):
+    """Capacitors (F) and numbers of synapses; ours."""
 
     membrane_capacitance: float = quantity(5e-12, "F")
     timer_capacitance: float = quantity(5e-12, "F")
     excitations: int = quantity(2, "")
     inhibitions: int = quantity(2, "")
-
-    def __post_init__(self) -> None:
-        check_sizes(self)
 
 
 BIASES = (

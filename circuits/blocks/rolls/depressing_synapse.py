@@ -29,7 +29,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import Block, Values
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in
 from circuits.blocks.rolls import dpi_synapse
@@ -212,12 +212,7 @@ BLOCK = Block(
     name="depressing-synapse",
     summary="ROLLS synapse whose excitatory weights are depressed by spikes and recover",
     build=build,
-    stimuli=(
-        Stimulus("level", "", 1.0, "weight, -4 to 4"),
-        Stimulus("events", "", 6.0, "how many events"),
-        Stimulus("rate", "Hz", 200.0, "of the events"),
-        DURATION,
-    ),
+    stimuli=dpi_synapse.knobs(6.0, 200.0),
     testbench=testbench,
     measures=measures,
     outcome=outcome,

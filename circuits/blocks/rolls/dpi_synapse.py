@@ -234,6 +234,16 @@ def latches(level: float, v_dd: float) -> dict[str, float]:
     return {name: v_dd * up for name, up in on.items()}
 
 
+def knobs(events: float, rate: float) -> tuple[Stimulus, ...]:
+    """What the testbench takes: a level, and unless others are given so many `events` at a `rate`, Hz."""
+    return (
+        Stimulus("level", "", 1.0, "weight, -4 to 4"),
+        Stimulus("events", "", events, "how many events"),
+        Stimulus("rate", "Hz", rate, "of the events"),
+        DURATION,
+    )
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """`events` events at `rate` (Hz) from 1 ms on, at a synapse of a `level`, into ideal voltages."""
     values = {name: value or 0.0 for name, value in stimuli.items()}
@@ -283,12 +293,7 @@ BLOCK = Block(
     name="dpi-synapse",
     summary="ROLLS synapse: pulse extender, four levels of either sign, DPI filters",
     build=build,
-    stimuli=(
-        Stimulus("level", "", 1.0, "weight, -4 to 4"),
-        Stimulus("events", "", 2.0, "how many events"),
-        Stimulus("rate", "Hz", 1e3, "of the events"),
-        DURATION,
-    ),
+    stimuli=knobs(2.0, 1e3),
     testbench=testbench,
     measures=measures,
     outcome=outcome,
