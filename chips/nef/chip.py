@@ -167,15 +167,7 @@ class Conditions:
         return filters_on(self.silicon, np.clip(taus, FASTEST, SLOWEST), self.biases)
 
     def rates(self, first: int, current: F64) -> F64:
-        """Return the rates of neurons from `first` on, Hz, float64[points, neurons].
-
-        Parameters
-        ----------
-        first
-            Number of the first neuron.
-        current
-            Currents in thresholds of an ideal neuron (dimensionless), float64[points, neurons].
-        """
+        """Return rates from neuron `first` on at a `current`, Hz, float64[points, neurons], as `Curves`."""
         return self.law.rates(first, current)
 
     def currents(self, first: int, rate: F64) -> F64:

@@ -21,6 +21,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from circuits.silicon.silicon import Silicon
+from netlists.verilog_a.law import softplus_text
 from netlists.verilog_a.text import format_list, format_node
 from netlists.write.deck import format_position
 
@@ -48,17 +49,7 @@ module {name}({ports});
   real pinch, a, b, c, e, q, i_m1, i_m2, i_me4, i_me5;
   real called, echoed, fired, held, coupled, rate, begun, full;
 
-  analog function real softplus;
-    input x;
-    real x;
-    if (x > 36.0)
-      softplus = x;
-    else if (x < -36.0)
-      softplus = exp(x);
-    else
-      softplus = ln(1.0 + exp(x));
-  endfunction
-
+{softplus}
   analog function real past; // 0 below 0, 1 above it, within +- 3 widths
     input x, width;
     real x, width;
@@ -144,7 +135,12 @@ def cell_module(figures: Mapping[str, float]) -> str:
         f"  parameter real {name} = {float(figures[name])!r};{f' // {unit}' if unit else ''}"
         for name, unit in FIGURES.items()
     )
-    return _MODULE.format(name=MODULE, ports=", ".join(PORTS), parameters="\n".join(parameters))
+    return _MODULE.format(
+        name=MODULE,
+        ports=", ".join(PORTS),
+        parameters="\n".join(parameters),
+        softplus=softplus_text(36.0, 36.0, "exp(x)"),
+    )
 
 
 def _chip(cells: CellArray) -> list[str]:

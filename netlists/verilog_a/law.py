@@ -20,6 +20,19 @@ AMPLIFIER, CAPACITOR, RESISTOR, TRANSCONDUCTOR = (
     "noctule_amplifier", "noctule_capacitor", "noctule_resistor", "noctule_transconductor",
 )  # fmt: skip
 
+_SOFTPLUS = """\
+  analog function real softplus;
+    input x;
+    real x;
+    if (x > {above})
+      softplus = x;
+    else if (x < -{below})
+      softplus = {small};
+    else
+      softplus = ln(1.0 + exp(x));
+  endfunction
+"""
+
 _TRANSISTOR = """\
 module {name}(d, g, s, b);
   inout d, g, s, b;
@@ -34,17 +47,7 @@ module {name}(d, g, s, b);
   real t, rise, u_t, mobility, specific, threshold, v_g, v_s, v_d, v_x, v_p;
   real forward, backward, early, v_m, channel, leakage;
 
-  analog function real softplus;
-    input x;
-    real x;
-    if (x > 37.0)
-      softplus = x;
-    else if (x < -12.0)
-      softplus = exp(x) * (1.0 - 0.5 * exp(x));
-    else
-      softplus = ln(1.0 + exp(x));
-  endfunction
-
+{softplus}
   analog function real junction;
     input y;
     real y;
@@ -165,7 +168,13 @@ def _transistor_module(silicon: Silicon, polarity: Polarity) -> str:
         boltzmann=repr(BOLTZMANN),
         charge=repr(ELEMENTARY_CHARGE),
         sign="1.0" if polarity == "n" else "-1.0",
+        softplus=softplus_text(37.0, 12.0, "exp(x) * (1.0 - 0.5 * exp(x))"),
     )
+
+
+def softplus_text(above: float, below: float, small: str) -> str:
+    """Text of `softplus`, ln(1 + e^x): x itself where x > `above`, and `small` where x < -`below`."""
+    return _SOFTPLUS.format(above=above, below=below, small=small)
 
 
 def module_text(name: str, silicon: Silicon) -> str:

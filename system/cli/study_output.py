@@ -103,7 +103,7 @@ def _yield_document(result: Result, table: Table) -> dict[str, Any] | None:
     }
 
 
-def share_document(share: Proportion | Yield, kind: str) -> dict[str, Any]:
+def share_document(share: Proportion, kind: str) -> dict[str, Any]:
     """Give the share of the samples that pass as members of a JSON document.
 
     kind: name of the kind of its interval.

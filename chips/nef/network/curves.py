@@ -64,29 +64,15 @@ class IdealCurves:
     tau_ref: float = TAU_REF
 
     def rates(self, first: int, current: F64) -> F64:
-        """Return the rates of neurons from `first` on, Hz, float64[points, neurons].
-
-        Parameters
-        ----------
-        first
-            Number of the first neuron.
-        current
-            Currents in thresholds (dimensionless), float64[points, neurons].
-        """
+        """Return rates from neuron `first` on at a `current`, Hz, float64[points, neurons], as `Curves`."""
         above = np.maximum(current, 1.0 + 1e-15)
         rate = 1.0 / (self.tau_ref - self.tau_rc * np.log1p(-1.0 / above))
         return np.where(current > 1.0, rate, 0.0)
 
     def currents(self, first: int, rate: F64) -> F64:
-        """Return the currents at which neurons from `first` on fire at rates, float64[neurons].
+        """Return the currents at which neurons from `first` on fire at a `rate`, Hz, float64[neurons].
 
-        They are in thresholds of an ideal neuron (dimensionless).
-
-        Parameters
-        ----------
-        rate
-            Rates, Hz, float64[neurons]; 0 Hz stands for the threshold. The current is NaN beyond 1 / tau_ref,
-            which no current reaches.
+        They are as `Curves` say, and NaN beyond 1 / tau_ref, which no current reaches.
         """
         charging = 1.0 / np.maximum(rate, _SLOWEST) - self.tau_ref
         reached = charging > 0.0

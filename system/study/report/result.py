@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -91,7 +91,7 @@ def study_yield(result: Result, table: Table) -> Yield | None:
         return None
     found = summarise_yield(judge_table(table, result.specifications))
     interval = _share_interval(result, found.passed, found.samples)
-    return Yield(found.samples, found.passed, Estimate(found.estimate.value, interval), found.causes)
+    return replace(found, estimate=Estimate(found.estimate.value, interval))
 
 
 def _share_interval(result: Result, passed: int, samples: int) -> Interval:

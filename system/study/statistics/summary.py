@@ -50,16 +50,11 @@ class Quantile:
 
 @dataclass(frozen=True, slots=True)
 class Proportion:
-    """Share of the samples for which a yes-or-no metric says yes.
+    """Share of the samples that pass, or for which a yes-or-no metric says yes.
 
-    Attributes
-    ----------
-    passed
-        Samples for which the metric says yes.
-    samples
-        Samples at which the metric is defined.
-    estimate
-        Share of the samples that say yes, with its interval.
+    passed : how many these are.
+    samples : of how many: all that were judged, or those at which the metric is defined.
+    estimate : the share, with its interval.
     """
 
     passed: int
@@ -113,24 +108,12 @@ class Summary:
 
 
 @dataclass(frozen=True, slots=True)
-class Yield:
+class Yield(Proportion):
     """Yield of the samples that were judged by specifications.
 
-    Attributes
-    ----------
-    samples
-        Number of all samples.
-    passed
-        Samples that pass.
-    estimate
-        Share of the samples that pass, with its interval.
-    causes
-        Number of samples that do not pass, by cause.
+    causes : number of samples that do not pass, by cause.
     """
 
-    samples: int
-    passed: int
-    estimate: Estimate
     causes: Mapping[str, int]
 
 
@@ -196,7 +179,7 @@ def summarise_yield(verdict: Verdict, level: float = LEVEL) -> Yield:
     """
     samples, passed = len(verdict.causes), int(verdict.passed.sum())
     value = passed / samples if samples else math.nan
-    return Yield(samples, passed, Estimate(value, clopper_pearson(passed, samples, level)), verdict.counts)
+    return Yield(passed, samples, Estimate(value, clopper_pearson(passed, samples, level)), verdict.counts)
 
 
 def _quantile(x: F64, p: float, level: float) -> Estimate:
