@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -46,14 +47,14 @@ def file_refusals(
     return test
 
 
-def command_refusals(*words: str, rows: Sequence[tuple[Sequence[str], str]]) -> Callable[..., None]:
-    """Make a test, one case a row (the words that follow, what stderr says), of commands that begin alike.
+def command_refusals(*words: str, rows: Sequence[tuple[str, str]]) -> Callable[..., None]:
+    """Make a test of commands that begin alike, one case a row: what follows in a shell; what stderr says.
 
     Each is refused in one line.
     """
 
     @pytest.mark.parametrize(("arguments", "says"), rows)
-    def test(refused: Callable[..., str], arguments: Sequence[str], says: str) -> None:
-        assert says in refused(*words, *arguments)
+    def test(refused: Callable[..., str], arguments: str, says: str) -> None:
+        assert says in refused(*words, *shlex.split(arguments))
 
     return test

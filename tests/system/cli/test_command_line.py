@@ -26,6 +26,7 @@ from system.cli.output import plain
 from system.experiment import Experiment, Progress, Report
 from system.rule import equal, unjudged, within_share
 from system.statement import Statement
+from tests.refusals import command_refusals
 from tests.system.conftest import Run, RunJson
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -207,65 +208,57 @@ def test_simulate_an_array_gives_spikes_by_port(run_json: RunJson) -> None:
 
 BLOCK = "rebound-neuron"
 BAD_INPUT = [
-    (["simulat"], "No such command 'simulat'; did you mean simulate?"),
-    (["simulate"], "Missing argument"),
-    (["simulate", BLOCK, "--bogus"], "No such option"),
-    (["simulate", BLOCK, "--plt", "v.png"], "No such option: --plt; did you mean --plot?"),
-    (["doctor", "--jsn"], "No such option: --jsn; did you mean --json?"),
-    (["simulate", BLOCK, "--engine", "spectre"], "is not one of"),
-    (["simulate", BLOCK, "--engine", "ngspic"], "is not one of 'native', 'ngspice'; did you mean ngspice?"),
-    (["simulate", BLOCK, "--corner", "typcal"], "did you mean typical?"),
-    (["simulate", BLOCK, "--bias-set", "robus"], "did you mean robust?"),
-    (["simulate", BLOCK, "--at", "ranging-chp/neuron[2]"], "did you mean ranging-chip?"),
-    (["export", BLOCK, "--mapping", "gf180mc", "-o", "-"], "did you mean gf180mcu?"),
-    (["export", "rolls", "--at", "row[5]", "--program", "pushbt", "-o", "-"], "did you mean pushbot?"),
-    (["show", "rolls", "--bias-file", "rolls_defalt"], "did you mean rolls_default?"),
-    (["montecarlo", "forst"], "did you mean forest?"),
-    (["montecarlo", BLOCK, "--metric", "best_dely"], "did you mean best_delay?"),
-    (["montecarlo", "forest", "--param", "obstacls=3"], "did you mean obstacles?"),
-    (["run", "forst"], "did you mean forest?"),
-    (["run", "forest", "--rangs", "chip"], "No such option: --rangs; did you mean --ranges?"),
-    (["run", "forest", "--ranges", "chp"], "must be exact, sonar or chip; did you mean chip?"),
-    (["run", "bug", "--map", "bug-feld"], "did you mean bug-field?"),
-    (["run", "pushbot", "--scene", "singl-block"], "did you mean single-block?"),
-    (["characterise", "lso-neurn"], "did you mean lso-neuron?"),
-    (["simulate", BLOCK, "--rtol", "x"], "--rtol"),
-    (["simulate", BLOCK, "--rtol", "1"], "rtol"),
-    (["simulate", BLOCK, "--rtol", "1e-4", "--engine", "ngspice"], "only the native engine"),
-    (["simulate", "rebound-neurn"], "did you mean rebound-neuron"),
-    (["simulate", BLOCK, "--stimulus", "delay=6.4V"], "must be a time in s"),
-    (["simulate", BLOCK, "--stimulus", "dely=6.4ms"], "did you mean delay"),
-    (["simulate", BLOCK, "--stimulus", "delay"], "must be NAME=VALUE"),
-    (["simulate", BLOCK, "--stimulus", "duration=-1ms"], "must be > 0"),
-    (["simulate", BLOCK, "--param", "membrane_capacitanc=1p"], "did you mean membrane_capacitance"),
-    (["simulate", BLOCK, "--param", "membrane_capacitance=-600fF"], "must be > 0"),
-    (["simulate", BLOCK, "--param", "membrane_capacitance=1F"], "also femto"),
-    (["simulate", BLOCK, "--bias", "i_lm=1n"], "did you mean i_lim"),
-    (["simulate", BLOCK, "--bias", "i_lim=-1n"], "must be > 0"),
-    (["simulate", BLOCK, "--temperature", "126"], "must be within -40 to 125"),
-    (["simulate", BLOCK, "--temperature", "-41"], "must be within -40 to 125"),
-    (["simulate", BLOCK, "--temperature", "hot"], "must be a temperature"),
-    (["simulate", BLOCK, "--plot", "/nonexistent/run.png"], "there is no folder"),
-    (["simulate", BLOCK, "--plot", "run.gif"], "must end with .png"),
-    (["simulate", BLOCK, "--csv", "/dev/full"], "no space is left"),
-    (["show", BLOCK, "--plot", "/nonexistent/graph.png"], "there is no folder"),
-    (["op", BLOCK, "--start", "v_me=1V"], "did you mean v_mem"),
-    (["op", BLOCK, "--start", "v_mem=1A"], "must be a voltage"),
-    (["op", BLOCK, "--start", "v_mem=1e9V"], "must be within -100 to 100"),
-    (["reproduce", "fig9"], "did you mean cheely2003-fig9"),
-    (["reproduce", "wen2022-fig13", "--param", "forets=3"], "did you mean forests?"),
+    ("simulat", "No such command 'simulat'; did you mean simulate?"),
+    ("simulate", "Missing argument"),
+    ("simulate rebound-neuron --bogus", "No such option"),
+    ("simulate rebound-neuron --plt v.png", "No such option: --plt; did you mean --plot?"),
+    ("doctor --jsn", "No such option: --jsn; did you mean --json?"),
+    ("simulate rebound-neuron --engine spectre", "is not one of"),
+    ("simulate rebound-neuron --engine ngspic", "is not one of 'native', 'ngspice'; did you mean ngspice?"),
+    ("simulate rebound-neuron --corner typcal", "did you mean typical?"),
+    ("simulate rebound-neuron --bias-set robus", "did you mean robust?"),
+    ("simulate rebound-neuron --at 'ranging-chp/neuron[2]'", "did you mean ranging-chip?"),
+    ("export rebound-neuron --mapping gf180mc -o -", "did you mean gf180mcu?"),
+    ("export rolls --at 'row[5]' --program pushbt -o -", "did you mean pushbot?"),
+    ("show rolls --bias-file rolls_defalt", "did you mean rolls_default?"),
+    ("montecarlo forst", "did you mean forest?"),
+    ("montecarlo rebound-neuron --metric best_dely", "did you mean best_delay?"),
+    ("montecarlo forest --param obstacls=3", "did you mean obstacles?"),
+    ("run forst", "did you mean forest?"),
+    ("run forest --rangs chip", "No such option: --rangs; did you mean --ranges?"),
+    ("run forest --ranges chp", "must be exact, sonar or chip; did you mean chip?"),
+    ("run bug --map bug-feld", "did you mean bug-field?"),
+    ("run pushbot --scene singl-block", "did you mean single-block?"),
+    ("characterise lso-neurn", "did you mean lso-neuron?"),
+    ("simulate rebound-neuron --rtol x", "--rtol"),
+    ("simulate rebound-neuron --rtol 1", "rtol"),
+    ("simulate rebound-neuron --rtol 1e-4 --engine ngspice", "only the native engine"),
+    ("simulate rebound-neurn", "did you mean rebound-neuron"),
+    ("simulate rebound-neuron --stimulus delay=6.4V", "must be a time in s"),
+    ("simulate rebound-neuron --stimulus dely=6.4ms", "did you mean delay"),
+    ("simulate rebound-neuron --stimulus delay", "must be NAME=VALUE"),
+    ("simulate rebound-neuron --stimulus duration=-1ms", "must be > 0"),
+    ("simulate rebound-neuron --param membrane_capacitanc=1p", "did you mean membrane_capacitance"),
+    ("simulate rebound-neuron --param membrane_capacitance=-600fF", "must be > 0"),
+    ("simulate rebound-neuron --param membrane_capacitance=1F", "also femto"),
+    ("simulate rebound-neuron --bias i_lm=1n", "did you mean i_lim"),
+    ("simulate rebound-neuron --bias i_lim=-1n", "must be > 0"),
+    ("simulate rebound-neuron --temperature 126", "must be within -40 to 125"),
+    ("simulate rebound-neuron --temperature -41", "must be within -40 to 125"),
+    ("simulate rebound-neuron --temperature hot", "must be a temperature"),
+    ("simulate rebound-neuron --plot /nonexistent/run.png", "there is no folder"),
+    ("simulate rebound-neuron --plot run.gif", "must end with .png"),
+    ("simulate rebound-neuron --csv /dev/full", "no space is left"),
+    ("show rebound-neuron --plot /nonexistent/graph.png", "there is no folder"),
+    ("op rebound-neuron --start v_me=1V", "did you mean v_mem"),
+    ("op rebound-neuron --start v_mem=1A", "must be a voltage"),
+    ("op rebound-neuron --start v_mem=1e9V", "must be within -100 to 100"),
+    ("reproduce fig9", "did you mean cheely2003-fig9"),
+    ("reproduce wen2022-fig13 --param forets=3", "did you mean forests?"),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"), BAD_INPUT, ids=lambda a: " ".join(a) if isinstance(a, list) else ""
-)
-def test_bad_input_is_one_line(arguments: list[str], words: str, run: Run) -> None:
-    status, out, err = run(*arguments)
-    assert (status, out) == (2, "")
-    assert err.startswith("noctule: ")
-    assert err.count("\n") == 1
-    assert words in err
+test_bad_input_is_one_line = command_refusals(rows=BAD_INPUT)
 
 
 def test_a_missing_ngspice_is_one_line(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -52,8 +52,8 @@ def test_sizes_that_a_mapping_changes_are_told(tmp_path: Path, capsys: pytest.Ca
 test_a_die_of_ours_is_refused = command_refusals(
     *EXPORT,
     rows=[
-        (("--die", "3", "-o", "-"), "must be the nominal die"),
-        (("--corner", "ss", "-o", "-"), "must be the nominal die"),
+        ("--die 3 -o -", "must be the nominal die"),
+        ("--corner ss -o -", "must be the nominal die"),
     ],
 )
 

@@ -130,11 +130,11 @@ test_what_is_wrong_with_its_options_is_one_line = command_refusals(
     "run",
     "walker",
     rows=[
-        (("--pace", "9m/s"), "--pace: 9 m/s, must be > 0 and < 3"),
-        (("--pace", "2"), "--pace: "),
-        (("--gait", "fly"), "--gait: fly, must be walk or trot"),
-        (("--targets", "a.csv"), "No such option: --targets"),
-        (("--seed", "-1"), "--seed: -1, must be >= 0"),
+        ("--pace 9m/s", "--pace: 9 m/s, must be > 0 and < 3"),
+        ("--pace 2", "--pace: "),
+        ("--gait fly", "--gait: fly, must be walk or trot"),
+        ("--targets a.csv", "No such option: --targets"),
+        ("--seed -1", "--seed: -1, must be >= 0"),
     ],
 )
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.conftest import Run, RunJson
+from tests.system.conftest import RunJson
 
 
 def test_the_document(run_json: RunJson, tmp_path: Path) -> None:
@@ -31,13 +31,6 @@ def test_neurons(run_json: RunJson) -> None:
     assert (found["reached"], found["design"], found["seed"]) == (True, "improved", 7)
     assert found["neurons"] == pytest.approx(3000, rel=0.02)  # rounding of every part
     assert found["state"][0] == "memorise"
-
-
-def test_the_table_says_when_there_is_no_way(run: Run) -> None:
-    status, out, err = run("run", "bug", "--map", "bug-sealed", "--agent", "bug1")
-    assert (status, err) == (0, "")
-    assert "no way leads from the start to the goal" in out
-    assert "unreachable after" in out
 
 
 def test_a_map_of_ones_own(run_json: RunJson, tmp_path: Path) -> None:

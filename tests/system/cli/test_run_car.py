@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.system.conftest import Run, RunJson
+from tests.system.conftest import RunJson
 
 
 def test_the_document(run_json: RunJson, tmp_path: Path) -> None:
@@ -38,13 +38,6 @@ def test_the_document_with_a_chip(run_json: RunJson) -> None:
     found = run_json("run", "car", *options, "--reader", "calibrated")
     assert (found["die"], found["temperature_C"], found["reader"]) == (1003, 30.0, "calibrated")
     assert found["unsure_delays"] >= 0
-
-
-def test_the_table(run: Run) -> None:
-    status, out, err = run("run", "car", "--pings", "5", "--ranges", "exact")
-    assert (status, err) == (0, "")
-    assert "car, corridor, ranges exact" in out
-    assert "failed: all 5 pings made" in out
 
 
 def test_a_forest_of_ones_own(run_json: RunJson, tmp_path: Path) -> None:

@@ -27,14 +27,6 @@ def test_the_document(run_json: RunJson, tmp_path: Path) -> None:
     assert picture.stat().st_size > 10_000
 
 
-def test_the_table(run: Run) -> None:
-    status, out, err = run("run", "forest", "--pings", "20")
-    assert (status, err) == (0, "")
-    assert "forest, 1400 obstacles, 2 m/s, 5 Hz" in out
-    assert "avoided" in out
-    assert "all 20 pings flown" in out
-
-
 def test_the_document_with_chips(run_json: RunJson, tmp_path: Path) -> None:
     film = tmp_path / "flight.gif"
     options = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.system.conftest import Run, RunJson
+from tests.system.conftest import RunJson
 
 
 def test_the_document(run_json: RunJson, tmp_path: Path) -> None:
@@ -23,12 +23,3 @@ def test_the_document(run_json: RunJson, tmp_path: Path) -> None:
     assert found["summary"]["neck_ends"] == 0.0
     assert found["model_errors"]["counts_wrong"] == 0.0
     assert picture.stat().st_size > 10_000
-
-
-def test_the_table_says_what_is_lost(run: Run) -> None:
-    status, out, err = run(
-        "run", "head", "--duration", "1s", "--distance", "6m", "--swing", "0", "--motion", "step"
-    )
-    assert (status, err) == (0, "")
-    assert "head, step, lso" in out
-    assert "pings without an answer: 10 faint" in out

@@ -25,14 +25,6 @@ def test_the_document(run_json: RunJson, tmp_path: Path) -> None:
     assert picture.stat().st_size > 10_000
 
 
-def test_the_table(run: Run) -> None:
-    status, out, err = run("run", "rover", "--learn", "0.5", "--trips", "2", "--planner", "dijkstra")
-    assert (status, err) == (0, "")
-    assert "planned on map1-road-obstacles: 2,10 " in out
-    assert "frechet_m" in out
-    assert "map error" in out
-
-
 def test_a_map_of_ones_own(run_json: RunJson, tmp_path: Path) -> None:
     path = tmp_path / "yard.csv"
     path.write_text("1,9,1\n1,0,1\n1,1,1\n")

@@ -94,11 +94,11 @@ def test_a_bias_file_without_the_array_s_biases_is_told(
 test_bad_options_are_one_line = command_refusals(
     "show",
     rows=[
-        (["rolls", "--plot", "die.txt"], "--plot: die.txt"),
-        (["rolls", "--bias", "i_tau=1nA"], "--bias: rolls has its biases by code"),
-        (["rolls", "--at", "rolls/row[3]"], "--at"),
-        (["rolls", "--temperature", "200"], "temperature: 200 degC"),
-        (["rolls", "--bias-file", "none.csv"], "none.csv: No such file"),
-        (["dpi-synapse", "--bias-file", "x.csv"], "--bias-file: x.csv, of rolls only"),
+        ("rolls --plot die.txt", "--plot: die.txt"),
+        ("rolls --bias i_tau=1nA", "--bias: rolls has its biases by code"),
+        ("rolls --at 'rolls/row[3]'", "--at"),
+        ("rolls --temperature 200", "temperature: 200 degC"),
+        ("rolls --bias-file none.csv", "none.csv: No such file"),
+        ("dpi-synapse --bias-file x.csv", "--bias-file: x.csv, of rolls only"),
     ],
 )

@@ -144,8 +144,8 @@ test_what_a_study_of_the_forest_has_not = command_refusals(
     "-n",
     "2",
     rows=[
-        (("--level", "transistor"), "level: transistor, is no choice of forest"),
-        (("--bias-kind", "gate"), "--bias-kind: not with --param ranges=exact"),
-        (("--param", "unit=1us"), "unit: not an option of forest"),
+        ("--level transistor", "level: transistor, is no choice of forest"),
+        ("--bias-kind gate", "--bias-kind: not with --param ranges=exact"),
+        ("--param unit=1us", "unit: not an option of forest"),
     ],
 )

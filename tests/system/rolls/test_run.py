@@ -71,12 +71,12 @@ test_bad_options_are_one_line = command_refusals(
     "-n",
     "1",
     rows=[
-        (["--param", "map=x"], "map: not an option of rolls"),
-        (["--level", "transistor"], "--level: transistor, is no choice of rolls"),
-        (["--duration", "0.05s"], "--duration: 0.05 s, must be > 0.1 s"),
-        (["--param", "bias-file=none.csv"], "none.csv: No such file"),
-        (["--param", "input-rate=3A"], "--param input-rate"),
-        (["--metric", "spikes"], "metric spikes: unknown"),
+        ("--param map=x", "map: not an option of rolls"),
+        ("--level transistor", "--level: transistor, is no choice of rolls"),
+        ("--duration 0.05s", "--duration: 0.05 s, must be > 0.1 s"),
+        ("--param bias-file=none.csv", "none.csv: No such file"),
+        ("--param input-rate=3A", "--param input-rate"),
+        ("--metric spikes", "metric spikes: unknown"),
     ],
 )
 

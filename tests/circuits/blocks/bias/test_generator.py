@@ -32,6 +32,7 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import OperatingPoint, operating_point, solve_near
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
+from tests.refusals import refusals
 
 DEFAULTS = BLOCK.defaults
 DIES = range(1000, 1020)
@@ -196,15 +197,16 @@ def test_the_working_state_is_the_only_one(leakage: float) -> None:
     assert abs(transistor_current(point, "mk4")) < 1e-3 * MASTER_CURRENT
 
 
-def test_codes_outside_the_ranges_are_refused() -> None:
-    with pytest.raises(ParameterError, match=r"coarse: 8, must be a whole number from 0 to 7"):
-        Params(coarse=8)
-    with pytest.raises(ParameterError, match=r"fine: 256, must be a whole number from 0 to 255"):
-        Params(fine=256)
-    with pytest.raises(ParameterError, match=r"core_ratio: 1, must be > 1"):
-        Params(core_ratio=1.0)
-    with pytest.raises(ParameterError, match=r"core_resistance: 0 Ohm, must be > 0"):
-        Params(core_resistance=0.0)
+test_codes_outside_the_ranges_are_refused = refusals(
+    ParameterError,
+    lambda sizes: Params(**sizes),
+    [
+        ({"coarse": 8}, "coarse: 8, must be a whole number from 0 to 7"),
+        ({"fine": 256}, "fine: 256, must be a whole number from 0 to 255"),
+        ({"core_ratio": 1.0}, "core_ratio: 1, must be > 1"),
+        ({"core_resistance": 0.0}, "core_resistance: 0 Ohm, must be > 0"),
+    ],
+)
 
 
 def test_an_unknown_transistor_is_named() -> None:

@@ -8,6 +8,7 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
+from tests.refusals import refusals
 
 NONE: dict[str, float | None] = {s.name: None for s in BLOCK.stimuli}
 CHARGE, PASSIVE, Q = 10e-12 * 2.0, 345e-12, 800e-12 * 2e-3  # C, A, C
@@ -43,8 +44,11 @@ def test_dies_have_winners_of_their_own() -> None:
     assert len(winners) > 1
 
 
-def test_what_cannot_be_built_is_refused() -> None:
-    with pytest.raises(ParameterError, match=r"recurrent_capacitance: 0 F, must be > 0"):
-        Params(recurrent_capacitance=0.0)
-    with pytest.raises(ParameterError, match=r"cells: 0, must be a whole number from 1 to 64"):
-        Params(cells=0)
+test_what_cannot_be_built_is_refused = refusals(
+    ParameterError,
+    lambda sizes: Params(**sizes),
+    [
+        ({"recurrent_capacitance": 0.0}, "recurrent_capacitance: 0 F, must be > 0"),
+        ({"cells": 0}, "cells: 0, must be a whole number from 1 to 64"),
+    ],
+)

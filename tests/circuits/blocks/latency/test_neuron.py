@@ -11,6 +11,7 @@ from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from tests.circuits.blocks.values import number
+from tests.refusals import refusals
 
 DEFAULTS = BLOCK.defaults
 E_0, CHARGE = 2.5e-9, 10e-12 * 2.0  # A; C_mem V_ref, C
@@ -63,8 +64,11 @@ def test_dies_differ_and_a_die_is_the_same_again() -> None:
     assert latency(7) != latency(8)
 
 
-def test_sizes_that_cannot_be_are_refused() -> None:
-    with pytest.raises(ParameterError, match=r"membrane_capacitance: 0 F, must be > 0"):
-        Params(membrane_capacitance=0.0)
-    with pytest.raises(ParameterError, match=r"synapses: 0, must be a whole number from 1 to 64"):
-        Params(synapses=0)
+test_sizes_that_cannot_be_are_refused = refusals(
+    ParameterError,
+    lambda sizes: Params(**sizes),
+    [
+        ({"membrane_capacitance": 0.0}, "membrane_capacitance: 0 F, must be > 0"),
+        ({"synapses": 0}, "synapses: 0, must be a whole number from 1 to 64"),
+    ],
+)

@@ -9,6 +9,7 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
+from tests.refusals import refusals
 
 USUAL = 5e-12 * 2.0 / 3.34e-9  # C V / I, s
 
@@ -43,8 +44,11 @@ def test_dies_differ() -> None:
     assert a != b
 
 
-def test_what_cannot_be_built_is_refused() -> None:
-    with pytest.raises(ParameterError, match=r"timer_capacitance: 0 F, must be > 0"):
-        Params(timer_capacitance=0.0)
-    with pytest.raises(ParameterError, match=r"taps: 0, must be a whole number from 1 to 64"):
-        Params(taps=0)
+test_what_cannot_be_built_is_refused = refusals(
+    ParameterError,
+    lambda sizes: Params(**sizes),
+    [
+        ({"timer_capacitance": 0.0}, "timer_capacitance: 0 F, must be > 0"),
+        ({"taps": 0}, "taps: 0, must be a whole number from 1 to 64"),
+    ],
+)

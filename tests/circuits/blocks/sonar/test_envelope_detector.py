@@ -19,9 +19,8 @@ from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
-from tests.circuits.blocks.values import number
+from tests.circuits.blocks.values import TEMPERATURES, number
 
-TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
 PEDESTAL = 0.15  # V
 DEFAULTS = BLOCK.defaults
 

@@ -12,8 +12,8 @@ from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
+from tests.circuits.blocks.values import TEMPERATURES
 
-TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
 DEFAULTS = BLOCK.defaults
 RATE = envelope_detector.SAMPLE_RATE  # Hz
 CALL_TIME = 0.5e-3  # s

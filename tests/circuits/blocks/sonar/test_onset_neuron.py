@@ -10,9 +10,8 @@ from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
-from tests.circuits.blocks.values import number
+from tests.circuits.blocks.values import TEMPERATURES, number
 
-TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
 CALL = 2.36  # V, the envelope detector's answer to 2.4 V at the microphone
 WEAKEST = 0.0118  # V, its answer to 50 mV, at 85 degC where it is smallest
 DEFAULTS = BLOCK.defaults

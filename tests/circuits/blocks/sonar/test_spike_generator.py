@@ -17,9 +17,9 @@ from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
+from tests.circuits.blocks.values import TEMPERATURES
 from tests.circuits.soundness import fault
 
-TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
 THRESHOLD = 1.5  # V
 
 

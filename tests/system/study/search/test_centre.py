@@ -156,13 +156,13 @@ test_refused_in_one_line_before_any_work = command_refusals(
     "centre",
     "rebound-neuron",
     rows=[
-        ([], "--spec"),
-        (["--spec", "class is works", "--tuning-dies", "1001"], "later dies are for the report"),
-        (["--spec", "class is works", "--first-fresh-die", "999"], "earlier dies are for the search"),
-        (["--spec", "class is works", "--move", "nothing"], "bias nothing: unknown"),
-        (["--spec", "class is works", "--range", "1"], "--range"),
-        (["--spec", "class is works", "--no-mismatch", "--no-process-variation"], "all dies are one"),
-        (["--spec", "class is works", "--plot", "x.txt"], "--plot"),
+        ("", "--spec"),
+        ("--spec 'class is works' --tuning-dies 1001", "later dies are for the report"),
+        ("--spec 'class is works' --first-fresh-die 999", "earlier dies are for the search"),
+        ("--spec 'class is works' --move nothing", "bias nothing: unknown"),
+        ("--spec 'class is works' --range 1", "--range"),
+        ("--spec 'class is works' --no-mismatch --no-process-variation", "all dies are one"),
+        ("--spec 'class is works' --plot x.txt", "--plot"),
     ],
 )
 

@@ -1,0 +1,34 @@
+"""What `noctule run` says of a run as a table, where no JSON is asked for."""
+
+from __future__ import annotations
+
+import shlex
+
+import pytest
+
+from tests.system.conftest import Run
+
+TABLES = {
+    "bug --map bug-sealed --agent bug1": (
+        "no way leads from the start to the goal",
+        "unreachable after",
+    ),
+    "car --pings 5 --ranges exact": ("car, corridor, ranges exact", "failed: all 5 pings made"),
+    "forest --pings 20": ("forest, 1400 obstacles, 2 m/s, 5 Hz", "avoided", "all 20 pings flown"),
+    "head --duration 1s --distance 6m --swing 0 --motion step": (
+        "head, step, lso",
+        "pings without an answer: 10 faint",
+    ),
+    "rover --learn 0.5 --trips 2 --planner dijkstra": (
+        "planned on map1-road-obstacles: 2,10 ",
+        "frechet_m",
+        "map error",
+    ),
+}
+
+
+@pytest.mark.parametrize(("options", "lines"), TABLES.items())
+def test_the_table(run: Run, options: str, lines: tuple[str, ...]) -> None:
+    status, out, err = run("run", *shlex.split(options))
+    assert (status, err) == (0, "")
+    assert [line for line in lines if line not in out] == []
