@@ -20,12 +20,11 @@ from dataclasses import dataclass, replace
 from circuits.blocks.block import DURATION, Block, Stimulus, Values
 from circuits.blocks.drive import powered
 from circuits.blocks.latency import race as latency_race
-from circuits.blocks.latency.synapse import compared, events
+from circuits.blocks.latency.synapse import MembraneSizes, compared, events
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import Sizes
 from circuits.devices import Capacitor
 from circuits.event import pulse, rising_crossing
 from circuits.lowering.supply import half_supply
@@ -39,11 +38,9 @@ RECURRENT_CAPACITANCE = 5e-12  # F; ours
 
 
 @dataclass(frozen=True, slots=True)
-class Params(Sizes):
+class Params(MembraneSizes):
     """Capacitors (F) and number of cells; ours."""
 
-    membrane_capacitance: float = quantity(10e-12, "F")
-    timer_capacitance: float = quantity(5e-12, "F")
     recurrent_capacitance: float = quantity(RECURRENT_CAPACITANCE, "F")
     cells: int = quantity(CELLS, "")
 

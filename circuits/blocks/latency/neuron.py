@@ -20,13 +20,12 @@ from dataclasses import dataclass
 
 from circuits.blocks.block import DURATION, Block, Stimulus, Values
 from circuits.blocks.drive import powered
-from circuits.blocks.latency.synapse import comparator_biases, compared, events, step_synapse
+from circuits.blocks.latency.synapse import MembraneSizes, comparator_biases, compared, events, step_synapse
 from circuits.blocks.measure import latency, low_time, spiking
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import Sizes
 from circuits.devices import Capacitor
 from circuits.event import pulse
 from circuits.silicon.process import AMI_1500
@@ -38,11 +37,9 @@ INPUTS = 3  # of the block as it is simulated by itself
 
 
 @dataclass(frozen=True, slots=True)
-class Params(Sizes):
+class Params(MembraneSizes):
     """Capacitors (F) and number of synapses; ours."""
 
-    membrane_capacitance: float = quantity(10e-12, "F")
-    timer_capacitance: float = quantity(5e-12, "F")
     synapses: int = quantity(INPUTS, "")
 
 

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from circuits.blocks.block import DURATION, Block, Stimulus, Values
 from circuits.blocks.drive import Wave, powered
 from circuits.blocks.latency.synapse import (
+    MembraneSizes,
     comparator_biases,
     compared,
     events,
@@ -32,7 +33,6 @@ from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import Sizes
 from circuits.devices import Capacitor, Device
 from circuits.event import pulse
 from circuits.silicon.process import AMI_1500
@@ -44,11 +44,9 @@ EXCITATIONS, INHIBITIONS = 2, 2  # by itself: goal and direction of the ping; me
 
 
 @dataclass(frozen=True, slots=True)
-class Params(Sizes):
+class Params(MembraneSizes):
     """Capacitors (F) and numbers of synapses; ours."""
 
-    membrane_capacitance: float = quantity(10e-12, "F")
-    timer_capacitance: float = quantity(5e-12, "F")
     excitations: int = quantity(EXCITATIONS, "")
     inhibitions: int = quantity(INHIBITIONS, "")
 

@@ -17,16 +17,28 @@ ours.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from circuits.blocks.drive import Wave, elements
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, event_in, event_out
 from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.count import Sizes
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
 from circuits.errors import ParameterError
 from circuits.event import pulse
+from circuits.units import quantity
 
 REFERENCE = 2.0  # V, of every comparator
+
+
+@dataclass(frozen=True, slots=True)
+class MembraneSizes(Sizes):
+    """Capacitors of a membrane and of each timer, F; ours."""
+
+    membrane_capacitance: float = quantity(10e-12, "F")
+    timer_capacitance: float = quantity(5e-12, "F")
 
 
 def comparator() -> Circuit:
@@ -88,13 +100,13 @@ def step_synapse(timer_capacitance: float) -> Circuit:
 
     timer_capacitance: F.
     """
-    ports = _synapse_ports("v_exc", "v_step")
-    devices = (
-        *timer("event", "v_step", timer_capacitance),
+    return _stepped(
+        "step_synapse",
+        ("v_exc", "v_step"),
+        timer_capacitance,
         mos("ms", "p", "foot", "off", "vdd", 6, 1.5),
         mos("me", "p", "v_mem", "v_exc", "foot", 6, 24),
     )
-    return Circuit("step_synapse", ports, devices, (compared("timer", "timer", "off"),))
 
 
 def step_inhibition(timer_capacitance: float) -> Circuit:
@@ -102,19 +114,22 @@ def step_inhibition(timer_capacitance: float) -> Circuit:
 
     timer_capacitance: F.
     """
-    ports = _synapse_ports("v_inh", "v_hold")
-    devices = (
-        *timer("event", "v_hold", timer_capacitance),
+    return _stepped(
+        "step_inhibition",
+        ("v_inh", "v_hold"),
+        timer_capacitance,
         *inverter("mi", "off", "on", width=3.0, length=1.5),
         mos("ms", "n", "foot", "on", "0", 6, 1.5),
         mos("mk", "n", "v_mem", "v_inh", "foot", 6, 24),
     )
-    return Circuit("step_inhibition", ports, devices, (compared("timer", "timer", "off"),))
 
 
-def _synapse_ports(current: str, time: str) -> tuple[Port, ...]:
-    biases = bias_in(current, time, "v_cmp", "v_ref")
-    return (SUPPLY, *event_in("event"), *analog_out("v_mem"), *biases)
+def _stepped(name: str, biases: tuple[str, str], capacitance: float, *switched: Device) -> Circuit:
+    """A synapse of a timer and of what it switches; biases set current and time; capacitance: F."""
+    _, time = biases
+    ports = (SUPPLY, *event_in("event"), *analog_out("v_mem"), *bias_in(*biases, "v_cmp", "v_ref"))
+    devices = (*timer("event", time, capacitance), *switched)
+    return Circuit(name, ports, devices, (compared("timer", "timer", "off"),))
 
 
 def events(port: Port, times: tuple[float | None, ...], ping: float, v_dd: float) -> dict[str, Wave]:

@@ -106,13 +106,23 @@ def comparator(params: Params) -> Circuit:
     return Circuit(
         "comparator",
         (SUPPLY, *analog_in("v_mem"), *analog_out("v_ax"), *bias_in("v_th", "v_bcmp")),
-        (
-            mos("mc3", "p", "tail", "v_bcmp", "vdd", 6, 6),
-            mos("mc1", "p", "m", "v_mem", "tail", 6, 3),
-            mos("mc2", "p", "v_ax", "v_th", "tail", 6, 3),
-            mos("mc4", "n", "m", "m", "0", 6, 3),
-            mos("mc5", "n", "v_ax", "m", "0", 6, 3),
-        ),
+        differential_stage("v_mem", "v_th", pair=(6, 3), mirror=(6, 3)),
+    )
+
+
+def differential_stage(
+    plus: str, minus: str, *, pair: tuple[float, float], mirror: tuple[float, float]
+) -> tuple[Device, ...]:
+    """Devices that charge the node `v_ax` while `plus` is above `minus`, with the current set at `v_bcmp`.
+
+    pair, mirror: width and length of the differential pair's pFETs and of the mirror's nFETs, um.
+    """
+    return (
+        mos("mc3", "p", "tail", "v_bcmp", "vdd", 6, 6),
+        mos("mc1", "p", "m", plus, "tail", *pair),
+        mos("mc2", "p", "v_ax", minus, "tail", *pair),
+        mos("mc4", "n", "m", "m", "0", *mirror),
+        mos("mc5", "n", "v_ax", "m", "0", *mirror),
     )
 
 

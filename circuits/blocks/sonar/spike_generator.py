@@ -33,7 +33,7 @@ from circuits.blocks.measure import between, fall, latency, rise, spike_outcome
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, event_out
 from circuits.blocks.sonar.rebound_neuron import Params as RangingParams
-from circuits.blocks.sonar.rebound_neuron import axon
+from circuits.blocks.sonar.rebound_neuron import axon, differential_stage
 from circuits.circuit import Bias, Circuit, Instance
 from circuits.devices import Capacitor, Resistor
 from circuits.devices.source import PiecewiseLinear
@@ -62,11 +62,7 @@ def comparator() -> Circuit:
         "spike_comparator",
         (SUPPLY, *inputs, *analog_out("v_ax", "v_active"), *bias_in("v_bcmp")),
         (
-            mos("mc3", "p", "tail", "v_bcmp", "vdd", 6, 6),
-            mos("mc1", "p", "m", "v_in", "tail", 30, 6),
-            mos("mc2", "p", "v_ax", "v_threshold", "tail", 30, 6),
-            mos("mc4", "n", "m", "m", "0", 10, 10),
-            mos("mc5", "n", "v_ax", "m", "0", 10, 10),
+            *differential_stage("v_in", "v_threshold", pair=(30, 6), mirror=(10, 10)),
             mos("mc6", "n", "v_active", "m", "0", 10, 10),
             mos("mc7", "p", "v_active", "v_bcmp", "vdd", 3.9, 6),
         ),
