@@ -173,23 +173,29 @@ class Bias:
 
 
 @dataclass(frozen=True, slots=True)
-class Instance:
+class _Placed:
+    """A circuit inside another, once or as an array.
+
+    name : of the instance or array, which no other part of the parent has.
+    circuit : the circuit that stands there.
+    """
+
+    name: str
+    circuit: Circuit
+
+
+@dataclass(frozen=True, slots=True)
+class Instance(_Placed):
     """One circuit inside another.
 
     Attributes
     ----------
-    name : str
-        Name of the instance, which no other part of the parent has.
-    circuit : Circuit
-        The circuit that stands there.
     connections : mapping of str to str
         Node of the parent that each port of `circuit` is connected to, by the port's name.
     parameters : mapping of str to float
         Parameters of devices that differ from those of `circuit`, by `"device.attribute"`, in SI units.
     """
 
-    name: str
-    circuit: Circuit
     connections: Mapping[str, str]
     parameters: Mapping[str, float] = field(default_factory=dict)
 
@@ -203,15 +209,11 @@ class Instance:
 
 
 @dataclass(frozen=True, slots=True)
-class InstanceArray:
+class InstanceArray(_Placed):
     """An array of instances of one circuit, which is never expanded into objects.
 
     Attributes
     ----------
-    name : str
-        Name of the array, which no other part of the parent has.
-    circuit : Circuit
-        The circuit of each instance.
     shape : tuple of int
         How many instances it has along each axis.
     connections : mapping of str to str
@@ -223,8 +225,6 @@ class InstanceArray:
         in SI units.
     """
 
-    name: str
-    circuit: Circuit
     shape: Shape
     connections: Mapping[str, str]
     parameters: Mapping[str, object] = field(default_factory=dict)

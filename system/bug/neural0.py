@@ -16,7 +16,8 @@ neurons of the other; an oscillator of 1 Hz silences the contact for a part of e
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 
@@ -31,16 +32,14 @@ _BEHAVIOURS = ("go", "follow")
 
 
 @dataclass(frozen=True, slots=True)
-class Bug0Size:
-    """How many neurons each part of the network has; those of the paper are 2,050 together.
+class NetworkSize:
+    """How many neurons each part has that the networks of Bug 0 and Bug 2 share.
 
     ray : neurons for each of the eight range rays.
     go : of the behaviour towards the goal.
     follow : of the behaviour along the wall.
     motor : of the motor.
     contact : of the contact sensor.
-    oscillator : of the oscillator of 1 Hz.
-    nucleus : of each nucleus of the basal ganglia, for each behaviour.
     """
 
     ray: int = 50
@@ -48,12 +47,34 @@ class Bug0Size:
     follow: int = 100
     motor: int = 150
     contact: int = 100
+
+    def scaled(self, share: float) -> Self:
+        """All parts larger or smaller alike; constants stay."""
+        found: Self = _scaled(self, share)
+        return found
+
+
+def _scaled(size: Any, share: float) -> Any:
+    """Whole numbers, which are neurons, times a share; those of its parts too."""
+    values = {f.name: getattr(size, f.name) for f in fields(size)}
+    changed = {
+        name: max(round(share * value), 1) if isinstance(value, int) else _scaled(value, share)
+        for name, value in values.items()
+        if isinstance(value, int) or is_dataclass(value)
+    }
+    return replace(size, **changed)
+
+
+@dataclass(frozen=True, slots=True)
+class Bug0Size(NetworkSize):
+    """How many neurons each part of the network has; those of the paper are 2,050 together.
+
+    oscillator : of the oscillator of 1 Hz.
+    nucleus : of each nucleus of the basal ganglia, for each behaviour.
+    """
+
     oscillator: int = 200
     nucleus: int = 100
-
-    def scaled(self, share: float) -> Bug0Size:
-        """All parts larger or smaller alike."""
-        return Bug0Size(**{f.name: max(round(share * getattr(self, f.name)), 1) for f in fields(self)})
 
 
 PUBLISHED = Bug0Size()

@@ -24,8 +24,7 @@ is near. The window of directions is shifted past the line, so that it leaves wi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -44,7 +43,7 @@ from chips.nef.network.memory import (
 from chips.nef.network.network import Connection, Ensemble, Network, Node, Probe, join
 from circuits.arrays import F64
 from system.bug.brain import CONTACT_FILTER, FOLLOW, GO, MEMORISE, STATES, STORE
-from system.bug.neural0 import behaviours
+from system.bug.neural0 import NetworkSize, behaviours
 
 AFTER = {MEMORISE: GO, GO: STORE, STORE: FOLLOW, FOLLOW: GO}
 DIRECTION = MemorySize(500, 250, 60, reach=0.3, near=0.05)
@@ -54,7 +53,7 @@ MACHINE = StateSize(250, 150, 45, 50, 50)
 
 
 @dataclass(frozen=True, slots=True)
-class Bug2Size:
+class Bug2Size(NetworkSize):
     """How many neurons each part of the network has, 4,010 in the published design; and its constants.
 
     layout: of the states' points, a circle as published, or a simplex, where all are equally far from each
@@ -64,22 +63,12 @@ class Bug2Size:
     the goal than at the hit; quick: synapse of the neurons that say so, s; beyond: angle past the line, rad,
     as it is crossed with the wall on the left, about which directions count as the same; all ours.
 
-    ray : neurons for each of the eight range rays.
-    go : of the behaviour towards the goal.
-    follow : of the behaviour along the wall.
-    motor : of the motor.
-    contact : of the contact sensor.
     distance : of the memory of the distance.
     astray : that hold the direction against the stored one.
     leave : that fire when the wall can be left.
     machine : of the state machine.
     """
 
-    ray: int = 50
-    go: int = 100
-    follow: int = 100
-    motor: int = 150
-    contact: int = 100
     direction: MemorySize = DIRECTION
     distance: MemorySize = DISTANCE
     nearer: int = 150
@@ -94,27 +83,11 @@ class Bug2Size:
     quick: float = 0.02
     beyond: float = 0.0
 
-    def scaled(self, share: float) -> Bug2Size:
-        """All parts larger or smaller alike; the constants stay."""
-        scaled: Bug2Size = _scaled(self, share)
-        return scaled
-
 
 def _turned(angle: float) -> F64:
     """Matrix that turns a vector counterclockwise, rad."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s], [s, c]])
-
-
-def _scaled(size: Any, share: float) -> Any:
-    """Whole numbers, which are neurons, times a share; those of its parts too."""
-    values = {f.name: getattr(size, f.name) for f in fields(size)}
-    changed = {
-        name: max(round(share * value), 1) if isinstance(value, int) else _scaled(value, share)
-        for name, value in values.items()
-        if isinstance(value, int | MemorySize | StateSize)
-    }
-    return replace(size, **changed)
 
 
 PUBLISHED = Bug2Size()
