@@ -71,6 +71,8 @@ from chips.rolls.layout import (
     Membranes,
     Scratch,
     Traffic,
+    step_compiled,
+    step_inlined,
 )
 from chips.rolls.noise.kernel import disturb_filters, disturb_membranes, disturb_plastic
 from chips.rolls.noise.layout import NoiseTables
@@ -78,13 +80,9 @@ from chips.rolls.plastic.kernel import deliver_plastic, step_plastic
 from chips.rolls.plastic.layout import Plastic
 from chips.rolls.synapse.step import step_filters
 from circuits.arrays import F32, F64, I64
-from circuits.compiled import compiled
-
-_compiled = compiled(fastmath={"contract", "nsz", "arcp"})
-_inlined = compiled(fastmath={"contract", "nsz", "arcp"}, forceinline=True)
 
 
-@_inlined
+@step_inlined
 def _strong(current: np.float32, strong: np.float32) -> np.float32:
     """G(J): by how much more of J the pair lets into a membrane far above v_thr, for strong inversion."""
     t = math.sqrt(current * strong)
@@ -92,7 +90,7 @@ def _strong(current: np.float32, strong: np.float32) -> np.float32:
     return r * (TWO + r)
 
 
-@_inlined
+@step_inlined
 def _rates(m: Membranes, zeta: F64, bits: I64, s: Scratch) -> None:
     """dzeta/dt and its slope, 1/s, and the membrane's own part, A, at the step's beginning."""
     more = s.own
@@ -108,14 +106,14 @@ def _rates(m: Membranes, zeta: F64, bits: I64, s: Scratch) -> None:
         s.slope[k] = (row[STATIC + 1] + extra * row[BENT + 1] - drawn * row[DRAWN + 1]) * inverse
 
 
-@_inlined
+@step_inlined
 def _growth(x: np.float32) -> np.float32:
     """(e^x - 1) / x, e^x being taken as one over the first five terms of e^-x; for x of about 1 at most."""
     part = ONE - x * (HALF - x * (SIXTH - x * C24))
     return part / (ONE - x * part)
 
 
-@_inlined
+@step_inlined
 def _time_to_top(
     p: F64, row: F32, zeta: float, now: tuple[float, float, float], left: float, step: float
 ) -> tuple[float, float]:
@@ -137,13 +135,13 @@ def _time_to_top(
     return (p[TOP] - zeta) / rate * (math.log1p(x) / x if abs(x) > 1e-6 else 1.0), new
 
 
-@_inlined
+@step_inlined
 def _linear(row: F64, x: float) -> float:
     i = min(max(int(x), 0), row.size - 2)
     return float(row[i] + (x - i) * (row[i + 1] - row[i]))
 
 
-@_inlined
+@step_inlined
 def _adapt(m: Membranes, state: F64, step: float, inhibit: F32) -> None:
     """v_ahp over a step, and what it draws."""
     for k in range(inhibit.size):
@@ -155,7 +153,7 @@ def _adapt(m: Membranes, state: F64, step: float, inhibit: F32) -> None:
         state[V_AHP, k] = max(state[V_AHP, k] + moved, 0.0)
 
 
-@_inlined
+@step_inlined
 def _deliver(c: ChipTables, t: Traffic, until: float, s: Scratch) -> None:
     """Charges of the last step's spikes, and of the events before `until` s."""
     exciting, inhibiting = s.charge[0], s.charge[1]
@@ -178,7 +176,7 @@ def _deliver(c: ChipTables, t: Traffic, until: float, s: Scratch) -> None:
     t.counts[READ] = j
 
 
-@_inlined
+@step_inlined
 def _currents(c: ChipTables, state: F64, counts: I64, s: Scratch) -> None:
     """What flows into i_in and is drawn from v_mem in this step, A."""
     for k in range(s.excite.size):
@@ -196,7 +194,7 @@ def _currents(c: ChipTables, state: F64, counts: I64, s: Scratch) -> None:
         _adapt(c.membranes, state, c.step, s.inhibit)
 
 
-@_inlined
+@step_inlined
 def _move(m: Membranes, state: F64, step: float, s: Scratch) -> bool:
     """Easy steps; s.hard tells what else there is in a step: FIRES, FREED, RISES. Returns whether any is."""
     zeta = state[ZETA]
@@ -217,7 +215,7 @@ def _move(m: Membranes, state: F64, step: float, s: Scratch) -> bool:
     return some
 
 
-@_inlined
+@step_inlined
 def _sorted_out(s: Scratch) -> tuple[int, int, int]:
     """Neurons of each kind of hard step into the rows of s.found; their numbers.
 
@@ -238,7 +236,7 @@ def _sorted_out(s: Scratch) -> tuple[int, int, int]:
     return fires, freed, rises
 
 
-@_inlined
+@step_inlined
 def _fire(m: Membranes, state: F64, k: int, now: float, t: Traffic) -> None:
     """The spike of neuron k whose time has come."""
     t.sent[t.counts[WRITTEN]], t.senders[t.counts[WRITTEN]] = now + state[SHUT, k], k
@@ -250,7 +248,7 @@ def _fire(m: Membranes, state: F64, k: int, now: float, t: Traffic) -> None:
         state[V_AHP, k] += m.spiking[k, KICK] * _linear(m.share[k], state[V_AHP, k] / m.ahp_step)
 
 
-@_inlined
+@step_inlined
 def _release(m: Membranes, state: F64, k: int, now: float, step: float, t: Traffic, s: Scratch) -> None:
     """The rest of the step of a neuron that is let go in it, and all that it still does in it."""
     p = m.spiking[k]
@@ -267,7 +265,7 @@ def _release(m: Membranes, state: F64, k: int, now: float, step: float, t: Traff
                 _fire(m, state, k, now, t)
 
 
-@_compiled
+@step_compiled
 def _spike(m: Membranes, state: F64, bits: I64, step: float, now: float, t: Traffic, s: Scratch) -> None:
     """Hard steps: spikes whose time has come, neurons that are let go, and those found to spike soon."""
     fires, freed, rises = _sorted_out(s)
@@ -287,7 +285,7 @@ def _spike(m: Membranes, state: F64, bits: I64, step: float, now: float, t: Traf
         _release(m, state, s.found[1, j], now, step, t, s)
 
 
-@_compiled
+@step_compiled
 def run_chip(  # noqa: C901 - numba tells None from tables by argument and branch
     chip: ChipRun, steps: int, now: float,
     plastic: Plastic | None = None, noise: NoiseTables | None = None, depressing: Depressing | None = None,

@@ -8,6 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.arrays import F32, F64, I64
+from circuits.compiled import compiled
+
+# What a step runs: a product may be added without a rounding of its own, a zero has no sign, and a division
+# may be a product; the second is copied into its caller
+step_compiled = compiled(fastmath={"contract", "nsz", "arcp"})
+step_inlined = compiled(fastmath={"contract", "nsz", "arcp"}, forceinline=True)
 
 # v and u^power over z: points from LOW to SPLIT, FINE an e-fold, then every COARSE up to HIGH
 LOW, SPLIT, FINE, COARSE, COARSE_POINTS = -28.0, 256.0, 32, 16.0, 16384

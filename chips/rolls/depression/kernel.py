@@ -37,12 +37,20 @@ from chips.rolls.depression.layout import (
     DepressionScratch,
     DepressionTables,
 )
-from chips.rolls.layout import HALF, LAST, ONE, READ, TWO, VIRTUAL, ZERO, Scratch, Traffic
+from chips.rolls.layout import (
+    HALF,
+    LAST,
+    ONE,
+    READ,
+    TWO,
+    VIRTUAL,
+    ZERO,
+    Scratch,
+    Traffic,
+    step_compiled,
+    step_inlined,
+)
 from circuits.arrays import F32
-from circuits.compiled import compiled
-
-_compiled = compiled(fastmath={"contract", "nsz", "arcp"})
-_inlined = compiled(fastmath={"contract", "nsz", "arcp"}, forceinline=True)
 
 LEAST = np.float32(1e-30)  # of R: so that its logarithm is a number
 FARTHEST, SQUARED, OVER = np.float32(40.0), 6, np.float32(1.0 / 64.0)  # of an exponent; e^-x = (e^(-x/64))^64
@@ -53,7 +61,7 @@ BIAS = np.int32(127)
 COLUMN, THREE = 64, np.float32(3.0)  # first stream of the columns' draws, behind those of a chip's filters
 
 
-@_inlined
+@step_inlined
 def _fallen(x: np.float32) -> np.float32:
     """e^-x of an x from 0 on; without a call, so that loops are packed."""
     z = min(x, FARTHEST) * OVER
@@ -63,14 +71,14 @@ def _fallen(x: np.float32) -> np.float32:
     return p
 
 
-@_inlined
+@step_inlined
 def _odd(t: np.float32) -> np.float32:
     """Atanh t of a t up to 1/3."""
     u = t * t
     return t * (ONE + u * (THIRD + u * (FIFTH + u * (SEVENTH + u * NINTH))))
 
 
-@_inlined
+@step_inlined
 def _recovered(
     d: DepressionTables, a: DepressionArrays, w: DepressionScratch, lo: int, hi: int, now: int
 ) -> None:
@@ -82,7 +90,7 @@ def _recovered(
         w.found[k] = max(ONE - (ONE - resource[k]) * _fallen(gone * fall[k]), LEAST)
 
 
-@_inlined
+@step_inlined
 def _disturb(noise: DepressionNoise | None, d: Depressing, lo: int, hi: int, now: int, column: int) -> None:
     """Noise onto what `_recovered` has found."""
     if noise is None:
@@ -99,7 +107,7 @@ def _disturb(noise: DepressionNoise | None, d: Depressing, lo: int, hi: int, now
         found[k] = max(found[k] + math.sqrt(variance) * normal[k], LEAST)
 
 
-@_inlined
+@step_inlined
 def _shares(
     d: DepressionTables, a: DepressionArrays, w: DepressionScratch, lo: int, hi: int, now: int
 ) -> None:
@@ -125,7 +133,7 @@ def _shares(
         seen[k] = at
 
 
-@_inlined
+@step_inlined
 def _bring(d: Depressing, begin: int, end: int, now: int, column: int, exciting: F32) -> None:
     """An event of the synapses `begin` to `end` of a column: their charges, in z."""
     tables, w = d.tables, d.scratch
@@ -141,7 +149,7 @@ def _bring(d: Depressing, begin: int, end: int, now: int, column: int, exciting:
         exciting[tables.post[slot]] += max(c[0] + share * (c[1] + share * (c[2] + share * c[3])), ZERO)
 
 
-@_compiled
+@step_compiled
 def deliver_depressed(d: Depressing, t: Traffic, now: int, until: float, s: Scratch) -> None:
     """Deliver the last step's spikes, and the events before `until` s, to depressed synapses.
 
@@ -161,7 +169,7 @@ def deliver_depressed(d: Depressing, t: Traffic, now: int, until: float, s: Scra
         j += 1
 
 
-@_compiled
+@step_compiled
 def recover(d: Depressing, now: int) -> None:
     """Bring the state of all synapses to the beginning of step `now`."""
     tables, arrays = d.tables, d.arrays

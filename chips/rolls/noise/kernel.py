@@ -29,6 +29,7 @@ from chips.rolls.layout import (
     Membranes,
     Scratch,
     Z,
+    step_compiled,
 )
 from chips.rolls.noise.layout import (
     BACK,
@@ -50,14 +51,11 @@ from chips.rolls.noise.layout import (
 )
 from chips.rolls.plastic.layout import Plastic
 from circuits.arrays import F64, I64
-from circuits.compiled import compiled
 
 MEMBRANES, FILTERS = 0, 1  # streams; a filter's sign is added, behind them the plastic array's filters
 
-_compiled = compiled(fastmath={"contract", "nsz", "arcp"})
 
-
-@_compiled
+@step_compiled
 def disturb_filters(t: NoiseTables, c: ChipTables, state: F64, number: int, s: Scratch) -> None:
     """Add the shot noise of step `number` to the filters before it, whose pulses are in s.charge.
 
@@ -77,7 +75,7 @@ def disturb_filters(t: NoiseTables, c: ChipTables, state: F64, number: int, s: S
             z[k] += math.sqrt(t.grain[sign, k] * variance) * t.draws.normal[k]
 
 
-@_compiled
+@step_compiled
 def disturb_plastic(t: NoiseTables, p: Plastic, number: int) -> None:
     """Add the shot noise of step `number` to the slow filters and the calcium, as in `disturb_filters`."""
     for k in range(len(p.tables.banks)):
@@ -92,7 +90,7 @@ def disturb_plastic(t: NoiseTables, p: Plastic, number: int) -> None:
             z[j] += math.sqrt(grain[j] * variance) * t.draws.normal[j]
 
 
-@_compiled
+@step_compiled
 def disturb_membranes(t: NoiseTables, m: Membranes, bits: I64, number: int, step: float, s: Scratch) -> None:
     """Add the noise of step `number` to dzeta/dt in `s.rate`."""
     bring(t.slow, t.draws, number)

@@ -22,7 +22,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from chips.rolls.layout import BASE, LAST, NEVER, ONE, SHIFT, SHUT, WAIT, ZERO, ZETA, Traffic
+from chips.rolls.layout import (
+    BASE,
+    LAST,
+    NEVER,
+    ONE,
+    SHIFT,
+    SHUT,
+    WAIT,
+    ZERO,
+    ZETA,
+    Traffic,
+    step_compiled,
+    step_inlined,
+)
 from chips.rolls.plastic.layout import (
     CALCIUM,
     LEAST,
@@ -36,13 +49,9 @@ from chips.rolls.plastic.layout import (
 )
 from chips.rolls.synapse.step import step_filters
 from circuits.arrays import F32, F64, I64
-from circuits.compiled import compiled
-
-_compiled = compiled(fastmath={"contract", "nsz", "arcp"})
-_inlined = compiled(fastmath={"contract", "nsz", "arcp"}, forceinline=True)
 
 
-@_inlined
+@step_inlined
 def _allowed(p: Plastic, state: F64) -> None:
     """Which neurons let their weights go up, and down, as 1 or 0, from the state of a chip."""
     c, over, s = p.tables, p.arrays.filters, p.scratch
@@ -58,7 +67,7 @@ def _allowed(p: Plastic, state: F64) -> None:
         s.lift[k] = s.up[k] * c.active[0] - s.down[k] * c.active[1]
 
 
-@_inlined
+@step_inlined
 def _drifted(
     w: np.float32, rise: np.float32, fall: np.float32, middle: np.float32, supply: np.float32
 ) -> np.float32:
@@ -68,7 +77,7 @@ def _drifted(
     return high if w > middle else low
 
 
-@_inlined
+@step_inlined
 def _column(p: Plastic, pre: int) -> None:
     """An event of every synapse of a column."""
     c, a, s = p.tables, p.arrays, p.scratch
@@ -87,7 +96,7 @@ def _column(p: Plastic, pre: int) -> None:
         seen[k] = now
 
 
-@_inlined
+@step_inlined
 def _synapse(p: Plastic, pre: int, k: int) -> None:
     """An event of one synapse."""
     c, a, s = p.tables, p.arrays, p.scratch
@@ -100,7 +109,7 @@ def _synapse(p: Plastic, pre: int, k: int) -> None:
     a.seen[pre, k] = np.int32(a.clock[0])
 
 
-@_compiled
+@step_compiled
 def deliver_plastic(p: Plastic, state: F64, t: Traffic, until: float) -> None:
     """Deliver the last step's spikes, and the events before `until` s, to the plastic array and the calcium.
 
@@ -116,7 +125,7 @@ def deliver_plastic(p: Plastic, state: F64, t: Traffic, until: float) -> None:
         read[0] += 1
 
 
-@_compiled
+@step_compiled
 def step_plastic(p: Plastic, state: F64, bits: I64, step: float, excite: F32) -> None:
     """Step the slow filters, whose currents are added to `excite` (A), the calcium and its nodes.
 
@@ -141,7 +150,7 @@ def step_plastic(p: Plastic, state: F64, bits: I64, step: float, excite: F32) ->
     a.clock[0] += 1
 
 
-@_compiled
+@step_compiled
 def settle_weights(c: PlasticTables, weights: F32, steps: F32, lift: F32) -> None:
     """Let all weights drift for `steps`, float32[pre, post]; lift: as in `PlasticScratch`, float32[n]."""
     for j in range(weights.shape[0]):

@@ -29,14 +29,12 @@ from chips.rolls.layout import (
     FilterBank,
     Scratch,
     Z,
+    step_inlined,
 )  # fmt: skip
 from circuits.arrays import F32, F64
-from circuits.compiled import compiled
-
-_inlined = compiled(fastmath={"contract", "nsz", "arcp"}, forceinline=True)
 
 
-@_inlined
+@step_inlined
 def step_filters(
     state: F64, sign: int, omega: F32, bank: FilterBank, step: float, out: F32, s: Scratch
 ) -> int:
