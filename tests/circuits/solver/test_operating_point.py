@@ -9,6 +9,7 @@ from circuits.bias import rebias
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import BiasKind, Circuit, Port
 from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Source
+from circuits.devices.device import Device
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import SolverError, UnknownNameError
 from circuits.lowering.kernel import to_kernel
@@ -126,16 +127,21 @@ def test_no_answer_is_an_error_with_a_remedy() -> None:
         operating_point(bench, start={"a": 1.0})
 
 
-def test_an_amplifier_with_positive_feedback_has_two_rails() -> None:
+def amplified(name: str, *devices: Device) -> Testbench:
+    """Devices with the output y, on the supply."""
     ports = (Port("vdd", "supply"), Port("y", "analog", "out"))
-    devices = (
+    return Testbench(name, Circuit(name, ports, devices), (SUPPLY,), 1.0)
+
+
+def test_an_amplifier_with_positive_feedback_has_two_rails() -> None:
+    bench = amplified(
+        "schmitt",
         OperationalAmplifier("x", "p", "half", "y", "vdd"),
         Resistor("f", "y", "p", 1e4),
         Resistor("g", "p", "half", 1e4),
         *(Resistor(f"h{k}", "half", k, 1e3) for k in ("vdd", "0")),
         Capacitor("c", "p", "0", 1e-12),
     )
-    bench = Testbench("schmitt", Circuit("schmitt", ports, devices), (SUPPLY,), 1.0)
     for level in (0.0, 5.0):
         point = operating_point(bench, start={"y": level, "p": level, "half": 2.5})
         assert point.stable
@@ -146,13 +152,12 @@ def test_an_amplifier_with_positive_feedback_has_two_rails() -> None:
 
 
 def test_unpowered_amplifier() -> None:
-    ports = (Port("vdd", "supply"), Port("y", "analog", "out"))
-    devices = (
+    bench = amplified(
+        "follower",
         OperationalAmplifier("x", "vdd", "y", "y", "rail"),
         Resistor("s", "vdd", "rail", 10.0),
         Resistor("l", "y", "0", 1e4),
     )
-    bench = Testbench("follower", Circuit("follower", ports, devices), (SUPPLY,), 1.0)
     assert operating_point(bench)["y"] == pytest.approx(5.0, abs=0.1)  # the rail starts at 0 V
 
 
