@@ -186,7 +186,7 @@ class _Placed:
 
 @dataclass(frozen=True, slots=True)
 class Instance(_Placed):
-    """One circuit inside another.
+    """One `circuit` inside another, by a `name` that no other part of the parent has.
 
     Attributes
     ----------
@@ -210,7 +210,9 @@ class Instance(_Placed):
 
 @dataclass(frozen=True, slots=True)
 class InstanceArray(_Placed):
-    """An array of instances of one circuit, which is never expanded into objects.
+    """An array of instances of one `circuit`, which is never expanded into objects.
+
+    It has a `name` that no other part of the parent has.
 
     Attributes
     ----------

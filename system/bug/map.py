@@ -17,7 +17,7 @@ import numpy as np
 
 from circuits.arrays import Bools
 from circuits.errors import DataError, ParameterError
-from system.files.text import map_path, read_text
+from system.files.text import map_text
 
 Point = tuple[float, float]
 
@@ -65,17 +65,9 @@ class BugMap:
 
 
 def load_map(name: str) -> BugMap:
-    """Load one of `MAPS`, or the map in a file.
-
-    Raises
-    ------
-    UnknownNameError
-        No map and no file has this name.
-    DataError
-        The file cannot be read, or is not a map.
-    """
-    path = map_path(name, MAPS, _FOLDER)
-    return read_map(read_text(path, "a map of # S G and spaces"), path.stem)
+    """Load one of `MAPS`, or the map in a file, with the errors of `map_text` and `read_map`."""
+    path, text = map_text(name, MAPS, _FOLDER, "a map of # S G and spaces")
+    return read_map(text, path.stem)
 
 
 def read_map(text: str, name: str) -> BugMap:

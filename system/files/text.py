@@ -22,6 +22,12 @@ def map_path(name: str, shipped: Iterable[str], folder: Path) -> Path:
     return path
 
 
+def map_text(name: str, shipped: Iterable[str], folder: Path, noun: str) -> tuple[Path, str]:
+    """Return path and text of a map, as `map_path` and `read_text` say, with the errors of both."""
+    path = map_path(name, shipped, folder)
+    return path, read_text(path, noun)
+
+
 def read_text(path: str | Path, noun: str) -> str:
     """Return the text of a file in UTF-8, without the mark with which some programs begin it.
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from circuits.arrays import I64
 from circuits.errors import DataError, ParameterError
-from system.files.text import map_path, read_text
+from system.files.text import map_text
 
 Cell = tuple[int, int]  # row and column, from 0, row 0 at the north
 
@@ -70,18 +70,9 @@ class CostMap:
 
 
 def load_map(name: str) -> CostMap:
-    """Load one of `MAPS`, or the map in a file, by its `name`.
-
-    Raises
-    ------
-    UnknownNameError
-        No map and no file has this name.
-    DataError
-        The file is not a map.
-    """
-    path = map_path(name, MAPS, _FOLDER)
-    costs = read_map(read_text(path, "a map of whole numbers"), str(path))
-    return CostMap(path.stem, costs, *MAPS.get(name, ()))
+    """Load one of `MAPS` by its `name`, or the map in a file, with errors of `map_text` and `read_map`."""
+    path, text = map_text(name, MAPS, _FOLDER, "a map of whole numbers")
+    return CostMap(path.stem, read_map(text, str(path)), *MAPS.get(name, ()))
 
 
 def read_map(text: str, source: str) -> I64:
