@@ -40,6 +40,7 @@ from chips.nef.model import (
     neurons_on,
     unit_of,
 )
+from chips.nef.validity import check_box
 from chips.noise import SiliconNoise
 from circuits.arrays import F64, I64
 from circuits.blocks.nef.encoder import BITS
@@ -119,7 +120,11 @@ class NefChip:
         return Silicon(ROLLS_180, temperature_c, self.die).of_area(self.area)
 
     def at(self, temperature_c: float) -> Conditions:
-        """Return the calibrated chip at `temperature_c`, degC."""
+        """Return the calibrated chip at `temperature_c`, degC.
+
+        Raises `ParameterError` outside the box of its model (`chips.nef.validity`).
+        """
+        check_box(self.calibration_c, temperature_c, self.area)
         return Conditions(self, temperature_c, _trimmed(self))
 
 

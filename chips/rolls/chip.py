@@ -72,10 +72,10 @@ from chips.rolls.plastic.state import (
 )
 from chips.rolls.plastic.tables import BuiltPlastic, build_plastic
 from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY
-from chips.rolls.program.bias_file import DIRECT_CURRENT
 from chips.rolls.program.program import Program
 from chips.rolls.state import converted, zeta_of
 from chips.rolls.tables import Built, build_tables, spikes_a_step
+from chips.rolls.validity import cautions_of, check_box, restless_cautions
 from circuits.arrays import F32, F64, I64, Bools
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
@@ -87,7 +87,6 @@ Temperature = float | Callable[[float], float]
 STEP = 0.4e-3  # s, ours
 ROOM = 1 << 16  # spikes that one call of the kernel writes
 LOOK = 10e-3  # s, ours: how often a temperature that changes is looked at
-STRONGEST_MEASURED = 0.2  # inversion coefficient of a filter's pair up to which errors stay below 4 %
 WHOLE = 1e-3  # of a step: by how much a run's duration may miss whole steps
 KEPT = 4  # temperatures whose tables are kept, 15 MiB each
 TEMPERATURE_STEP = 0.25  # K, ours: in which a temperature that changes is followed; tables take 2 s each
@@ -242,8 +241,12 @@ class RollsChip:
         return found if plastic is None else found + plastic_cautions(self.program.biases, plastic)
 
     def at_rest(self) -> ChipState:
-        """Return the state without input; a neuron that has no rest begins at 0 V."""
+        """Return the state without input; a neuron that has no rest begins at 0 V.
+
+        Raises `ParameterError` outside the box of its model (`chips.rolls.validity`).
+        """
         built = self.built()
+        check_box(self.program, built, self.silicon.temperature_c)
         values = np.zeros((STATE_ROWS, NEURONS))
         rest_filters(values, built, built.tables.banks, self.step)
         resting = np.zeros((NEURONS, 3))
@@ -373,6 +376,7 @@ class RollsChip:
             wanted = self._temperature(temperature, now)
             if wanted != at:
                 old, new = self.built(at), self.built(wanted)
+                check_box(self.program, new, wanted)
                 values, at = converted(values, old, new), wanted
                 depressing = converted_depression(
                     old.depression, new.depression, depressing, round(now / self.step)
@@ -434,34 +438,6 @@ class RollsChip:
         run = ChipRun(tables, values, values[ZETA].view(np.int64), traffic, self._scratch)
         run_chip(run, steps, now, plastic, built.noise, depressing)
         return traffic
-
-
-def restless_cautions(restless: Bools) -> tuple[str, ...]:
-    """Return a sentence on the neurons that fire without input, bool[256], if there are any."""
-    if not restless.any():
-        return ()
-    count = f"{int(restless.sum())} of {restless.size}"
-    remedy = f"turn {DIRECT_CURRENT} down, fine code 0 is off, or raise the leaks IF_TAU1_N and IF_TAU2_N"
-    return (f"neurons: {count} fire without any input; {remedy}",)
-
-
-def cautions_of(built: Built, step: float) -> tuple[str, ...]:
-    """Return, in sentences, where tables are outside of what steps of `step` s were measured for."""
-    found = []
-    longest = float(built.lengths.max())
-    if longest > step:
-        found.append(
-            f"extender: pulses of up to {longest:.3g} s are longer than a step of {step:g} s, and taken at"
-            " once; raise NPA_PWLK_P, or the step"
-        )
-    for level, current in built.levels.items():
-        inversion = current / float(built.filters[0 if level > 0 else 1].pair.mean())
-        if inversion > STRONGEST_MEASURED:
-            found.append(
-                f"synapse: level {level} draws {current:.3g} A, {inversion:.2g} of its pair's specific"
-                f" current; measured up to {STRONGEST_MEASURED:g}; take a smaller weight"
-            )
-    return tuple(found)
 
 
 def _kernel_columns(columns: I64) -> I64:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.rolls.chip import STEP, cautions_of
+from chips.rolls.chip import STEP
 from chips.rolls.circuit import FILTERS, Params, chip
 from chips.rolls.neuron.kernel import INJECTED, STATIC, Neurons, weak_share
 from chips.rolls.neuron.model import neurons_of, respond
@@ -26,6 +26,7 @@ from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.program import Program, VirtualInput, level_current, missing_levels
 from chips.rolls.tables import Built, Prepared, build_tables, prepare
+from chips.rolls.validity import cautions_of
 from circuits.arrays import F64, I64, Bools
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import BiasKind

@@ -21,6 +21,7 @@ from chips.rolls.circuit import chip
 from chips.rolls.program.address import NEURONS, VIRTUAL_EXCITATORY
 from chips.rolls.program.bias_file import DIRECT_CURRENT, OFF
 from chips.rolls.program.program import Program, VirtualInput
+from chips.rolls.validity import check_rate
 from circuits.arrays import F64, Bools
 from circuits.silicon.course import beginning_of, course_through
 from circuits.silicon.process import ROLLS_180
@@ -81,6 +82,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     Raises `DataError` for a file of biases that is none.
     """
     s = scenario
+    check_rate(s.input_rate)
     neurons = tuple(range(NEURONS))
     table = bias_table(s.bias_file).with_code(DIRECT_CURRENT, *OFF)
     program = Program(np.zeros((NEURONS, NEURONS), np.int8), table, inputs=(VirtualInput("drive", neurons),))

@@ -2,7 +2,7 @@
 
 A mutation is a text of a module and what stands there instead. The changed module is executed, and the code
 of its functions takes the place of theirs; constants are replaced wherever they were imported. Machine code
-cannot be changed so: the two kernels of the transistor run as the Python that they are written in, which a
+cannot be changed so: the kernels of the transistor run as the Python that they are written in, which a
 test holds against the machine code. `softplus`, whose Python has no meaning, is left out.
 """
 
@@ -50,7 +50,9 @@ MUTATIONS = (
     Mutation(TRANSISTOR, "gate_bulk = model", "gate_bulk = 1.01 * model", ("capacitance",)),
     Mutation(TRANSISTOR, "(ff - fr) * (ff + fr)", "(ff - fr) * (ff + 1.001 * fr)", ("current",)),
     Mutation(TRANSISTOR, "kappa[i] * (forward", "(forward", ("slope",)),
-    Mutation(TRANSISTOR, "(1.0 - e - extra)", "(1.0 - e)", ("junction",)),
+    Mutation(TRANSISTOR, "= s * leakage * (1.0 - e - extra)", "= s * leakage * (1.0 - e)", ("junction",)),
+    Mutation(TRANSISTOR, "-early * mobility * mobility", "-early * mobility", ("slope",)),
+    Mutation(TRANSISTOR, "a.induced_per_volt[i] * (1.0", "(1.0", ("junction_slope",)),
     Mutation(TRANSISTOR, "v_t0=law.v_t0 + delta_v_t", "v_t0=law.v_t0 - delta_v_t", ("current",)),
     Mutation(PROCESS, "ratio**model", "ratio**1.01**model", ("temperature", "current")),
     Mutation(PROCESS, "v_t0_drift * rise", "v_t0_drift * (rise + 0.1)", ("temperature",)),
@@ -83,7 +85,8 @@ def in_python(shipped: dict[Path, record.Record], monkeypatch: pytest.MonkeyPatc
     """The law is evaluated by Python, nothing of it is remembered, and records come from memory."""
     monkeypatch.setattr(record, "read_record", shipped.__getitem__)
     monkeypatch.setattr(law_lattice, "drain_currents", _python(transistor.drain_currents))
-    monkeypatch.setattr(transistor, "_junction_currents", _python(transistor._junction_currents))
+    for name in ("_reduce", "_junction_currents"):
+        monkeypatch.setattr(transistor, name, _python(getattr(transistor, name)))
     caches = (law_of, kept_record, _shipped_model)
     for each in caches:
         each.cache_clear()

@@ -13,6 +13,7 @@ from chips.latency.chip import LatencyChip
 from chips.latency.errors import usual_design
 from chips.latency.model import usual_biases
 from chips.model import MODELS, Model, load_model
+from chips.nef.chip import NefChip
 from chips.selection.model import selection
 from chips.validity import outside_boxes, require_area, require_inside
 from circuits.errors import ParameterError
@@ -80,6 +81,7 @@ def test_areas_below_those_that_were_measured_are_outside() -> None:
     for least, make in (
         (0.25, lambda area: selection(Silicon(), area=area)),
         (0.125, lambda area: LatencyChip(design, usual_biases(design), Silicon(), area=area)),
+        (0.03, lambda area: NefChip(area=area).at(27.0)),
     ):
         assert make(least) is not None
         with pytest.raises(ParameterError, match=f"area: .* must be at least {least:g} times the circuits'"):

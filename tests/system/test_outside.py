@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from system.cli.command_line import main
+from system.registry import system_names
 
 # what puts the chip of each system into the loop, a temperature (degC) outside its box, and the side
 OUTSIDE = {
@@ -18,7 +19,17 @@ OUTSIDE = {
     "car": (["--ranges", "chip", "--pings", "2"], "110", "ranging_chip.temperature"),
     "spiking-bat": (["--brain", "chip", "--pings", "2"], "110", "latency_chip.temperature"),
     "rover": (["--cells", "chip", "--bias-kind", "generator"], "110", "wavefront_chip.temperature"),
-}
+    "pushbot": (["--duration", "0.2s"], "110", "rolls_chip.temperature"),
+    "bug": (
+        ["--brain", "chip", "--bias-kind", "generator", "--duration", "0.1s"], "110", "nef_chip.temperature",
+    ),
+    "rolls": (["--duration", "0.2s"], "110", "rolls_chip.temperature"),
+}  # fmt: skip
+NO_TRANSISTORS = {"pushbot", "bug", "rolls"}  # systems of chips with thousands of cells
+
+
+def test_every_system_is_here() -> None:
+    assert set(OUTSIDE) == set(system_names())
 
 
 @pytest.mark.parametrize("name", OUTSIDE)
@@ -30,7 +41,8 @@ def test_outside_a_run_is_refused_with_path_box_and_remedy(
     out, err = capsys.readouterr()
     assert not out
     assert f"{side}: {celsius} degC, must be " in err
-    assert err.strip().endswith("; use the transistor level, or give --outside warn")
+    remedy = "stay within" if name in NO_TRANSISTORS else "use the transistor level"
+    assert err.strip().endswith(f"; {remedy}, or give --outside warn")
 
 
 @pytest.mark.parametrize("name", OUTSIDE)
@@ -64,3 +76,26 @@ def test_a_study_refuses_its_samples_or_says_which_have_left_a_box(
     assert not found["failed"]
     assert main(["replay", str(tmp_path / "study"), "--die", "1000", "--temperature", "110", "--json"]) == 0
     assert "outside the box" in capsys.readouterr().out
+
+
+def test_events_faster_than_those_that_were_measured_are_outside(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "rolls", "--input-rate", "2kHz", "--duration", "0.2s"]) == 2
+    assert "rolls_chip.input_rate: 2e+03 Hz, must be 0 to 1e+03 Hz, where" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "side"),
+    [
+        ("forest", ["--selection", "chip", "--area", "0.1"], "selection.area: 0.1 times the circuits'"),
+        ("spiking-bat", ["--brain", "chip", "--area", "0.1"], "latency_chip.area: 0.1 times the circuits'"),
+        ("head", ["--area", "0.01"], "sonar_head.area: 0.01 times the circuits'"),
+        ("bug", ["--brain", "chip", "--area", "0.02"], "nef_chip.area: 0.02 times the circuits'"),
+        ("bug", ["--brain", "chip", "--calibrated", "70degC"], "nef_chip.calibration: 70 degC"),
+        ("rover", ["--cells", "chip", "--unit", "1s"], "wavefront_chip.unit: 1 s"),
+    ],
+)
+def test_other_sides_than_the_temperature(
+    name: str, options: list[str], side: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", name, *options]) == 2
+    assert f"{side}, must be " in capsys.readouterr().err

@@ -14,6 +14,7 @@ from chips.rolls.program.address import NEURONS, VirtualSynapses
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.program.program import Program, VirtualInput
 from chips.rolls.synapse.reference import filter_errors
+from chips.validity import outside_boxes
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
@@ -177,8 +178,9 @@ def test_a_filter_at_the_end_of_its_table_is_counted():
     levels[5, 7] = -4
     # 44 uA: an event brings 26,000 of the 262,000 that the table has
     one = chip_of(levels)
-    few, _ = one.run(one.at_rest(), 0.02, every((5,), (256 + 7,), [0.001]))
-    many, _ = one.run(one.at_rest(), 0.02, every((5,), (256 + 7,), np.full(20, 0.001)))
+    with outside_boxes("warn"):
+        few, _ = one.run(one.at_rest(), 0.02, every((5,), (256 + 7,), [0.001]))
+        many, _ = one.run(one.at_rest(), 0.02, every((5,), (256 + 7,), np.full(20, 0.001)))
     assert few.held == 0
     assert many.held > 0
 
@@ -191,6 +193,24 @@ def test_what_was_not_measured_is_said():
     levels[5, 7] = -4
     (strong,) = chip_of(levels).cautions()
     assert "level -4 draws" in strong
+    with outside_boxes("warn") as left:
+        chip_of(levels).at_rest()
+    (outside,) = left.texts()
+    assert outside.startswith("rolls_chip.synapse.level[-4].inversion: 5.39, must be 0 to 0.2, where")
+    with pytest.raises(ParameterError, match=r"level\[-4\]\.inversion: 5.39, .*; take a smaller weight"):
+        chip_of(levels).at_rest()
+
+
+@pytest.mark.parametrize(("temperature", "says"), [(-0.5, "-0.5 degC, must be 0"), (60.5, "60.5 degC, must")])
+def test_outside_its_temperatures_a_chip_is_refused(temperature, says):
+    with pytest.raises(ParameterError, match=rf"rolls_chip\.temperature: {says}"):
+        chip_of(temperature=temperature).at_rest()
+    cold = chip_of()
+    with pytest.raises(ParameterError, match=rf"rolls_chip\.temperature: {says}"):
+        cold.run(cold.at_rest(), cold.step, temperature=temperature)
+    with outside_boxes("warn") as left:
+        chip_of(temperature=temperature).at_rest()
+    assert len(left.texts()) == 1
 
 
 def test_all_spikes_of_the_step_before_are_delivered_however_many():

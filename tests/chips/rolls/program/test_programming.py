@@ -8,6 +8,7 @@ from chips.rolls.program.address import NEURONS, read_stimulate_words, stimulate
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.program.program import Program, VirtualInput
 from chips.rolls.program.words import input_words, program_of_words, program_words
+from chips.validity import outside_boxes
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
@@ -40,7 +41,8 @@ def test_words_in_and_addresses_out(chips: tuple[RollsChip, RollsChip]) -> None:
     to, columns = read_stimulate_words(words)
     assert np.array_equal(stimulate_words(to, columns), words)
     times = np.linspace(1e-4, 5e-3, words.size)
-    sent = [chip.run(chip.at_rest(), 0.02, Inputs(times, to, columns))[0] for chip in chips]
+    with outside_boxes("warn"):  # of the control software's strongest inhibition
+        sent = [chip.run(chip.at_rest(), 0.02, Inputs(times, to, columns))[0] for chip in chips]
     assert np.array_equal(sent[0].times, sent[1].times)
     assert np.array_equal(sent[0].neurons, sent[1].neurons)
     assert sent[0].neurons.size > 0
