@@ -59,6 +59,7 @@ class _State:
     way: list[tuple[int, float]] = field(default_factory=list)  # arc and length of what it came by
 
 
+SonarAt = Callable[[float], Sonar]
 COUNTS = ("pings", "soft_pings", "echoes", "near", "missed", "occluded", "clipped", "scans", "retreats")
 
 
@@ -66,16 +67,20 @@ def drive(
     robot: Robot,
     numbers: OpenspaceNumbers,
     arcs: Arcs,
-    sonar: Sonar | None,
+    sonar_at: SonarAt | None,
     forest: Pipes,
     start: Pose,
     pings: int,
     progress: Callable[[float], None] | None = None,
 ) -> Drive:
-    """Drive until a collision, the end of the forest, or so many pings; without a sonar places are exact."""
+    """Drive until a collision, the end of the forest, or so many pings; without a sonar places are exact.
+
+    sonar_at: the sonar in a ping at a time, s, in which the temperature of its chip stands.
+    """
     state, counts = _State(start), dict.fromkeys(COUNTS, 0)
     log, ended = [], "undecided"
     while counts["pings"] < pings and ended == "undecided":
+        sonar = None if sonar_at is None else sonar_at(state.time)
         place, soft = _sense(robot, numbers, arcs, sonar, forest, state, counts)
         _remember(
             numbers, arcs, state, immediacies(arcs, place, robot.zone + numbers.margin, numbers.max_risk)

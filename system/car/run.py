@@ -10,16 +10,17 @@ A run of the system is one drive through a forest that the seed draws.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.arrays import F64
+from circuits.silicon.course import beginning_of
 from circuits.silicon.silicon import Silicon
 from system.car.arcs import Arcs, arcs_of
-from system.car.drive import COUNTS, Drive, drive
+from system.car.drive import COUNTS, Drive, SonarAt, drive
 from system.car.localiser import trained
 from system.car.numbers import DIRECTIONS
 from system.car.picture import draw_robot
@@ -28,6 +29,7 @@ from system.car.sonar import SPEED, Sonar, noise_of
 from system.car.world import Pipes, forest_of, number_of, start_of
 from system.meaning import meanings, of_run
 from system.openspace.flight import WAY_KEYS, entries_of
+from system.openspace.moving import along_readers
 from system.openspace.reader import CALIBRATIONS, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.options.block import AS_BUILT, describe_run
@@ -114,28 +116,35 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     forest = forest_of(s.forest, random)
     start = start_of(forest, random, s.robot.radius, s.start)
     arcs = arcs_of(s.robot, s.openspace)
-    sonar, unsure = sonar_of(s, random)
-    driven = drive(s.robot, s.openspace, arcs, sonar, forest, start, s.pings, progress)
+    sonar_at, unsure = sonar_of(s, random)
+    driven = drive(s.robot, s.openspace, arcs, sonar_at, forest, start, s.pings, progress)
     return Trace(s, arcs, forest, driven, unsure)
 
 
-def sonar_of(scenario: Scenario, random: np.random.Generator) -> tuple[Sonar | None, int]:
-    """Return the sonar of a scenario, and how many delays of its chip are unsure.
+def sonar_of(scenario: Scenario, random: np.random.Generator) -> tuple[SonarAt | None, int]:
+    """Return the sonar of a scenario in a ping at a time, s, and how many delays of its chip are unsure.
 
-    There is no sonar, but None, with exact ranges.
+    These are counted at the beginning. There is no sonar, but None, with exact ranges.
     """
     s = scenario
     if s.ranges == "exact":
         return None, 0
-    reading, unsure, reader = np.empty(0), 0, no_reader()
-    if s.silicon:
-        silicon, values = Silicon(temperature_c=s.temperature_c, die=s.die), s.reader or CALIBRATIONS[0]
-        delays, unsure = readings(silicon, values, 1.0, s.bias_kind)
-        reading = 0.5 * SPEED * delays
-        noisy = silicon_noise(s.silicon_noise, s.seed if s.noise_seed is None else s.noise_seed)
-        reader = reader_of(silicon, values, noisy, bias_kind=s.bias_kind)
     noise = noise_of(s.robot, random)
-    return Sonar(s.robot, trained(s.robot), noise, reading, **s.senses, reader=reader), unsure
+    still = Sonar(s.robot, trained(s.robot), noise, np.empty(0), reader=no_reader(), **s.senses)
+    if not s.silicon:
+        return lambda _: still, 0
+    values = s.reader or CALIBRATIONS[0]
+    noisy = silicon_noise(s.silicon_noise, s.seed if s.noise_seed is None else s.noise_seed)
+    begun_c = beginning_of(s.temperature_c, s.course) if s.course else None
+
+    def made(celsius: float) -> tuple[Sonar, int]:
+        silicon = Silicon(temperature_c=celsius, die=s.die)
+        delays, unsure = readings(silicon, values, 1.0, s.bias_kind)
+        reader = reader_of(silicon, values, noisy, bias_kind=s.bias_kind, begun_c=begun_c)
+        return replace(still, reading=0.5 * SPEED * delays, reader=reader), unsure
+
+    at = along_readers(s.course, s.temperature_c, made, lambda found: found[0].reader)
+    return lambda time: at(time)[0], at(0.0)[1]
 
 
 def side_share(drive: Drive) -> float:
@@ -173,7 +182,7 @@ def account(trace: Trace) -> Account:
         on |= {
             "reader": s.reader or CALIBRATIONS[0],
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, s.bias_kind or AS_BUILT),
+            **describe_run(s.die, s.temperature_c, s.bias_kind or AS_BUILT, s.course),
         }
     path = evenly(np.append(d.log[:, 0], d.time), trace.path, 1.0 / s.robot.ping_rate)
     return Account(
@@ -223,7 +232,7 @@ def told(trace: Trace) -> Iterator[str]:
 def draw(trace: Trace, figure: Figure) -> None:
     """Fill an empty figure with a drive, as in Figure 15."""
     s, d, said = trace.scenario, trace.drive, account(trace)
-    die = f", {silicon_text(s.die, s.temperature_c, s.bias_kind)}" if s.silicon else ""
+    die = f", {silicon_text(s.die, s.temperature_c, s.bias_kind, s.course)}" if s.silicon else ""
     title = (
         f"{trace.forest.name}, ranges {s.ranges}{die}, {d.time:.1f} s:"
         f" {100.0 * side_share(d):.0f} % of {len(d.log)} pings to the side\n{said.headline}"

@@ -7,12 +7,21 @@ from dataclasses import dataclass, field
 from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
+from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
 from system.car.numbers import OpenspaceNumbers, Robot
 from system.car.world import FORESTS, check_forest, is_file, read_pipes
 from system.openspace.map import start_option
 from system.openspace.reader import CALIBRATIONS, Calibration
-from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
+from system.option import (
+    bias_kind_option,
+    check_options,
+    course_option,
+    die_option,
+    option,
+    seed_option,
+    temperature_option,
+)
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option
 from system.options.outside import outside_option
 from system.reader import place
@@ -58,6 +67,7 @@ class Scenario:
     seed: int = seed_option()
     die: Die = die_option(NOMINAL)
     temperature_c: float = temperature_option(ROOM_TEMPERATURE)
+    course: Points = course_option()
     outside: Answer = outside_option()
 
     def __post_init__(self) -> None:

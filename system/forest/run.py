@@ -18,6 +18,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from chips.selection.model import selection_errors
+from circuits.silicon.course import beginning_of, course_through
 from system.forest.animation import check_animation, save_animation
 from system.forest.scenario import AREA, KINDS, Scenario, make, no_silicon, of_study
 from system.forest.weights import WEIGHTS
@@ -34,8 +35,10 @@ from system.openspace.flight import (
     planter,
 )
 from system.openspace.law import arcs_of
+from system.openspace.moving import Moving, along_readers
 from system.openspace.picture import draw_view_of_run
 from system.openspace.senses import IDEAL, senses_of
+from system.openspace.senses_kernel import Senses
 from system.option import Option
 from system.options.block import AS_BUILT, describe_run
 from system.options.outside import inside_boxes
@@ -107,7 +110,14 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     """
     number = -1 if scenario.die.number is None else scenario.die.number
     key = scenario.seed, number + 1
-    senses = senses_of(scenario.sensing, scenario.bat, scenario.die, scenario.temperature_c, key)
+    s = scenario
+    begun_c = beginning_of(s.temperature_c, s.course) if s.course else None
+
+    def made(celsius: float) -> Senses:
+        return senses_of(s.sensing, s.bat, s.die, celsius, key, begun_c)
+
+    senses_at = along_readers(s.course, s.temperature_c, made, lambda senses: senses.reader)
+    moving = Moving(senses_at, course_through(s.course))
     sample, first = fly_sample(
         arcs_of(scenario.bat),
         planter(scenario.obstacles, scenario.map),
@@ -116,7 +126,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
         scenario.start,
         min(scenario.rows, scenario.pings),
         progress,
-        senses,
+        moving,
     )
     return Trace(scenario, sample, first)
 
@@ -143,7 +153,7 @@ def account(trace: Trace) -> Account:
             "ranging_area": sensing.ranging_area,
             "selection_area": sensing.selection_area,
             "silicon_noise": sensing.silicon_noise,
-            **describe_run(s.die, s.temperature_c, sensing.bias_kind or AS_BUILT),
+            **describe_run(s.die, s.temperature_c, sensing.bias_kind or AS_BUILT, s.course),
         }
     on_time = sample.time_s * s.bat.max_speed
     return Account(
@@ -172,7 +182,8 @@ def _of_senses(scenario: Scenario) -> str:
     sensing = scenario.sensing
     if sensing == IDEAL:
         return ""
-    die = f", {silicon_text(scenario.die, scenario.temperature_c)}" if sensing.silicon else ""
+    on = silicon_text(scenario.die, scenario.temperature_c, course=scenario.course)
+    die = f", {on}" if sensing.silicon else ""
     return f"\nranges {sensing.ranges}, selection {sensing.selection}{die}"
 
 

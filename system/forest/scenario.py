@@ -8,6 +8,7 @@ from typing import Any
 
 from chips.validity import Answer
 from circuits.errors import ParameterError
+from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
 from system.forest.weights import weighted
 from system.openspace.law import Bat
@@ -20,8 +21,16 @@ from system.openspace.map import (
     start_option,
 )
 from system.openspace.senses import IDEAL, Sensing, with_area
-from system.option import check_options, die_option, option, seed_option, temperature_option
+from system.option import (
+    check_options,
+    course_option,
+    die_option,
+    option,
+    seed_option,
+    temperature_option,
+)
 from system.options.outside import outside_option
+from system.options.temperature import temperature_text
 
 PINGS = 20_000  # of a sample: more make a picture of one colour; ours
 STUDY_PINGS = 1_250_000  # of a sample of a study: 200 of them are the limit of a configuration, 2.5e8
@@ -50,6 +59,7 @@ class Scenario:
     seed: int = seed_option()
     die: Die = die_option(NOMINAL)
     temperature_c: float = temperature_option(ROOM_TEMPERATURE)
+    course: Points = course_option()
     outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
@@ -61,9 +71,10 @@ class Scenario:
                 f"vmax: {self.bat.max_speed:g} m/s at {self.bat.ping_rate:g} Hz is {way:.3g} m between"
                 f" pings, must be at most the {self.bat.max_range:g} m that a ping shows; fly slower"
             )
-        if self.temperature_c != ROOM_TEMPERATURE and not self.sensing.silicon:
+        if (self.course or self.temperature_c != ROOM_TEMPERATURE) and not self.sensing.silicon:
+            warm = temperature_text(self.temperature_c, self.course)
             raise ParameterError(
-                f"temperature_c: {self.temperature_c:g} degC, must be {ROOM_TEMPERATURE:g}: no chip is in the"
+                f"temperature_c: {warm} degC, must be {ROOM_TEMPERATURE:g}: no chip is in the"
                 f" loop; {no_silicon(self)}, or leave it out"
             )
         if self.map is None:

@@ -25,6 +25,7 @@ from system.meaning import meanings
 from system.openspace.kernel import COLLIDED, GOING, OVER, TRAPPED, fly
 from system.openspace.law import DIRECTIONS, Arcs
 from system.openspace.map import OBSTACLES, SIDE, Forest, cells_of, clearance, plant, read_forest
+from system.openspace.moving import Moving, still
 from system.openspace.reader_noise import begun
 from system.openspace.senses import EXACT
 from system.openspace.senses_kernel import Senses
@@ -141,7 +142,7 @@ def fly_sample(
     start: tuple[float, float] | None = None,
     rows: int = 0,
     progress: Callable[[float], None] | None = None,
-    senses: Senses = EXACT,
+    senses: Senses | Moving = EXACT,
 ) -> tuple[Sample, Run]:
     """Fly until a collision, or until so many pings are made.
 
@@ -150,18 +151,20 @@ def fly_sample(
     key : of the forests and starts; a run adds its number.
     start : of every run, m; drawn unless given.
     rows : pings of the first run that are kept in its log.
-    senses : exact ranges and the ideal selection unless given.
+    senses : exact ranges and the ideal selection unless given; where they move, a ping has its time's.
 
     Returns the sample and its first run. Raises `ParameterError` for a start inside a zone of collision.
     """
     if pings < 1:
         raise ParameterError(f"pings: {pings}, must be at least 1")
-    first, flight, ended = _fly_run(arcs, forests, (*key, 0), pings, start, rows, progress, senses)
+    moving = senses if isinstance(senses, Moving) else still(senses)
+    first, flight, ended = _fly_run(arcs, forests, (*key, 0), pings, start, rows, progress, moving)
     flights, used, trapped = [flight], int(flight.counts[PINGS]), int(ended == TRAPPED)
     left = first.start[0] - float(flight.pose[LAPS_X])
     while ended != COLLIDED and used < pings:
+        later = moving.after(sum(float(f.pose[NOW]) for f in flights))
         again, flight, ended = _fly_run(
-            arcs, forests, (*key, len(flights)), pings - used, start, 0, None, senses
+            arcs, forests, (*key, len(flights)), pings - used, start, 0, None, later
         )
         used += int(flight.counts[PINGS])
         trapped += ended == TRAPPED
@@ -236,7 +239,7 @@ def _fly_run(
     start: tuple[float, float] | None,
     rows: int,
     progress: Callable[[float], None] | None,
-    senses: Senses,
+    senses: Moving,
 ) -> tuple[Run, Flight, int]:
     """Fly one run, at most so many pings; also its state and how it ended."""
     random = np.random.default_rng(key)
@@ -244,10 +247,13 @@ def _fly_run(
     x, y = begin(arcs, forest, random, start)
     cells = cells_of(forest, margin_of(arcs))
     flight = new_flight(x, y, -math.pi, DIRECTIONS, len(forest.place), rows)
-    begun(senses.reader)
+    now = senses.at(0.0)
+    begun(now.reader)
     ended, used = GOING, 0
     while ended == GOING and used < pings:
-        ended = fly(arcs, senses, cells, flight, min(_AT_ONCE, pings - used))
+        time = float(flight.pose[NOW])
+        now = senses.at(time)
+        ended = fly(arcs, now, cells, flight, senses.pings(time, min(_AT_ONCE, pings - used)))
         used = int(flight.counts[PINGS])
         if progress is not None:
             progress(used / pings)

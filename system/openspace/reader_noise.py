@@ -15,6 +15,7 @@ and a run begins in its stationary state.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -63,18 +64,29 @@ def no_reader() -> Reader:
 
 def reader_of(
     silicon: Silicon, calibration: Calibration, noise: SiliconNoise | None, area: float = 1.0,
-    bias_kind: BiasKind | None = None,
+    bias_kind: BiasKind | None = None, begun_c: float | None = None,
 ) -> Reader:  # fmt: skip
-    """A reader before its first ping, of none for None; raises as `system.openspace.reader.readings` does."""
+    """A reader before its first ping, of none for None; raises as `system.openspace.reader.readings` does.
+
+    begun_c: temperature (degC) of the run's beginning where it moves, by whose inhibition relaxations are
+    told apart.
+    """
     if noise is None:
         return no_reader()
     value = values_of(silicon, calibration, area, bias_kind)
     neurons = neurons_of(silicon, area, bias_kind)
     model = model_of_chip(silicon.process, bias_kind)
-    jitter = new_jitter(
-        model, neurons, silicon_of(silicon, area), noise, float(neurons.t_inh.min()), area=area
-    )
+    first = neurons
+    if begun_c is not None:
+        first = neurons_of(replace(silicon, temperature_c=begun_c), area, bias_kind)
+    jitter = new_jitter(model, neurons, silicon_of(silicon, area), noise, float(first.t_inh.min()), area=area)
     return Reader(_late(silicon, area, bias_kind).copy(), value, jitter, neurons.t_inh.copy())
+
+
+def go_on(reader: Reader, before: Reader) -> None:
+    """Let a reader at another temperature go on with what flicker was `before`, and with its draws."""
+    for name in ("relaxation", "last", "calls"):
+        getattr(reader.jitter, name)[:] = getattr(before.jitter, name)
 
 
 def begun(reader: Reader) -> None:

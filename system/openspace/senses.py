@@ -118,11 +118,13 @@ IDEAL = Sensing()
 
 
 def senses_of(
-    sensing: Sensing, bat: Bat, die: Die = NOMINAL, temperature_c: float = 27.0, seed: tuple[int, ...] = (0,)
-) -> Senses:
+    sensing: Sensing, bat: Bat, die: Die = NOMINAL, temperature_c: float = 27.0, seed: tuple[int, ...] = (0,),
+    begun_c: float | None = None,
+) -> Senses:  # fmt: skip
     """Return the arrays for the compiled loop; both chips are on one die at one temperature (degC).
 
-    seed: of bearings, its first number of the silicon's noise too, whose state one sample overwrites.
+    seed: of bearings, its first number of the silicon's noise too, whose state one sample overwrites;
+    begun_c: temperature of a sample's beginning where it moves.
 
     Raises `ParameterError` for silicon that a model does not cover; a die outside the validity box of the
     ranging chip's record warns.
@@ -136,7 +138,7 @@ def senses_of(
     if sensing.ranges == "chip":
         delays = readings(silicon, sensing.reader, sensing.ranging_area, sensing.bias_kind)[0]
         reading = 0.5 * speed * delays
-        reader = reader_of(silicon, sensing.reader, noise, sensing.ranging_area, sensing.bias_kind)
+        reader = reader_of(silicon, sensing.reader, noise, sensing.ranging_area, sensing.bias_kind, begun_c)
     chip, chip_noise = _NO_CHIP, no_selection_noise()
     if sensing.selection == "chip":
         chip = selection(silicon, projection(bat), area=sensing.selection_area)

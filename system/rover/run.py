@@ -13,7 +13,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -23,11 +25,13 @@ from circuits.arrays import I64
 from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
 from circuits.errors import ParameterError
+from circuits.silicon.course import along, beginning_of, told_when
 from circuits.silicon.silicon import Silicon
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
 from system.options.outside import inside_boxes
+from system.options.temperature import temperature_text
 from system.plot import INK, entitle, silicon_text
 from system.rover.cost_map import Cell, CostMap, check_codes, for_need, load_map
 from system.rover.drive import Drive, drive, polyline, scatter_obstacles, turn_away
@@ -116,11 +120,14 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     learnt = None
     if scenario.learn is not None:
         learnt = unknown_map(cost_map.costs, scenario.prior, scenario.learn)
-    trips = []
+    trips: list[Trip] = []
+    cells_at = along(scenario.course, scenario.temperature_c, partial(cells_of, scenario))
     for k in range(scenario.trips):
+        time = sum(float(trip.drive.time[-1]) for trip in trips)
         if isinstance(planner, ChipPlanner):
-            planner = replace(planner, number=k)
-        trips.append(_trip(scenario, cost_map, planner, learnt, k))
+            planner = replace(planner, number=k, cells=cells_at(time))
+        with told_when(time) if scenario.course else nullcontext():
+            trips.append(_trip(scenario, cost_map, planner, learnt, k))
         if progress is not None:
             progress((k + 1) / scenario.trips)
     return Trace(scenario, cost_map, tuple(trips))
@@ -140,9 +147,15 @@ def planner_of(scenario: Scenario, cost_map: CostMap) -> Planner:
             f"cells: chip, must be ideal with `planner={scenario.planner}`; a chip runs a wave"
         )
     check_codes(cost_map)
-    silicon = Silicon(temperature_c=scenario.temperature_c, die=scenario.die)
+    begin = beginning_of(scenario.temperature_c, scenario.course)
+    return ChipPlanner(cells_of(scenario, begin), scenario.unit)
+
+
+def cells_of(scenario: Scenario, temperature_c: float) -> ChipCells:
+    """Return the cells of a scenario's die at a temperature, degC."""
+    silicon = Silicon(temperature_c=temperature_c, die=scenario.die)
     noise = silicon_noise(scenario.silicon_noise, scenario.seed)
-    return ChipPlanner(ChipCells(silicon, scenario.bias_kind, noise=noise), scenario.unit)
+    return ChipCells(silicon, scenario.bias_kind, noise=noise)
 
 
 def _trip(
@@ -206,7 +219,7 @@ def account(trace: Trace) -> Account:
         on |= {
             "unit_s": s.unit,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, s.bias_kind),
+            **describe_run(s.die, s.temperature_c, s.bias_kind, s.course),
         }
     path = evenly(driven.time, driven.place, s.rover.gps_period)
     return Account(
@@ -248,7 +261,7 @@ def draw(trace: Trace, figure: Figure) -> None:
     ax.set_ylabel("north (m)")
     s = trace.scenario
     title = f"{trace.cost_map.name}, {s.planner}: {trip.plan.length} cells, cost {trip.plan.cost}"
-    chip = "" if s.cells == "ideal" else f", {silicon_text(s.die, s.temperature_c, s.bias_kind)}"
+    chip = "" if s.cells == "ideal" else f", {silicon_text(s.die, s.temperature_c, s.bias_kind, s.course)}"
     entitle(f"{title}{chip}\n{account(trace).headline}", ax)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
 
@@ -298,7 +311,7 @@ def told(trace: Trace) -> Iterator[str]:
 def title(trace: Trace) -> str:
     """Return the heading of the table of a run's numbers."""
     s = trace.scenario
-    die = "" if s.cells == "ideal" else f", {s.temperature_c:g} degC, {s.die}"
+    die = "" if s.cells == "ideal" else f", {temperature_text(s.temperature_c, s.course)} degC, {s.die}"
     return f"{s.planner} on {s.cells} cells{die}"
 
 

@@ -7,8 +7,17 @@ from dataclasses import dataclass, field
 from chips.validity import Answer
 from circuits.blocks.wavefront.axon_delay import UNIT
 from circuits.circuit import BiasKind
+from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
-from system.option import bias_kind_option, check_options, die_option, option, seed_option, temperature_option
+from system.option import (
+    bias_kind_option,
+    check_options,
+    course_option,
+    die_option,
+    option,
+    seed_option,
+    temperature_option,
+)
 from system.options.noise import Noisy, noise_option
 from system.options.outside import outside_option
 from system.rover.body import Rover
@@ -52,6 +61,8 @@ class Scenario:
         Seed of the rover, its senses and the posts.
     die : Die
         Die of the chip.
+    course : tuple of (float, float)
+        Times, s, and temperatures, degC, of the chip; each plan is made at that of its time.
     temperature_c : float
         Temperature of the chip, degC.
     bias_kind : str
@@ -93,6 +104,7 @@ class Scenario:
     seed: int = seed_option()
     die: Die = die_option(NOMINAL)
     temperature_c: float = temperature_option(ROOM_TEMPERATURE)
+    course: Points = course_option()
     bias_kind: BiasKind = bias_kind_option("gate")
     unit: float = option(
         UNIT, "Of the chip: delay a unit of cost", unit="s", above=0.0, study=True, silicon=True

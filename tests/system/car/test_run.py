@@ -8,7 +8,7 @@ import pytest
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.car.numbers import ARCS
-from system.car.run import ENDS, SUMMARY, SYSTEM, Trace, run, summarise
+from system.car.run import ENDS, SUMMARY, SYSTEM, Trace, run, sonar_of, summarise
 from system.car.scenario import Scenario
 from tests.refusals import refusals
 
@@ -101,3 +101,16 @@ def test_rates_are_positive(options: dict[str, float]) -> None:
 def test_a_place_is_two_numbers(text: str) -> None:
     with pytest.raises(ParameterError, match=r"start: .*must be (X,Y|a length in m)"):
         SYSTEM.scenario(start=text)
+
+
+def test_a_ping_reads_ranges_at_the_temperature_of_its_time() -> None:
+    warming = Scenario(ranges="chip", die=Die(number=1003), course=((0.0, 27.0), (10.0, 37.0)))
+    at, unsure = sonar_of(warming, np.random.default_rng(0))
+    assert at is not None
+    for time, celsius in ((0.0, 27.0), (10.0, 37.0)):
+        still = Scenario(ranges="chip", die=Die(number=1003), temperature_c=celsius)
+        expected, doubts = sonar_of(still, np.random.default_rng(0))
+        assert expected is not None
+        assert np.array_equal(at(time).reading, expected(time).reading, equal_nan=True)
+        assert unsure == doubts or time > 0.0
+    assert not np.array_equal(at(0.0).reading, at(10.0).reading, equal_nan=True)

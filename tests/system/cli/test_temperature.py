@@ -14,9 +14,12 @@ WARMING = "0s:27,1s:29"
 SHORT = {
     "approach": ("--level", "behavioural", "--duration", "0.5s"),
     "bug": ("--brain", "chip", "--duration", "0.1s"),
+    "car": ("--ranges", "chip", "--pings", "10"),
+    "forest": ("--ranges", "chip", "--selection", "chip", "--pings", "20", "--obstacles", "300"),
     "head": ("--duration", "1s"),
     "pushbot": ("--duration", "0.2s"),
     "rolls": ("--duration", "0.2s"),
+    "rover": ("--cells", "chip", "--trips", "2", "--learn", "0.5"),
     "spiking-bat": ("--brain", "chip", "--pings", "3"),
 }
 

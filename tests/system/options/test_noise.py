@@ -231,7 +231,8 @@ def test_a_robots_chip_has_noise(capsys: pytest.CaptureFixture[str]) -> None:
     heard = []
     for fields in ({}, {}, {"noise_seed": 5}, {"silicon_noise": "off", "noise_seed": None}):
         sonar, _ = car.sonar_of(replace(scenario, **fields), np.random.default_rng(0))
-        heard.append([_ranges(sonar, delay, 0.1 * k)[0] for k in range(20)])
+        assert sonar is not None
+        heard.append([_ranges(sonar(0.1 * k), delay, 0.1 * k)[0] for k in range(20)])
     one, same, other, quiet = np.nan_to_num(np.array(heard))
     assert np.array_equal(one, same)
     assert not np.array_equal(one, other)

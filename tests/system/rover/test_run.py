@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from system.rover.body import Rover
 from system.rover.drive import polyline
 from system.rover.run import SUMMARY, SYSTEM, Trace, run, summarise
 from system.rover.scenario import Scenario
+from system.rover.wave_planner import ChipPlanner
 from tests.refusals import refusals
 
 EXACT = Rover(
@@ -117,3 +119,18 @@ def test_it_draws(trace: Trace, tmp_path: Path) -> None:
     picture = tmp_path / "way.png"
     save_picture(str(picture), lambda figure: SYSTEM.draw(trace, figure))
     assert picture.stat().st_size > 10_000  # an empty figure has 3 kB
+
+
+def test_a_plan_is_made_at_the_temperature_of_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    planned, seen = ChipPlanner.__call__, []
+
+    def noted(planner: ChipPlanner, *asked: Any) -> Any:
+        seen.append(planner.cells.silicon.temperature_c)
+        return planned(planner, *asked)
+
+    monkeypatch.setattr(ChipPlanner, "__call__", noted)
+    found = run(Scenario(seed=3, cells="chip", trips=2, course=((0.0, 27.0), (1e3, 47.0))))
+    first = float(found.trips[0].drive.time[-1])
+    # within half of the step in which a course is followed
+    assert seen == [27.0, pytest.approx(27.0 + 0.02 * first, abs=0.05 + 1e-9)]
+    assert seen[1] > 27.0
