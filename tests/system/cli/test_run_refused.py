@@ -49,7 +49,7 @@ WRONG: dict[str, list[tuple[str, str]]] = {
         ("--animate way.mov", "--animate: way.mov, must end with .gif"),
         ("--animate /nonexistent/way.gif", "there is no folder /nonexistent"),
         ("--occlusion", "--occlusion: not with --ranges exact"),
-        ("--ranges chip --area 0", "ranging.area: 0 times"),
+        ("--ranges chip --area 0", "ranging_chip.area: 0 times"),
         ("--model latency-chip", "--model: is no option now"),
         ("--taps 15", "No such option: --taps"),
     ],
