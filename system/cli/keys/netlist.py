@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from system.cli.keys.block import BIAS_KEYS, PORT_KEYS
 from system.meaning import meanings
-from system.options.block import DIE_KEYS, SILICON_KEYS
+from system.options.block import SILICON_KEYS
 
 WRITTEN_KEYS = """
 file     string?  -  file that was written; null for stdout
@@ -39,9 +39,8 @@ block          string     -     name of the chip
 at             string     -     row that was written
 dialect        string     -     in which simulator's text
 models         string     -     what transistors are: `ekv` or `bsim3`
-temperature_C  number     degC  temperature of the silicon
 """),
-    **DIE_KEYS,
+    **{key: each for key, each in SILICON_KEYS.items() if key != "at"},
     **meanings("""
 synapses            object[]  -  latched synapses of the row
 synapses.element    integer   -  number of its element in the netlist
