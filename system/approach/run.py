@@ -23,8 +23,10 @@ from functools import partial
 import numpy as np
 
 from chips.cell import Cell
+from chips.ranging.chip import RangingChip
 from circuits.arrays import F64
-from circuits.silicon.course import told_when
+from circuits.silicon.course import course_through, told_when
+from circuits.silicon.silicon import Silicon
 from system.approach import kernel
 from system.approach.behavioural import Flight, fly_behavioural
 from system.approach.loop import all_behavioural, build, circuits, models_of, move
@@ -68,11 +70,20 @@ def run(
     scenario: Scenario, progress: Callable[[float], None] | None = None, workers: int | None = None
 ) -> Trace:
     """Run a scenario; the answer does not depend on `workers` (threads, all cores unless given)."""
+    _refuse_early(scenario)
     if all_behavioural(scenario):
         models = partial(models_of, scenario)
         flight = fly_behavioural(models, scenario.stretches, scenario.duration, progress)
         return _read(scenario, flight)
     return run_in_loop(scenario, progress, workers)
+
+
+def _refuse_early(scenario: Scenario) -> None:
+    """Refuse, before any work, a course that leaves what the ranging chip's model was measured for."""
+    course = course_through(scenario.course)
+    if course is not None and scenario.level_of("chip") == "behavioural":
+        chip = RangingChip(Silicon(temperature_c=course.begin, die=scenario.die))
+        course.check(scenario.duration, chip.neurons_at)
 
 
 def run_in_loop(

@@ -117,7 +117,8 @@ def print_study(result: Result) -> None:
     table = result.table
     print_line(f"{_heading(result)}\n")
     for corner, celsius, part in groups(result):
-        _print_group(result, part, f" at {place_text(corner, celsius)}")
+        place = place_text(corner, celsius)
+        _print_group(result, part, f" from {place} on" if _course(result) else f" at {place}")
     failed = [k for k in range(len(table)) if table.reason[k]]
     for k in failed[:LISTED]:
         print_line(f"die {table.die[k]} failed: {said_of(result, table.reason[k])}")
