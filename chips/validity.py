@@ -73,7 +73,7 @@ def require_inside(
         The value, in `unit`.
     limits
         Least and greatest value that is inside, in `unit`, the latter `inf` where there is none; what stands
-        between does not count.
+        between does not count, and a lone value is both.
     unit
         The unit, empty for a plain number.
     remedy
@@ -89,6 +89,7 @@ def require_inside(
         return
     end = f" {unit}" if unit else ""
     rule = f"at least {low:.3g}" if high == math.inf else f"{low:.3g} to {high:.3g}"
+    rule = f"{low:.3g}" if low == high else rule
     text = f"{side}: {value:.3g}{end}{when()}, must be {rule}{end}, {_MEASURED}"
     left = _IN_FORCE.get()
     if left is None:

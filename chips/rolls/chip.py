@@ -75,7 +75,7 @@ from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY
 from chips.rolls.program.program import Program
 from chips.rolls.state import converted, zeta_of
 from chips.rolls.tables import Built, build_tables, spikes_a_step
-from chips.rolls.validity import cautions_of, check_box, restless_cautions
+from chips.rolls.validity import cautions_of, check_box, check_supply, restless_cautions
 from circuits.arrays import F32, F64, I64, Bools
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
@@ -246,6 +246,7 @@ class RollsChip:
         Raises `ParameterError` outside the box of its model (`chips.rolls.validity`).
         """
         built = self.built()
+        check_supply(self.silicon.process)
         check_box(self.program, built, self.silicon.temperature_c)
         values = np.zeros((STATE_ROWS, NEURONS))
         rest_filters(values, built, built.tables.banks, self.step)

@@ -20,6 +20,7 @@ from chips.rolls.program.program import Program
 from chips.rolls.tables import Built
 from chips.validity import require_inside
 from circuits.arrays import Bools
+from circuits.silicon.process import ROLLS_180, Process
 
 PATH = "rolls_chip"
 TEMPERATURES = (0.0, 60.0)  # degC
@@ -49,6 +50,11 @@ def check_box(program: Program, built: Built, temperature_c: float) -> None:
         if level > 0 and current > 0.0:
             side = f"{PATH}.depression.level[{level}]"
             require_inside(side, current, (LEAST_MEASURED, float("inf")), "A", "raise the weight")
+
+
+def check_supply(process: Process) -> None:
+    """Raise `ParameterError`, as `chips.validity` says, for another supply than that of the comparison."""
+    require_inside(f"{PATH}.supply", process.v_dd, (ROLLS_180.v_dd,), "V", _NO_OTHER)
 
 
 def check_rate(rate: float) -> None:

@@ -114,6 +114,7 @@ def selection(
     require_area("selection", area, LEAST_AREA)
     check_law(silicon.process)
     require_inside("selection.temperature", silicon.temperature_c, MEASURED, "degC")
+    require_inside("selection.supply", silicon.process.v_dd, (AMI_1500.v_dd,), "V")
     params = params or Params(CELLS)
     circuit = circuit or circuit_of.build(params)
     law = {"n": silicon.law("n"), "p": silicon.law("p")}

@@ -6,6 +6,7 @@ import math
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
+from dataclasses import replace
 
 import pytest
 
@@ -14,9 +15,11 @@ from chips.latency.errors import usual_design
 from chips.latency.model import usual_biases
 from chips.model import MODELS, Model, load_model
 from chips.nef.chip import NefChip
+from chips.rolls.validity import check_supply
 from chips.selection.model import selection
 from chips.validity import outside_boxes, require_area, require_inside
 from circuits.errors import ParameterError
+from circuits.silicon.process import AMI_1500, ROLLS_180
 from circuits.silicon.silicon import Silicon
 
 BOX = (-10.0, 65.0)
@@ -86,3 +89,11 @@ def test_areas_below_those_that_were_measured_are_outside() -> None:
         assert make(least) is not None
         with pytest.raises(ParameterError, match=f"area: .* must be at least {least:g} times the circuits'"):
             make(0.9 * least)
+
+
+def test_closed_forms_were_held_at_one_supply() -> None:
+    low = replace(AMI_1500, v_dd=4.0)
+    with pytest.raises(ParameterError, match=r"selection\.supply: 4 V, must be 5 V, where the behavioural"):
+        selection(Silicon(low))
+    with pytest.raises(ParameterError, match=r"rolls_chip\.supply: 1\.5 V, must be 1\.8 V, where"):
+        check_supply(replace(ROLLS_180, v_dd=1.5))

@@ -147,7 +147,7 @@ def test_what_is_none_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"selection\.currents: .* must be \(8,\) both"):
         decision(selection(Silicon(), SMALL), np.ones(6), np.ones(8))
     early = replace(AMI_1500, n=replace(AMI_1500.n, early_field=5e6))
-    with pytest.raises(ParameterError, match="use the transistor level"):
+    with pytest.raises(ParameterError, match="or the transistor level"):
         selection(Silicon(early), SMALL)
 
 
