@@ -110,9 +110,17 @@ def channel_noise(a: TransistorArrays, w: TransistorWork, out: F64) -> None:
         out[i] = scale * total / both if both > 0.0 else 0.0
 
 
-def junction_noise(a: TransistorArrays, w: TransistorWork) -> F64:
-    """Shot noise of the drain and source junctions, float64[2, n], A^2/Hz; w: what `drain_currents` left."""
-    return np.asarray(2.0 * ELEMENTARY_CHARGE * (2.0 * w.leakage - a.sign * w.junction))
+@compiled()
+def junction_noise(a: TransistorArrays, w: TransistorWork, out: F64) -> None:
+    """Fill `out`, float64[2 n], with the shot noise of the drain junctions, then the source's, A^2/Hz.
+
+    a: the transistors' coefficients. w: what `drain_currents` left.
+    """
+    n = a.sign.size
+    for side in range(2):
+        for i in range(n):
+            both = 2.0 * w.leakage[side, i] - a.sign[i] * w.junction[side, i]
+            out[side * n + i] = 2.0 * ELEMENTARY_CHARGE * both
 
 
 def gate_flicker(model: NoiseModel, process: Process, is_n: Bools, area: F64) -> F64:

@@ -156,7 +156,7 @@ def noise(
     for row, factors in zip(power, linearise(point).admittances(frequency), strict=True):
         paths[: k.unknowns] = factors.solve(pick, trans="T")
         row[:] = np.abs(paths[found.start] - paths[found.end]) ** 2
-    names, owner = _owners(found.device)
+    names, owner = owners(found.device)
     gain, unit = None, "V^2/Hz"
     if source is not None:
         response = ac(point, source, frequency, (node,))
@@ -164,8 +164,8 @@ def noise(
         unit = "V^2/Hz" if response.unit == "V/V" else "A^2/Hz"
     per_hertz = frequency[:, None] ** -model.exponent
     return Noise(
-        node, source, unit, names, frequency, _summed(power * found.white, owner, len(names)),
-        _summed(power * found.flicker * per_hertz, owner, len(names)), gain,
+        node, source, unit, names, frequency, summed(power * found.white, owner, len(names)),
+        summed(power * found.flicker * per_hertz, owner, len(names)), gain,
     )  # fmt: skip
 
 
@@ -244,13 +244,14 @@ def _transistors(point: OperatingPoint, model: NoiseModel) -> NoiseSources:
     channels = NoiseSources(labels, ("channel",) * n, drain, source, white, at_gate * w.conductance[1] ** 2)
     if not a.leaks:
         return channels
-    shot = junction_noise(a, w)
+    shot = np.zeros(2 * n)
+    junction_noise(a, w, shot)
     return NoiseSources(
         labels * 3,
         (*channels.kind, *("junction",) * (2 * n)),
         np.concatenate([drain, drain, source]),
         np.concatenate([source, bulk, bulk]),
-        np.concatenate([white, *shot]),
+        np.concatenate([white, shot]),
         np.concatenate([channels.flicker, np.zeros(2 * n)]),
     )
 
@@ -260,14 +261,14 @@ def _none() -> NoiseSources:
     return NoiseSources((), (), nothing, nothing, np.zeros(0), np.zeros(0))
 
 
-def _owners(device: Sequence[str]) -> tuple[tuple[str, ...], I64]:
+def owners(device: Sequence[str]) -> tuple[tuple[str, ...], I64]:
     """Names of the devices once each, and whose each noise current is."""
     names = tuple(dict.fromkeys(device))
     index = {name: k for k, name in enumerate(names)}
     return names, np.array([index[d] for d in device], dtype=np.int64)
 
 
-def _summed(power: F64, owner: I64, count: int) -> F64:
+def summed(power: F64, owner: I64, count: int) -> F64:
     """Sum of the columns that belong to one device."""
     total = np.zeros((power.shape[0], count))
     np.add.at(total.T, owner, power.T)

@@ -42,12 +42,12 @@ from scipy.interpolate import CubicHermiteSpline
 
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
-from circuits.devices.noise import NoiseModel, channel_noise, gate_flicker, noise_model
+from circuits.devices.noise import NoiseModel, channel_noise, gate_flicker, junction_noise, noise_model
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import Kernel, Machine
 from circuits.solver.integrate import source_values
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, set_base
-from circuits.solver.noise.analysis import noise_sources, transistor_areas
+from circuits.solver.noise.analysis import noise_sources, owners, transistor_areas
 from circuits.solver.noise.transient import relaxations
 from circuits.solver.operating_point import OperatingPoint, operating_point, solve_dense, write_dense
 from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
@@ -158,11 +158,9 @@ def event_jitter(
     Raises
     ------
     ParameterError
-        Junction leakage, or no such event.
+        No such event.
     """
     title = machine.testbench.title
-    if machine.kernel.transistors.leaks:
-        raise ParameterError(f"{title}: junction leakage, must be off for the jitter of an event")
     point = operating_point(machine) if point is None else point
     result = simulate(machine, rtol=rtol, point=point)
     times = result.spikes.get(port, np.zeros(0))
@@ -183,8 +181,9 @@ def event_jitter(
         raise ParameterError(f"{title}: singular on its way to {port}; look for a node that floats")
     flicker = np.zeros(order.size)
     flicker[: moves.gate.shape[1]] = _flicker(point, model, way.time, moves.gate)
-    names = tuple(found.device[i] for i in order)
-    return EventJitter(port, float(times[number]), names, moves.white, flicker)
+    names, owner = owners([found.device[i] for i in order])
+    own = [np.asarray(np.bincount(owner, each, len(names)), np.float64) for each in (moves.white, flicker)]
+    return EventJitter(port, float(times[number]), names, *own)
 
 
 def _way(result: Result, event: float, rest: float) -> _Way:
@@ -363,6 +362,8 @@ def _backwards(
         for i in range(n):
             moved[1, i], moved[0, i] = moved[0, i], right[i]
         channel_noise(k.transistors, w.transistor, density[:m])
+        if k.transistors.leaks:
+            junction_noise(k.transistors, w.transistor, density[m : 3 * m])
         half = 0.5 / (time[step] - time[step - 1])
         for q in range(density.size):
             at = way.even[step] * (moved[0, start[q]] - moved[0, end[q]])

@@ -24,7 +24,7 @@ import numpy as np
 
 from circuits.arrays import F64, I64, U32, Bools
 from circuits.compiled import compiled
-from circuits.devices.noise import channel_noise
+from circuits.devices.noise import channel_noise, junction_noise
 from circuits.devices.transistor import drain_currents
 from circuits.lowering.kernel import Kernel, Sources
 from circuits.silicon.die import philox
@@ -49,9 +49,9 @@ _PER_BLOCK = 4  # normals of a Philox block
 
 
 class NoisePlan(NamedTuple):
-    """Noise currents of a machine: n of them, first those of its m transistors' channels.
+    """Noise currents of a machine: n of them, first those of its m transistors' channels, then junctions.
 
-    start, end: columns between which a current flows. white: densities, A^2/Hz; those of the channels are
+    start, end: columns between which a current flows. white: densities, A^2/Hz; those of the transistors are
     filled in as the run goes on. amplitude: float64[m, r], V rms of each relaxation at each gate. keep:
     float64[r], the share that a grid step leaves of a relaxation. first: position of the columns that bring
     the currents to the unknown nodes. tolerance: float64[unknowns], V, error of a step that a node may have.
@@ -163,9 +163,12 @@ def _halve(p: NoisePlan, d: Draws, level: int, part: int) -> None:
 
 @compiled()
 def _densities(k: Kernel, p: NoisePlan, x: NoiseState, w: Work) -> None:
-    """White densities of all channels at the present state."""
+    """White densities of all channels and junctions at the present state."""
+    n = k.transistors.sign.size
     drain_currents(k.transistors, x.voltage, w.transistor)
-    channel_noise(k.transistors, w.transistor, p.white[: x.threshold.size])
+    channel_noise(k.transistors, w.transistor, p.white[:n])
+    if k.transistors.leaks:
+        junction_noise(k.transistors, w.transistor, p.white[n : 3 * n])
 
 
 @compiled()

@@ -252,13 +252,9 @@ def relaxations(model: NoiseModel, grid: float) -> tuple[F64, F64]:
 
 
 def _plan(point: OperatingPoint, model: NoiseModel, grid: float, first: int) -> NoisePlan:
-    """Channels in the kernel's order, then the noise currents that no state moves."""
+    """Channels in the kernel's order, then junctions, then the noise currents that no state moves."""
     machine = point.machine
     a = machine.kernel.transistors
-    if a.leaks:
-        raise ParameterError(
-            f"{machine.testbench.title}: junction leakage, must be off for noise in a transient; use noise"
-        )
     found = noise_sources(point, model)
     fixed = np.array([kind == "resistor" for kind in found.kind], dtype=np.bool_)
     order = np.concatenate([np.flatnonzero(~fixed), np.flatnonzero(fixed)])
@@ -300,7 +296,10 @@ def _draws(machine: Machine, plan: NoisePlan, seed: int, trial: int) -> Draws:
     flat = machine.flat
     root = noise_place(machine.silicon, flat.circuit.name)
     m, blocks = plan.amplitude.shape[0], -(-plan.keep.size // 4)
-    labels = [*flat.labels(Transistor), *flat.labels(Resistor)]
+    transistors = flat.labels(Transistor)
+    ends = ("drain", "source") if machine.kernel.transistors.leaks else ()
+    junctions = [f"{label}.{end}" for end in ends for label in transistors]
+    labels = [*transistors, *junctions, *flat.labels(Resistor)]
     keys = noise_keys(seed, trial, [f"{root}.{label}" for label in labels])
     keys = np.concatenate([keys, np.repeat(keys[:, :m], blocks, axis=1)], axis=1)
     counters = np.zeros((4, keys.shape[1]), dtype=np.uint32)

@@ -65,7 +65,9 @@ def test_the_mean_over_the_channel_is_converged() -> None:
 
 def test_a_junction_makes_shot_noise_of_its_leakage() -> None:
     a, w, _ = _channels(3.0, leakage=1e-9)
-    drain, source = noise.junction_noise(a, w)
+    shot = np.zeros((2, a.sign.size))
+    noise.junction_noise(a, w, shot.reshape(-1))
+    drain, source = shot
     # reverse biased by 116 U_T only the leakage flows; at 0 V both components do
     np.testing.assert_allclose(drain, 2.0 * ELEMENTARY_CHARGE * a.leakage, rtol=1e-9)
     np.testing.assert_allclose(source, 4.0 * ELEMENTARY_CHARGE * a.leakage, rtol=1e-9)

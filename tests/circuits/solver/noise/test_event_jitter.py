@@ -1,6 +1,7 @@
 """Jitter of events: closed forms of ramps, of shot noise and of flicker, and the past."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -8,9 +9,9 @@ from chips.noise import SiliconNoise
 from chips.shot_noise import current_wander, shot_share, steepness
 from circuits.blocks.latency import tap as latency_tap
 from circuits.circuit import Circuit, Port
-from circuits.devices import Capacitor, Resistor, Source
+from circuits.devices import Capacitor, Resistor, Source, Transistor
 from circuits.devices.noise import WHITE_ONLY, NoiseModel
-from circuits.devices.source import PiecewiseLinear
+from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.process import AMI_1500, BOLTZMANN, ELEMENTARY_CHARGE, kelvin
@@ -70,6 +71,25 @@ def test_a_tap_has_the_shot_noise_of_the_charge_that_it_gathers():
         math.sqrt(phi * ELEMENTARY_CHARGE * time / CURRENT), rel=0.02
     )
     assert next(iter(fine.shares())) == "tap.mt"
+
+
+def test_a_leaking_junction_has_the_shot_noise_of_its_charge():
+    """`sqrt(q T / I)`: nothing but the drain junction of a pFET that is off charges the node."""
+    leaky = replace(AMI_1500, p=replace(AMI_1500.p, junction_leakage=1e-4))
+    devices = (
+        Transistor("hold", "n", "out", "held", "0", "0", 3e-6, 1.5e-6),
+        Transistor("off", "p", "out", "vdd", "vdd", "vdd", 3e-6, 1.5e-6),
+        Capacitor("c", "out", "0", 1e-12),
+    )
+    ports = Port("vdd", "supply"), Port("held", "event"), Port("out", "event", "out")
+    wave = PiecewiseLinear((0.0, 10e-6, 11e-6), (5.0, 5.0, 0.0))
+    sources = Source("vdd", "vdd", Constant(5.0)), Source("held", "held", wave)
+    bench = Testbench("leak", Circuit("leak", ports, devices), sources, 20e-3, watch=("out",))
+    found = event_jitter(to_kernel(bench, Silicon(leaky)), "out", WHITE_ONLY, rtol=1e-6)
+    expected = math.sqrt(ELEMENTARY_CHARGE * (found.time - 11e-6) / (1e-4 * 3e-6))
+    assert found.devices == ("hold", "off")
+    assert math.sqrt(found.white[1]) == pytest.approx(expected, rel=0.03)
+    assert sum(found.shares().values()) == pytest.approx(1.0)
 
 
 def test_flicker_of_a_tap_is_the_mean_wander_of_its_gate():
