@@ -163,7 +163,15 @@ def ekv_transistors(syntax: Syntax) -> Transistors:
         def current(name: str, start: str, end: str, expression: str) -> list[str]:
             return syntax.current(name, *((end, start) if turn else (start, end)), expression)
 
-        lines = current(naming.plain(device.name), drain, source, law.channel_current(device, at, between))
+        def held(tag: str) -> str:
+            return f"v({naming.part(device.name, tag)})"
+
+        channel = law.channel_current(device, at, between, held)
+        lines = current(naming.plain(device.name), drain, source, channel.current)
+        for tag, value in channel.terms.items():
+            # a current of the node's own voltage, so that it needs no other element
+            node = naming.part(device.name, tag)
+            lines += syntax.current(node, GROUND, node, f"{value}-{held(tag)}")
         if at.junction_leakage > 0.0 or at.gate_induced_leakage > 0.0:
             for terminal, node, letter in ((device.drain, drain, "d"), (device.source, source, "s")):
                 leak = law.junction_current(device, at, terminal, between)

@@ -20,15 +20,15 @@ def test_a_long_expression_is_continued_and_is_the_same_expression() -> None:
         "a_rather_long_name", "n", "drain_node", "gate_node", "source_node", "bulk_node", 3e-6, 3e-6
     )
     lines = format_device(device, GAMMA)
-    pieces = [line for line in lines if not line.startswith("c")]
+    pieces = lines[: next(k for k, line in enumerate(lines) if not line.endswith("\\\\")) + 1]
     assert len(pieces) > 1
     assert max(map(len, lines)) <= LONGEST
     assert all(line.endswith("\\\\") for line in pieces[:-1])
     assert not any(line.startswith("*") for line in pieces)
     whole = "".join(line.removesuffix("\\\\") for line in pieces)
-    (other,) = (line for line in ngspice_text.format_device(device, GAMMA) if line.startswith("b"))
+    other = next(line for line in ngspice_text.format_device(device, GAMMA) if line.startswith("b"))
     expression = other.partition("i=")[2].replace("^", "**").replace("ln(", "log(")
-    assert whole.partition("cur=")[2] == f"'{expression}'"
+    assert whole.partition("cur=")[2].replace("__vp", "#vp") == f"'{expression}'"
 
 
 def test_a_short_one_is_one_line() -> None:

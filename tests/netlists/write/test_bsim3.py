@@ -109,7 +109,8 @@ def test_second_order_effects_are_those_of_the_law(polarity: Polarity) -> None:
     i, peer, specific = sweep(replace(GAMMA, n=steep, p=steep), polarity, 27.0, 0.0)
     flat, flat_peer, _ = sweep(replace(GAMMA, n=plain, p=plain), polarity, 27.0, 0.0)
     n = min(i.size, flat.size)
-    deep = flat[-n:] < 1e-5 * specific
+    # this element has no areas, for which ngspice takes a junction of 10 fA
+    deep = (flat[-n:] > 5e-12) & (flat[-n:] < 1e-3 * specific)
     ours_by, theirs_by = (i[-n:] / flat[-n:])[deep], (peer[-n:] / flat_peer[-n:])[deep]
     assert ours_by == pytest.approx(1.0 + 5.0 / 12.0, rel=1e-9)
     assert theirs_by == pytest.approx(1.0 + 5.0 / 12.0, rel=0.03)
