@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from circuits.silicon.process import Effects
 from system.option import option
 
 
@@ -34,7 +33,9 @@ class SiliconChoice:
     mismatch: bool = option(default=True, about="Deviations of each device on the die")
     process_variation: bool = option(default=True, about="Deviations that a die's devices share")
     process: str | None = option(None, "A process, ami-1500 or rolls-180 or a .toml", metavar="NAME|FILE")
-    law: Effects = option("ideal", "Without second-order effects, or with all that the process states")
+    law: Literal["ideal", "full"] = option(
+        "ideal", "Without second-order effects, or with all that the process states"
+    )
     at: str | None = option(None, "Place on a chip, as ranging-chip/neuron[2]", metavar="CHIP/INSTANCE")
     allow_implausible: bool = option(
         default=False, about="Take sizes and currents that are far from any silicon's"
