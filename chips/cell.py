@@ -130,7 +130,7 @@ class Cell:
         return replace(state, solver=replace(state.solver, lines=tuple(held)))
 
     def moved(self, state: CellState, temperature_c: float) -> tuple[Cell, CellState]:
-        """Return the circuit at another temperature, degC, to go on with from `state`; all voltages stay."""
+        """Return the circuit at `temperature_c` (degC), to go on with from `state`; all voltages stay."""
         other = copy(self)
         machine = at_temperature(self.machine, temperature_c)
         other.runner, solver = moved(self.runner, state.solver, machine)

@@ -92,7 +92,7 @@ class Simulation:
             self.time += self.interval
 
     def move(self, built: Built) -> None:
-        """Go on with the same network elsewhere, as at another temperature (`chips.nef.build.moved`)."""
+        """Go on with the same network as `built`, as at another temperature (`chips.nef.build.moved`)."""
         old = self._noise
         if self._chip is not None:
             self._chip = carried(self._chip, self.built, built)

@@ -208,7 +208,7 @@ class RangingChip:
         return state if temperature == state.temperature_c else self.moved(state, temperature)
 
     def moved(self, state: ChipState, temperature_c: float) -> ChipState:
-        """Return `state` as it goes on at another temperature, degC."""
+        """Return `state` as it goes on at `temperature_c`, degC."""
         ratio = self.neurons_at(temperature_c).t_inh / self.neurons_at(state.temperature_c).t_inh
         states = state.neurons.copy()
         move_releases(states, state.time, ratio)
