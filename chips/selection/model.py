@@ -108,11 +108,12 @@ def selection(
     """Return the selection's gains on the silicon's die, for `CELLS` cells or as `params` says.
 
     circuit: with biases of its own, else as built; area: of the drawn devices over the circuit's. Raises
-    `ParameterError` for an area that is not above 0, a process whose law is not the model's, and a
-    temperature at which the model was not measured.
+    `ParameterError` for an area that is not above 0, a process whose law is not the model's, and where the
+    model was not measured; `DataError` where the record of its errors is stale.
     """
     require_area("selection", area, LEAST_AREA)
     check_law(silicon.process)
+    selection_errors()  # a closed form has no tables, but its errors may be of another circuit or law
     require_inside("selection.temperature", silicon.temperature_c, MEASURED, "degC")
     require_inside("selection.supply", silicon.process.v_dd, (AMI_1500.v_dd,), "V")
     params = params or Params(CELLS)

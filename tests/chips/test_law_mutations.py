@@ -20,6 +20,7 @@ from numba.core.dispatcher import Dispatcher
 
 from chips import law_lattice, record
 from chips.law_lattice import changed, law_of
+from chips.measured.table_record import _kept
 from chips.model import MODELS
 from chips.ranging.chip import _shipped_model
 from chips.record import kept_record, read_record
@@ -87,7 +88,7 @@ def in_python(shipped: dict[Path, record.Record], monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(law_lattice, "drain_currents", _python(transistor.drain_currents))
     for name in ("_reduce", "_junction_currents"):
         monkeypatch.setattr(transistor, name, _python(getattr(transistor, name)))
-    caches = (law_of, kept_record, _shipped_model)
+    caches = (law_of, kept_record, _kept, _shipped_model)
     for each in caches:
         each.cache_clear()
     yield
@@ -127,6 +128,10 @@ def test_a_mutation_is_told_before_a_run(
     out, err = capsys.readouterr()
     assert "another law of capacitance; run noctule characterise" in err
     assert not out
+    assert (
+        main(["run", "forest", "--selection", "chip", "--json"]) == 2
+    )  # a closed form, whose errors are kept
+    assert "winner_take_all: its record is of another law of capacitance" in capsys.readouterr().err
 
 
 def mutate(mutation: Mutation, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -67,7 +67,7 @@ def test_the_cell_s_record_is_what_the_cell_does() -> None:
 
 
 def test_another_law_is_refused() -> None:
-    with pytest.raises(ParameterError, match="use the transistor level"):
+    with pytest.raises(ParameterError, match="or the transistor level"):
         measure_axon(process=replace(AMI_1500, n=replace(AMI_1500.n, early_field=5e6)))
 
 
