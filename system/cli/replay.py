@@ -16,6 +16,7 @@ from system.cli.simulate import engine_named, print_stimuli, write_run
 from system.cli.study_verbs import Replay
 from system.notice import say
 from system.options.block import Choice, describe_die
+from system.options.temperature import temperature_text
 from system.plot import check_picture, save_picture
 from system.study.replay import Replay as Sample
 from system.study.replay import replay
@@ -77,7 +78,7 @@ def _document(found: Sample) -> dict[str, Any]:
         "target": found.study.subject.target,
         **describe_die(found.die),
         "plan": found.study.plan.name,
-        "temperature_C": found.condition.temperature_c,
+        "temperature_C": found.study.subject.course or found.condition.temperature_c,
         "trial": found.condition.trial,
         "kept": None if found.kept is None else _measured(found, found.kept),
         "again": _measured(found, found.again),
@@ -98,7 +99,8 @@ def _print(found: Sample, choice: Choice | None, extra: dict[str, Any]) -> None:
         kept = math.nan if found.kept is None else found.kept.values[k]
         cells = (_cell(v, quantity.unit) for v in (kept, found.again.values[k]))
         rows.append((quantity.name, *cells))
-    where = f"{found.condition.temperature_c:g} degC, {found.die}"
+    warm = temperature_text(found.condition.temperature_c, found.study.subject.course)
+    where = f"{warm} degC, {found.die}"
     print_table(f"{found.study.subject.target} at {where}", ("quantity", "kept:", "again:"), rows)
     if found.kept is None:
         print_line(f"nothing to compare with: {found.note}")

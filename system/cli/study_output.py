@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
-from typing import Any, cast
+from typing import Any
 
-from circuits.silicon.course import Course, Points
+from circuits.silicon.course import Course
 from system.cli.option_names import as_options
 from system.cli.output import print_line, print_table, quantity_cell
 from system.cli.run_command_line import names_in_study
-from system.options.temperature import COURSE
 from system.study.report.result import Result, groups, shares_of, study_yield, summary, varied
 from system.study.statistics.summary import Proportion, Yield
 from system.study.table import Table, counted, place_text
@@ -29,7 +28,7 @@ def document(result: Result) -> dict[str, Any]:
     return {
         "target": study.subject.target,
         "block": study.subject.target,
-        "temperature_C": _course(result) or (found[0][1] if single else [t for _, t, _ in found]),
+        "temperature_C": result.study.subject.course or (found[0][1] if single else [t for _, t, _ in found]),
         "corner": found[0][0] if single else [c for c, _, _ in found],
         "lot": silicon.lot,
         "mismatch": silicon.mismatch,
@@ -118,7 +117,7 @@ def print_study(result: Result) -> None:
     print_line(f"{_heading(result)}\n")
     for corner, celsius, part in groups(result):
         place = place_text(corner, celsius)
-        _print_group(result, part, f" from {place} on" if _course(result) else f" at {place}")
+        _print_group(result, part, f" from {place} on" if result.study.subject.course else f" at {place}")
     failed = [k for k in range(len(table)) if table.reason[k]]
     for k in failed[:LISTED]:
         print_line(f"die {table.die[k]} failed: {said_of(result, table.reason[k])}")
@@ -138,13 +137,8 @@ def _heading(result: Result) -> str:
     return (
         f"{study.subject.target}, dies {study.subject.silicon.lot}/{study.plan.first} to {last},"
         f" {study.plan.method}, {varied(study)}{'; stopped early' if result.outcome.stopped else ''}"
-        + (f"; temperature {Course(course)}" if (course := _course(result)) else "")
+        + (f"; temperature {Course(course)}" if (course := result.study.subject.course) else "")
     )
-
-
-def _course(result: Result) -> Points:
-    """The course of temperature of the study's runs, empty where there is none."""
-    return cast("Points", result.study.subject.system.get(COURSE, ()))
 
 
 def study_title(result: Result) -> str:

@@ -16,7 +16,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -27,6 +27,7 @@ from circuits.circuit import BiasKind
 from circuits.errors import CircuitError, ParameterError, unknown_name
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.lowering.variation import variation_draws, variation_labels
+from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Begin
@@ -35,13 +36,14 @@ from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
 from system.options.block import Choice, choose
 from system.options.silicon import SiliconChoice
+from system.options.temperature import COURSE
 from system.registry import SYSTEMS, load_system, system_names
 from system.study.metric import MEASURED, OUTSIDE, measurements, metrics_of, runs_testbench
 from system.study.specification import Specification, Success
 from system.study.table import FAILED, Condition
 from system.system import SUCCEEDED
 
-Option = str | int | float | bool | tuple[float, ...] | None
+Option = str | int | float | bool | tuple[float | tuple[float, float], ...] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +77,11 @@ class Subject:
     system: Mapping[str, Option] = field(default_factory=dict)  # level, duration, ... of a system's scenario
     held: tuple[str, ...] = field(default=(), metadata=OPTIONAL)
     begin: Begin = field(default="disturbed", metadata=OPTIONAL)
+
+    @property
+    def course(self) -> Points:
+        """The course of temperature of a system's runs; empty where there is none."""
+        return cast("Points", self.system.get(COURSE, ()))
 
 
 @dataclass(frozen=True, slots=True)

@@ -139,7 +139,7 @@ REPLAY = {
     **DIE_KEYS,
     **meanings("""
 plan           string   -     how dies are sampled
-temperature_C  number   degC  temperature
+temperature_C  number|number[][]  degC  temperature; of a course, pairs of time (s) and it
 trial          integer  -     trial of the sample
 kept           object?  -     sample as the study has it; null where it has none
 again          object   -     sample as it was measured now

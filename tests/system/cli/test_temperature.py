@@ -49,6 +49,16 @@ def test_a_study_has_one_course_and_no_other_temperature(run: Run, run_json: Run
         assert says in err
 
 
+def test_a_study_along_a_course_goes_on_and_its_dies_come_again(run_json: RunJson, tmp_path: Path) -> None:
+    options = ("montecarlo", "head", "--param", "duration=1s", "--temperature", WARMING)
+    options += ("--chunk", "1", "-o", str(tmp_path))
+    run_json(*options, "--samples", "2")
+    found = run_json(*options, "--samples", "3", "--resume")
+    assert (found["chunks_read"], found["temperature_C"]) == (2, [[0.0, 27.0], [1.0, 29.0]])
+    again = run_json("replay", str(tmp_path), "--die", "1001")
+    assert (again["identical"], again["temperature_C"]) == (True, found["temperature_C"])
+
+
 def test_a_course_that_leaves_what_was_measured_says_when_and_where(run: Run) -> None:
     options = ("run", "approach", "--level", "behavioural", "--duration", "1s")
     status, out, err = run(*options, "--temperature", "0s:60,1s:70")
