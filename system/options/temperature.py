@@ -27,8 +27,8 @@ COURSE = "course"  # field of scenarios whose temperature may change
 class _Row:
     """A row of a file of a course: the temperature at a time."""
 
-    time: float = required("Since the run began", unit="s", name="time_s")
-    celsius: float = required("Of the chips", unit="degC", name="temperature_C")
+    time: float = required("time since the run began", unit="s", name="time_s")
+    celsius: float = required("temperature of the chips", unit="degC", name="temperature_C")
 
 
 def read_course(text: str) -> float | Points:
