@@ -126,8 +126,8 @@ def test_bash_completes_by_the_script(tmp_path: Path) -> None:
 
 
 REFUSED = [
-    (("--show-completion", "tcsh"), "'tcsh' is not one of 'bash', 'zsh', 'fish'"),
-    (("--install-completion",), "requires an argument"),
+    ("--show-completion tcsh", "'tcsh' is not one of 'bash', 'zsh', 'fish'"),
+    ("--install-completion", "requires an argument"),
 ]
 
 
