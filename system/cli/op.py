@@ -20,7 +20,7 @@ from system.cli.output import plain, print_json, print_line, print_table, quanti
 from system.cli.verbs import Op
 from system.files.writing import write_text_atomic
 from system.options.begun import read_voltages
-from system.options.block import describe_silicon
+from system.options.block import describe_silicon, silicon_line
 
 HIGHEST_START = 100.0  # V; from farther away Newton's iteration only wanders
 LEAST_SUFFIX = 1e-15  # a smaller value is printed with its exponent
@@ -126,7 +126,7 @@ def _print(point: OperatingPoint) -> None:
     nodes = [node for node in point.voltages() if node != GROUND]
     headings = ["node", "voltage (V):", *("other state (V):" for _ in point.others)]
     silicon = point.machine.silicon
-    title = f"operating point at {silicon.temperature_c:g} degC, {silicon.die}"
+    title = f"operating point at {silicon_line(silicon)}"
     print_table(
         title, headings, [(n, *(f"{v:.6f}" for v in row)) for n, *row in zip(nodes, *table, strict=True)]
     )

@@ -16,7 +16,7 @@ from system.cli.output import print_json, print_line, print_table, quantity_cell
 from system.cli.show_chip import show_chip
 from system.cli.show_rolls import show_rolls
 from system.cli.verbs import Show
-from system.options.block import Choice, bias_unit, describe_silicon, parameters
+from system.options.block import Choice, bias_unit, describe_silicon, parameters, silicon_line
 from system.options.silicon import SiliconChoice
 from system.plot import check_picture, draw_circuit, save_picture
 from system.registry import load_block_or_chip
@@ -116,7 +116,7 @@ def _device(group: DeviceGroup, k: int, names: list[str]) -> dict[str, Any]:
 def _print(choice: Choice, document: dict[str, Any]) -> None:
     print_line(f"{document['block']}: {document['summary']}")
     counts = f"{document['device_count']} devices, {document['node_count']} nodes"
-    print_line(f"{counts}, at {choice.silicon.temperature_c:g} degC, {choice.silicon.die}\n")
+    print_line(f"{counts}, at {silicon_line(choice.silicon)}\n")
     ports = [(p["name"], p["kind"], p["direction"], _shape(p["shape"])) for p in document["ports"]]
     print_table("ports", ("name", "kind", "direction", "shape"), ports)
     numbers = [(p["name"], quantity_cell(p["value"], p["unit"])) for p in document["parameters"]]

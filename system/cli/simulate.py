@@ -22,7 +22,7 @@ from system.cli.output import plain, print_json, print_line, print_table, quanti
 from system.cli.simulate_verb import Simulate, check_options
 from system.cli.study_verbs import Replay
 from system.files.writing import replace_atomic, write_text_atomic
-from system.options.block import Choice, describe_silicon
+from system.options.block import Choice, describe_silicon, law_text, silicon_line
 from system.plot import check_picture, draw_waveforms, save_picture, silicon_text
 
 # loaded when asked for: labelled arrays are slow to import, and a transient must not wait for them
@@ -68,7 +68,7 @@ def write_run(asked: Simulate | Replay, choice: Choice, result: Result) -> None:
             write_raw(result, temporary)
     shown = choice.block.plotted or tuple(result.spikes) or result.nodes[1:5]
     silicon = choice.silicon
-    title = f"{choice.block.name}, {silicon_text(silicon.die, silicon.temperature_c)}"
+    title = f"{choice.block.name}, {silicon_text(silicon.die, silicon.temperature_c)}{law_text(silicon)}"
     title += f", outcome: {choice.block.outcome(result)}"
     save_picture(asked.plot, lambda figure: draw_waveforms(result, shown, figure, title))
 
@@ -137,7 +137,7 @@ def _print(choice: Choice, document: dict[str, Any]) -> None:
     rows += [(port, " ".join(f"{t:.9g} s" for t in times) or "none") for port, times in trains.items()]
     rows += [(k, "not defined" if v is None else f"{v:.6g}") for k, v in document["measures"].items()]
     rows.append(("steps", f"{document['steps']} ({document['rejected_steps']} rejected)"))
-    where = f"{choice.silicon.temperature_c:g} degC, {choice.silicon.die}, {document['engine']}"
+    where = f"{silicon_line(choice.silicon)}, {document['engine']}"
     title = f"{document['block']} at {where}"
     print_table(title, ("quantity", "value"), rows)
     print_stimuli(choice)

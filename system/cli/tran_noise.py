@@ -22,7 +22,7 @@ from system.cli.block_choice import choose_block
 from system.cli.output import plain, print_json, print_line, print_table, working
 from system.cli.simulate_verb import Simulate
 from system.files.writing import write_netcdf_atomic, write_text_atomic
-from system.options.block import Choice, describe_silicon
+from system.options.block import Choice, describe_silicon, silicon_line
 from system.plot import COLOURS, DASHES, check_picture, entitle, save_picture, silicon_text
 
 DRAWN = 20  # trials whose waveforms a picture shows
@@ -213,7 +213,7 @@ def _print(
 ) -> None:
     silicon = choice.silicon
     white = ", white only" if run.flicker is WHITE_ONLY else ""
-    title = f"{choice.block.name} at {silicon.temperature_c:g} degC, {silicon.die}, {len(trials)} trials"
+    title = f"{choice.block.name} at {silicon_line(silicon)}, {len(trials)} trials"
     rows = [
         (name, f"{s['count']:.0f}", f"{s['mean']:.9g}", f"{s['standard_deviation']:.5g}")
         for name, s in table.items()

@@ -155,6 +155,17 @@ def describe_silicon(silicon: Silicon) -> dict[str, Any]:
     }
 
 
+def silicon_line(silicon: Silicon) -> str:
+    """Silicon in a line: `27 degC, die nominal`, and the process where its law has second-order effects."""
+    return f"{silicon.temperature_c:g} degC, {silicon.die}{law_text(silicon)}"
+
+
+def law_text(silicon: Silicon) -> str:
+    """End of a title, `, rolls-180 under the full law`; empty under the ideal law."""
+    process = silicon.process
+    return "" if process.effects == "ideal" else f", {process.name} under the full law"
+
+
 def describe_die(die: Die) -> dict[str, Any]:
     """A die by the names that JSON has for its parts."""
     return {

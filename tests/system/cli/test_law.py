@@ -1,0 +1,57 @@
+"""`--law` and `--process`: blocks take them, documents and titles tell them, models of chips refuse them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.refusals import command_refusals
+from tests.system.conftest import Run, RunJson
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "mine-180.toml"
+
+
+def test_a_block_runs_under_both_laws_and_says_so(run_json: RunJson, run: Run) -> None:
+    ideal, full = (run_json("simulate", "rebound-neuron", "--law", law) for law in ("ideal", "full"))
+    assert (ideal["process"], ideal["law"]) == ("ami-1500", "ideal")
+    assert (full["process"], full["law"]) == ("ami-1500", "full")
+    assert full["measures"]["t_inh_s"] > 1.1 * ideal["measures"]["t_inh_s"]  # body effect at fixed gates
+    _, title, _ = run("show", "dpi-synapse", "--law", "full")
+    assert "27 degC, die nominal, rolls-180 under the full law" in title
+    assert "law" not in run("show", "dpi-synapse")[1].splitlines()[1]
+
+
+def test_a_process_of_one_s_own_is_the_file_s(run_json: RunJson) -> None:
+    own = run_json("op", "nef-neuron", "--process", str(EXAMPLE), "--law", "full")
+    assert own["process"] == "mine-180"
+    shipped = run_json("op", "nef-neuron", "--process", "rolls-180", "--law", "full")
+    assert own["voltages_V"] == shipped["voltages_V"]
+
+
+def test_a_study_is_of_its_law(run_json: RunJson) -> None:
+    means = []
+    for law in ("ideal", "full"):
+        found = run_json("montecarlo", "delay-tap", "-n", "2", "--metric", "delay_s", "--law", law)
+        assert (found["law"], found["process"]) == (law, None)
+        means.append(found["metrics"]["delay_s"]["mean"])
+    assert means[1] == pytest.approx(means[0], rel=0.1)
+    assert means[1] != means[0]
+
+
+test_what_has_no_such_law_refuses_it = command_refusals(
+    rows=[
+        ("simulate rebound-neuron --process none.toml", "none.toml: No such file"),
+        ("simulate rebound-neuron --process rolls", "did you mean rolls-180?"),
+        ("simulate rebound-neuron --law real", "'real' is not one of 'ideal', 'full'"),
+        (
+            "montecarlo pushbot -n 2 --law full",
+            "runs on models of its own process under the ideal",
+        ),
+        ("show rolls --law full", "a model of rolls-180 under the ideal law"),
+        (
+            "export ranging-chip --level behavioural --dialect verilog-a -o - --law full",
+            "must be ekv without second-order effects",
+        ),
+    ]
+)
