@@ -141,7 +141,7 @@ def portrait(
     nominal = replace(silicon, die=NOMINAL)
     own, reference = (neuron_devices(params, off, kind, s) for s in (silicon, nominal))
     latch = program.slow_leak()
-    one = neurons_chosen(neurons_of(reference, ready.neuron, latch), np.atleast_1d(np.argmin(latch)))
+    one = _first_fast(reference, ready, latch)
     currents = MULTIPLES * max(float(rheobase(one)[0]), LEAST)
     drives = dc_currents(own, reference, currents)
     expected = rates(one, currents[:, None], np.full(currents.size, FIRST))[:, 0]
@@ -164,6 +164,18 @@ def portrait(
         missing_levels(table),
         cautions_of(built, STEP),
     )
+
+
+def nominal_neuron(table: BiasTable, silicon: Silicon, kind: BiasKind, params: Params) -> Neurons:
+    """Return the nominal die's neuron with its faster leak and without I_dc, at a silicon's temperature."""
+    nominal, off = replace(silicon, die=NOMINAL), table.with_code(DC, 7, 0)
+    devices = neuron_devices(params, off, kind, nominal)
+    return _first_fast(devices, prepare(params, silicon.process), np.zeros(NEURONS, np.bool_))
+
+
+def _first_fast(devices: DieDevices, ready: Prepared, latch: Bools) -> Neurons:
+    """The first neuron with the faster leak; latch: which have the slower one, bool[256]."""
+    return neurons_chosen(neurons_of(devices, ready.neuron, latch), np.atleast_1d(np.argmin(latch)))
 
 
 def neuron_devices(params: Params, table: BiasTable, kind: BiasKind, silicon: Silicon) -> DieDevices:

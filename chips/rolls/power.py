@@ -1,32 +1,45 @@
-"""Power of a ROLLS chip, from its bias currents and the energies of a spike and of a synaptic event.
+"""Power of a ROLLS chip by block: static, of its biases, and dynamic.
 
-    P = V_dd sum of bias currents + P_rest + 256 f E_spike(f) + 256 f E_column
-        + sum over latched synapses of f E_event(level)
+    P = P_static + P_bias + P_dynamic
+    P_bias = V_dd (sum I_bias + sum I_coarse + sum of the coarse splitter's branches)
+    P_dynamic = sum over neurons of f (E_spike(f) + E_column) + sum over levels of r_level E_event(level)
+        + sum over signs of r_virtual E_virtual(sign)
+
+f: rate of a neuron, r: events a second at all latched synapses of a level, and at all virtual ones of a sign.
+P_static is that of neurons, filters, synapses and pulse extenders without events. Every command takes the
+power of this chip from `chip_power`.
 
 Energies are what the supplies of transistor-level runs deliver, as slopes over the count of spikes or events.
 `E_spike(f)` is of whole periods at the rate f, the power at rest taken off: it holds what the neuron burns
 between spikes because it fires (its comparator crosses slowly). A column's event makes a pulse that all 256
 synapses of the column see, latched or not; a latched one takes E_event more.
 
-Not counted: the generator's own reference and splitters, address decoders, arbiters and pads, and
-the wires' capacitance; the plastic array is in `chips.rolls.plastic.power`, cells of depression in
-`chips.rolls.depression.power`. Every bias counts once, as its diode-connected copy's branch (ours).
+Every bias counts once as its diode-connected copy's branch (ours), and once as the splitter of its fine code,
+which takes the whole coarse current whatever the code is (`circuits.blocks.bias.generator`); the coarse
+splitter counts once a chip (ours).
+
+Not counted: the generator's core, address decoders, arbiters and pads, and the wires' capacitance; the
+plastic array is in `chips.rolls.plastic.power`, cells of depression in `chips.rolls.depression.power`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
+from chips.rolls.chip import RollsChip
 from chips.rolls.circuit import FILTERS, Params, biases, chip
 from chips.rolls.parts import gate_voltages, part_gates
+from chips.rolls.portrait import LEAST, nominal_neuron, rheobase
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable
-from chips.rolls.program.program import missing_levels
-from circuits.arrays import F64
+from chips.rolls.program.program import Program, missing_levels
+from circuits.arrays import F64, I64
 from circuits.bias import rebias
+from circuits.blocks.bias.generator import COARSE
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import BiasKind, Circuit
@@ -49,8 +62,65 @@ MULTIPLES = (1.5, 3.0, 10.0, 40.0)  # of the rheobase, at which E_spike is taken
 LEVELS = (1, 2, 3, 4, -1, -2, -3, -4)
 FEWEST = 4  # spikes of a run that counts
 LONGER = (4.0, 16.0)  # times RUN, where it has fewer
+MEASURED = 32  # chips whose energies are kept; ours
+VIRTUAL: Mapping[int, Mapping[str, str]] = {  # by sign: biases of a block, and those of the chip it has there
+    1: {"i_exc": "VA_EXC_N", "i_etau": "VDPIE_TAU_P", "i_ethr": "VDPIE_THR_P"},
+    -1: {"i_inh": "VA_INH_P", "i_itau": "VDPII_TAU_N", "i_ithr": "VDPII_THR_N"},
+}
 _FILTER_BIASES = {"etau": "excitatory_tau", "ethr": "excitatory_thr", "itau": "inhibitory_tau",
                   "ithr": "inhibitory_thr"}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Activity:
+    """What happens on a chip.
+
+    Attributes
+    ----------
+    rates : array
+        Rate of every neuron, float64[256], Hz.
+    synapses : mapping of int to float
+        Events a second at all latched non-plastic synapses together, by their level, Hz.
+    virtual : mapping of int to float
+        Events a second at all virtual synapses together, by their sign, 1 or -1, Hz.
+    """
+
+    rates: F64
+    synapses: Mapping[int, float] = field(default_factory=dict)
+    virtual: Mapping[int, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Power:
+    """Power of a chip by block, W.
+
+    Attributes
+    ----------
+    static : mapping of str to float
+        Leakage and rest currents of neurons, filters, synapses and extenders.
+    bias : mapping of str to float
+        The biases' branches and the generator's splitters.
+    dynamic : mapping of str to float
+        Spikes of neurons, events of columns, of latched synapses, and of virtual ones.
+    """
+
+    static: Mapping[str, float]
+    bias: Mapping[str, float]
+    dynamic: Mapping[str, float]
+
+    @property
+    def parts(self) -> dict[str, float]:
+        """Sums of the three by their names, W."""
+        return {
+            "static": sum(self.static.values()),
+            "bias": sum(self.bias.values()),
+            "dynamic": sum(self.dynamic.values()),
+        }
+
+    @property
+    def total(self) -> float:
+        """Power of the chip, W."""
+        return sum(self.parts.values())
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,26 +128,103 @@ class Energies:
     """Energies and powers of a chip's parts.
 
     rates (Hz), spike (J): E_spike over the rate, float64[k], by rising rate; event: by level, J, beside what
-    an unlatched synapse takes; column: of a column's event without any latched synapse, J; rest: of all
-    neurons, filters, synapses and extenders without events, W; biases: W.
+    an unlatched synapse takes; virtual: of an event at a virtual synapse with its extender, by sign, J;
+    column: of a column's event without any latched synapse, J; still: of neurons, filters, synapses and
+    extenders without events, W; biases, generator: of the biases' branches and of the splitters, W.
     """
 
     rates: F64
     spike: F64
     event: Mapping[int, float]
+    virtual: Mapping[int, float]
     column: float
-    rest: float
+    still: Mapping[str, float]
     biases: float
+    generator: float
 
-    def spike_at(self, rate: float) -> float:
+    @property
+    def rest(self) -> float:
+        """Power of all neurons, filters, synapses and extenders without events, W."""
+        return sum(self.still.values())
+
+    def spike_at(self, rate: F64 | float) -> F64:
         """Return E_spike at a rate, J, by a line over its logarithm, held beyond the ends."""
-        return float(np.interp(np.log(max(rate, 1e-9)), np.log(self.rates), self.spike))
+        return np.asarray(np.interp(np.log(np.maximum(rate, 1e-9)), np.log(self.rates), self.spike))
 
     def power(self, rate: float, latched: Mapping[int, int]) -> float:
         """Return the power of a chip whose neurons all fire at `rate` Hz, W; latched: synapses by level."""
-        synapses = sum(count * self.event[level] for level, count in latched.items())
-        each = self.spike_at(rate) + self.column
-        return self.biases + self.rest + rate * (NEURONS * each + synapses)
+        synapses = {level: rate * count for level, count in latched.items()}
+        return chip_power(self, Activity(np.full(NEURONS, rate), synapses)).total
+
+
+def chip_power(e: Energies, activity: Activity) -> Power:
+    """Return the power of a chip by block.
+
+    Raises `ParameterError` for events at a level or a sign whose energy was not measured.
+
+    Parameters
+    ----------
+    e
+        Energies of the chip's parts.
+    activity
+        What happens on it.
+    """
+    dynamic = {
+        "neurons": float((activity.rates * e.spike_at(activity.rates)).sum()),
+        "columns": float(activity.rates.sum()) * e.column,
+        "synapses": _events(activity.synapses, e.event, "level"),
+        "virtual": _events(activity.virtual, e.virtual, "sign"),
+    }
+    return Power(dict(e.still), {"branches": e.biases, "generator": e.generator}, dynamic)
+
+
+def _events(rates: Mapping[int, float], energy: Mapping[int, float], what: str) -> float:
+    """Power of events, W."""
+    for key, rate in rates.items():
+        if rate and key not in energy:
+            raise ParameterError(
+                f"power.activity: {rate:g} Hz at {what} {key}, must have an energy; its bias is off"
+            )
+    return sum(rate * energy[key] for key, rate in rates.items() if rate)
+
+
+def activity_of(program: Program, spikes: I64, virtual: Mapping[int, int], duration: float) -> Activity:
+    """Return what a run made happen: every spike goes to its column, and to all synapses latched in it.
+
+    Raises `ParameterError` for a duration that is not above 0.
+
+    Parameters
+    ----------
+    program
+        Program of the chip.
+    spikes
+        Neuron of every spike, int64[m].
+    virtual
+        How many events came to virtual synapses, by their sign.
+    duration
+        Of the run, s.
+    """
+    if not duration > 0.0:
+        raise ParameterError(f"power.duration: {duration:g} s, must be > 0; give that of the run")
+    rates = np.bincount(spikes, minlength=NEURONS) / duration
+    used = {int(level) for level in np.unique(program.levels)} - {0}
+    synapses = {level: float(((program.levels == level).sum(axis=0) * rates).sum()) for level in used}
+    return Activity(rates, synapses, {sign: count / duration for sign, count in virtual.items()})
+
+
+def energies_of(chip: RollsChip) -> Energies:
+    """Return the energies of a chip's parts, measured once for all chips of its biases and silicon.
+
+    Raises `ParameterError` where no run has spikes.
+    """
+    on = replace(chip.silicon, die=replace(chip.silicon.die, mismatch=False))
+    return _energies_of(chip.program.biases, on, chip.kind, chip.params)
+
+
+@lru_cache(maxsize=MEASURED)
+def _energies_of(table: BiasTable, silicon: Silicon, kind: BiasKind, params: Params) -> Energies:
+    one = nominal_neuron(table, silicon, kind, params)
+    return energies(table, silicon, max(float(rheobase(one)[0]), LEAST), kind, params)
 
 
 def energies(
@@ -109,12 +256,25 @@ def energies(
     filters = max(silent - sum(rest), 0.0) / 2.0
     virtual = params.virtual.excitatory + params.virtual.inhibitory
     extenders, synapses = NEURONS * (1 + virtual), NEURONS * (NEURONS + virtual)
-    still = extenders * rest[0] + synapses * rest[1] + NEURONS * (quiet + (len(FILTERS) + 1) * filters)
+    still = {
+        "neurons": NEURONS * quiet,
+        "filters": NEURONS * (len(FILTERS) + 1) * filters,
+        "synapses": synapses * rest[1],
+        "extenders": extenders * rest[0],
+    }
     unlatched = _event(both, on, 0)
     alone = _extender_event(extender, on)
     levels = [level for level in LEVELS if level not in missing_levels(table)]
     event = {level: _event(both, on, level) - unlatched for level in levels}
-    return Energies(rates, spike, event, alone + NEURONS * (unlatched - alone), still, bias_power(table, on))
+    lone = {
+        sign: _event(rebias(both, {own: table.current(name) for own, name in names.items()}, kind), on, sign)
+        for sign, names in VIRTUAL.items()
+        if not table.is_off(next(iter(names.values())))
+    }
+    column = alone + NEURONS * (unlatched - alone)
+    return Energies(
+        rates, spike, event, lone, column, still, bias_power(table, on), generator_power(table, on)
+    )
 
 
 def bias_power(table: BiasTable, silicon: Silicon) -> float:
@@ -123,8 +283,23 @@ def bias_power(table: BiasTable, silicon: Silicon) -> float:
     The generator's currents are proportional to absolute temperature.
     """
     total = sum(table.current(name) for name in table.codes() if not table.is_off(name))
+    return _ptat_power(total, silicon)
+
+
+def generator_power(table: BiasTable, silicon: Silicon) -> float:
+    """Return what the splitters of the bias generator take, W, at the temperature of `silicon`.
+
+    The splitter of a bias's fine code takes its whole coarse current, on or off; the coarse splitter takes
+    the sum of all coarse currents, once.
+    """
+    fine = sum(COARSE[coarse] for coarse, _ in table.codes().values())
+    return _ptat_power(fine + sum(COARSE), silicon)
+
+
+def _ptat_power(current: float, silicon: Silicon) -> float:
+    """Power of a current, A at the nominal temperature, that is proportional to absolute temperature, W."""
     scale = kelvin(silicon.temperature_c) / kelvin(silicon.process.nominal_temperature_c)
-    return silicon.process.v_dd * total * scale
+    return silicon.process.v_dd * current * scale
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from chips.rolls.depression.power import depression_energies
 from chips.rolls.depression.program import STEP_BIAS, ShortTermDepression
 from chips.rolls.plastic.power import PlasticEnergies, lacking, plastic_energies
 from chips.rolls.portrait import MULTIPLES, Portrait, portrait
-from chips.rolls.power import TYPICAL, Energies, energies
+from chips.rolls.power import TYPICAL, Activity, Energies, chip_power, energies
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable
 from circuits.arrays import F64
@@ -22,6 +22,7 @@ from system.cli.show_rolls_power import (
     plastic_document,
     print_depression,
     print_plastic,
+    rest_document,
     watts_cell,
 )
 from system.cli.verbs import Show
@@ -95,11 +96,14 @@ def _power(e: Energies) -> dict[str, Any]:
     return {
         "paper_typical_W": TYPICAL,
         "biases_W": e.biases,
+        "generator_W": e.generator,
         "rest_W": e.rest,
+        **rest_document(e),
         "spike_rate_Hz": e.rates,
         "spike_energy_J": e.spike,
         "column_event_energy_J": e.column,
         "synaptic_event_energy_J": dict(e.event),
+        "virtual_event_energy_J": dict(e.virtual),
         "at_rate": [
             {
                 "rate_Hz": rate, "unconnected_W": e.power(rate, {}),
@@ -176,9 +180,12 @@ def _print_power(e: Energies, power: dict[str, Any]) -> None:
         (f"{row['rate_Hz']:g}", *(watts_cell(row[k]) for k in ("unconnected_W", "all_to_all_W")))
         for row in power["at_rate"]
     ]
+    rest = chip_power(e, Activity(np.zeros(NEURONS)))
     title = f"power; the paper's typical figure is {quantity_cell(TYPICAL, 'W')}"
     print_table(title, ("all neurons at (Hz):", "no synapses:", f"all to all, level {ALL_TO_ALL}:"), rows)
     print_line(
-        f"of it biases {quantity_cell(e.biases, 'W')} and rest {quantity_cell(e.rest, 'W')}; without the bias"
-        " generator's reference, the address-event circuits and the pads\n"
+        f"at rest: static {quantity_cell(rest.parts['static'], 'W')}, bias"
+        f" {quantity_cell(rest.parts['bias'], 'W')} ({quantity_cell(e.generator, 'W')} of it the generator's"
+        f" splitters), together {quantity_cell(rest.total, 'W')}; without the generator's reference, the"
+        " address-event circuits and the pads\n"
     )

@@ -4,15 +4,27 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from chips.rolls.depression.power import DepressionEnergies
 from chips.rolls.depression.program import STEP_BIAS
 from chips.rolls.plastic.power import PlasticEnergies, lacking
+from chips.rolls.power import Activity, Energies, chip_power
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable
 from system.cli.output import print_line, print_table, quantity_cell
 
 RATES = (0.0, 10.0, 100.0, 1000.0)  # Hz, of all neurons, for which power is told
 WEIGHTS = NEURONS * NEURONS  # of the plastic array
+
+
+def rest_document(e: Energies) -> dict[str, Any]:
+    """Give the power of a chip without spikes and events for JSON, by its parts."""
+    found = chip_power(e, Activity(np.zeros(NEURONS)))
+    return {
+        "at_rest": {**{f"{name}_W": watts for name, watts in found.parts.items()}, "total_W": found.total},
+        "static_W": dict(found.static),
+    }
 
 
 def plastic_document(e: PlasticEnergies | None) -> dict[str, Any] | None:

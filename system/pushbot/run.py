@@ -21,12 +21,12 @@ from circuits.silicon.course import beginning_of, course_through
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.outside import inside_boxes
+from system.options.rolls_power import TABLE, power_numbers
 from system.pushbot.body import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot.brain import brain_of
 from system.pushbot.course import Course, course_of, passage
 from system.pushbot.drive import Run, begin_run
 from system.pushbot.loop import Brain, Record, all_events, all_spikes, open_loop, rates, step
-from system.pushbot.network.power import activity_power
 from system.pushbot.picture import draw_run
 from system.pushbot.readout import LOOK, Readout
 from system.pushbot.scenario import Scenario, check_scene, scene_of
@@ -42,7 +42,8 @@ BEYOND = 0.05  # m behind the obstacle line, where a run ends; ours
 LOOK_STEPS, STANDS = 20, 0.03  # steps of a path (0.1 s), and m/s below which a robot stands; ours
 NEAR, EVERY = 0.25, 10  # m from another robot that is a target, steps between two looks at it; ours
 RESTS = 0.5  # of its time, that a robot with nothing to reach may stand; ours
-SUMMARY = meanings("""
+SUMMARY = meanings(
+    """
 collided            number   -    1 where it touched something, else 0
 crossed             number   -    1 where it crossed the line of obstacles, else 0
 between             number   -    1 where obstacles were then on both sides, else 0
@@ -58,7 +59,6 @@ rate_OR_Hz          number   Hz   the same on the right
 rate_DL_Hz          number   Hz   mean rate of a neuron that turns to the left
 rate_DR_Hz          number   Hz   the same to the right
 rate_sp_Hz          number   Hz   mean rate of a neuron that sets the speed
-power_mW            number   mW   power of the chip by its activity
 events              number   -    events of the sensor that arrived
 lost_events         number   -    events that the link from the sensor lost
 lost_inputs         number   -    events that the chip's input bus lost
@@ -66,7 +66,9 @@ lost_spikes         number   -    spikes that the chip's output bus lost
 held                number   -    filters times steps in which a filter stayed at the end of its table
 raised_s            number   s    time with raised lateral weights
 frame_spikes        number   -    spikes of the second chip, which turns the target's frame
-""")
+"""
+    + TABLE
+)
 DOCUMENT = meanings("""
 scene            string       -   name of the scene
 turn_factor      number       -   factor of equation (1)
@@ -215,7 +217,6 @@ def summarise(trace: Trace) -> dict[str, float | None]:
         "path_m": trace.drive.way,
         "mean_speed_m_per_s": trace.drive.way / max(time, 1e-9),
         **{f"rate_{name}_Hz": float(mean[name].mean()) for name in ("OL", "OR", "DL", "DR", "sp")},
-        "power_mW": 1e3 * activity_power(trace.brain.chip, neurons, trace.record.inputs, max(time, 0.05)),
         "events": float(sum(len(e) for e in trace.record.events)),
         "lost_events": float(trace.drive.lost),
         "lost_inputs": float(trace.record.lost_in),
@@ -223,6 +224,7 @@ def summarise(trace: Trace) -> dict[str, float | None]:
         "held": float(trace.record.held),
         "raised_s": trace.record.raised,
         "frame_spikes": float(trace.record.frame_spikes),
+        **power_numbers(trace.brain.chip, neurons, {1: trace.record.inputs}, max(time, 0.05)),
     }
 
 

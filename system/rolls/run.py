@@ -30,6 +30,7 @@ from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
 from system.options.outside import inside_boxes
+from system.options.rolls_power import TABLE, power_numbers
 from system.options.temperature import temperature_text
 from system.plot import COLOURS, INK
 from system.rolls.options import bias_table
@@ -38,7 +39,8 @@ from system.system import Account, RunTrace, System, metrics_with
 
 HOT = 2.0  # ours
 SHOWN = 0.5  # s, of the picture
-SUMMARY = meanings("""
+SUMMARY = meanings(
+    """
 population_rate  number   Hz  mean rate of the 256 neurons
 rate_cv          number?  -   standard deviation of their rates over the mean; null where none fires
 silent           number   -   neurons that do not fire
@@ -46,7 +48,9 @@ hot              number   -   neurons above twice the median rate of those that 
 restless         number   -   neurons that fire without input
 events_lost      number   -   events that the input bus lost
 spikes_lost      number   -   spikes that the output bus lost
-""")
+"""
+    + TABLE
+)
 DOCUMENT = meanings("""
 rates_Hz       number[]   Hz  rate of each neuron
 restless       boolean[]  -   whether it fires without input
@@ -64,13 +68,16 @@ class Trace(RunTrace[Scenario]):
     """What a run leaves.
 
     spikes : all spikes of the run; rates : of each neuron, Hz, float64[256]; restless : which neurons fire
-    without input, bool[256]; cautions : sentences of the chip.
+    without input, bool[256]; chip : what ran; given : how many events it was given; cautions : sentences of
+    the chip.
     outside : sides of the chip's validity box that it left, a sentence each.
     """
 
     spikes: Spikes
     rates: F64
     restless: Bools
+    chip: RollsChip
+    given: int = 0
     cautions: tuple[str, ...] = ()
     outside: tuple[str, ...] = ()
 
@@ -90,12 +97,13 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     silicon = Silicon(ROLLS_180, beginning_of(s.temperature_c, s.course, TEMPERATURE_STEP), s.die)
     on_die = RollsChip(program, silicon, s.bias_kind, noise=noise)
     followed = course_through(s.course, TEMPERATURE_STEP)
-    spikes, _ = on_die.run(on_die.at_rest(), s.duration, events(s), None if followed is None else followed.at)
+    given = events(s)
+    spikes, _ = on_die.run(on_die.at_rest(), s.duration, given, None if followed is None else followed.at)
     if progress is not None:
         progress(1.0)
     counted = spikes.neurons[spikes.times >= SETTLING]
     rates = np.bincount(counted, minlength=NEURONS) / (s.duration - SETTLING)
-    return Trace(s, spikes, rates, on_die.restless(), on_die.cautions())
+    return Trace(s, spikes, rates, on_die.restless(), on_die, given.times.size, on_die.cautions())
 
 
 def events(s: Scenario) -> Inputs:
@@ -130,6 +138,7 @@ def summarise(trace: Trace) -> dict[str, float | None]:
         "restless": float(trace.restless.sum()),
         "events_lost": float(trace.spikes.lost_in),
         "spikes_lost": float(trace.spikes.lost_out),
+        **power_numbers(trace.chip, trace.spikes.neurons, {1: trace.given}, trace.scenario.duration),
     }
 
 

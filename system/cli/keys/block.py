@@ -121,11 +121,19 @@ cautions                   string[]    -  what the chip warns of
 power                          object    -   power of the neurons and their synapses
 power.paper_typical_W          number    W   what the paper calls typical
 power.biases_W                 number    W   of the biases
-power.rest_W                   number    W   of all neurons at rest
+power.generator_W              number    W   of the splitters of the bias generator
+power.rest_W                   number    W   of all neurons, filters, synapses and extenders at rest
+power.static_W                 number{}  W   the same by block
+power.at_rest                  object    -   power without spikes and events
+power.at_rest.static_W         number    W   leakage and rest currents of neurons, filters and synapses
+power.at_rest.bias_W           number    W   of the biases' branches and the generator's splitters
+power.at_rest.dynamic_W        number    W   of spikes and events, here none
+power.at_rest.total_W          number    W   sum of these three
 power.spike_rate_Hz            number[]  Hz  rates at which the energy of a spike was measured
 power.spike_energy_J           number[]  J   energy of a spike at each
 power.column_event_energy_J    number    J   energy of an event in a column's circuits
 power.synaptic_event_energy_J  number{}  J   energy of an event in a synapse, by its level
+power.virtual_event_energy_J   number{}  J   energy of an event at a virtual synapse, by its sign
 power.at_rate                  object[]  -   power of the chip
 power.at_rate.rate_Hz          number    Hz  rate of all neurons
 power.at_rate.unconnected_W    number    W   without latched synapses

@@ -1,1 +1,1 @@
-"""The networks of the Pushbot on ROLLS, their biases, calibration and power."""
+"""The networks of the Pushbot on ROLLS, their biases and calibration."""

@@ -38,7 +38,13 @@ def test_json_and_picture_tell_of_one_die(tmp_path: Path, capsys: pytest.Capture
     assert [w["level"] for w in found["weights"]] == [1, 2, 3, 4, -1, -2, -3, -4]
     power = found["power"]
     assert power["paper_typical_W"] == 4e-3
-    assert power["at_rate"][0]["unconnected_W"] == pytest.approx(power["biases_W"] + power["rest_W"])
+    rest = power["at_rest"]
+    assert rest["bias_W"] == pytest.approx(power["biases_W"] + power["generator_W"])
+    assert rest["static_W"] == pytest.approx(sum(power["static_W"].values()))
+    assert rest["static_W"] == pytest.approx(power["rest_W"])
+    assert rest["dynamic_W"] == 0.0
+    assert rest["total_W"] == pytest.approx(rest["static_W"] + rest["bias_W"])
+    assert power["at_rate"][0]["unconnected_W"] == pytest.approx(rest["total_W"])
     # no reference, buses or pads are counted, and neurons rest
     assert 0.1e-3 < power["at_rate"][0]["unconnected_W"] < 4e-3
     assert path.stat().st_size > 10_000

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from chips.rolls.chip import Spikes
+from chips.rolls.chip import RollsChip, Spikes
+from chips.rolls.power import Activity, chip_power, energies_of
 from chips.rolls.program.bias_file import OFF, default_biases, write_biases
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
@@ -43,14 +44,34 @@ def test_a_driven_population_fires_and_its_neurons_differ(trace: Trace) -> None:
     SYSTEM.draw(trace, Figure())
 
 
-def test_silent_and_hot_neurons_are_counted() -> None:
+def test_silent_and_hot_neurons_are_counted(trace: Trace) -> None:
     rates = np.full(256, 10.0)
     rates[:3], rates[3:5] = 0.0, 25.0
     none = Spikes(np.empty(0), np.empty(0, np.int64))
-    found = summarise(Trace(SHORT, none, rates, np.arange(256) < 7))
+    found = summarise(Trace(SHORT, none, rates, np.arange(256) < 7, trace.chip))
     assert (found["silent"], found["hot"], found["restless"]) == (3.0, 2.0, 7.0)
-    quiet = summarise(Trace(SHORT, none, np.zeros(256), np.zeros(256, np.bool_)))
+    quiet = summarise(Trace(SHORT, none, np.zeros(256), np.zeros(256, np.bool_), trace.chip))
     assert (quiet["silent"], quiet["hot"], quiet["rate_cv"]) == (256.0, 0.0, None)
+
+
+def test_power_of_a_run_is_at_least_that_at_rest_and_its_parts_add_up(trace: Trace) -> None:
+    found = summarise(trace)
+    power = {name: found[f"{name}_power_mW"] or 0.0 for name in ("static", "bias", "dynamic", "total")}
+    assert power["total"] == pytest.approx(power["static"] + power["bias"] + power["dynamic"], rel=1e-12)
+    still = chip_power(energies_of(trace.chip), Activity(np.zeros(256)))
+    assert power["static"] == pytest.approx(1e3 * still.parts["static"], rel=1e-12)
+    assert power["bias"] == pytest.approx(1e3 * still.parts["bias"], rel=1e-12)
+    assert power["dynamic"] > 0.0
+    silent = replace(trace, spikes=Spikes(np.empty(0), np.empty(0, np.int64)), given=0)
+    assert summarise(silent)["total_power_mW"] == pytest.approx(1e3 * still.total, rel=1e-12)
+
+
+def test_power_is_not_told_where_a_neuron_alone_never_fires(trace: Trace) -> None:
+    leaky = trace.chip.program.biases.with_code("IF_TAU2_N", 0, 255)
+    program = replace(trace.chip.program, biases=leaky)
+    found = summarise(replace(trace, chip=RollsChip(program, trace.chip.silicon)))
+    assert found["total_power_mW"] is None
+    assert found["population_rate"] == summarise(trace)["population_rate"]
 
 
 def test_a_study_streams_and_resumes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,48 @@
+"""Power of a ROLLS chip in a run, as every system with such a chip tells it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from chips.rolls.chip import RollsChip
+from chips.rolls.power import Power, activity_of, chip_power, energies_of
+from circuits.arrays import I64
+from circuits.errors import CircuitError
+
+TABLE = """
+static_power_mW   number?  mW  leakage and rest currents of neurons, filters and synapses; null with the
+                               three below where the neuron alone does not fire, so that it has no energy
+bias_power_mW     number?  mW  of the biases' branches and the splitters of their generator
+dynamic_power_mW  number?  mW  of spikes and of events at synapses
+total_power_mW    number?  mW  sum of these three; without the address-event circuits and the pads
+"""
+
+
+def run_power(chip: RollsChip, spikes: I64, virtual: Mapping[int, int], duration: float) -> Power:
+    """Return the mean power of a chip in a run at its silicon's temperature, by block.
+
+    Raises `CircuitError` where the energies of its parts cannot be measured.
+
+    Parameters
+    ----------
+    chip
+        The chip, without plastic synapses and cells of depression.
+    spikes
+        Neuron of every spike, int64[m].
+    virtual
+        How many events came to virtual synapses, by their sign.
+    duration
+        Of the run, s.
+    """
+    return chip_power(energies_of(chip), activity_of(chip.program, spikes, virtual, duration))
+
+
+def power_numbers(
+    chip: RollsChip, spikes: I64, virtual: Mapping[int, int], duration: float
+) -> dict[str, float | None]:
+    """Return what `run_power` finds by the names of `TABLE`, mW; None where it cannot be measured."""
+    try:
+        found = run_power(chip, spikes, virtual, duration)
+    except CircuitError:
+        return dict.fromkeys(f"{name}_power_mW" for name in (*Power({}, {}, {}).parts, "total"))
+    return {f"{name}_power_mW": 1e3 * w for name, w in {**found.parts, "total": found.total}.items()}
