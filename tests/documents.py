@@ -71,11 +71,11 @@ FEWEST_RUNS = {"trials": "4"}  # of a campaign whose count cannot be 1
 IN_NGSPICE = ("--stimulus", "duration=1ms")  # what a run there takes, which is slower than the solver
 # Starting processes takes longer than what is left to do, and contributions are hundreds of runs whatever the
 # samples: `system/study/search/test_breakdown.py` carries out studies with them.
-DROPPED = ("--workers", "--contributions")
+DROPPED = ("--workers", "--contributions", "--pareto")
 # What no option makes short enough; `system/cli/test_show_rolls.py` shows a chip.
 LONG = (("reproduce",), ("characterise",), ("show", "rolls"))
 LETTERS = {"-n": "--samples", "-o": "--output"}
-WRITTEN = ("--output", "--plot", "--csv", "--raw", "--events", "--animate", "--pareto")
+WRITTEN = ("--output", "--plot", "--csv", "--raw", "--events", "--animate")
 
 
 @dataclass(frozen=True, slots=True)

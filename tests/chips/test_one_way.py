@@ -13,6 +13,7 @@ LAW = re.compile(
     r"logaddexp\(0(\.0)?,|log1p\((np|math)\.exp\(|log\((np|math)\.expm1\(|log\(-(np|math)\.expm1\(-q"
 )
 CUT = Path("rolls/cut.py")  # hands a plan of draws to the transistor level, where no model is
+LATTICE = Path("law_lattice.py")  # evaluates the law of draws itself, for records to be held against it
 
 
 def draws(text: str) -> list[str]:
@@ -41,7 +42,7 @@ def test_no_chip_draws_adds_up_areas_or_spells_the_law() -> None:
     found = {}
     for path in MODULES:
         text = path.read_text(encoding="utf-8")
-        named = [] if path.relative_to(root) == CUT else draws(text)
+        named = [] if path.relative_to(root) in (CUT, LATTICE) else draws(text)
         found[str(path.relative_to(root))] = [*named, *areas(text), *(m.group() for m in LAW.finditer(text))]
     assert {name: hits for name, hits in found.items() if hits} == {}
 

@@ -19,7 +19,7 @@ from system.rover.body import Rover
 from system.worlds.sound.targets import default_scene
 
 DIE = {"die": Die(number=1003), "seed": 3, "outside": "warn"}
-WARM = {**DIE, "temperature_c": 30.0}
+WARM = {**DIE, "temperature_c": 30.0, "course": ((0.0, 27.0), (60.0, 44.0))}
 
 # another value than the usual one for every field of each scenario; what it needs besides is NEEDED
 FIELDS: dict[str, dict[str, Any]] = {
@@ -44,7 +44,7 @@ FIELDS: dict[str, dict[str, Any]] = {
     "spiking-bat": {
         **WARM, "brain": "chip", "max_speed": 1.0, "ping_rate": 8.0, "paths": 30, "taps": 20,
         "map": "forest.csv", "obstacles": 900, "start": (1.0, 2.0), "pings": 7, "bias_kind": "generator",
-        "codes": "calibrated", "area": 2.0, "units": ((16, 5),), "course": ((0.0, 27.0), (60.0, 44.0)),
+        "codes": "calibrated", "area": 2.0, "units": ((16, 5),),
         "silicon_noise": "white",
     },
     "head": {
@@ -61,11 +61,11 @@ FIELDS: dict[str, dict[str, Any]] = {
         **WARM, "scene": "pair", "speed_factor": 1.0, "turn_factor": 1.0, "window": 0.1, "readout": "fixed",
         "modified": True, "dropped": 0.5, "colour": "red", "light": "dark", "target": True, "duration": 3.0,
         "way": 2.0, "exc": 12, "bias_kind": "gate", "calibrated": False, "frame": True, "raise_lateral": True,
-        "silicon_noise": "all", "noise_seed": 8, "course": ((0.0, 27.0), (60.0, 44.0)),
+        "silicon_noise": "all", "noise_seed": 8,
     },
     "rolls": {
         **WARM, "bias_file": "rolls_parallella", "input_rate": 50.0, "duration": 2.0,
-        "bias_kind": "generator", "silicon_noise": "white", "course": ((0.0, 27.0), (60.0, 44.0)),
+        "bias_kind": "generator", "silicon_noise": "white",
     },
 }  # fmt: skip
 

@@ -112,7 +112,7 @@ def test_level_that_lets_nothing_in_or_does_not_exist(level: int) -> None:
 
 def test_what_is_not_modelled_is_refused() -> None:
     early = replace(ROLLS_180, n=replace(ROLLS_180.n, early_field=5e6))
-    with pytest.raises(ParameterError, match=r"rolls-180\.n: ekv, Early 0\.03/V"):
+    with pytest.raises(ParameterError, match=r"rolls-180\.n: ekv, early_field 5e\+06, must be ekv"):
         model_of(build(), early)
     with pytest.raises(UnknownNameError, match="array"):
         model_of(build(), ROLLS_180, "nothing")
