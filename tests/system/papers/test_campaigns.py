@@ -26,12 +26,13 @@ from tests.walks import Walk, install
 WANTED = ["reproduce", "coins", "--param", "tosses=40", "--json"]
 COMMAND = [sys.executable, "-c", "import sys; from system.cli.command_line import main; sys.exit(main())"]
 # those that can be kept and gone on with: of minutes and more, three of them of 19 to 105 s of a core
+SHORT = {f"milde2017-{name}" for name in ("fig5", "fig6", "power")}  # of the Pushbot, none of many drives
 KEPT = {
     *(f"wen2022-{name}" for name in ("fig11a", "fig11b", "fig11d", "fig11e", "fig13", "fig15")),
     *(f"latency-{name}" for name in ("agreement", "forests", "dies", "loops")),
     *(f"stockel2017-{name}" for name in ("chip", "fig8", "campaign")),
     *(f"rolls-{name}" for name in ("calibration", "depression", "field", "learning")),
-    *(n for n in EXPERIMENTS if n.startswith("milde2017-") and n not in {"milde2017-fig5", "milde2017-fig6"}),
+    *(n for n in EXPERIMENTS if n.startswith("milde2017-") and n not in SHORT),
     "forest-silicon", "forest-weights", "chip-noise", "device-noise", "agreement", "ngspice-dies",
 }  # fmt: skip
 CAMPAIGNS = [name for name in EXPERIMENTS if load_experiment(name).counts is not None]

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -79,6 +80,14 @@ def test_drives_with_other_codes_or_colours_are_refused(
         load_experiment("milde2017-table1").run(lambda _: None, Execution(file=copy, resume=True))
 
 
+def _without_power(summary: Mapping[str, object]) -> dict[str, object]:
+    """A drive's numbers as they are kept: its chip's power is none of what the drives are for."""
+    parts = ("static", "bias", "dynamic", "total")
+    found = dict(summary)
+    assert all(isinstance(found.pop(f"{part}_power_mW"), float) for part in parts)
+    return found
+
+
 def test_a_drive_driven_again_is_the_one_that_is_kept() -> None:
     _, *lines = (EVIDENCE / "milde2017-table1.jsonl").read_text().splitlines()
     # the fastest cell, whose drives are the shortest; a die has two drives in each
@@ -86,7 +95,7 @@ def test_a_drive_driven_again_is_the_one_that_is_kept() -> None:
     scenario, *_ = trials(Scenario(colour="blue", speed_factor=speed, turn_factor=turn), 1)
     row = json.loads(lines[2 * (len(milde2017_table1.CELLS) - 1)])
     assert row["key"][0] == f"die {scenario.die.number}"
-    assert summarise(drive_again(Drive(scenario))) == row["found"]["summary"]
+    assert _without_power(summarise(drive_again(Drive(scenario)))) == row["found"]["summary"]
 
 
 def test_a_drive_among_blocks_driven_again_is_the_one_that_is_kept() -> None:
@@ -101,4 +110,4 @@ def test_a_drive_among_blocks_driven_again_is_the_one_that_is_kept() -> None:
     scenario = [s for s in scenes if s.die == scenes[0].die][number - 4]
     kept_run = json.loads(lines[number])["found"]["summary"]
     assert kept_run["time_s"] < 5.0  # the shortest of them
-    assert milde2017_clutter.outcome(drive_again(Drive(scenario))) == kept_run
+    assert _without_power(milde2017_clutter.outcome(drive_again(Drive(scenario)))) == kept_run
