@@ -70,7 +70,8 @@ def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: floa
     )
 
 
-_ROUNDS, _ROUNDING = 200, 4e-16  # each round leaves less than half of the error; ours
+# each round leaves less than half of the error, and its own rounding, some 1e-15; ours
+_ROUNDS, _ROUNDING = 200, 1e-14
 
 
 def _gate_of(law: TransistorAtTemperature, v_p: float) -> float:

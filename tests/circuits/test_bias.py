@@ -16,7 +16,7 @@ from circuits.devices import Resistor, Transistor
 from circuits.devices.transistor import drain_current
 from circuits.errors import ParameterError, TopologyError, UnknownNameError
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, Law, Polarity, at_temperature
+from circuits.silicon.process import AMI_1500, PROCESSES, Law, Polarity, at_temperature
 from circuits.silicon.silicon import Silicon
 
 UM = 1e-6
@@ -185,3 +185,11 @@ def test_the_current_on_a_die_is_that_of_its_own_device() -> None:
     assert die_current(neuron, bias, silicon) == pytest.approx(expected, rel=0.1)
     with pytest.raises(TopologyError, match="no current bias"):
         die_current(neuron, neuron.bias("v_th"), silicon)
+
+
+def test_a_gate_is_found_where_rounding_moves_the_last_digits() -> None:
+    law = at_temperature(PROCESSES["rolls-180"].p, PROCESSES["rolls-180"], 85.0)
+    width, length, current = 2.5294458853666325e-06, 8.246183089148465e-06, 2.3226759925730285e-07
+    device = Transistor("m", "p", "d", "g", "s", "b", width, length)
+    gate, near = (gate_voltage(law, device, i) for i in (current, current * (1.0 + 1e-6)))
+    assert 0.0 < near - gate < 1e-6
