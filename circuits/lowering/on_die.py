@@ -15,18 +15,21 @@ What a model asks then:
 
 | | |
 |---|---|
-| `d.saturated(device, gate)` | current with the source at the bulk and the drain far: `I_S F(v_p / U_T)` |
-| `d.channel(device, gate, drain)` | current with the source at the bulk and the drain at a voltage |
+| `d.saturated(device, gate)` | current with the drain far, no Early effect in it: `I_S F(v_p / U_T) M` |
+| `d.channel(device, gate, drain)` | channel current with the source at the bulk and the drain at a voltage |
+| `d.current(device, gate, drain, source)` | current into the drain between any voltages, its junction's too |
+| `d.terms(device)` | the numbers that kernels call the law with (`circuits.devices.channel`) |
 | `d.weak(device, gate)` | what weak inversion alone makes of the saturated current: `I_S e^(v_p / U_T)` |
-| `d.pinch(device, gate)` | `v_p / U_T = kappa (v_g - V_T0) / U_T` |
+| `d.pinch(device, gate)` | `v_p / U_T`, with constant kappa `kappa (v_g - V_T0) / U_T` |
 | `d.gate_for(device, current)` | the gate that gives a saturated current: the inverse of `saturated` |
 | `d.mirror(diode, copy)` | what a copy carries of its diode's current (`Mirror`) |
 | `d.offset(*devices)` | local deviations, for a record's gradients: V_T0 and ln beta of each device in turn |
 | `d.inverter_threshold(inverter)` | the input at which an inverter turns |
 | `d.fet[device]` | specific current, threshold and kappa themselves |
 
-Voltages of a pFET count from the supply down. The law is that with constant kappa; body effect, Early effect
-and leakage stay with the transistor level.
+Voltages of a pFET count from the supply down. The law is the process's, with the second-order effects that it
+states. `d.full` says whether it states any: without them an answer is the closed form of constant kappa. What
+is a ratio of weak inversion alone (`weak`, `Mirror.weak`) has no Early effect and no mobility reduction.
 """
 
 from __future__ import annotations
@@ -42,22 +45,27 @@ from circuits.bias import bias_voltages
 from circuits.circuit import Circuit, Instance, InstanceArray, Shape
 from circuits.compiled import compiled
 from circuits.devices import Transistor
+from circuits.devices.channel import Terms, early, height_of, mobility, pinch_off_of, terms_of
+from circuits.devices.channel import channel as channel_law
+from circuits.devices.channel import leaked as junction_law
 from circuits.devices.ekv import argument, interpolation, law
 from circuits.devices.pinch_off import pinch_off
 from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.die import Path
-from circuits.silicon.process import POLARITIES
+from circuits.silicon.process import POLARITIES, TransistorAtTemperature
 from circuits.silicon.silicon import Silicon
 
 _BISECTIONS = 60
 _STEP = 1e-3  # V, of a derivative by the gate; ours
+_ROUNDS, _ROUNDING = 200, 1e-14  # of a gate voltage: each round leaves less than half of the error; ours
 
 
 class Fet(NamedTuple):
     """A transistor at all its places on a die.
 
     current: specific current I_S, A. threshold: V_T0, V. v_t0, beta: local deviations from what the die
-    shares, V of the magnitude and relative. kappa: that of its polarity.
+    shares, V of the magnitude and relative. kappa: that of its polarity, at v_p = 0 where it follows v_p.
+    width, length: its size, m, the width that of all its devices. law: what its polarity shares on the die.
     """
 
     current: F64
@@ -65,24 +73,69 @@ class Fet(NamedTuple):
     kappa: float
     v_t0: F64
     beta: F64
+    width: F64
+    length: F64
+    law: TransistorAtTemperature
+
+    def each(self, made: Callable[[F64], F64]) -> Fet:
+        """The transistor whose arrays are what `made` makes of these."""
+        return Fet(
+            made(self.current), made(self.threshold), self.kappa, made(self.v_t0), made(self.beta),
+            made(self.width), made(self.length), self.law,
+        )  # fmt: skip
+
+    def gate_for(self, current: F64 | float, *, diode: bool = False) -> F64:
+        """Gate voltage (V over the bulk) that makes its saturated channel carry `current`, A above zero.
+
+        diode: whether the drain is at the gate, which decides the Early effect; there is none of it unless
+        asked. A current below that of flat band is given the gate of flat band.
+        """
+        flat = np.asarray(current, dtype=np.float64)
+        without, gate = np.broadcast_to(flat, np.broadcast_shapes(flat.shape, self.current.shape)), flat
+        for _ in range(_ROUNDS):
+            inversion, before = without / self.current, without
+            v_p = self.law.u_t * argument(inversion)
+            gate = self.threshold + height_of(self.law, v_p)
+            effect = mobility(self.law, v_p)
+            if diode:
+                effect = effect * early(self.law, self.length, np.maximum(gate, 0.0), np.sqrt(inversion))
+            without = flat / effect
+            if np.all(np.abs(without - before) <= _ROUNDING * before):
+                break
+        return np.asarray(gate)
 
 
 class Mirror(NamedTuple):
     """A current mirror in saturation: the specific currents (A) of its input and output devices.
 
-    shift: `(v_p,out - v_p,in) / 2 U_T` at one gate voltage.
+    shift: `(v_p,out - v_p,in) / 2 U_T` at one gate voltage, of weak inversion where kappa follows v_p. pair:
+    both devices, where their law has second-order effects.
     """
 
     given: F64 | float
     taken: F64 | float
     shift: F64 | float
+    pair: tuple[Fet, Fet] | None = None
 
     def copied(self, current: F64) -> F64:
-        """What the copy carries of a current (A) above zero, A, in the shape to which both broadcast."""
+        """What the copy carries of a current (A) above zero, A, in the shape to which both broadcast.
+
+        Of the Early effect there is that of the diode, whose drain is at its gate, and none in the copy: it
+        follows where the copy's drain is (`DieDevices.current`).
+        """
+        if self.pair is not None:
+            diode, copy = self.pair
+            return _saturated(copy, diode.gate_for(current, diode=True))
         return np.asarray(self.taken * interpolation(argument(current / self.given) + 2.0 * self.shift))
 
     def needed(self, current: F64) -> F64:
         """The current into the diode, A, of which the copy makes `current` (A, above zero)."""
+        if self.pair is not None:
+            diode, copy = self.pair
+            gate = copy.gate_for(current)
+            carried = _saturated(diode, gate)
+            root = np.sqrt(interpolation(pinch_off_of(diode.law, gate - diode.threshold) / diode.law.u_t))
+            return np.asarray(carried * early(diode.law, diode.length, np.maximum(gate, 0.0), root))
         return np.asarray(self.given * interpolation(argument(current / self.taken) - 2.0 * self.shift))
 
     @property
@@ -104,29 +157,64 @@ class DieDevices(NamedTuple):
     fet: Mapping[str, Fet]
     gate: Mapping[str, F64]
 
-    def pinch(self, device: str, gate: F64 | float) -> F64:
-        """`kappa (v_g - V_T0) / U_T`, gate: V above the bulk (below it for a pFET)."""
+    @property
+    def full(self) -> bool:
+        """Whether the law of any transistor has second-order effects."""
+        return any(_has_effects(fet.law) for fet in self.fet.values())
+
+    def terms(self, device: str) -> Terms:
+        """Numbers of a device that stands alone, as kernels take them; those of arrays go by `current`."""
         fet = self.fet[device]
-        return pinch_off(fet.kappa, gate, fet.threshold) / self.u_t
+        width, length, current, threshold = (
+            float(np.ravel(x)[0]) for x in (fet.width, fet.length, fet.current, fet.threshold)
+        )
+        return terms_of(fet.law, width, length, current, threshold)
+
+    def pinch(self, device: str, gate: F64 | float) -> F64:
+        """`v_p / U_T`, gate: V above the bulk (below it for a pFET)."""
+        fet = self.fet[device]
+        if fet.law.gamma == 0.0:
+            return pinch_off(fet.kappa, gate, fet.threshold) / self.u_t
+        return np.asarray(pinch_off_of(fet.law, np.asarray(gate) - fet.threshold) / self.u_t)
 
     def below(self, port: str) -> F64:
         """Bias voltage of a pFET's gate, counted from the supply down, V."""
         return self.v_dd - self.gate[port]
 
     def saturated(self, device: str, gate: F64 | float, source: F64 | float = 0.0) -> F64:
-        """Current with the drain far, A: `I_S F((v_p - v_s) / U_T)`.
+        """Current with the drain far, A: `I_S F((v_p - v_s) / U_T) M`; the Early effect is left out.
 
         gate, source: V above the bulk (below it for a pFET); the source is at the bulk unless given.
         """
+        fet, pinch = self.fet[device], self.pinch(device, gate)
+        carried = fet.current * interpolation(pinch - source / self.u_t)
         return np.asarray(
-            self.fet[device].current * interpolation(self.pinch(device, gate) - source / self.u_t)
+            carried * mobility(fet.law, pinch * self.u_t) if fet.law.mobility_reduction else carried
         )
 
+    def current(self, device: str, gate: F64 | float, drain: F64 | float, source: F64 | float = 0.0) -> F64:
+        """Current into the drain, A, of the channel and of the drain's junction, by the whole law.
+
+        gate, drain, source: V above the bulk (below it for a pFET), of shapes that broadcast with the
+        device's; the source is at the bulk unless given.
+        """
+        fet = self.fet[device]
+        sizes = (fet.width, fet.length, fet.current, fet.threshold)
+        every = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (*sizes, drain, gate, source)))
+        found = np.empty(every[0].shape)
+        flat = [x.ravel() for x in every]
+        _currents(terms_of(fet.law, 1.0, 1.0, 0.0, 0.0), np.stack(flat), found.reshape(-1))
+        return found
+
     def channel(self, device: str, gate: F64 | float, drain: F64 | float) -> F64:
-        """Current with the source at the bulk, A: `I_S [F(v_p / U_T) - F((v_p - v_d) / U_T)]`.
+        """Channel current with the source at the bulk, A: `I_S [F(v_p / U_T) - F((v_p - v_d) / U_T)] E M`.
 
         gate, drain: V above the bulk (below it for a pFET).
         """
+        fet = self.fet[device]
+        if _has_effects(fet.law):
+            silent = fet.law.without_leakage()
+            return self._replace(fet={device: fet._replace(law=silent)}).current(device, gate, drain)
         pinch = self.pinch(device, gate)
         carried = interpolation(pinch) - interpolation(pinch - drain / self.u_t)
         return np.asarray(self.fet[device].current * carried)
@@ -136,8 +224,10 @@ class DieDevices(NamedTuple):
         return np.asarray(self.fet[device].current * np.exp(self.pinch(device, gate)))
 
     def gate_for(self, device: str, current: F64) -> F64:
-        """Gate voltage at which a device, saturated, carries a current (A, above zero): V, as in `pinch`."""
+        """Gate voltage at which `saturated` is a current (A, above zero): V, as in `pinch`."""
         fet = self.fet[device]
+        if _has_effects(fet.law):
+            return fet.gate_for(current)
         return np.asarray(fet.threshold + self.u_t * argument(current / fet.current) / fet.kappa)
 
     def mirror(self, diode: str, copy: str) -> Mirror:
@@ -150,9 +240,20 @@ class DieDevices(NamedTuple):
         return np.stack(each, axis=-1)
 
     def inverter_threshold(self, inverter: str) -> F64:
-        """Input (V) at which the devices `<inverter>p` and `<inverter>n`, both saturated, carry the same."""
+        """Input (V) at which the devices `<inverter>p` and `<inverter>n`, both saturated, carry the same.
+
+        With second-order effects the output is at half the supply.
+        """
         p, n = self.fet[f"{inverter}p"], self.fet[f"{inverter}n"]
         found = np.empty(np.shape(n.current))
+        if _has_effects(n.law) or _has_effects(p.law):
+            low, high, half = np.zeros_like(found), np.full_like(found, self.v_dd), 0.5 * self.v_dd
+            for _ in range(_BISECTIONS):
+                found = 0.5 * (low + high)
+                down = self.current(f"{inverter}n", found, half)
+                above = down > self.current(f"{inverter}p", self.v_dd - found, half)
+                low, high = np.where(above, low, found), np.where(above, found, high)
+            return found
         _inverter_threshold(
             n.current.ravel(), n.threshold.ravel() / self.u_t, n.kappa, p.current.ravel(),
             p.threshold.ravel() / self.u_t, p.kappa, self.v_dd / self.u_t, found.reshape(-1),
@@ -187,9 +288,7 @@ class DieDevices(NamedTuple):
 
     def _each(self, made: Callable[[F64], F64]) -> DieDevices:
         """Devices whose arrays are what `made` makes of these."""
-        fets = {k: Fet(made(f.current), made(f.threshold), f.kappa, made(f.v_t0), made(f.beta))
-                for k, f in self.fet.items()}  # fmt: skip
-        return self._replace(fet=fets)
+        return self._replace(fet={name: fet.each(made) for name, fet in self.fet.items()})
 
     def renamed(self, prefix: str, new: str = "") -> DieDevices:
         """The devices whose names begin with `prefix`, with `new` in the place of the prefix."""
@@ -224,7 +323,11 @@ def on_die(
         shared, size = laws[site.device.polarity], site.size
         square = shared.square_current * size["multiplicity"] * size["width"] / size["length"]
         current, threshold = np.asarray(square * (1.0 + own_beta)), np.asarray(shared.v_t0 + own_v)
-        fets[name] = Fet(current, threshold, shared.kappa, own_v, own_beta)
+        width, length = (
+            np.broadcast_to(np.asarray(x, dtype=np.float64), shape)
+            for x in (size["multiplicity"] * size["width"], size["length"])
+        )
+        fets[name] = Fet(current, threshold, shared.kappa, own_v, own_beta, width, length, shared)
     copies = math.prod(n for _, shape in above for n in shape)
     volts = {port: np.asarray(value, dtype=np.float64) for port, value in (gate or {}).items()}
     return DieDevices(silicon.thermal_voltage, silicon.process.v_dd, copies, fets, volts)
@@ -260,7 +363,19 @@ def array_of(circuit: Circuit, name: str) -> InstanceArray:
 def mirror_of(diode: Fet, copy: Fet, u_t: float) -> Mirror:
     """The mirror of a diode-connected device and its copy, of one polarity, at U_T = `u_t` V."""
     apart = diode.kappa * (diode.threshold - copy.threshold) / u_t
-    return Mirror(diode.current, copy.current, 0.5 * apart)
+    pair = (diode, copy) if _has_effects(diode.law) else None
+    return Mirror(diode.current, copy.current, 0.5 * apart, pair)
+
+
+def _has_effects(law: TransistorAtTemperature) -> bool:
+    """Whether a law has second-order effects."""
+    return law != law.ideal()
+
+
+def _saturated(fet: Fet, gate: F64) -> F64:
+    """What `DieDevices.saturated` gives of a device with its source at the bulk."""
+    v_p = pinch_off_of(fet.law, gate - fet.threshold)
+    return np.asarray(fet.current * interpolation(v_p / fet.law.u_t) * mobility(fet.law, v_p))
 
 
 def bias_lines(circuit: Circuit, silicon: Silicon) -> dict[str, F64]:
@@ -316,6 +431,22 @@ def _site(circuit: Circuit, name: str) -> _Site:
                 values = np.broadcast_to(np.asarray(given, dtype=np.float64), instances[depth].shape)
                 size[key] = values.reshape(values.shape + (1,) * len(inner))
     return _Site(device, path, size)
+
+
+@compiled()
+def _currents(shared: Terms, devices: F64, out: F64) -> None:
+    """Current into the drain of devices of one polarity, A; shared: of one a metre long and wide.
+
+    devices: width, length, I_S, V_T0, and the voltages of drain, gate and source of each, [7, count].
+    """
+    for k in range(out.size):
+        width, length, drain, gate = devices[0, k], devices[1, k], devices[4, k], devices[5, k]
+        t = Terms(
+            devices[2, k], devices[3, k], shared.half, shared.kappa, shared.gamma, shared.surface,
+            shared.early / length, shared.early_rise, shared.reduction, shared.leakage * width,
+            shared.induced * width, shared.induced_from, shared.induced_slope,
+        )  # fmt: skip
+        out[k] = channel_law(t, drain, gate, devices[6, k])[0] + junction_law(t, drain, gate)[0]
 
 
 @compiled()

@@ -305,6 +305,14 @@ class TransistorAtTemperature:
     gate_induced_slope: float
     gate_induced_from: float  # V between drain and gate, of `gate_induced_leakage`
 
+    def ideal(self) -> TransistorAtTemperature:
+        """The same without second-order effects."""
+        return replace(self, gamma=0.0, **dict.fromkeys(SECOND_ORDER, 0.0))
+
+    def without_leakage(self) -> TransistorAtTemperature:
+        """The same with junctions that do not leak."""
+        return replace(self, junction_leakage=0.0, gate_induced_leakage=0.0)
+
 
 def at_temperature(model: TransistorModel, process: Process, temperature_c: float) -> TransistorAtTemperature:
     """A transistor model's parameters at a temperature (degC)."""

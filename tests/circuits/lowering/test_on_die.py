@@ -15,7 +15,7 @@ from circuits.errors import ParameterError, UnknownNameError
 from circuits.lowering.kernel import to_kernel
 from circuits.lowering.on_die import DieDevices, bias_lines, on_die
 from circuits.silicon.die import Die, Path
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500, AMI_1500_FULL
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 
@@ -174,3 +174,46 @@ def test_what_is_no_transistor_is_refused() -> None:
         on_die(PAIR, SILICON, ("c",))
     with pytest.raises(UnknownNameError, match="nothing"):
         on_die(CHIP, SILICON, ("rows.nothing",))
+
+
+FULL = replace(SILICON, process=AMI_1500_FULL)
+
+
+def test_a_current_under_the_full_law_is_the_solvers() -> None:
+    d = on_die(PAIR, FULL)
+    law = FULL.law("n")
+    drains = np.linspace(0.0, 5.0, 7)
+    for name, source in (("a", 0.0), ("b", 0.3)):
+        fet = d.fet[name]
+        own = replace(
+            law,
+            v_t0=float(fet.threshold),
+            square_current=float(fet.current) * float(fet.length / fet.width),
+        )
+        width, length = float(fet.width), float(fet.length)
+        expected = drain_current(own, "n", width, length, drains, 0.8, source)
+        assert d.current(name, 0.8, drains, source) == pytest.approx(expected, rel=1e-12)
+        assert d.terms(name).specific == float(fet.current)
+
+
+def test_gates_and_mirrors_are_inverses_under_the_full_law() -> None:
+    d = on_die(CHIP, FULL)
+    for current in (1e-12, 1e-9, 1e-6):
+        gate = d.gate_for("alone.each.b", current)
+        assert d.saturated("alone.each.b", gate) == pytest.approx(np.full(4, current), rel=1e-9)
+        mirror = d.mirror("alone.each.a", "alone.each.b")
+        assert mirror.needed(mirror.copied(np.array(current))) == pytest.approx(np.full(4, current), rel=1e-9)
+        # the diode's drain is at its gate
+        volts = d.fet["alone.each.a"].gate_for(np.array(current), diode=True)
+        leakage = d.current("alone.each.a", 0.0, volts) if current == 1e-12 else 0.0
+        carried = d.current("alone.each.a", volts, volts)
+        assert carried - leakage == pytest.approx(np.full(4, current), rel=0.2 if current == 1e-12 else 1e-3)
+
+
+def test_an_inverter_under_the_full_law_turns_where_its_devices_carry_the_same_at_half_the_supply() -> None:
+    d = on_die(PAIR, FULL)
+    turned = d.inverter_threshold("i")
+    half = 0.5 * d.v_dd
+    assert d.current("in", turned, half) == pytest.approx(d.current("ip", d.v_dd - turned, half), rel=1e-9)
+    assert d.full
+    assert not on_die(PAIR, SILICON).full
