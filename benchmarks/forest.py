@@ -94,7 +94,7 @@ def with_chips(arcs: Arcs, samples: int) -> Iterator[Row]:
     }
     for name, sensing in cases.items():
         for die in (NOMINAL, Die(number=FIRST_SEED, process=False)):
-            senses = senses_of(sensing, Bat(), die)
+            senses = senses_of(sensing, Bat(), Silicon(die=die))
             fly_sample(arcs, planter(), (0, 0), 10, senses=senses)
             pings, taken = _whole(arcs, samples, senses)
             yield figure(

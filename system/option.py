@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from functools import cache
+from inspect import get_annotations
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -203,12 +204,18 @@ def required(about: str = "", **stated: Any) -> Any:
     return field(metadata={OPTION: Option(help=about, **stated)})
 
 
+def _own_first(scenario: type) -> list[Any]:
+    """Fields of a scenario, those that it states itself before those of what it derives from."""
+    own = get_annotations(scenario)
+    return sorted(fields(scenario), key=lambda each: each.name not in own)
+
+
 @cache
 def settings(scenario: type) -> Mapping[str, Setting]:
     """Return the options of a scenario by the names that users have for them, those of its parts too."""
     found: dict[str, Setting] = {}
     hints = get_type_hints(scenario)
-    for each in fields(scenario):
+    for each in _own_first(scenario):
         kind: Any = without_none(hints[each.name])
         if OPTION in each.metadata:
             one = Setting(each.name, None, kind, _default(each), each.metadata[OPTION])

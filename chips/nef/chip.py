@@ -48,7 +48,7 @@ from circuits.blocks.nef.neuron import LEAK, REFRACTORY_CURRENT
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.die import NOMINAL, Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180, Process
 from circuits.silicon.silicon import Silicon
 
 REFERENCE_C = 27.0  # degC, where a chip is calibrated unless said
@@ -85,6 +85,8 @@ class NefChip:
         does.
     noise : SiliconNoise or None
         Noise of its devices where a network is run; None for none.
+    process : Process
+        Process in which it is made.
 
     Raises
     ------
@@ -101,6 +103,7 @@ class NefChip:
     neurons: int = NEURONS
     area: float = 1.0
     noise: SiliconNoise | None = None
+    process: Process = ROLLS_180
 
     def __post_init__(self) -> None:
         known = [b.name for b in chip_biases()]
@@ -117,7 +120,7 @@ class NefChip:
 
     def silicon(self, temperature_c: float) -> Silicon:
         """Return the silicon that it is made of at `temperature_c`, degC."""
-        return Silicon(ROLLS_180, temperature_c, self.die).of_area(self.area)
+        return Silicon(self.process, temperature_c, self.die).of_area(self.area)
 
     def at(self, temperature_c: float) -> Conditions:
         """Return the calibrated chip at `temperature_c`, degC.

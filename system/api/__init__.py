@@ -11,12 +11,10 @@ from system.option import (
     Option,
     bias_kind_option,
     check_options,
-    die_option,
     option,
     required,
-    seed_option,
-    temperature_option,
 )
+from system.options.on_silicon import OnSilicon
 from system.plot import draw_circuit, draw_waveforms, save_picture
 from system.registry import experiment_names, load_experiment, load_system, system_names
 from system.rule import (
@@ -76,9 +74,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "required",
     "Option",
     "check_options",
-    "seed_option",
-    "die_option",
-    "temperature_option",
+    "OnSilicon",
     "bias_kind_option",
     # The loop
     "Loop",

@@ -49,7 +49,7 @@ BOARD_RTOL = 1e-3
 
 def build(scenario: Scenario, executor: Executor | None = None) -> Loop:
     """Return the event loop with all parts at rest, wired as in Figure 7."""
-    silicon = Silicon(temperature_c=scenario.beginning_c, die=scenario.die)
+    silicon = scenario.silicon_at(scenario.beginning_c)
     parts: dict[str, Part[Any]] = {
         **_chip(scenario, silicon),
         "centroid": _centroid(scenario, silicon),
@@ -71,7 +71,7 @@ def build(scenario: Scenario, executor: Executor | None = None) -> Loop:
 
 def move(loop: Loop, scenario: Scenario, temperature_c: float) -> None:
     """Take chip and boards to another temperature, degC; their voltages stay, and so does the air's."""
-    silicon = Silicon(temperature_c=temperature_c, die=scenario.die)
+    silicon = scenario.silicon_at(temperature_c)
     parts: dict[str, Part[Any]] = dict(loop.parts)
     for name, part in loop.parts.items():
         if isinstance(part, Cell):
@@ -97,7 +97,7 @@ def all_behavioural(scenario: Scenario) -> bool:
 
 def models_of(scenario: Scenario, temperature_c: float) -> Models:
     """Return the models of a scenario in which every box is one, at a temperature, degC."""
-    silicon = Silicon(temperature_c=temperature_c, die=scenario.die)
+    silicon = scenario.silicon_at(temperature_c)
     noise = silicon_noise(scenario.silicon_noise, scenario.seed)
     fourth = _fourth_power(silicon) if scenario.amplitude_law == "d4" else None
     return Models(

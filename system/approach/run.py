@@ -26,7 +26,6 @@ from chips.cell import Cell
 from chips.ranging.chip import RangingChip
 from circuits.arrays import F64
 from circuits.silicon.course import course_through, told_when
-from circuits.silicon.silicon import Silicon
 from system.approach import kernel
 from system.approach.behavioural import Flight, fly_behavioural
 from system.approach.loop import all_behavioural, build, circuits, models_of, move
@@ -82,7 +81,7 @@ def _refuse_early(scenario: Scenario) -> None:
     """Refuse, before any work, a course that leaves what the ranging chip's model was measured for."""
     course = course_through(scenario.course)
     if course is not None and scenario.level_of("chip") == "behavioural":
-        chip = RangingChip(Silicon(temperature_c=course.begin, die=scenario.die))
+        chip = RangingChip(scenario.silicon_at(course.begin))
         course.check(scenario.duration, chip.neurons_at)
 
 

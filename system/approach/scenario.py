@@ -6,20 +6,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from chips.validity import Answer
-from circuits.silicon.course import Course, Points, beginning_of
-from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.course import Course
 from circuits.silicon.process import ZERO_CELSIUS
 from system.option import (
     check_options,
-    course_option,
-    die_option,
     option,
-    seed_option,
-    temperature_option,
 )
 from system.options.noise import Noisy, check_noise, noise_option
-from system.options.outside import outside_option
+from system.options.on_silicon import OnSilicon
 from system.worlds.sound.acoustics import Air
 from system.worlds.sound.targets import Target, default_scene, read_targets
 
@@ -35,7 +29,7 @@ def _read_targets(text: str, _: str) -> tuple[Target, ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario:
+class Scenario(OnSilicon):
     """An approach: the targets, how long, and at which level and on which silicon each box is.
 
     Temperature is that of chip, boards and air; chip and boards follow a `course` of it, pairs of time (s)
@@ -48,19 +42,14 @@ class Scenario:
         default_scene, "CSV of moving targets", read=_read_targets, metavar="FILE"
     )
     duration: float = option(4.0, "Length of the run", unit="s", above=0.0, most=LONGEST, study=True)
-    temperature_c: float = temperature_option(27.0)
-    course: Points = course_option()
     isolation: bool = option(default=True, about="First-target isolation")
     amplitude_law: Law = option("linear", "Of the call: linear or d4")
     noise_rms: float = option(0.0, "Rms at a microphone, as 1mV", name="noise", unit="V", least=0.0)
-    seed: int = seed_option()
-    die: Die = die_option(NOMINAL)
     level: Level = option("transistor", "Of all boxes")
     transistors: frozenset[Box] = option(
         frozenset(), "A box kept as transistors, repeatable", choices=BOXES, collect=frozenset, metavar="BOX"
     )
     silicon_noise: Noisy = noise_option(study=False)
-    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
@@ -70,11 +59,6 @@ class Scenario:
     def level_of(self, box: Box) -> Level:
         """Return the level at which a box runs."""
         return "transistor" if box in self.transistors else self.level
-
-    @property
-    def beginning_c(self) -> float:
-        """The temperature at the beginning, degC."""
-        return beginning_of(self.temperature_c, self.course)
 
     @property
     def stretches(self) -> Iterator[tuple[float, float, float]]:

@@ -160,7 +160,7 @@ def account(trace: Trace) -> Account:
             "isolation": s.isolation,
             "amplitude_law": s.amplitude_law,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, course=s.course),
+            **describe_run(s),
         },
         outside=trace.outside,
     )

@@ -20,7 +20,8 @@ from chips.nef.chip import NefChip
 from chips.nef.network.curves import IdealCurves
 from chips.nef.simulation import Simulation
 from circuits.arrays import F64, I64
-from circuits.silicon.course import Course, beginning_of, course_through, told_when
+from circuits.silicon.course import Course, course_through, told_when
+from circuits.silicon.process import ROLLS_180_FULL
 from system.bug.body import ARRIVED, FASTEST, RADIUS, STEP, Robot, Senses
 from system.bug.brain import STATES, Brain
 from system.bug.map import Point, load_map, pick
@@ -150,10 +151,10 @@ def built_network(scenario: Scenario) -> Built:
         return build(network, IdealCurves(), scenario.seed)
     chip = NefChip(
         scenario.die, scenario.bias_kind, {}, scenario.calibrated_c, area=scenario.area,
-        noise=scenario.device_noise(),
+        noise=scenario.device_noise(), process=ROLLS_180_FULL.under(scenario.law),
     )  # fmt: skip
     built = build(network, chip.at(scenario.solved), scenario.seed)
-    begin = beginning_of(scenario.temperature_c, scenario.course)
+    begin = scenario.beginning_c
     return built if begin == scenario.solved else moved(built, chip.at(begin))
 
 
@@ -263,7 +264,7 @@ def account(trace: Trace) -> Account:
         on |= {
             "area": s.area,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, s.bias_kind, s.course),
+            **describe_run(s, s.bias_kind),
         }
     return Account(
         succeeded=trace.reached or (bool(trace.verdict) and trace.shortest is None),

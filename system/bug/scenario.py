@@ -6,25 +6,18 @@ from dataclasses import dataclass
 
 from chips.nef.chip import REFERENCE_C
 from chips.noise import SiliconNoise
-from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.silicon.course import Points
-from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import check_temperature
 from system.bug.body import STEP
 from system.bug.brain import AGENTS
 from system.option import (
     bias_kind_option,
     check_options,
-    course_option,
-    die_option,
     option,
-    seed_option,
-    temperature_option,
 )
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
-from system.options.outside import outside_option
+from system.options.on_silicon import OnSilicon
 
 BRAINS = ("reference", "ideal", "chip")
 DEFAULT_MAP = "bug-spiral"
@@ -32,7 +25,7 @@ DURATION = 200.0  # s, after which a run ends; ours
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario:
+class Scenario(OnSilicon):
     """One drive of a robot from a start to a goal.
 
     `design` is of Bug 2's network, and `neurons` is how many there are in all, about. `start` and `goal` are
@@ -54,10 +47,6 @@ class Scenario:
     duration: float = option(
         DURATION, "After which the run ends", unit="s", least=STEP, below=1e6, study=True
     )
-    seed: int = seed_option()
-    die: Die = die_option(NOMINAL)
-    temperature_c: float = temperature_option(REFERENCE_C)
-    course: Points = course_option()
     calibrated_c: float = option(
         REFERENCE_C, "Where the chip's biases were trimmed", name="calibrated", unit="degC", study=True,
         silicon=True, key="calibrated_C",
@@ -70,7 +59,6 @@ class Scenario:
     area: float = option(1.0, "Of the chip's devices, relative", unit="", study=True, silicon=True)
     silicon_noise: Noisy = noise_option()
     noise_seed: int | None = noise_seed_option()
-    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

@@ -18,7 +18,6 @@ from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from circuits.silicon.course import beginning_of
-from circuits.silicon.silicon import Silicon
 from system.car.arcs import Arcs, arcs_of
 from system.car.drive import COUNTS, Drive, SonarAt, drive
 from system.car.localiser import trained
@@ -138,7 +137,7 @@ def sonar_of(scenario: Scenario, random: np.random.Generator) -> tuple[SonarAt |
     begun_c = beginning_of(s.temperature_c, s.course) if s.course else None
 
     def made(celsius: float) -> tuple[Sonar, int]:
-        silicon = Silicon(temperature_c=celsius, die=s.die)
+        silicon = s.silicon_at(celsius)
         delays, unsure = readings(silicon, values, 1.0, s.bias_kind)
         reader = reader_of(silicon, values, noisy, bias_kind=s.bias_kind, begun_c=begun_c)
         return replace(still, reading=0.5 * SPEED * delays, reader=reader), unsure
@@ -182,7 +181,7 @@ def account(trace: Trace) -> Account:
         on |= {
             "reader": s.reader or CALIBRATIONS[0],
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, s.bias_kind or AS_BUILT, s.course),
+            **describe_run(s, s.bias_kind or AS_BUILT),
         }
     path = evenly(np.append(d.log[:, 0], d.time), trace.path, 1.0 / s.robot.ping_rate)
     return Account(

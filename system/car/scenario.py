@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.silicon.course import Points
-from circuits.silicon.die import NOMINAL, Die
 from system.car.numbers import OpenspaceNumbers, Robot
 from system.car.world import FORESTS, check_forest, is_file, read_pipes
 from system.openspace.map import start_option
@@ -16,23 +13,18 @@ from system.openspace.reader import CALIBRATIONS, Calibration
 from system.option import (
     bias_kind_option,
     check_options,
-    course_option,
-    die_option,
     option,
-    seed_option,
-    temperature_option,
 )
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option
-from system.options.outside import outside_option
+from system.options.on_silicon import OnSilicon
 from system.reader import place
 
 RANGES = ("flight", "exact", "chip")
 PINGS = 1500  # of a run, three times those of a drive without detours; ours
-ROOM_TEMPERATURE = 27.0
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario:
+class Scenario(OnSilicon):
     """One drive of the car through a forest of pipes.
 
     `start` is drawn unless given, x and y in m; `pings` is how many are made before the drive ends.
@@ -64,11 +56,6 @@ class Scenario:
     noise_seed: int | None = noise_seed_option()
     start: tuple[float, float] | None = start_option(place)
     pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
-    seed: int = seed_option()
-    die: Die = die_option(NOMINAL)
-    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
-    course: Points = course_option()
-    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

@@ -26,6 +26,7 @@ from scipy import stats
 
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.silicon import Silicon
 from system.openspace.flight import Sample, fly_sample, planter
 from system.openspace.law import Arcs, Bat, arcs_of
 from system.openspace.map import OBSTACLES
@@ -133,7 +134,8 @@ class Flights:
     def __call__(self, key: Flight) -> Sample:
         """Fly until a collision, or all pings."""
         case, seed = self.cases[key.case], (key.seed, 0)
-        senses = senses_of(case.sensing, case.bat, case.die(key.seed), case.temperature_c, seed)
+        silicon = Silicon(temperature_c=case.temperature_c, die=case.die(key.seed))
+        senses = senses_of(case.sensing, case.bat, silicon, seed)
         return fly_sample(_arcs(case.bat), planter(case.obstacles), seed, key.pings, senses=senses)[0]
 
     def campaign(self, name: str) -> Campaign[Flight, Sample]:

@@ -114,7 +114,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     begun_c = beginning_of(s.temperature_c, s.course) if s.course else None
 
     def made(celsius: float) -> Senses:
-        return senses_of(s.sensing, s.bat, s.die, celsius, key, begun_c)
+        return senses_of(s.sensing, s.bat, s.silicon_at(celsius), key, begun_c)
 
     senses_at = along_readers(s.course, s.temperature_c, made, lambda senses: senses.reader)
     moving = Moving(senses_at, course_through(s.course))
@@ -153,7 +153,7 @@ def account(trace: Trace) -> Account:
             "ranging_area": sensing.ranging_area,
             "selection_area": sensing.selection_area,
             "silicon_noise": sensing.silicon_noise,
-            **describe_run(s.die, s.temperature_c, sensing.bias_kind or AS_BUILT, s.course),
+            **describe_run(s, sensing.bias_kind or AS_BUILT),
         }
     on_time = sample.time_s * s.bat.max_speed
     return Account(

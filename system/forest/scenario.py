@@ -6,10 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from chips.validity import Answer
 from circuits.errors import ParameterError
-from circuits.silicon.course import Points
-from circuits.silicon.die import NOMINAL, Die
 from system.forest.weights import weighted
 from system.openspace.law import Bat
 from system.openspace.map import (
@@ -23,25 +20,20 @@ from system.openspace.map import (
 from system.openspace.senses import IDEAL, Sensing, with_area
 from system.option import (
     check_options,
-    course_option,
-    die_option,
     option,
-    seed_option,
-    temperature_option,
 )
-from system.options.outside import outside_option
+from system.options.on_silicon import ROOM_TEMPERATURE, OnSilicon
 from system.options.temperature import temperature_text
 
 PINGS = 20_000  # of a sample: more make a picture of one colour; ours
 STUDY_PINGS = 1_250_000  # of a sample of a study: 200 of them are the limit of a configuration, 2.5e8
 CHIP_STUDY_PINGS = 125_000  # with chips, whose limit is 2.5e7
-ROOM_TEMPERATURE = 27.0
 AREA = "area"  # options that set no single field
 KINDS = "weights"
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario:
+class Scenario(OnSilicon):
     """One sample: flights of a bat until a collision, or until so many pings have been made.
 
     `map` is a file of obstacles, None to plant `obstacles` from the seed. `rows` says of how many pings of
@@ -56,11 +48,6 @@ class Scenario:
     start: tuple[float, float] | None = start_option(read_place)
     pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
     rows: int = PINGS
-    seed: int = seed_option()
-    die: Die = die_option(NOMINAL)
-    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
-    course: Points = course_option()
-    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
@@ -76,6 +63,10 @@ class Scenario:
             raise ParameterError(
                 f"temperature_c: {warm} degC, must be {ROOM_TEMPERATURE:g}: no chip is in the"
                 f" loop; {no_silicon(self)}, or leave it out"
+            )
+        if self.law != "ideal" and not self.sensing.silicon:
+            raise ParameterError(
+                f"law: {self.law}, no chip is in the loop; {no_silicon(self)}, or leave it out"
             )
         if self.map is None:
             check_count(self.obstacles)

@@ -119,7 +119,7 @@ def account(trace: Trace) -> Account:
             "wiring": s.wiring,
             "area": s.area,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, s.bias_kind or "gate", s.course),
+            **describe_run(s, s.bias_kind or "gate"),
         },
         outside=trace.outside,
     )

@@ -7,12 +7,8 @@ from dataclasses import dataclass, field
 
 from chips.lso.model import Head, head_on
 from chips.lso.noise import LsoNoise, noise_of
-from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.silicon.course import Points
-from circuits.silicon.die import NOMINAL, Die
-from circuits.silicon.silicon import Silicon
 from system.head.ear import SPEED
 from system.head.loop import WIRINGS
 from system.head.numbers import Motion, SonarHead
@@ -20,21 +16,16 @@ from system.head.world import MOTIONS
 from system.option import (
     bias_kind_option,
     check_options,
-    course_option,
-    die_option,
     option,
-    seed_option,
-    temperature_option,
 )
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
-from system.options.outside import outside_option
+from system.options.on_silicon import OnSilicon
 
-ROOM_TEMPERATURE = 27.0  # degC
 DURATION = 20.0  # s, two periods of the sine; ours
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario:
+class Scenario(OnSilicon):
     """A target that the head follows for a time (s), by one of `MOTIONS`, with one of `WIRINGS`.
 
     `area` is that of the chip's devices over the circuits'. Their noise is drawn from `noise_seed`, which is
@@ -55,11 +46,6 @@ class Scenario:
     bias_kind: BiasKind | None = bias_kind_option(None)
     silicon_noise: Noisy = noise_option()
     noise_seed: int | None = noise_seed_option()
-    seed: int = seed_option()
-    die: Die = die_option(NOMINAL)
-    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
-    course: Points = course_option()
-    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
@@ -84,7 +70,7 @@ class Scenario:
 
     def chip(self, temperature_c: float) -> tuple[Head, LsoNoise | None]:
         """Return the chip on its die at a temperature, degC, and its noise, None where there is none."""
-        silicon = Silicon(temperature_c=temperature_c, die=self.die)
+        silicon = self.silicon_at(temperature_c)
         chip = head_on(silicon, self.bias_kind or "gate", self.area)
         seed = self.seed if self.noise_seed is None else self.noise_seed
         noise = silicon_noise(self.silicon_noise, seed)

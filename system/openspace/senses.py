@@ -34,7 +34,6 @@ from circuits.arrays import F64
 from circuits.blocks.selection.winner_take_all import Params
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
 from system.openspace.law import ARCS, Bat
 from system.openspace.reader import CALIBRATIONS, STEP, Calibration, readings
@@ -49,6 +48,7 @@ SHADOW_RADIUS, STRENGTH = 0.05, 0.2  # m
 UNIT, DEADLINE = 5e-9, 1e-3  # A, s
 REACH = 1.5  # of the selection's projection, in its sigma: mirrors below a tenth of the widest are left out
 _NOISE = 65_521  # draws, which a run takes in turn
+_NOMINAL = Silicon()
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,10 +118,10 @@ IDEAL = Sensing()
 
 
 def senses_of(
-    sensing: Sensing, bat: Bat, die: Die = NOMINAL, temperature_c: float = 27.0, seed: tuple[int, ...] = (0,),
+    sensing: Sensing, bat: Bat, silicon: Silicon = _NOMINAL, seed: tuple[int, ...] = (0,),
     begun_c: float | None = None,
 ) -> Senses:  # fmt: skip
-    """Return the arrays for the compiled loop; both chips are on one die at one temperature (degC).
+    """Return the arrays for the compiled loop; both chips are on one silicon.
 
     seed: of bearings, its first number of the silicon's noise too, whose state one sample overwrites;
     begun_c: temperature of a sample's beginning where it moves.
@@ -129,7 +129,6 @@ def senses_of(
     Raises `ParameterError` for silicon that a model does not cover; a die outside the validity box of the
     ranging chip's record warns.
     """
-    silicon = Silicon(temperature_c=temperature_c, die=die)
     speed = speed_of_sound(AIR_TEMPERATURE)
     reading, reader = np.empty(0), no_reader()
     noise = silicon_noise(

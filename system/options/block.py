@@ -21,7 +21,7 @@ from circuits.checks import implausible_allowed
 from circuits.circuit import Bias, BiasKind, Circuit, Shape, split_reference
 from circuits.errors import ParameterError, TopologyError, unknown_name
 from circuits.place import circuit_at, instance_names
-from circuits.silicon.course import Course, Points
+from circuits.silicon.course import Course
 from circuits.silicon.die import Die, Place
 from circuits.silicon.process_file import process_under
 from circuits.silicon.silicon import Silicon
@@ -31,6 +31,7 @@ from system.meaning import meanings
 from system.options.assignment import split_assignment
 from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
+from system.options.on_silicon import OnSilicon
 from system.options.silicon import SiliconChoice
 from system.registry import load_block_or_chip
 
@@ -177,17 +178,15 @@ def describe_die(die: Die) -> dict[str, Any]:
     }
 
 
-def describe_run(
-    die: Die, temperature_c: float, bias_kind: str | None = None, course: Points = ()
-) -> dict[str, Any]:
+def describe_run(scenario: OnSilicon, bias_kind: str | None = None) -> dict[str, Any]:
     """Silicon that a system ran on.
 
-    That is the die, the kind of its biases where it has one, and its temperature (degC), in words where it
-    follows a course.
+    That is the die, the law, the kind of its biases where it has one, and its temperature (degC), in words
+    where it follows a course.
     """
     kind = {} if bias_kind is None else {"bias_kind": bias_kind}
-    said = str(Course(course)) if course else temperature_c
-    return {**describe_die(die), **kind, "temperature_C": said}
+    said = str(Course(scenario.course)) if scenario.course else scenario.temperature_c
+    return {**describe_die(scenario.die), "law": scenario.law, **kind, "temperature_C": said}
 
 
 def _circuit_at(text: str, wanted: Circuit) -> tuple[Circuit, Place]:

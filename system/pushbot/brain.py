@@ -16,7 +16,7 @@ from chips.rolls.program.population import Population, all_to_all, neural_field
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.die import NOMINAL
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.pushbot.body import Pushbot
@@ -36,6 +36,7 @@ SECOND = "-second"  # behind the lot's name, of the second chip's silicon
 STRONG = 4  # level
 CALIBRATIONS = 128  # dies whose codes are kept
 FIELD_SCENES = ("target", "chase", "obstacle-against-target")  # in which the field gets events
+_NOMINAL = Silicon(ROLLS_180)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +77,7 @@ class Architecture:
 
 
 def brain_of(
-    architecture: Architecture, die: Die = NOMINAL, temperature_c: float = 27.0, kind: BiasKind = "generator",
+    architecture: Architecture, silicon: Silicon = _NOMINAL, kind: BiasKind = "generator",
     *, calibrated: bool = True, noise: SiliconNoise | None = None,
 ) -> Brain:  # fmt: skip
     """Make a chip with an architecture on it.
@@ -85,10 +86,8 @@ def brain_of(
     ----------
     architecture
         Which network is on the chip.
-    die
-        Die of the chip.
-    temperature_c
-        Temperature of the chip, degC.
+    silicon
+        Process, temperature and die of the chip.
     kind
         Kind of its biases.
     calibrated
@@ -107,11 +106,12 @@ def brain_of(
     if architecture.modified:
         table = modified_biases(table)
         whole, codes_of = modified_network(LEVELS, table, layout), _modified_calibration_of
-    biases, gone = codes_of(layout, die, kind) if calibrated and die != NOMINAL else (table, frozenset())
+    biases, gone = table, frozenset[int]()
+    if calibrated and silicon.die != NOMINAL:
+        biases, gone = codes_of(layout, Silicon(silicon.process, die=silicon.die), kind)
     network = without(whole, gone)
     if architecture.frame:
         network = _with_relays(network)
-    silicon = Silicon(ROLLS_180, temperature_c, die)
     chip = RollsChip(network_program(network, biases), silicon, kind, step=STEP, noise=noise)
     if not architecture.modified:
         strong, frame = None, None
@@ -119,7 +119,8 @@ def brain_of(
             raised = network_program(strengthened(network), biases)
             strong = RollsChip(raised, silicon, kind, step=STEP, noise=noise)
         if architecture.frame:
-            second = ring_chip(replace(silicon, die=replace(die, lot=f"{die.lot}{SECOND}")), kind, noise)
+            die = replace(silicon.die, lot=f"{silicon.die.lot}{SECOND}")
+            second = ring_chip(replace(silicon, die=die), kind, noise)
 
             def frame() -> Frame:
                 return Frame(second, _relay_of(network), second.at_rest())
@@ -164,22 +165,22 @@ def strengthened(network: Network) -> Network:
 
 
 @lru_cache(maxsize=CALIBRATIONS)
-def _calibration_of(layout: PushbotLayout, die: Die, kind: BiasKind) -> tuple[BiasTable, frozenset[int]]:
-    """Codes of a die for the plain network, and neurons to leave out; the same at every temperature."""
-    found = calibrate_pushbot(
-        field_network(layout, LEVELS), pushbot_biases(), Silicon(ROLLS_180, die=die), kind
-    )
+def _calibration_of(
+    layout: PushbotLayout, silicon: Silicon, kind: BiasKind
+) -> tuple[BiasTable, frozenset[int]]:
+    """Codes of a die for the plain network, found at the silicon's temperature, and neurons to leave out."""
+    found = calibrate_pushbot(field_network(layout, LEVELS), pushbot_biases(), silicon, kind)
     return found.biases, dropped(found)
 
 
 @lru_cache(maxsize=CALIBRATIONS)
 def _modified_calibration_of(
-    layout: PushbotLayout, die: Die, kind: BiasKind
+    layout: PushbotLayout, silicon: Silicon, kind: BiasKind
 ) -> tuple[BiasTable, frozenset[int]]:
     """Codes of a die for the modified network, searched from the plain one's, and neurons to leave out."""
-    plain, _ = _calibration_of(layout, die, kind)
+    plain, _ = _calibration_of(layout, silicon, kind)
     network = modified_network(LEVELS, modified_biases(pushbot_biases()), layout)
-    found = calibrate_modified(network, plain, Silicon(ROLLS_180, die=die), kind)
+    found = calibrate_modified(network, plain, silicon, kind)
     return found.biases, dropped(found)
 
 

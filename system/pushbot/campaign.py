@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from importlib.metadata import version
 from math import sqrt
@@ -47,6 +47,14 @@ World = Callable[[Scenario], Scene]
 Cell = TypeVar("Cell")
 
 
+# Fields that the name of every drive tells, in their order there; others only where they are given.
+_TOLD = (
+    "scene", "speed_factor", "turn_factor", "window", "readout", "modified", "dropped", "colour", "light",
+    "target", "duration", "way", "exc", "seed", "die", "temperature_c", "bias_kind", "calibrated", "frame",
+    "raise_lateral", "silicon_noise", "noise_seed",
+)  # fmt: skip
+
+
 @dataclass(frozen=True, slots=True)
 class Drive:
     """A run of a campaign: what is kept of it, and where it is; with its path, if that is to be drawn.
@@ -68,8 +76,13 @@ class Drive:
         What kept files' runs had no option for is named where it is asked for, so that the files stay whole.
         """
         named = [f.__qualname__ for f in (self.keep, self.world)]
-        scenario = repr(self.scenario).replace(", course=()", "").replace(", outside='refuse'", "")
-        return f"{scenario} {named} {self.with_path}"
+        told = (f"{name}={getattr(self.scenario, name)!r}" for name in _TOLD)
+        later = (
+            f"{each.name}={getattr(self.scenario, each.name)!r}"
+            for each in fields(self.scenario)
+            if each.name not in _TOLD and getattr(self.scenario, each.name) != each.default
+        )
+        return f"Scenario({', '.join([*told, *later])}) {named} {self.with_path}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -227,8 +240,8 @@ def _by_chip(drives: Sequence[Drive]) -> list[list[Drive]]:
 def _chip(s: Scenario) -> tuple[Any, ...]:
     """What a scenario's chip depends on."""
     return (
-        s.die.number or 0, s.temperature_c, s.course, s.bias_kind, repr(s.architecture()), s.calibrated,
-        repr(s.device_noise()),
+        s.die.number or 0, s.temperature_c, s.course, s.law, s.bias_kind, repr(s.architecture()),
+        s.calibrated, repr(s.device_noise()),
     )  # fmt: skip
 
 

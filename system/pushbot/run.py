@@ -18,6 +18,7 @@ from chips.rolls import circuit as rolls_circuit
 from chips.rolls.chip import TEMPERATURE_STEP
 from circuits.arrays import F64
 from circuits.silicon.course import beginning_of, course_through
+from circuits.silicon.process import ROLLS_180_FULL
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.outside import inside_boxes
@@ -145,9 +146,9 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 
 def make_brain(scenario: Scenario) -> Brain:
     """Return the chip that a scenario asks for."""
+    begin = beginning_of(scenario.temperature_c, scenario.course, TEMPERATURE_STEP)
     return brain_of(
-        scenario.architecture(), scenario.die,
-        beginning_of(scenario.temperature_c, scenario.course, TEMPERATURE_STEP), scenario.bias_kind,
+        scenario.architecture(), scenario.silicon_at(begin, ROLLS_180_FULL), scenario.bias_kind,
         calibrated=scenario.calibrated, noise=scenario.device_noise(),
     )  # fmt: skip
 
@@ -242,7 +243,7 @@ def account(trace: Trace) -> Account:
             "frame": s.frame,
             "raise_lateral": s.raise_lateral,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, s.bias_kind, s.course),
+            **describe_run(s, s.bias_kind),
         },
         distance_m=drive.way,
         standing_share=standing,

@@ -5,21 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from chips.noise import SiliconNoise
-from chips.validity import Answer
 from circuits.circuit import BiasKind
-from circuits.silicon.course import Points
-from circuits.silicon.die import NOMINAL, Die
 from system.option import (
     bias_kind_option,
     check_options,
-    course_option,
-    die_option,
     option,
-    seed_option,
-    temperature_option,
 )
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
-from system.options.outside import outside_option
+from system.options.on_silicon import OnSilicon
 from system.pushbot.body import Factors
 from system.pushbot.brain import FIELD_SCENES, Architecture
 from system.pushbot.readout import DIRECT, LOOK, REFERENCE, Readout
@@ -33,7 +26,7 @@ MODIFIED_TURN_FACTOR = 2.0  # of the modified architecture, whose turns are shor
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario:
+class Scenario(OnSilicon):
     """One drive of a Pushbot in a scene.
 
     Attributes
@@ -64,14 +57,6 @@ class Scenario:
         Way after which the run ends too, m; none unless given.
     exc : int
         How many neurons fire constantly.
-    seed : int
-        Seed of scene and sensor, and of the devices' noise unless `noise_seed` is given.
-    die : Die
-        Die of the chip and of the sensor.
-    temperature_c : float
-        Temperature of the chip, degC.
-    course : tuple of (float, float)
-        Times, s, and temperatures, degC, that it follows instead; none unless given.
     bias_kind : str
         Kind of the chip's biases.
     calibrated : bool
@@ -82,8 +67,6 @@ class Scenario:
         Which noise the chip's devices make.
     noise_seed : int or None
         Seed of that noise; `seed` unless given.
-    outside : str
-        Whether to refuse where the chip's model was not measured, or to warn.
 
     Raises
     ------
@@ -128,10 +111,6 @@ class Scenario:
         None, "After which the run ends too; none", unit="m", above=0.0, study=True, key=""
     )
     exc: int = option(16, "Neurons that fire constantly", study=True, key="")
-    seed: int = seed_option()
-    die: Die = die_option(NOMINAL)
-    temperature_c: float = temperature_option(27.0)
-    course: Points = course_option()
     bias_kind: BiasKind = bias_kind_option("generator")
     calibrated: bool = option(
         default=True,
@@ -147,7 +126,6 @@ class Scenario:
     )
     silicon_noise: Noisy = noise_option()
     noise_seed: int | None = noise_seed_option()
-    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

@@ -24,8 +24,7 @@ from chips.rolls.program.program import Program, VirtualInput
 from chips.rolls.validity import check_rate
 from circuits.arrays import F64, Bools
 from circuits.silicon.course import beginning_of, course_through
-from circuits.silicon.process import ROLLS_180
-from circuits.silicon.silicon import Silicon
+from circuits.silicon.process import ROLLS_180_FULL
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
@@ -94,7 +93,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     table = bias_table(s.bias_file).with_code(DIRECT_CURRENT, *OFF)
     program = Program(np.zeros((NEURONS, NEURONS), np.int8), table, inputs=(VirtualInput("drive", neurons),))
     noise = silicon_noise(s.silicon_noise, s.seed)
-    silicon = Silicon(ROLLS_180, beginning_of(s.temperature_c, s.course, TEMPERATURE_STEP), s.die)
+    silicon = s.silicon_at(beginning_of(s.temperature_c, s.course, TEMPERATURE_STEP), ROLLS_180_FULL)
     on_die = RollsChip(program, silicon, s.bias_kind, noise=noise)
     followed = course_through(s.course, TEMPERATURE_STEP)
     given = events(s)
@@ -153,7 +152,7 @@ def account(trace: Trace) -> Account:
         ran_on={
             "bias_file": s.bias_file,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, s.bias_kind, s.course),
+            **describe_run(s, s.bias_kind),
         },
         cautions=trace.cautions,
         outside=trace.outside,

@@ -4,22 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.silicon.course import Points
-from circuits.silicon.die import NOMINAL, Die
 from system.option import (
     bias_kind_option,
     check_options,
-    course_option,
-    die_option,
     option,
-    seed_option,
-    temperature_option,
 )
 from system.options.noise import Noisy, noise_option, silicon_noise
-from system.options.outside import outside_option
+from system.options.on_silicon import OnSilicon
 from system.rolls.options import bias_table
 
 INPUT_RATE = 100.0  # Hz, of the events of a neuron; ours
@@ -28,7 +21,7 @@ STUDY_DURATION = 4.0  # s, unless asked
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario:
+class Scenario(OnSilicon):
     """A die and its drive: events at `input_rate` (Hz) for every neuron, for `duration` s.
 
     Phases of the events, and noise, are drawn from the seed. `course` has pairs of time (s) and degC that the
@@ -44,12 +37,7 @@ class Scenario:
     )
     duration: float = option(1.0, "Of the run", unit="s", study=True)
     bias_kind: BiasKind = bias_kind_option("gate")
-    die: Die = die_option(NOMINAL)
-    temperature_c: float = temperature_option(27.0)
-    course: Points = course_option()
-    seed: int = seed_option()
     silicon_noise: Noisy = noise_option()
-    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

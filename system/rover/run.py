@@ -26,7 +26,6 @@ from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
 from circuits.errors import ParameterError
 from circuits.silicon.course import along, beginning_of, told_when
-from circuits.silicon.silicon import Silicon
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
@@ -153,7 +152,7 @@ def planner_of(scenario: Scenario, cost_map: CostMap) -> Planner:
 
 def cells_of(scenario: Scenario, temperature_c: float) -> ChipCells:
     """Return the cells of a scenario's die at a temperature, degC."""
-    silicon = Silicon(temperature_c=temperature_c, die=scenario.die)
+    silicon = scenario.silicon_at(temperature_c)
     noise = silicon_noise(scenario.silicon_noise, scenario.seed)
     return ChipCells(silicon, scenario.bias_kind, noise=noise)
 
@@ -219,7 +218,7 @@ def account(trace: Trace) -> Account:
         on |= {
             "unit_s": s.unit,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, s.bias_kind, s.course),
+            **describe_run(s, s.bias_kind),
         }
     path = evenly(driven.time, driven.place, s.rover.gps_period)
     return Account(

@@ -4,35 +4,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from chips.validity import Answer
 from circuits.blocks.wavefront.axon_delay import UNIT
 from circuits.circuit import BiasKind
-from circuits.silicon.course import Points
-from circuits.silicon.die import NOMINAL, Die
 from system.option import (
     bias_kind_option,
     check_options,
-    course_option,
-    die_option,
     option,
-    seed_option,
-    temperature_option,
 )
 from system.options.noise import Noisy, noise_option
-from system.options.outside import outside_option
+from system.options.on_silicon import OnSilicon
 from system.rover.body import Rover
 from system.rover.cost_map import NEEDS, Cell, read_cell
 from system.rover.planner import PLANNERS
 
 DEFAULT_MAP = "map1-road-obstacles"
-ROOM_TEMPERATURE = 27.0  # degC
 CELLS = ("ideal", "chip")
 START, GOAL = (2, 10), (19, 10)  # the paper's first route
 PRIOR = 5.0  # delay of all axons before anything is learnt; the paper's
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario:
+class Scenario(OnSilicon):
     """A route that a rover plans and drives, once or on several trips.
 
     Attributes
@@ -57,14 +49,6 @@ class Scenario:
         Whether there are obstacles that no map has.
     sonar : bool
         Whether the rover sees them.
-    seed : int
-        Seed of the rover, its senses and the posts.
-    die : Die
-        Die of the chip.
-    course : tuple of (float, float)
-        Times, s, and temperatures, degC, of the chip; each plan is made at that of its time.
-    temperature_c : float
-        Temperature of the chip, degC.
     bias_kind : str
         Kind of the chip's biases.
     unit : float
@@ -73,8 +57,6 @@ class Scenario:
         Which noise the chip's devices make.
     rover : Rover
         Numbers of the body and its senses.
-    outside : str
-        Whether to refuse where the chip's model was not measured, or to warn.
 
     Raises
     ------
@@ -101,17 +83,12 @@ class Scenario:
     trips: int = option(1, "How often the way is planned and driven", least=1)
     posts: bool = option(default=False, about="Obstacles that no map has", key="")
     sonar: bool = option(default=False, about="Turn away from what sonars see", key="")
-    seed: int = seed_option()
-    die: Die = die_option(NOMINAL)
-    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
-    course: Points = course_option()
     bias_kind: BiasKind = bias_kind_option("gate")
     unit: float = option(
         UNIT, "Of the chip: delay a unit of cost", unit="s", above=0.0, study=True, silicon=True
     )
     silicon_noise: Noisy = noise_option(study=False)
     rover: Rover = field(default_factory=Rover)
-    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

@@ -22,8 +22,7 @@ from chips.latency.measure import circuits
 from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
 from circuits.arrays import F64
-from circuits.silicon.course import beginning_of, course_through
-from circuits.silicon.silicon import Silicon
+from circuits.silicon.course import course_through
 from system.meaning import meanings, of_run
 from system.openspace.flight import (
     FLIGHT_KEYS,
@@ -39,13 +38,14 @@ from system.openspace.map import SIDE, Forest
 from system.openspace.picture import draw_view_of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
+from system.options.on_silicon import ROOM_TEMPERATURE
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.spiking_bat.brain import Brain, check_timing, network_brain
 from system.spiking_bat.chip_brain import ChipBrain, brain_with, design_of
 from system.spiking_bat.flight import Flown, fly
 from system.spiking_bat.lif import all_lif
-from system.spiking_bat.scenario import CODES, ROOM_TEMPERATURE, Scenario, make, no_silicon
+from system.spiking_bat.scenario import CODES, Scenario, make, no_silicon
 from system.system import SUCCEEDED, Account, RunTrace, System, metrics_with
 
 COUNTED = ("collided", "avoided", "laps", "pings", "time_s", "distance_m", "emergencies", "scans")
@@ -122,7 +122,7 @@ def chip_of(design: Design, scenario: Scenario) -> LatencyChip:
     Raises `ParameterError` for silicon or codes that there are none of.
     """
     s = scenario
-    silicon = Silicon(temperature_c=beginning_of(s.temperature_c, s.course), die=s.die)
+    silicon = s.silicon_at(s.beginning_c)
     if s.codes == CODES[1]:
         at = replace(silicon, temperature_c=ROOM_TEMPERATURE)
         biases = calibrated(design, at, s.bias_kind, area=s.area)
@@ -166,7 +166,7 @@ def account(trace: Trace) -> Account:
             "area": s.area,
             "transistor_units": len(s.units),
             "silicon_noise": s.silicon_noise,
-            **describe_run(s.die, s.temperature_c, s.bias_kind, s.course),
+            **describe_run(s, s.bias_kind),
         }
     return Account(
         succeeded=not flown.collided and gets_on(progress(flown.path), flown.time_s * s.max_speed),

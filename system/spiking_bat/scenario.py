@@ -6,31 +6,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.silicon.course import Points
-from circuits.silicon.die import NOMINAL, Die
 from system.openspace import map as forest
 from system.openspace.law import Bat
 from system.option import (
     bias_kind_option,
     check_options,
-    course_option,
-    die_option,
     option,
-    seed_option,
-    temperature_option,
 )
 from system.options.noise import Noisy, noise_option, silicon_noise
-from system.options.outside import outside_option
+from system.options.on_silicon import OnSilicon
 from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
 
 BRAINS = ("network", "chip", "lif")
 CODES = ("usual", "calibrated")  # of a chip's biases
 PING_RATE = 10.0  # Hz; the paper's in Figure 13
 PINGS = 1000  # of a flight: 100 s, or some 40 s of computing the network; ours
-ROOM_TEMPERATURE = 27.0  # degC
 
 
 def read_unit(text: str, name: str) -> tuple[int, int]:
@@ -42,7 +34,7 @@ def read_unit(text: str, name: str) -> tuple[int, int]:
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario:
+class Scenario(OnSilicon):
     """One flight of a bat whose brain answers by spike latencies.
 
     `paths` are its memories, and `taps` those of a delay line. `map` is a file of obstacles, None to plant
@@ -63,10 +55,6 @@ class Scenario:
     obstacles: int = forest.obstacles_option()
     start: tuple[float, float] | None = forest.start_option(forest.read_place)
     pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
-    seed: int = seed_option()
-    die: Die = die_option(NOMINAL)
-    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
-    course: Points = course_option()
     bias_kind: BiasKind = bias_kind_option("gate")
     codes: str = option(
         CODES[0], "Of the chip's biases: usual, or calibrated on its die at 27 degC", choices=CODES,
@@ -78,7 +66,6 @@ class Scenario:
         metavar="MEMORY,UNIT", silicon=True, key="transistor_units",
     )  # fmt: skip
     silicon_noise: Noisy = noise_option()
-    outside: Answer = outside_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""

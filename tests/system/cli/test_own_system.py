@@ -15,21 +15,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from circuits.silicon.die import NOMINAL, Die
-from system.option import check_options, die_option, option, seed_option, temperature_option
+from system.option import check_options, option
+from system.options.on_silicon import OnSilicon
 from system.system import SUCCEEDED, Account, System, metrics_with
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario:
+class Scenario(OnSilicon):
     """A walk."""
 
     pace: float = option(1.0, "Of its walk", unit="m/s", above=0.0, below=3.0, study=True)
     gait: str = option("walk", "How it goes", choices=("walk", "trot"))
     load: bool = option(default=False, about="Whether it carries something")
-    seed: int = seed_option()
-    die: Die = die_option(NOMINAL)
-    temperature_c: float = temperature_option(27.0)
 
     def __post_init__(self) -> None:
         check_options(self)

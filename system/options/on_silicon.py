@@ -1,0 +1,67 @@
+"""What every scenario that runs on silicon is asked for: seed, die, temperature, law, and its way with boxes.
+
+A robot's scenario has these fields by deriving from `OnSilicon`. They stand behind its own options in help.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from chips.validity import Answer
+from circuits.silicon.course import Points, beginning_of
+from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process import AMI_1500_FULL, EFFECTS, Effects, Process
+from circuits.silicon.silicon import Silicon
+from system.option import course_option, die_option, option, seed_option, temperature_option
+from system.options.outside import outside_option
+
+ROOM_TEMPERATURE = 27.0
+"""Temperature of a run that is asked for none, degC."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OnSilicon:
+    """The part of a scenario that says on which silicon it runs.
+
+    Attributes
+    ----------
+    seed : int
+        Seed of noise, worlds and whatever else is drawn, but of no die.
+    die : Die
+        The die of its chips; the nominal one unless given.
+    temperature_c : float
+        Temperature of the chips, degC.
+    course : tuple of (float, float)
+        Times, s, and temperatures, degC, that it follows instead; none unless given.
+    law : str
+        `full` for transistors with the second-order effects that their process states, `ideal` without.
+    outside : str
+        Whether to refuse where a chip's model was not measured, or to warn.
+    """
+
+    seed: int = seed_option()
+    die: Die = die_option(NOMINAL)
+    temperature_c: float = temperature_option(ROOM_TEMPERATURE)
+    course: Points = course_option()
+    law: Effects = option(
+        "ideal", "Transistors without second-order effects, or with all that the process states",
+        choices=EFFECTS, silicon=True, study=True,
+    )  # fmt: skip
+    outside: Answer = outside_option()
+
+    @property
+    def beginning_c(self) -> float:
+        """Temperature at the beginning, degC."""
+        return beginning_of(self.temperature_c, self.course)
+
+    def silicon_at(self, temperature_c: float, process: Process = AMI_1500_FULL) -> Silicon:
+        """Return the run's silicon at a temperature: a process under the scenario's law, on its die.
+
+        Parameters
+        ----------
+        temperature_c
+            Temperature, degC.
+        process
+            The process with all its second-order effects.
+        """
+        return Silicon(process.under(self.law), temperature_c, self.die)
