@@ -65,6 +65,8 @@ class Option:
         Option that says no, of one that says yes or no; `no-NAME` unless given.
     silicon
         Whether it says something of a chip, so that it has no sense where no chip is in the loop.
+    anywhere
+        Whether such an option may be given without a chip, and then changes nothing.
     key
         Its entry in JSON, empty for none; the field's name with its unit unless given.
     names
@@ -91,8 +93,14 @@ class Option:
     study: bool = False
     opposite: str = ""
     silicon: bool = False
+    anywhere: bool = False
     key: str | None = None
     names: str = ""
+
+    @property
+    def needs_chip(self) -> bool:
+        """Whether it is refused where no chip is in the loop."""
+        return self.silicon and not self.anywhere
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,7 +254,7 @@ def check_options(scenario: Any, no_silicon: str = "") -> None:
     for each in fields(scenario) if no_silicon else ():
         stated = each.metadata.get(OPTION)
         value = getattr(scenario, each.name)
-        if stated is not None and stated.silicon and value != _default(each):
+        if stated is not None and stated.needs_chip and value != _default(each):
             name = stated.name or each.name
             raise ParameterError(f"{name}: {value}, no chip is in the loop; {no_silicon}, or leave it out")
 

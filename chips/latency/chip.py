@@ -132,13 +132,12 @@ class LatencyChip:
     numbers
         Numbers of the chip, instead of those of its silicon.
     noise
-        Noise of its devices; none unless given (`chips.latency.noise`).
+        Noise of its devices (`chips.latency.noise`); none unless given. Units at transistor level make none.
 
     Raises
     ------
     ParameterError
-        The silicon is outside the record's box, the chip lacks a unit, or units are given together with
-        noise.
+        The silicon is outside the record's box, or the chip lacks a unit.
     """
 
     def __init__(
@@ -155,15 +154,12 @@ class LatencyChip:
     ) -> None:
         """Prepare the chip's numbers.
 
-        Raises `ParameterError` for silicon outside the record's box, for units that the chip lacks, and for
-        units together with noise.
+        Raises `ParameterError` for silicon outside the record's box, and for units that the chip lacks.
         """
         self.design, self.biases = design, biases or usual_biases(design)
         self.silicon, self.area, self.bus = silicon or Silicon(), area, bus or Bus()
         self.lumped = numbers or lumped(design, self.biases, self.silicon, area)
         self.units = dict(units or {})
-        if self.units and noise is not None:
-            raise ParameterError(f"{NAME}.noise: units at transistor level make none; leave them out")
         self.noise = noise
         self._jitter = None if noise is None else noise_of(self.lumped, self.silicon, noise, area)
         for memory, unit in self.units:

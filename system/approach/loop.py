@@ -26,7 +26,6 @@ from circuits.blocks.sonar import (
     vocalization_controller,
 )
 from circuits.circuit import Circuit
-from circuits.errors import ParameterError
 from circuits.place import circuit_at
 from circuits.silicon.silicon import Silicon
 from system.approach.behavioural import Models
@@ -119,11 +118,6 @@ def _fourth_power(silicon: Silicon) -> tuple[float, ...]:
 def _chip(scenario: Scenario, silicon: Silicon) -> dict[str, Part[Any]]:
     if scenario.level_of("chip") == "behavioural":
         return {"chip": RangingChip(silicon, noise=silicon_noise(scenario.silicon_noise, scenario.seed))}
-    if scenario.silicon_noise != "off":
-        raise ParameterError(
-            f"approach.silicon_noise: {scenario.silicon_noise}, must be off for a chip at transistor level;"
-            " take the behavioural one"
-        )
     chip = ranging_chip.build()
     held = {"v_ex_max": 4.301} if scenario.isolation else {}
     parts: dict[str, Part[Any]] = {}

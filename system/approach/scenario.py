@@ -21,6 +21,7 @@ Law = Literal["linear", "d4"]
 Level = Literal["transistor", "behavioural"]
 Box = Literal["chip", "centroid", "vocalization", "hearing", "isolation"]
 LONGEST = 3600.0  # s, of a run; ours
+_NOISY: tuple[Box, ...] = ("chip", "vocalization", "hearing")  # boxes whose devices make noise
 BOXES: tuple[Box, ...] = ("chip", "centroid", "vocalization", "hearing", "isolation")
 
 
@@ -73,9 +74,14 @@ class Scenario(OnSilicon):
 
         The noise of the centroid board is contained in the intervals between calls.
         """
-        boxes: tuple[Box, ...] = ("chip", "vocalization", "hearing")
         on = self.silicon_noise != "off"
-        return tuple(box for box in boxes if on and self.level_of(box) == "behavioural")
+        return tuple(box for box in _NOISY if on and self.level_of(box) == "behavioural")
+
+    @property
+    def noiseless_boxes(self) -> tuple[Box, ...]:
+        """Boxes whose devices would make noise, were they not at transistor level."""
+        on = self.silicon_noise != "off"
+        return tuple(box for box in _NOISY if on and self.level_of(box) == "transistor")
 
 
 def air_of(scenario: Scenario) -> Air:

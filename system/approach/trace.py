@@ -17,6 +17,7 @@ from circuits.blocks.sonar import centroid_board
 from system.approach.scenario import Scenario, air_of
 from system.meaning import meanings
 from system.options.block import describe_run
+from system.options.noise import NOISELESS
 from system.options.temperature import temperature_text
 from system.plot import COLOURS, PALE
 from system.system import Account, RunTrace
@@ -160,6 +161,7 @@ def account(trace: Trace) -> Account:
             "isolation": s.isolation,
             "amplitude_law": s.amplitude_law,
             "silicon_noise": s.silicon_noise,
+            NOISELESS: ", ".join(s.noiseless_boxes) or None,
             **describe_run(s),
         },
         outside=trace.outside,

@@ -73,8 +73,8 @@ def scenario_of(system: System[Any, Any], silicon: SiliconChoice, seed: int, tex
         "die": silicon.die is not None,
         "temperature": silicon.temperature != SiliconChoice().temperature,
     }
-    about = {key for key in given if system.settings[key].option.silicon} | {k for k, v in asked.items() if v}
-    for key in sorted(about) if remedy else ():
+    about = {key for key in given if system.settings[key].option.needs_chip}
+    for key in sorted(about | {k for k, v in asked.items() if v}) if remedy else ():
         raise ParameterError(f"{key}: no chip is in the loop; {remedy}, or leave it out")
     return scenario
 

@@ -103,10 +103,6 @@ class Sensing:
             if given and not used:
                 wanted = "chip" if name in {"reader", "bias_kind"} else "sonar` or `ranges=chip"
                 raise ParameterError(f"{name}: not with `ranges={self.ranges}`; give `ranges={wanted}`")
-        if self.silicon_noise != "off" and not self.silicon:
-            raise ParameterError(
-                "silicon_noise: no chip is in the loop; give `ranges=chip` or `selection=chip`"
-            )
 
     @property
     def silicon(self) -> bool:

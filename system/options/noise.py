@@ -1,4 +1,9 @@
-"""The noise of a chip's devices in the run of a robot, as the command line asks for it."""
+"""The noise of a chip's devices in the run of a robot, as the command line asks for it.
+
+It is on unless a run is asked to be without: white and flicker noise, drawn from the run's seed. Where no
+chip is in the loop the word changes nothing. What is at transistor level makes none in a run of a robot, and
+the account of the run says so (`NOISELESS`).
+"""
 
 from __future__ import annotations
 
@@ -11,6 +16,9 @@ from system.option import option
 
 Noisy = Literal["off", "white", "all"]
 NOISY: tuple[Noisy, ...] = ("off", "white", "all")
+USUAL: Noisy = "all"
+NOISELESS = "noiseless"
+"""Entry of what a run was on: the parts at transistor level, whose devices make no noise in it."""
 
 
 def silicon_noise(noisy: str, seed: int) -> SiliconNoise | None:
@@ -38,7 +46,7 @@ def check_noise(noisy: str, seed: int | None) -> None:
 def noise_option(**stated: Any) -> Any:
     """The field of a scenario for the noise of its chips' devices, of the scenario's seed."""
     about = "Of the chip's devices, by the seed: off, white, or all with flicker"
-    return option("off", about, **{"study": True, "silicon": True, **stated})
+    return option(USUAL, about, **{"study": True, "silicon": True, "anywhere": True, **stated})
 
 
 def noise_seed_option(**stated: Any) -> Any:

@@ -37,7 +37,7 @@ from system.openspace.law import Arcs, arcs_of
 from system.openspace.map import SIDE, Forest
 from system.openspace.picture import draw_view_of_run
 from system.options.block import describe_run
-from system.options.noise import silicon_noise
+from system.options.noise import NOISELESS, silicon_noise
 from system.options.on_silicon import ROOM_TEMPERATURE
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
@@ -166,6 +166,7 @@ def account(trace: Trace) -> Account:
             "area": s.area,
             "transistor_units": len(s.units),
             "silicon_noise": s.silicon_noise,
+            NOISELESS: "units at transistor level" if s.units and s.silicon_noise != "off" else None,
             **describe_run(s, s.bias_kind),
         }
     return Account(

@@ -15,7 +15,7 @@ from system.option import (
     check_options,
     option,
 )
-from system.options.noise import Noisy, noise_option, silicon_noise
+from system.options.noise import Noisy, check_noise, noise_option
 from system.options.on_silicon import OnSilicon
 from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
 
@@ -72,11 +72,7 @@ class Scenario(OnSilicon):
         check_options(self, no_silicon(self))
         if self.map is None:
             forest.check_count(self.obstacles)
-        if silicon_noise(self.silicon_noise, 0) is not None and self.units:
-            raise ParameterError(
-                f"silicon_noise: {self.silicon_noise}, not with `unit`, whose transistors make none here;"
-                " leave one out"
-            )
+        check_noise(self.silicon_noise, None)
         if self.area != 1.0 and self.units:
             raise ParameterError("area: not with `unit`, whose devices are the circuit's; leave one out")
 

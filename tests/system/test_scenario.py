@@ -25,12 +25,13 @@ WARM = {**DIE, "temperature_c": 30.0, "course": ((0.0, 27.0), (60.0, 44.0))}
 FIELDS: dict[str, dict[str, Any]] = {
     "approach": {
         **WARM, "targets": default_scene()[:1], "duration": 1.0, "isolation": False, "amplitude_law": "d4",
-        "noise_rms": 1e-3, "level": "behavioural", "transistors": frozenset({"chip"}), "silicon_noise": "all",
+        "noise_rms": 1e-3, "level": "behavioural", "transistors": frozenset({"chip"}),
+        "silicon_noise": "white",
     },
     "rover": {
         **WARM, "map": "map2", "start": (3, 3), "goal": (4, 4), "planner": "dijkstra", "cells": "chip",
         "need": "speed", "learn": 0.5, "prior": 2.0, "trips": 2, "posts": True, "sonar": True,
-        "bias_kind": "generator", "unit": 2e-4, "silicon_noise": "all", "rover": Rover(reach=5.0),
+        "bias_kind": "generator", "unit": 2e-4, "silicon_noise": "white", "rover": Rover(reach=5.0),
     },
     "forest": {
         **WARM, "bat": Bat(max_speed=1.0), "sensing": Sensing(ranges="chip"), "map": "forest.csv",
@@ -49,19 +50,19 @@ FIELDS: dict[str, dict[str, Any]] = {
     },
     "head": {
         **WARM, "head": SonarHead(ping_rate=5.0), "target": Motion(distance=2.0), "motion": "step",
-        "wiring": "one-ear", "duration": 3.0, "area": 0.5, "bias_kind": "generator", "silicon_noise": "all",
+        "wiring": "one-ear", "duration": 3.0, "area": 0.5, "bias_kind": "generator", "silicon_noise": "white",
         "noise_seed": 2,
     },
     "bug": {
         **WARM, "agent": "bug0", "brain": "chip", "design": "improved", "neurons": 600, "map": "bug-open",
         "start": "2,2", "goal": "3,3", "duration": 5.0, "calibrated_c": 20.0, "solved_c": 21.0,
-        "bias_kind": "generator", "area": 2.0, "silicon_noise": "all", "noise_seed": 9,
+        "bias_kind": "generator", "area": 2.0, "silicon_noise": "white", "noise_seed": 9,
     },
     "pushbot": {
         **WARM, "scene": "pair", "speed_factor": 1.0, "turn_factor": 1.0, "window": 0.1, "readout": "fixed",
         "modified": True, "dropped": 0.5, "colour": "red", "light": "dark", "target": True, "duration": 3.0,
         "way": 2.0, "exc": 12, "bias_kind": "gate", "calibrated": False, "frame": True, "raise_lateral": True,
-        "silicon_noise": "all", "noise_seed": 8,
+        "silicon_noise": "white", "noise_seed": 8,
     },
     "rolls": {
         **WARM, "bias_file": "rolls_parallella", "input_rate": 50.0, "duration": 2.0,
@@ -75,13 +76,13 @@ NEEDED: dict[str, dict[str, Any]] = {
     "rover": {"cells": "chip"},
     "forest": {"sensing": Sensing(ranges="chip")},
     "spiking-bat": {"brain": "chip"},
-    "car": {"ranges": "chip", "silicon_noise": "all"},
-    "head": {"silicon_noise": "white"},
-    "bug": {"brain": "chip", "silicon_noise": "white"},
-    "pushbot": {"silicon_noise": "white"},
+    "car": {"ranges": "chip"},
+    "head": {},
+    "bug": {"brain": "chip"},
+    "pushbot": {},
     "rolls": {},
 }
-# a map has its own obstacles, and a unit at transistor level neither noise nor another area
+# a map has its own obstacles, and a unit at transistor level no other area
 APART = {("forest", "obstacles"), ("spiking-bat", "obstacles"), ("spiking-bat", "units")}
 EACH = [(name, field) for name in FIELDS for field in FIELDS[name]]
 

@@ -15,6 +15,7 @@ from system.cli.keys.transient import AC, NOISE, SIMULATE, TRAN_NOISE
 from system.cli.option_names import option_of
 from system.meaning import SUMMARY, Meaning, Meanings, kind_of, meanings
 from system.options.block import DIE_KEYS
+from system.options.noise import NOISELESS
 from system.options.temperature import COURSE
 from system.system import ENTRIES, System
 
@@ -78,6 +79,9 @@ def run_keys(system: System[Any, Any]) -> dict[str, Meaning]:
     document = {**scenario_keys(system), **system.meanings}
     within = f"{SUMMARY}.ran_on"
     on = {f"{within}.{key}": each for key, each in document.items() if "." not in key}
+    on |= meanings(
+        f"{NOISELESS}  string?  -  parts at transistor level, whose devices make no noise here", within
+    )
     if COURSE in system.settings:
         on |= meanings("temperature_C  number|string  degC  of the chips; of a course in words", within)
     account = {f"{SUMMARY}.{key}": each for key, each in ENTRIES.items()}

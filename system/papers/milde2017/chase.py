@@ -40,7 +40,10 @@ def reproduce(
     duration: float = DURATION,
 ) -> Report:  # fmt: skip
     """Drive after the other robot on some dies; the picture shows the first run."""
-    chase = Drive(Scenario(scene="chase", speed_factor=SPEED, window=WINDOW, duration=duration), outcome)
+    chase = Drive(
+        Scenario(scene="chase", speed_factor=SPEED, window=WINDOW, duration=duration, silicon_noise="off"),
+        outcome,
+    )
     asked, usual = Runs(count, dies), Runs(RUNS, DIES)
     driven = drive_repeats(execution, EXPERIMENT.name, {"chase": chase}, asked, usual, progress)
     found = summaries_of(driven)["chase"]

@@ -52,9 +52,11 @@ SQUARE = 0.2  # m; a robot that turns in one place touches little: on how many o
 
 # what drives; without speed, scene, die and seed
 NETWORKS: Mapping[str, Scenario] = {
-    "plain": Scenario(scene="clutter", turn_factor=TURN_FACTOR, readout="fixed"),
-    "plain_turn_factor_1": Scenario(scene="clutter", turn_factor=1.0, readout="fixed"),
-    "modified": Scenario(scene="clutter", turn_factor=MODIFIED_TURN_FACTOR, modified=True),
+    "plain": Scenario(scene="clutter", turn_factor=TURN_FACTOR, readout="fixed", silicon_noise="off"),
+    "plain_turn_factor_1": Scenario(scene="clutter", turn_factor=1.0, readout="fixed", silicon_noise="off"),
+    "modified": Scenario(
+        scene="clutter", turn_factor=MODIFIED_TURN_FACTOR, modified=True, silicon_noise="off"
+    ),
 }
 
 Found = Mapping[tuple[str, float], Sequence[Summary]]

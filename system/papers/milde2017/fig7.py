@@ -36,7 +36,7 @@ def reproduce(
     lights: Sequence[str] = LIGHTS, blocks: Sequence[str] = BLOCKS,
 ) -> Report:  # fmt: skip
     """Drive towards blocks of all colours in all lights."""
-    cells = {(a, b): Drive(Scenario(light=a, colour=b)) for a in lights for b in blocks}
+    cells = {(a, b): Drive(Scenario(light=a, colour=b, silicon_noise="off")) for a in lights for b in blocks}
     driven = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
     free = {
         key: share_where(bool(s["crossed"]) and not s["collided"] for s in runs)

@@ -48,7 +48,9 @@ def reproduce(
     """Drive a moving and a standing cup at every factor, and the scene's own timing at `OWN`."""
     cases = [(world, factor) for factor in FACTORS for world in (pushed, standing)]
     cells: dict[tuple[World, float], Drive] = {
-        (world, f): Drive(Scenario(scene="moving", speed_factor=f), world=world, with_path=f == OWN)
+        (world, f): Drive(
+            Scenario(scene="moving", speed_factor=f, silicon_noise="off"), world=world, with_path=f == OWN
+        )
         for world, f in (*cases, (scene_of, OWN))
     }
     parts = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
@@ -117,7 +119,10 @@ def _past(runs: Sequence[Summary]) -> Share:
 
 def _draw(paths: Sequence[Sequence[F64]], figure: Figure) -> None:
     figure.set_size_inches(9.0, 3.4)
-    worlds = (pushed(Scenario(scene="moving")), standing(Scenario(scene="moving")))
+    worlds = (
+        pushed(Scenario(scene="moving", silicon_noise="off")),
+        standing(Scenario(scene="moving", silicon_noise="off")),
+    )
     names = ("moving", "standing")
     for ax, mine, scene, name in zip(figure.subplots(1, 2), paths, worlds, names, strict=True):
         draw_paths(scene, mine[:SHOWN], ax, 3.0)

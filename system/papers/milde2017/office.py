@@ -45,7 +45,7 @@ def reproduce(
     duration: float = DURATION, lights: Sequence[str] = tuple(LIGHTS),
 ) -> Report:  # fmt: skip
     """Drive through the office in all lights; the picture shows the first run."""
-    base = Scenario(scene="office", duration=duration, turn_factor=TURN)
+    base = Scenario(scene="office", duration=duration, turn_factor=TURN, silicon_noise="off")
     cells = {light: Drive(replace(base, light=light), outcome, started) for light in lights}
     asked, usual = Runs(count, dies), Runs(RUNS, DIES)
     found = summaries_of(drive_repeats(execution, EXPERIMENT.name, cells, asked, usual, progress))

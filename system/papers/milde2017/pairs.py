@@ -40,7 +40,7 @@ def reproduce(
     scenes: Sequence[str] = SCENES,
 ) -> Report:  # fmt: skip
     """Drive towards pairs and triples of blocks."""
-    cells = {name: Drive(Scenario(scene=name), with_path=True) for name in scenes}
+    cells = {name: Drive(Scenario(scene=name, silicon_noise="off"), with_path=True) for name in scenes}
     runs = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
     found = summaries_of(runs)
     paths = {name: [d.path for d in mine] for name, mine in runs.items()}

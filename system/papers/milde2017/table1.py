@@ -74,7 +74,9 @@ def reproduce(
 ) -> Report:  # fmt: skip
     """Drive every trial of every colour and pair of factors."""
     drives = {
-        (colour, (speed, turn)): Drive(Scenario(colour=colour, speed_factor=speed, turn_factor=turn))
+        (colour, (speed, turn)): Drive(
+            Scenario(colour=colour, speed_factor=speed, turn_factor=turn, silicon_noise="off")
+        )
         for colour in colours
         for speed, turn in CELLS
     }

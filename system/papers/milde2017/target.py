@@ -42,7 +42,9 @@ def reproduce(
     duration: float = DURATION,
 ) -> Report:  # fmt: skip
     """Drive to the target, without and with a block on the way."""
-    bases = {name: Scenario(scene=name, window=WINDOW, duration=duration) for name in SCENES}
+    bases = {
+        name: Scenario(scene=name, window=WINDOW, duration=duration, silicon_noise="off") for name in SCENES
+    }
     cells = {name: Drive(base, outcome, with_path=True) for name, base in bases.items()}
     parts = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
     reached, block = summaries_of(parts).values()

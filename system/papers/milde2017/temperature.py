@@ -38,7 +38,9 @@ def reproduce(
 ) -> Report:  # fmt: skip
     """Drive at all temperatures with both kinds of bias."""
     cells = {
-        (kind, t): Drive(Scenario(bias_kind=kind, temperature_c=t)) for kind in KINDS for t in temperatures
+        (kind, t): Drive(Scenario(bias_kind=kind, temperature_c=t, silicon_noise="off"))
+        for kind in KINDS
+        for t in temperatures
     }
     driven = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
     found = {key: avoided(runs) for key, runs in summaries_of(driven).items()}

@@ -52,7 +52,7 @@ def reproduce(
 
 
 def _cells(repeats: int, repeated: int, others: int) -> dict[str, list[Drive]]:
-    base = Scenario(scene="pair")
+    base = Scenario(scene="pair", silicon_noise="off")
     cells: dict[str, list[Drive]] = {}
     for d in range(repeated):
         on_die = replace(base, die=Die(number=FIRST + d))

@@ -71,7 +71,9 @@ def reproduce(
 ) -> Report:
     """Drive all agents on all dies."""
     scenarios = {
-        _named(world, agent, design): Scenario(agent, "chip", design, map=world, duration=duration)
+        _named(world, agent, design): Scenario(
+            agent, "chip", design, map=world, duration=duration, silicon_noise="off"
+        )
         for world, agent, design in AGENTS
     }
     keys = [Numbered(name, FIRST + k) for k in range(dies) for name in scenarios]

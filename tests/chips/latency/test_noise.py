@@ -12,7 +12,6 @@ from chips.noise import SiliconNoise
 from chips.shot_noise import shot_share, steepness
 from circuits.blocks.latency import tap as latency_tap
 from circuits.devices.noise import WHITE_ONLY
-from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500, ELEMENTARY_CHARGE
@@ -125,8 +124,3 @@ def test_a_chip_without_noise_has_its_own_numbers():
     chip = LatencyChip(DESIGN)
     assert chip._numbers(0.3) is chip.lumped
     assert LatencyChip(DESIGN, noise=WHITE).at(40.0).noise is WHITE
-
-
-def test_transistors_beside_noise_are_refused():
-    with pytest.raises(ParameterError, match=r"latency_chip.noise: units at transistor level make none"):
-        LatencyChip(DESIGN, units={(0, 0): None}, noise=WHITE)

@@ -93,8 +93,8 @@ def test_a_long_flight_forgets_old_sounds() -> None:
 
 
 def test_noise_moves_calls_and_echoes_as_their_models_draw_it() -> None:
-    quiet = replace(BASE, duration=0.4)
-    noisy = replace(quiet, silicon_noise="all", seed=1)
+    noisy = replace(BASE, duration=0.4, seed=1)
+    quiet = replace(noisy, silicon_noise="off")
     plain, jittered = run(quiet), run(noisy)
     noise = SiliconNoise(1)
     model = VocalizationModel(Silicon(), noise=noise)

@@ -1,4 +1,4 @@
-"""Noise of a system's chips: off unless asked for, chosen by the seed."""
+"""Noise of a system's chips: on unless a run is asked to be without, chosen by the seed."""
 
 import json
 from collections.abc import Callable
@@ -13,6 +13,7 @@ from chips.rolls.layout import ZETA
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from system.approach import run as approach
 from system.bug import run as bug
 from system.car import run as car
 from system.car.sonar import _ranges
@@ -20,13 +21,15 @@ from system.cli.command_line import main
 from system.forest import run as forest
 from system.head import run as sonar_head
 from system.openspace.senses import Sensing
-from system.options.noise import check_noise
+from system.options.noise import NOISELESS, check_noise
 from system.pushbot import run as pushbot
 from system.pushbot.campaign import drive_each
 from system.pushbot.drive import begin_run
 from system.pushbot.loop import Brain, open_loop
 from system.rolls.run import SYSTEM, run
 from system.rolls.scenario import Scenario
+from system.spiking_bat import run as spiking_bat
+from system.spiking_bat.run import account
 from system.worlds.arena.file import load_scene
 
 RUN = ["run", "approach", "--level", "behavioural", "--duration", "0.4s", "--json"]
@@ -42,9 +45,9 @@ def spikes(capsys: pytest.CaptureFixture[str]) -> Callable[..., list[Any]]:
 
 
 def test_another_seed_is_another_run_of_the_same_die(spikes: Callable[..., list[Any]]) -> None:
-    plain = spikes("--die", "1001", "--seed", "1")
+    plain = spikes("--die", "1001", "--seed", "1", "--silicon-noise", "off")
     assert spikes("--die", "1001", "--seed", "2", "--silicon-noise", "off") == plain
-    noisy = spikes("--die", "1001", "--seed", "1", "--silicon-noise", "all")
+    noisy = spikes("--die", "1001", "--seed", "1")
     assert spikes("--die", "1001", "--seed", "1", "--silicon-noise", "all") == noisy
     others = [
         spikes("--die", "1001", "--seed", "2", "--silicon-noise", "all"),
@@ -75,13 +78,13 @@ def test_a_pushbots_chip_has_noise_of_its_own() -> None:
         loop = open_loop(brain, begin_run(load_scene("pair", seed=3), seed=3), pushbot.Scenario().read())
         return [*loop.state.values[ZETA]]
 
-    plain, noisy = spikes(), spikes(silicon_noise="all", noise_seed=1)
+    plain, noisy = spikes(silicon_noise="off"), spikes(silicon_noise="all", noise_seed=1)
     assert spikes(silicon_noise="all", seed=1) == noisy
     assert plain != noisy != spikes(silicon_noise="all", noise_seed=2)
 
 
 def test_a_campaign_makes_a_chip_for_each_noise() -> None:
-    base = pushbot.Scenario(scene="pair", duration=0.05)
+    base = pushbot.Scenario(scene="pair", duration=0.05, silicon_noise="off")
     noisy = replace(base, silicon_noise="all", noise_seed=1)
     made: list[SiliconNoise | None] = []
 
@@ -105,7 +108,9 @@ def test_rolls_rates_differ_with_the_seed_of_its_noise() -> None:
 
 
 def test_a_bug_robots_chip_has_noise_of_its_own() -> None:
-    asked = bug.Scenario(agent="bug0", brain="chip", neurons=600, map="bug-cup", duration=1.0)
+    asked = bug.Scenario(
+        agent="bug0", brain="chip", neurons=600, map="bug-cup", duration=1.0, silicon_noise="off"
+    )
     quiet = bug.run(asked).path
     noisy = [bug.run(replace(asked, silicon_noise="all", noise_seed=seed)).path for seed in (1, 1, 2)]
     assert (noisy[0] == noisy[1]).all()
@@ -132,7 +137,10 @@ def test_a_forests_selection_has_noise() -> None:
     """The same forest and die: noise moves the microseconds that decisions take."""
     die = Die("A", 1004)
     found = []
-    for options in ({}, *({"silicon_noise": "white", "noise_seed": k} for k in (1, 1, 2))):
+    for options in (
+        {"silicon_noise": "off"},
+        *({"silicon_noise": "white", "noise_seed": k} for k in (1, 1, 2)),
+    ):
         sensing = Sensing(selection="chip", **options)  # type: ignore[arg-type]
         trace = forest.run(forest.Scenario(sensing=sensing, seed=5, die=die, pings=40))
         found.append(trace.sample.deciding_s)
@@ -143,28 +151,37 @@ def test_a_forests_selection_has_noise() -> None:
 
 
 @pytest.mark.parametrize(
-    ("command", "text"),
+    "command",
     [
-        (["bug"], "--silicon-noise: white, no chip is in the loop; add --brain chip"),
-        (["bug", "--brain", "ideal"], "--silicon-noise: white, no chip is in the loop; add --brain chip"),
-        (["forest"], "--silicon-noise: no chip is in the loop; give --ranges chip or --selection chip"),
-        (["forest", "--ranges", "sonar"], "--silicon-noise: no chip is in the loop; give --ranges chip"),
-        (["car"], "--silicon-noise: white, no chip is in the loop; give --ranges chip, or leave it out"),
-        (
-            ["spiking-bat", "--brain", "lif"],
-            "--silicon-noise: white, no chip is in the loop; add --brain chip",
-        ),
-        (
-            ["spiking-bat", "--brain", "chip", "--unit", "3,4"],
-            "--silicon-noise: white, not with --unit, whose transistors make none here; leave one out",
-        ),
+        ["bug", "--duration", "100ms"],
+        ["forest", "--pings", "3"],
+        ["forest", "--ranges", "sonar", "--pings", "3"],
+        ["car", "--pings", "3"],
+        ["spiking-bat", "--brain", "lif", "--pings", "2"],
+        ["rover", "--goal", "3,10"],
     ],
 )
-def test_runs_without_silicon_refuse_noise(
-    command: list[str], text: str, capsys: pytest.CaptureFixture[str]
+def test_without_a_chip_in_the_loop_the_word_changes_nothing(
+    command: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["run", *command, "--silicon-noise", "white"]) == 2
-    assert text in capsys.readouterr().err
+    found = []
+    for options in ([], ["--silicon-noise", "white"], ["--silicon-noise", "off"]):
+        assert main(["run", *command, "--json", *options]) in {0, 1}
+        found.append(json.loads(capsys.readouterr().out))
+    ran_on = [document["summary"].pop("ran_on") for document in found]
+    assert all("silicon_noise" not in each for each in ran_on)
+    for document in found:
+        document.pop("silicon_noise", None)
+    assert found[0] == found[1] == found[2]
+
+
+def test_parts_at_transistor_level_are_told_to_make_none() -> None:
+    """The rest of the chip is noisy, and the unit is not."""
+    asked = spiking_bat.Scenario(brain="chip", pings=2, units=((3, 4),))
+    assert account(spiking_bat.run(asked)).ran_on[NOISELESS] == "units at transistor level"
+    assert account(spiking_bat.run(replace(asked, silicon_noise="off"))).ran_on[NOISELESS] is None
+    boxes = approach.Scenario(duration=0.05, level="behavioural", transistors=frozenset({"vocalization"}))
+    assert approach.SYSTEM.account(approach.run(boxes)).ran_on[NOISELESS] == "vocalization"
 
 
 @pytest.mark.parametrize(
@@ -183,25 +200,6 @@ def test_a_word_that_is_no_noise_is_refused(command: list[str], capsys: pytest.C
     assert "--silicon-noise: loud, must be off, white or all" in capsys.readouterr().err
 
 
-def test_ideal_cells_have_no_noise(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", "rover", "--silicon-noise", "all"]) == 2
-    assert "--silicon-noise: all, no chip is in the loop; add --cells chip" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("level", "noise", "text"),
-    [
-        ("transistor", "all", "approach.silicon_noise: all, must be off"),
-        ("behavioural", "loud", "--silicon-noise: loud, must be off, white or all"),
-    ],
-)
-def test_what_has_no_noise_refuses_it(
-    level: str, noise: str, text: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["run", "approach", "--level", level, "--silicon-noise", noise]) == 2
-    assert text in capsys.readouterr().err
-
-
 def test_a_seed_of_noise_wants_noise() -> None:
     with pytest.raises(ParameterError, match="noise_seed: 3, there is no noise; give `silicon_noise"):
         check_noise("off", 3)
@@ -211,7 +209,7 @@ def test_a_seed_of_noise_wants_noise() -> None:
 
 def test_a_head_has_noise() -> None:
     """The same die, target and echoes: another seed of noise is another run, its own is the same."""
-    quiet = sonar_head.Scenario(duration=3.0, seed=1, die=Die(number=1001))
+    quiet = sonar_head.Scenario(duration=3.0, seed=1, die=Die(number=1001), silicon_noise="off")
     noisy = [replace(quiet, silicon_noise="all", noise_seed=k) for k in (1, 1, 2)]
     silent, one, same, other = (sonar_head.run(s).log for s in (quiet, *noisy))
     assert np.array_equal(one.spikes, same.spikes)

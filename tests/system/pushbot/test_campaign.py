@@ -34,7 +34,8 @@ from system.study.campaign import ALONE, Execution
 from system.study.campaign_file import CutLine
 from tests.documents import ROOT
 
-PLAN = trials(Scenario(), 4, 2) + [replace(s, modified=True) for s in trials(Scenario(), 2, 2)]
+QUIET = Scenario(silicon_noise="off")  # noise is of a seed, so that each run has a chip of its own
+PLAN = trials(QUIET, 4, 2) + [replace(s, modified=True) for s in trials(QUIET, 2, 2)]
 
 
 def kept(trace: Trace) -> Summary:
@@ -105,7 +106,7 @@ def test_an_interrupted_campaign_goes_on_at_the_run(made: list[Scenario], tmp_pa
 def test_more_runs_lengthen_a_kept_file(made: list[Scenario], tmp_path: Path) -> None:
     file = tmp_path / "a.jsonl"
     driven(Execution(file), PLAN[:2])
-    longer = [*PLAN, *trials(Scenario(), 9, 3)[6:]]
+    longer = [*PLAN, *trials(QUIET, 9, 3)[6:]]
     made.clear()
     assert driven(Execution(file, resume=True), longer) == driven(plan=longer)
     lines = file.read_text().splitlines()
@@ -169,7 +170,7 @@ def test_what_is_not_defined_is_in_no_mean() -> None:
 def test_a_kept_file_has_the_runs_that_its_experiment_asks_for() -> None:
     lines = (ROOT / "evidence" / "milde2017-table1.jsonl").read_text().splitlines()[1:]
     keys = {tuple(json.loads(line)["key"]) for line in lines}
-    base = Scenario(colour="yellow", speed_factor=3.0, turn_factor=1.0)
+    base = Scenario(colour="yellow", speed_factor=3.0, turn_factor=1.0, silicon_noise="off")
     asked = {_key(Drive(scenario)) for scenario in trials(base, 20, 10)}
     assert asked <= keys
     # what is asked for besides is another run

@@ -39,7 +39,6 @@ test_what_is_refused = refusals(
         ({"brain": "analog"}, "brain: analog, must be network, chip or lif"),
         ({"brain": "chip", "unit": ["16"]}, "unit: .*must be MEMORY,UNIT"),
         ({"brain": "chip", "unit": ["16,5"], "area": 2.0}, "area: not with `unit`"),
-        ({"brain": "chip", "unit": ["16,5"], "silicon_noise": "all"}, "silicon_noise: all, not with `unit`"),
         ({"map": "a.csv", "obstacles": 5}, "obstacles: not with `map`"),
         ({"vmax": 0.0}, "vmax: 0 m/s, must be > 0 and finite"),
         ({"selection": "chip"}, "spiking-bat.scenario.selection: unknown"),
