@@ -1,14 +1,11 @@
 """Campaigns of flights by spikes: how often a forest was crossed before a collision, and what that says.
 
-A flight ends by a collision, or is stopped at `CROSSINGS` crossings of the left border, at `PINGS` pings
-(600 s at ten a second), or after a minute in a loop (`system.spiking_bat.circling`), and counts as censored
-then. The share of flights that have crossed c times without a collision is the product-limit estimate over
-crossings (Kaplan & Meier 1958, scipy.stats.ecdf), with its log-log interval. Two models fly the same forests
-from the same starts: a pair whose flights differ names a better one, and the pairs are a sign test; ties,
-both stopped among them, say nothing.
-
-Flights in a loop would have no end: they are counted apart, because their censoring is not independent of how
-well they do, and the product limit takes them for better than they are.
+A flight fails by a collision, or by a minute in a loop (`system.spiking_bat.circling`), which would have no
+end. It is stopped at `CROSSINGS` crossings of the left border, or at `PINGS` pings (600 s at ten a second),
+and counts as censored then. The share of flights that have crossed c times without a failure is the
+product-limit estimate over crossings (Kaplan & Meier 1958, scipy.stats.ecdf), with its log-log interval. Two
+models fly the same forests from the same starts: a pair whose flights differ names a better one, and the
+pairs are a sign test; ties, both stopped among them, say nothing.
 
 The analog model flies with its own loop, its numbers for ten pings a second, on the same first run's forest.
 """
@@ -41,6 +38,7 @@ from system.openspace.map import cells_of
 from system.openspace.senses import EXACT
 from system.openspace.state import LAP, TIME, X, Y, new_flight
 from system.openspace.state import PINGS as PINGED
+from system.options.noise import Noisy, silicon_noise
 from system.spiking_bat.brain import Brain, network_brain
 from system.spiking_bat.chip_brain import brain_with, design_of
 from system.spiking_bat.circling import WINDOW, stays
@@ -60,7 +58,7 @@ class Crossed:
     """What became of a flight through the forest of a seed.
 
     laps : crossings before it ended; collided : whether it ended by a collision; caught : whether it was
-    stopped in a loop, which no collision ends.
+    stopped in a loop, which no collision ends, and which is a failure as a collision is.
 
     pings : that were made.
     """
@@ -72,12 +70,17 @@ class Crossed:
     caught: bool = False
 
     @property
+    def failed(self) -> bool:
+        """Whether it collided, or was caught in a loop."""
+        return self.collided or self.caught
+
+    @property
     def worth(self) -> tuple[int, int]:
         """Numbers by which flights of a pair are compared: crossings, then pings.
 
-        All flights that were stopped are equal.
+        All flights that were stopped without a failure are equal.
         """
-        return (self.laps, self.pings if self.collided else PINGS + 1)
+        return (self.laps, self.pings if self.failed else PINGS + 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +92,7 @@ class Build:
 
     calibration : names of the parts whose biases are calibrated on the die at 27 degC.
     temperature_c : at which the chip flies, degC.
+    noisy : which noise its devices make, of the forest's seed.
     """
 
     kind: BiasKind = "gate"
@@ -98,6 +102,7 @@ class Build:
     own: bool = True
     process: bool = True
     block: str | None = None
+    noisy: Noisy = "off"
 
     def chip(self, design: Design, seed: int) -> LatencyChip:
         """The chip that flies the forest of a seed."""
@@ -108,7 +113,8 @@ class Build:
         if self.block is not None:
             ideal = lumped(design, biases, Silicon(temperature_c=self.temperature_c))
             numbers = only(lumped(design, biases, silicon, self.area), ideal, self.block)
-        return LatencyChip(design, biases, silicon, area=self.area, numbers=numbers)
+        noise = silicon_noise(self.noisy, seed)
+        return LatencyChip(design, biases, silicon, area=self.area, numbers=numbers, noise=noise)
 
     def _biases(self, design: Design, reference: Silicon) -> Biases:
         if not self.calibration:
@@ -178,18 +184,18 @@ def survival(flights: Sequence[Crossed]) -> tuple[F64, F64, F64, F64]:
 
     They are c, the share of flights, and its lower and upper limit, float64[k] each.
 
-    A flight that collided after c crossings did not cross c + 1 times. Without a collision, and where the
-    estimate is 0, the interval is nan. Raises `ParameterError` without flights.
+    A flight that collided after c crossings, or was caught in a loop, did not cross c + 1 times. Without a
+    failure, and where the estimate is 0, the interval is nan. Raises `ParameterError` without flights.
     """
     if not flights:
         raise ParameterError("latency_campaign: no flight, must be one at least")
-    collided = [f.laps + 1.0 for f in flights if f.collided]
-    stopped = [float(f.laps) for f in flights if not f.collided]
+    failed = [f.laps + 1.0 for f in flights if f.failed]
+    stopped = [float(f.laps) for f in flights if not f.failed]
     steps = np.arange(CROSSINGS + 1, dtype=np.float64)
-    if not collided:
+    if not failed:
         return steps, np.ones(steps.size), np.full(steps.size, np.nan), np.full(steps.size, np.nan)
     right = [max(x, 0.5) for x in stopped]  # a flight without a crossing is at risk for none
-    found = stats.ecdf(stats.CensoredData(uncensored=collided, right=right)).sf
+    found = stats.ecdf(stats.CensoredData(uncensored=failed, right=right)).sf
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # that the interval is nan in places, as said above
         interval = found.confidence_interval(LEVEL, method="log-log")
