@@ -137,8 +137,11 @@ def draw_survival(flights: Flights, figure: Figure) -> None:
     for k, (name, each) in enumerate(flights.items()):
         count, share, low, high = survival(each)
         colour = COLOURS[k % len(COLOURS)]
-        ax.step(count, share, where="post", color=colour, label=f"{name}, {len(each)} flights")
-        ax.fill_between(count, low, high, step="post", color=colour, alpha=0.15)
+        again = CHIPS.get(name, "off") != "off"  # a line alone: its interval would hide the others
+        line = "--" if again else "-"
+        ax.step(count, share, line, where="post", color=colour, label=f"{name}, {len(each)} flights")
+        if not again:
+            ax.fill_between(count, low, high, step="post", color=colour, alpha=0.15)
     ax.set(xlabel="crossings of the left border", ylabel="share without a failure", ylim=(0.0, 1.05))
     ax.legend(fontsize=8)
 

@@ -49,7 +49,7 @@ def test_the_flights_that_are_kept_are_of_the_present_numbers_and_reported(tmp_p
     assert [row.name for row in report.rows][:2] == [
         "network_four_crossings_upper_limit", "chip_four_crossings_upper_limit",
     ]  # fmt: skip
-    assert f"network: {network} flights" in report.notes[2]
+    assert f"network: {network} flights" in report.notes[4]
 
 
 @pytest.mark.parametrize(("name", "disagree"), [("milde2017-table1", 4), ("milde2017-clutter", 10)])

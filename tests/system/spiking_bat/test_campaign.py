@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from chips.latency.errors import usual_design
@@ -62,3 +63,13 @@ def test_blocks_alone_leave_the_rest_nominal() -> None:
 def test_the_analog_model_ends_as_it_is_told() -> None:
     found = crossed_by_analog(1008)
     assert found.collided or found.laps == 8 or found.pings >= PINGS
+
+
+def test_a_flight_in_a_loop_has_failed_as_one_that_collided() -> None:
+    looped = Crossed(0, 2, False, 900, caught=True)
+    stopped = Crossed(0, 2, False, PINGS)
+    collided = Crossed(0, 2, True, 900)
+    others = [ended(1, 1), ended(2, 8, collided=False)]
+    assert np.array_equal(survival([looped, *others])[1], survival([collided, *others])[1])
+    assert survival([looped, *others])[1][3] < survival([stopped, *others])[1][3]
+    assert looped.worth == collided.worth < stopped.worth
