@@ -68,14 +68,7 @@ class Events:
 def send(bus: Bus, times: F64, addresses: I64) -> Events:
     """Send events over an idle bus and return those that it delivers, at the end of their transfers.
 
-    Parameters
-    ----------
-    bus
-        The bus.
-    times
-        When the events are sent, s, float64[m] in any order.
-    addresses
-        Their addresses, int64[m].
+    `bus` is the bus; `times`, when the events are sent, s, float64[m] in any order; `addresses`, int64[m].
     """
     return send_on(bus, IDLE, times, addresses)[0]
 

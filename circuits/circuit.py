@@ -324,14 +324,8 @@ class Circuit:
     def array(self, name: str, shape: Shape, **others: str) -> InstanceArray:
         """Make an array of this circuit, for use inside another one.
 
-        Parameters
-        ----------
-        name
-            Name of the array.
-        shape
-            How many instances it has along each axis.
-        others
-            Node of a port by the port's name, for ports whose node has another name than themselves.
+        `name` is that of the array, `shape` the number of its instances along each axis; `others` are those
+        of `instance`.
         """
         return InstanceArray(name, self, shape, self.wired(**others))
 

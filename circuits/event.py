@@ -56,14 +56,7 @@ def rising_crossing(time: F64, v: F64, level: float) -> float | None:
 def falling_crossing(time: F64, v: F64, level: float) -> float | None:
     """First time (s) at which a waveform falls through a level, or None where it never does.
 
-    Parameters
-    ----------
-    time
-        Times, float64[T], s.
-    v
-        Waveform at these times, float64[T], in the unit of `level`; between them it is a straight line.
-    level
-        The level, in the unit of the waveform.
+    `time` (s) and `v`, float64[T], and `level`, in the unit of `v`, are those of `rising_crossing`.
     """
     return rising_crossing(time, -v, -level)
 

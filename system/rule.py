@@ -123,12 +123,7 @@ def unjudged(text: str = "no rule") -> Rule:
 def at_least(limit: float | None = None, text: str | None = None) -> Rule:
     """Ours is a limit or more.
 
-    Parameters
-    ----------
-    limit
-        The limit, in the unit of the value; the paper's value unless given.
-    text
-        The sentence; that of the rule unless given.
+    `limit` is in the unit of the value; the paper's value unless given. `text` is the sentence.
     """
     return _compared(limit, text, ("at least", "or more"), lambda ours, bound: ours >= bound)
 
@@ -136,12 +131,7 @@ def at_least(limit: float | None = None, text: str | None = None) -> Rule:
 def at_most(limit: float | None = None, text: str | None = None) -> Rule:
     """Ours is a limit or less.
 
-    Parameters
-    ----------
-    limit
-        The limit, in the unit of the value; the paper's value unless given.
-    text
-        The sentence; that of the rule unless given.
+    `limit` is in the unit of the value; the paper's value unless given. `text` is the sentence.
     """
     words = ("at most", "no more than")
     return _compared(limit, text, words, lambda ours, bound: ours <= bound)
@@ -150,12 +140,7 @@ def at_most(limit: float | None = None, text: str | None = None) -> Rule:
 def above(limit: float | None = None, text: str | None = None) -> Rule:
     """Ours is more than a limit.
 
-    Parameters
-    ----------
-    limit
-        The limit, in the unit of the value; the paper's value unless given.
-    text
-        The sentence; that of the rule unless given.
+    `limit` is in the unit of the value; the paper's value unless given. `text` is the sentence.
     """
     words = ("above", "more than", "longer than", "larger", "rises")
     return _compared(limit, text, words, lambda ours, bound: ours > bound)
@@ -164,12 +149,7 @@ def above(limit: float | None = None, text: str | None = None) -> Rule:
 def below(limit: float | None = None, text: str | None = None) -> Rule:
     """Ours is less than a limit.
 
-    Parameters
-    ----------
-    limit
-        The limit, in the unit of the value; the paper's value unless given.
-    text
-        The sentence; that of the rule unless given.
+    `limit` is in the unit of the value; the paper's value unless given. `text` is the sentence.
     """
     words = ("below", "less than", "fewer than", "falls", "nearer than", "lowest", "<")
     return _compared(limit, text, words, lambda ours, bound: ours < bound)
@@ -192,12 +172,7 @@ def between(low: float, high: float, text: str = "{low:g} to {high:g}") -> Rule:
 def exactly(number: float, text: str = "exactly {limit:g}") -> Rule:
     """Ours is a number that is given.
 
-    Parameters
-    ----------
-    number
-        The number, in the unit of the value.
-    text
-        The sentence, whose field is `limit`.
+    `number` is in the unit of the value; `text` is the sentence, whose field is `limit`.
     """
     return Rule(_said(text, ("",), _fields("", number)), 0.0, lambda ours, _: number_of(ours) == number)
 

@@ -281,12 +281,7 @@ class Conditions:
     def bias(self, first: int, codes: I64) -> F64:
         """Return the bias currents of codes, in units of the threshold, float64[n].
 
-        Parameters
-        ----------
-        first
-            Number of the first neuron.
-        codes
-            Codes of column 0, int64[n].
+        `codes` are those of column 0 from the neuron number `first` on, int64[n].
         """
         a, _, mirror = self._banks(first, 0, codes)
         return np.where(codes >= 0, a, -mirror * a)

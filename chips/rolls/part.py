@@ -46,14 +46,7 @@ class RollsState:
 class RollsPart:
     """A ROLLS chip in a loop, at its silicon's temperature.
 
-    It has no analog ports, so that `analog` is empty.
-
-    Parameters
-    ----------
-    chip
-        The chip.
-    path
-        What errors call it.
+    It has no analog ports, so that `analog` is empty. Errors call `chip` by `path`.
     """
 
     analog: tuple[str, ...] = ()

@@ -40,6 +40,16 @@ def padded_cell(cell: int, columns: int) -> int:
 
 
 @_inlined
+def padded_rows(grid: F64 | I32, r: int, stride: int) -> tuple[F64 | I32, F64 | I32, F64 | I32]:
+    """Return the rows above, at and below row `r` of the grid, with the padding at both of their ends."""
+    return (
+        grid[r * stride : (r + 1) * stride + 1],
+        grid[(r + 1) * stride : (r + 2) * stride + 1],
+        grid[(r + 2) * stride : (r + 3) * stride + 1],
+    )
+
+
+@_inlined
 def first_input(
     above: F64 | I32, same: F64 | I32, below: F64 | I32, c: int, t: float | np.int32
 ) -> tuple[np.int32, int]:
@@ -135,9 +145,7 @@ def _read(costs: I32 | I64, state: I32, arrivals: F64, pointers: I8) -> int:
     stride = columns + 1
     ties = 0
     for r in range(rows):
-        above = state[r * stride : (r + 1) * stride + 1]
-        same = state[(r + 1) * stride : (r + 2) * stride + 1]
-        below = state[(r + 2) * stride : (r + 3) * stride + 1]
+        above, same, below = padded_rows(state, r, stride)
         for c in range(columns):
             fired = (same[c + 1] >= 0) & (costs[r, c] > 0)
             t = same[c + 1] - np.int32(costs[r, c]) if fired else np.int32(-BLOCKED)

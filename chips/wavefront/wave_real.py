@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chips.wavefront.wave_integer import first_input, padded_cell
+from chips.wavefront.wave_integer import first_input, padded_cell, padded_rows
 from circuits.arrays import F64, I8, I32
 from circuits.compiled import compiled
 
@@ -119,9 +119,7 @@ def _read(fired: F64, lines: F64, arrivals: F64, pointers: I8, last: float) -> i
     stride = columns + 1
     ties = 0
     for r in range(rows):
-        above = lines[r * stride : (r + 1) * stride + 1]
-        same = lines[(r + 1) * stride : (r + 2) * stride + 1]
-        below = lines[(r + 2) * stride : (r + 3) * stride + 1]
+        above, same, below = padded_rows(lines, r, stride)
         own = fired[(r + 1) * stride : (r + 2) * stride + 1]
         for c in range(columns):
             there = (own[c + 1] >= 0.0) & (own[c + 1] <= last) & (own[c + 1] < np.inf)

@@ -209,13 +209,11 @@ def operating_point(
 ) -> OperatingPoint:
     """Find the rest state of a testbench, with its sources at their values at one time.
 
+    `target` is the testbench, or one that is lowered already, on which `silicon` has no effect; the nominal
+    process at 27 degC unless given.
+
     Parameters
     ----------
-    target
-        The testbench, or one that is lowered already.
-    silicon
-        Process, temperature and die: the nominal process at 27 degC unless given; of no effect on a lowered
-        testbench.
     start
         Voltages (V) by node path near which the state is looked for; nodes that are left out start at 0 V.
         Without a start, a state that is not stable is left along the circuit's own dynamics where these

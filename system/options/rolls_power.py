@@ -21,18 +21,8 @@ total_power_mW    number?  mW  sum of these three; without the address-event cir
 def run_power(chip: RollsChip, spikes: I64, virtual: Mapping[int, int], duration: float) -> Power:
     """Return the mean power of a chip in a run at its silicon's temperature, by block.
 
-    Raises `CircuitError` where the energies of its parts cannot be measured.
-
-    Parameters
-    ----------
-    chip
-        The chip, without plastic synapses and cells of depression.
-    spikes
-        Neuron of every spike, int64[m].
-    virtual
-        How many events came to virtual synapses, by their sign.
-    duration
-        Of the run, s.
+    `chip` is without plastic synapses and cells of depression; `spikes` (int64[m]), `virtual` and `duration`
+    (s) are those of `activity_of`. Raises `CircuitError` where the energies of its parts cannot be measured.
     """
     return chip_power(energies_of(chip), activity_of(chip.program, spikes, virtual, duration))
 

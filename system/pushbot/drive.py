@@ -150,31 +150,17 @@ def begin_run(
 
 
 def steer(run: Run, forward: float, turn: float) -> None:
-    """Send the robot a command; it takes effect after the link's latency.
+    """Send the robot of `run` a command; it takes effect after the link's latency.
 
-    Parameters
-    ----------
-    run
-        The robot.
-    forward
-        v of the robot's code, cm/s.
-    turn
-        w of the robot's code, dimensionless; left is positive.
+    `forward` is v of the robot's code, cm/s; `turn` is its w, dimensionless, positive to the left.
     """
     send(run.robot, run.link, run.time, wheel_commands(run.robot, forward, turn))
 
 
 def pull(run: Run, forward: float, turn: float) -> None:
-    """Let a command drive the motors at once and as it is, without link and whole numbers.
+    """Let a command drive the motors of `run` at once and as it is, without link and whole numbers.
 
-    Parameters
-    ----------
-    run
-        The robot.
-    forward
-        v of the robot's code, cm/s.
-    turn
-        w of the robot's code, dimensionless; left is positive.
+    `forward` and `turn` are those of `steer`, cm/s and dimensionless.
     """
     left, right = wheel_drives(run.robot, forward, turn)
     run.tracks = replace(run.tracks, left_command=left, right_command=right)
@@ -230,19 +216,8 @@ def _way_ahead(run: Run, steps: int) -> F64:
 def drive(run: Run, script: Sequence[Order], window: float = 0.05) -> list[Events]:
     """Drive by a script, without a controller, and return the events of each window of time.
 
-    Parameters
-    ----------
-    run
-        The robot.
-    script
-        The parts of the way in order.
-    window
-        Length of a window, s.
-
-    Raises
-    ------
-    ParameterError
-        A part of the script is no whole number of windows.
+    `script` has the parts of the way of `run` in order; `window` is the length of a window, s. Raises
+    `ParameterError` for a part that is no whole number of windows.
     """
     frames: list[Events] = []
     for k, order in enumerate(script):

@@ -116,14 +116,8 @@ def replay(
 def die_of(folder: Path, number: int) -> Die:
     """Give a die of a study by its number, under the study's plan.
 
-    Raises `ParameterError` for one that the study does not have.
-
-    Parameters
-    ----------
-    folder
-        Folder of the study.
-    number
-        Number of the die.
+    `folder` is the study's, `number` the number of the die. Raises `ParameterError` for one that the study
+    does not have.
     """
     study = read_dies(folder)
     if number not in study.dies:

@@ -56,21 +56,10 @@ def virtual_columns(program: Program) -> dict[str, I64]:
 
 
 def input_words(program: Program, name: str, neurons: ArrayLike) -> I64:
-    """Return the words of events of an input, int64[events, synapses].
+    """Return the words of events of the input `name` of `program`, int64[events, synapses].
 
-    Parameters
-    ----------
-    program
-        The program.
-    name
-        Name of the input.
-    neurons
-        The neuron of each event, int64[events].
-
-    Raises
-    ------
-    ParameterError
-        The program does not have the input, or the input does not reach a neuron.
+    `neurons` has the neuron of each event, int64[events]. Raises `ParameterError` where the program does not
+    have the input, or the input does not reach a neuron.
     """
     target = program.input(name)
     wanted = np.atleast_1d(np.asarray(neurons, dtype=np.int64))

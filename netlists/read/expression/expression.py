@@ -59,17 +59,9 @@ _END = _Token("", "")
 def number_of(expression: Expression, lookup: Lookup) -> float:
     """Evaluate a parsed expression whose value must be a finite number.
 
-    Parameters
-    ----------
-    expression
-        What `parse` gave.
-    lookup
-        Gives a parameter's value by name, and None for one that it does not know.
-
-    Raises
-    ------
-    ExpressionError
-        A name is unknown, the value has a node voltage in it, or it is not finite.
+    `expression` is what `parse` gave; `lookup` gives a parameter's value by name, and None for one that it
+    does not know. Raises `ExpressionError` where a name is unknown, the value has a node voltage in it, or
+    it is not finite.
     """
     found = expression(lookup)
     if isinstance(found, Linear):
@@ -82,17 +74,8 @@ def number_of(expression: Expression, lookup: Lookup) -> float:
 def linear_of(expression: Expression, lookup: Lookup) -> Linear:
     """Evaluate a parsed expression whose value may be linear in node voltages.
 
-    Parameters
-    ----------
-    expression
-        What `parse` gave.
-    lookup
-        Gives a parameter's value by name, and None for one that it does not know.
-
-    Raises
-    ------
-    ExpressionError
-        A name is unknown, the value is not linear, or a number in it is not finite.
+    `expression` and `lookup` are those of `number_of`. Raises `ExpressionError` where a name is unknown, the
+    value is not linear, or a number in it is not finite.
     """
     found = expression(lookup)
     linear = found if isinstance(found, Linear) else Linear(found)

@@ -128,19 +128,8 @@ class Scope:
     def linear(self, card: Card, what: str, text: str) -> Linear:
         """Return the value of an expression that may be linear in node voltages.
 
-        Parameters
-        ----------
-        card
-            The card that the expression is of, for an error's place.
-        what
-            What the expression is of it, for an error's text.
-        text
-            The expression.
-
-        Raises
-        ------
-        DataError
-            The text is no expression, or its value is not linear and finite.
+        `card` and `what` are those of `number`, for an error's place and text. Raises `DataError` where
+        `text` is no expression, or its value is not linear and finite.
         """
         try:
             return linear_of(self._parsed(text), self.lookup)

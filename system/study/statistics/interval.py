@@ -129,21 +129,9 @@ def mean_interval(
 
     It is Student's interval below 10 values, and unlimited below 2.
 
-    Parameters
-    ----------
-    values
-        The values, float64[n], in any unit.
-    rng
-        Generator that draws the bootstrap.
-    level
-        Probability with which the interval covers the true mean.
-    resamples
-        How many times the bootstrap draws.
-
-    Raises
-    ------
-    ParameterError
-        The level is not between 0 and 1.
+    `values`: float64[n], in any unit. `rng` draws the bootstrap, `resamples` a number of times. `level`: the
+    probability with which the interval covers the true mean. Raises `ParameterError` for one that is not
+    between 0 and 1.
     """
     n, level = len(values), _checked(level)
     if n < 2:
@@ -160,21 +148,9 @@ def sigma_interval(
 
     It is 0 to infinity below 10 values.
 
-    Parameters
-    ----------
-    values
-        The values, float64[n], in any unit.
-    rng
-        Generator that draws the bootstrap.
-    level
-        Probability with which the interval covers the true standard deviation.
-    resamples
-        How many times the bootstrap draws.
-
-    Raises
-    ------
-    ParameterError
-        The level is not between 0 and 1.
+    `values`: float64[n], in any unit. `rng` draws the bootstrap, `resamples` a number of times. `level`: the
+    probability with which the interval covers the true standard deviation. Raises `ParameterError` for one
+    that is not between 0 and 1.
     """
     level = _checked(level)
     if len(values) < FEWEST:
@@ -193,21 +169,9 @@ def skew_interval(
     It is unlimited below 10 values, and where all values are equal. For data with long tails it is only
     indicative, as the module's text says.
 
-    Parameters
-    ----------
-    values
-        The values, float64[n], in any unit.
-    rng
-        Generator that draws the bootstrap.
-    level
-        Probability with which the interval covers the true skewness.
-    resamples
-        How many times the bootstrap draws.
-
-    Raises
-    ------
-    ParameterError
-        The level is not between 0 and 1.
+    `values`: float64[n], in any unit. `rng` draws the bootstrap, `resamples` a number of times. `level`: the
+    probability with which the interval covers the true skewness. Raises `ParameterError` for one that is not
+    between 0 and 1.
     """
     level = _checked(level)
     if len(values) < FEWEST or np.ptp(values) == 0.0:

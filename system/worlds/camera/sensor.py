@@ -299,21 +299,9 @@ def picture(sensor: Sensor, eye: Eye) -> F64:
 
 
 def advance(sensor: Sensor, eye: Eye, segment: Segment) -> Events:
-    """Return the events on a stretch of way; the eye is then at its end.
+    """Return the events of `sensor` on a stretch of way; its state `eye` is overwritten by that at its end.
 
-    Parameters
-    ----------
-    sensor
-        The sensor.
-    eye
-        Its state, which is overwritten.
-    segment
-        The stretch, which lasts a whole number of `Dvs.step`.
-
-    Raises
-    ------
-    ParameterError
-        The duration is no whole number of steps.
+    Raises `ParameterError` where the duration of `segment` is no whole number of `Dvs.step`.
     """
     steps = steps_of(sensor.dvs, segment.duration)
     return advance_along(sensor, eye, np.tile((segment.speed, segment.turn), (steps, 1)))
