@@ -19,8 +19,10 @@ import numpy as np
 
 from chips.rolls.chip import STEP
 from chips.rolls.circuit import FILTERS, Params, chip
+from chips.rolls.lumped.whole import coupling
 from chips.rolls.neuron.kernel import INJECTED, STATIC, Neurons, weak_share
 from chips.rolls.neuron.model import neurons_of, respond
+from chips.rolls.neuron.whole_membrane import MIDDLE
 from chips.rolls.parts import devices_at, gate_voltages, part_gates, row_place
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable
@@ -187,8 +189,15 @@ def neuron_devices(params: Params, table: BiasTable, kind: BiasKind, silicon: Si
 def membrane_tau(d: DieDevices, ready: Prepared, latch: Bools) -> F64:
     """Return the membranes' time constants `C U_T / (kappa_n I_tau)`, s; C is all capacitance at v_mem.
 
-    latch: whether a neuron's leak is tau1, else tau2, bool[n].
+    latch: whether a neuron's leak is tau1, else tau2, bool[n]. Under the full law kappa and I_tau are those
+    with v_mem in the middle of its way.
     """
+    if d.full:
+        slow, fast = (
+            d.current(f"leak.{m}", d.gate[f"v_tau{k}"], MIDDLE) for m, k in (("ml3", 1), ("ml4", 2))
+        )
+        slope = coupling(d, "sodium.mn1", MIDDLE)
+        return np.asarray(ready.neuron[0, 0] * d.u_t / (slope * np.where(latch, slow, fast)))
     slow, fast = (d.saturated(f"leak.{m}", d.gate[f"v_tau{k}"]) for m, k in (("ml3", 1), ("ml4", 2)))
     leak = np.where(latch, slow, fast)
     return np.asarray(ready.neuron[0, 0] * d.u_t / (d.fet["sodium.mn1"].kappa * leak))

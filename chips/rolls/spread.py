@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from chips.model_law import check_law
 from chips.rolls.circuit import Params, chip
 from chips.rolls.lumped.filter import filter_of, line_voltage
 from chips.rolls.neuron.model import neurons_of
@@ -96,7 +97,11 @@ def correlation(a: Spread, b: Spread) -> float:
 def parts_of(
     table: BiasTable, silicon: Silicon, kind: BiasKind = "gate", params: Params | None = None
 ) -> tuple[PartOfRow, ...]:
-    """Return neuron, filters, pulse extender and synapse of a chip with the biases of `table`, I_dc apart."""
+    """Return neuron, filters, pulse extender and synapse of a chip with the biases of `table`, I_dc apart.
+
+    Raises `ParameterError` for a process with second-order effects: a filter's gain is that of the ideal law.
+    """
+    check_law(silicon.process)
     params = Params() if params is None else params
     gates = gate_voltages(chip(params, table.with_code(DC, 7, 0), kind), replace(silicon, die=NOMINAL))
     ready = prepare(params, silicon.process)

@@ -278,7 +278,7 @@ def _membranes(m: Neurons) -> tuple[Membranes, F64]:
             lines.lines.astype(np.float32), inverse.astype(np.float32),
             (1.0 / m.ground_current).astype(np.float32), lines.top, spiking, lines.rise.astype(np.float32),
             adapting, m.quiet,
-            m.share, m.drawn, float(m.ahp_step[0]),
+            m.taken, m.drawn, float(m.ahp_step[0]),
         ),
         lines.charge,
     )  # fmt: skip

@@ -31,6 +31,14 @@ from chips.rolls.layout import (
 )
 from chips.rolls.lumped.grid import integral
 from chips.rolls.lumped.network import pair as pair_shares
+from chips.rolls.lumped.whole_filter import (
+    WholeFilter,
+    curves_of,
+    own_of,
+    slopes,
+    whole_line_voltage,
+    whole_of,
+)
 from circuits.arrays import F64
 from circuits.devices.ekv import argument
 from circuits.lowering.on_die import DieDevices
@@ -54,6 +62,7 @@ class Filter(NamedTuple):
     line_charge: float  # C_line U_T, C
     follow: float  # kappa_n C_line / C
     held_at: float  # V, where md1 would hold the line with I_S, on the mean of the filters
+    whole: WholeFilter | None = None  # their mean, under the law with second-order effects
 
 
 def filter_of(d: DieDevices, capacitance: float, line: float, *, inhibitory: bool) -> Filter:
@@ -61,6 +70,8 @@ def filter_of(d: DieDevices, capacitance: float, line: float, *, inhibitory: boo
 
     inhibitory: whether their output passes a mirror.
     """
+    if d.full:
+        return _whole_filter_of(d, capacitance, line, inhibitory=inhibitory)
     u_t = d.u_t
     md1, md2, md5 = d.fet["md1"], d.fet["md2"], d.fet["md5"]
     leak = d.saturated("md3", d.below("v_tau"))
@@ -90,6 +101,18 @@ def filter_of(d: DieDevices, capacitance: float, line: float, *, inhibitory: boo
     )
 
 
+def _whole_filter_of(d: DieDevices, capacitance: float, line: float, *, inhibitory: bool) -> Filter:
+    """The same under the law with second-order effects."""
+    own, (k_n, k_p) = own_of(d, inhibitory=inhibitory), slopes(d)
+    fold, md1 = d.u_t / k_n, d.fet["md1"]
+    unit = np.full(d.copies, capacitance * fold)
+    return Filter(
+        unit / own.leak, unit, own.start, own.scale, own.specific, k_p / k_n, md1.current, fold,
+        line * d.u_t, k_n * line / capacitance, d.u_t * float(np.mean(d.pinch("md1", d.gate["v_thr"]))),
+        whole_of(d, own, line / capacitance, inhibitory=inhibitory),
+    )  # fmt: skip
+
+
 def _mirror(d: DieDevices) -> tuple[F64, F64]:
     """md7's current over md6's in weak inversion, and the s with which it is as `ln^2(1 + s e) / s^2`.
 
@@ -103,6 +126,8 @@ def _mirror(d: DieDevices) -> tuple[F64, F64]:
 
 def line_voltage(f: Filter, current: float, u_t: float) -> float:
     """Return where a filter's line stands while `current` (A) passes through md1, V: `U_T (p_thr - u_f)`."""
+    if f.whole is not None:
+        return whole_line_voltage(f.whole, current)
     return float(f.held_at - u_t * argument(current / float(f.pair.mean())))
 
 
@@ -124,7 +149,7 @@ def bank_of(f: Filter, load: Load, shape: Shape, step: float) -> FilterBank:
         -np.expm1(-decay),
         decay,
         shape.brought_at(_resting(f, load, shape)),
-        np.exp(f.power * f.start).astype(np.float32),
+        shape.empty.astype(np.float32),
         idle.astype(np.float32),
         (line * step).astype(np.float32),
         (line * np.log1p(step * load.drawn / f.line_charge)).astype(np.float32),
@@ -154,12 +179,14 @@ def settled(f: Filter, load: Load, step: float) -> tuple[F64, F64]:
 class Shape(NamedTuple):
     """Charge of a filter's pair over u, the ratio that its currents would have in weak inversion.
 
-    omega: values and slopes over z, float64[points, 4]; brought, ratio: z and v over ln u from -40 to 16.
+    omega: values and slopes over z, float64[points, 4]; brought, ratio: z and v over ln u from -40 to 16;
+    empty: u^power of each filter at v_dd, float64[n].
     """
 
     omega: F64
     brought: F64
     ratio: F64
+    empty: F64
 
     def log_of(self, z: F64) -> F64:
         """Return the logarithm of u at z."""
@@ -176,6 +203,8 @@ def shape_of(f: Filter, load: Load) -> Shape:
     v is that of two transistors alike, by the law, which carry the mean of what the synapses draw. c =
     kappa_n C_line / C: while v is below 1 the line follows v_syn, and its charge is drawn too.
     """
+    if f.whole is not None:
+        return _whole_shape_of(f, f.whole, float(load.drawn.mean()))
     inversion = np.full(_LOGARITHMS.size, float(np.mean(load.drawn / f.pair)))
     second, zero = np.empty(_LOGARITHMS.size), np.zeros(_LOGARITHMS.size)
     one = np.ones(_LOGARITHMS.size)
@@ -191,7 +220,19 @@ def shape_of(f: Filter, load: Load) -> Shape:
     table[:, 0] = np.exp(np.interp(log, _LOGARITHMS, np.log(v)))
     table[:, 2] = np.exp(f.power * log)
     table[:-1, 1], table[:-1, 3] = np.diff(table[:, 0]), np.diff(table[:, 2])
-    return Shape(table, brought, v)
+    return Shape(table, brought, v, np.exp(f.power * f.start))
+
+
+def _whole_shape_of(f: Filter, whole: WholeFilter, drawn: float) -> Shape:
+    """The same under the law with second-order effects: E of the mean filter in the place of u^power."""
+    curves = curves_of(whole, drawn, _LOGARITHMS)
+    brought = integral(_LOGARITHMS[None], curves.density[None])[0] + (1.0 + f.follow) * _LOGARITHMS[0]
+    log = np.interp(OMEGA_POINTS, brought, _LOGARITHMS)
+    table, output = np.zeros((OMEGA_POINTS.size, 4)), np.log(curves.output)
+    table[:, 0] = np.interp(log, _LOGARITHMS, curves.ratio)
+    table[:, 2] = np.exp(np.interp(log, _LOGARITHMS, output))
+    table[:-1, 1], table[:-1, 3] = np.diff(table[:, 0]), np.diff(table[:, 2])
+    return Shape(table, brought, curves.ratio, np.exp(np.interp(f.start, _LOGARITHMS, output)))
 
 
 class Filtered(Protocol):

@@ -90,13 +90,10 @@ def _rise(own: F64, y: F64, zeta: F64, grid: F64) -> F64:
 def _bend(m: Neurons, share: F64) -> F64:
     """w: how much of the correction for strong inversion the share of the reference input needs."""
     n, points = share.shape
-    kappa = m.kappa_p[:, None]
-    v = np.linspace(0.0, 1.0, points)[None, :] * m.top[:, None]
-    second = m.membrane_pinch[:, None] - kappa * v / m.u_t[:, None]
     exact = np.empty(n * points)
     pair_shares(
         np.repeat(m.ground_current, points), np.repeat(m.ground_pinch, points),
-        np.repeat(m.membrane_current, points), second.ravel(), np.full(n * points, REFERENCE_INPUT), exact,
+        np.repeat(m.membrane_current, points), m.inside.ravel(), np.full(n * points, REFERENCE_INPUT), exact,
     )  # fmt: skip
     more = exact.reshape(n, points) / (REFERENCE_INPUT * share) - 1.0
     return np.asarray(more / (weak_over(REFERENCE_INPUT / m.ground_current)[:, None] - 1.0))

@@ -38,13 +38,15 @@ class Neurons(NamedTuple):
     membrane_current: F64
     membrane_pinch: F64  # at v_mem = 0
     kappa_p: F64
+    inside: F64  # float64[n, GRID]: pinch-off voltage of the membrane's device over v_mem, U_T
     capacitance: F64  # F, fixed part
     input_linear: F64  # F, times the share
     input_square: F64  # F, times the share squared
     quiet: F64  # float64[n, GRID]: dv_ahp/dt over v_ahp without a spike, V/s
     share: F64  # float64[n, GRID]: share of a spike's current that the adaptation's pair passes, over v_ahp
+    taken: F64  # float64[n, GRID]: that of its whole charge, over v_ahp before it
     drawn: F64  # float64[n, GRID]: I_ahp over v_ahp, A
-    ahp_step: F64  # V between points of the last three
+    ahp_step: F64  # V between points of the last four
     delay: F64  # s, of a spike after v_mem has come to `top` with delay_speed
     delay_speed: F64  # V/s
     delay_exponent: F64
@@ -176,7 +178,7 @@ def advance_neurons(
                     times[k, counts[k]] = now + step - left + h + delay
                 counts[k] += 1
                 _adapt(m, k, s, h, 0.5 * (s[V_MEM] + m.top[k]))
-                s[V_AHP] += m.kick[k] * _cubic(m.share[k], s[V_AHP] / m.ahp_step[k])
+                s[V_AHP] += m.kick[k] * _cubic(m.taken[k], s[V_AHP] / m.ahp_step[k])
                 s[V_MEM] = 0.0
                 s[WAIT] = delay + m.refractory[k]
             else:

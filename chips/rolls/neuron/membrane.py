@@ -111,16 +111,39 @@ class Membrane:
             passed = self._over_v.saturated(copy, self._diode(diode_name, passed)).ravel()
         return passed.reshape(self.v.shape)
 
+    def couplings(self) -> tuple[float, float, float]:
+        """Return kappa of mn1, of mn3, and of the membrane's device of the leak's pair."""
+        fet = self.d.fet
+        return fet["sodium.mn1"].kappa, fet["sodium.mn3"].kappa, fet["leak.ml2"].kappa
 
-def membrane_capacitance(d: DieDevices, c: F64) -> tuple[float, float, float]:
+    def direct(self) -> F64:
+        """Return I_dc, float64[n, 1]."""
+        return np.broadcast_to(self.d.saturated("leak.ml9", self.d.below("v_dc")), self.d.copies)[:, None]
+
+    def inside(self) -> F64:
+        """Return the pinch-off voltage of the membrane's device of the leak's pair, U_T."""
+        kappa = self.d.fet["leak.ml2"].kappa
+        return self.d.pinch("leak.ml2", self.d.v_dd)[:, None] - kappa * self.v / self.d.u_t
+
+    def ground(self) -> F64:
+        """Return the pinch-off voltage of the pair's other device, U_T, float64[n]."""
+        return np.broadcast_to(self.d.pinch("leak.ml1", self.d.below("v_thr")), self.d.copies).copy()
+
+    def reverse(self) -> F64:
+        """Return what a device that draws from the membrane draws at v, over what it draws in saturation."""
+        return np.asarray(-np.expm1(-self.v / self.d.u_t))
+
+
+def membrane_capacitance(couplings: tuple[float, float, float], c: F64) -> tuple[float, float, float]:
     """Return the coefficients (F) of C(v) = fixed + linear share + square share^2.
 
     share is the part of the input that enters the membrane. nf follows v_mem by -(kappa_n / kappa_p); a
     charge that nf takes is missing in the mirror. i_in follows by kappa_p times the share, and passes the
-    share on. c: capacitance matrix of the neuron's nodes, F.
+    share on. couplings: kappa of mn1, of mn3, and of the pair; c: capacitance matrix of the neuron's nodes,
+    F.
     """
-    k_n, k_p = d.fet["sodium.mn1"].kappa, d.fet["sodium.mn3"].kappa
-    slope = np.array([1.0, -k_n / k_p])
+    k_n, k_m, k_p = couplings
+    slope = np.array([1.0, -k_n / k_m])
     weight = np.array([1.0, -1.0])
     return float(weight @ c[:2, :2] @ slope), float((1.0 + k_p) * c[0, 2]), float(k_p * c[2, 2])
 

@@ -24,11 +24,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chips.model_law import check_law
 from chips.rolls.lumped.network import pair, stack
 from chips.rolls.neuron.kernel import GRID, NEURON_COLUMNS, Neurons, advance_neurons, rest_of
 from chips.rolls.neuron.membrane import Membrane, balance, membrane_capacitance
 from chips.rolls.neuron.spike import START, run_spikes
+from chips.rolls.neuron.whole_membrane import MIDDLE, WholeMembrane, taken_in, whole_adaptation, whole_balance
+from chips.rolls.neuron.whole_spike import BEFORE, run_whole_spikes
 from circuits.arrays import F64, Bools
 from circuits.blocks.rolls.neuron import RESTING
 from circuits.circuit import Circuit
@@ -55,11 +56,7 @@ class NeuronModel:
 
 
 def model_of(circuit: Circuit, process: Process, array: str = "") -> NeuronModel:
-    """Prepare the model of `circuit`, a ROLLS neuron, or of its instance array called `array`.
-
-    Raises `ParameterError` where the process's law is not the model's.
-    """
-    check_law(process)
+    """Prepare the model of `circuit`, a ROLLS neuron, or of its instance array called `array`."""
     lone = array_of(circuit, array).circuit if array else circuit
     return NeuronModel(circuit, array, capacitance_matrix(lone, process, NODES))
 
@@ -79,49 +76,59 @@ def neurons_of(d: DieDevices, c: F64, select: Bools | None = None, i_nmda: float
     """Return the neurons of the devices `d`; c: capacitances of NODES, F; the others as in `neurons_on`."""
     n, u_t = d.copies, d.u_t
     latch = np.zeros(n, np.bool_) if select is None else select
-    top = balance(d)
+    top = whole_balance(d) if d.full else balance(d)
     v = np.linspace(0.0, 1.0, GRID)[None, :] * (top - START)[:, None]
-    membrane = Membrane(d, v)
-    fixed, in_linear, in_square = membrane_capacitance(d, c)
+    membrane = WholeMembrane(d, v) if d.full else Membrane(d, v)
+    couplings = membrane.couplings()
+    fixed, in_linear, in_square = membrane_capacitance(couplings, c)
     ahp = np.linspace(0.0, AHP_HIGH, GRID)
-    quiet, share = _adaptation(d, ahp)
-    drawn = d.columns().saturated("adaptation.ma6", ahp)
-    feedback = membrane.feedback()
-    spikes = run_spikes(d, c, fixed, np.ascontiguousarray(feedback[:, -1]), top)
+    if d.full:
+        quiet, share = whole_adaptation(d, ahp)
+        drawn = d.columns().current("adaptation.ma6", ahp, MIDDLE)
+    else:
+        quiet, share = _adaptation(d, ahp)
+        drawn = d.columns().saturated("adaptation.ma6", ahp)
+    feedback, inside = membrane.feedback(), membrane.inside()
+    drive = np.ascontiguousarray(feedback[:, -1])
+    if d.full:
+        drives = np.stack((WholeMembrane(d, v[:, -1:] - BEFORE).feedback()[:, 0], drive))
+        spikes = run_whole_spikes(d, c, fixed, drives, top)
+    else:
+        spikes = run_spikes(d, c, fixed, drive, top)
+    kick = spikes.charge / c[4, 4]
     return Neurons(
         u_t=np.full(n, u_t),
         top=top - START,
-        table=_table(d, membrane, latch, i_nmda, c[4, 4]),
+        table=_table(membrane, latch, i_nmda, c[4, 4]),
         ground_current=d.fet["leak.ml1"].current,
-        ground_pinch=np.broadcast_to(d.pinch("leak.ml1", d.below("v_thr")), n).copy(),
+        ground_pinch=membrane.ground(),
         membrane_current=d.fet["leak.ml2"].current,
-        membrane_pinch=d.pinch("leak.ml2", d.v_dd),
-        kappa_p=np.full(n, d.fet["leak.ml2"].kappa),
+        membrane_pinch=inside[:, 0].copy(),
+        kappa_p=np.full(n, couplings[2]),
+        inside=inside,
         capacitance=np.full(n, fixed),
         input_linear=np.full(n, in_linear),
         input_square=np.full(n, in_square),
         quiet=quiet / c[4, 4],
         share=share,
+        taken=taken_in(share, ahp, kick) if d.full else share,
         drawn=drawn,
         ahp_step=np.full(n, ahp[1]),
         delay=spikes.delay,
         delay_exponent=spikes.exponent,
         delay_speed=feedback[:, -1] / fixed,
         refractory=spikes.refractory,
-        kick=spikes.charge / c[4, 4],
+        kick=kick,
     )
 
 
-def _table(d: DieDevices, membrane: Membrane, latch: Bools, i_nmda: float, c_ahp: float) -> F64:
+def _table(membrane: Membrane | WholeMembrane, latch: Bools, i_nmda: float, c_ahp: float) -> F64:
     """Columns over v_mem, float64[n, GRID, COLUMNS]."""
-    ground = np.broadcast_to(d.pinch("leak.ml1", d.below("v_thr")), d.copies)[:, None]
-    kappa = d.fet["leak.ml2"].kappa
-    inside = d.pinch("leak.ml2", d.v_dd)[:, None] - kappa * membrane.v / d.u_t
     columns = (
         membrane.feedback() + membrane.pull() - membrane.leak(latch) - membrane.off(),
-        membrane.nmda(i_nmda) + np.broadcast_to(d.saturated("leak.ml9", d.below("v_dc")), d.copies)[:, None],
-        np.exp(0.5 * (inside - ground)),
-        -np.expm1(-membrane.v / d.u_t),
+        membrane.nmda(i_nmda) + membrane.direct(),
+        np.exp(0.5 * (membrane.inside() - membrane.ground()[:, None])),
+        membrane.reverse(),
         membrane.approach() / c_ahp,
     )
     return np.ascontiguousarray(np.stack(columns, axis=-1))

@@ -34,6 +34,7 @@ from chips.rolls.layout import STATIC as OWN
 from chips.rolls.lumped.grid import edges
 from chips.rolls.neuron.kernel import INJECTED, Neurons
 from chips.rolls.neuron.membrane import Membrane
+from chips.rolls.neuron.whole_membrane import WholeMembrane
 from chips.rolls.noise.layout import (
     BACK,
     DIRECT,
@@ -99,8 +100,8 @@ def membrane_rows(built: Built, d: DieDevices, slow: Bools, step: float) -> F64:
     centre = 0.5 * (edge[1:] + edge[:-1])
     v = np.clip(lines[:, :, VOLTAGE] + lines[:, :, VOLTAGE + 1] * centre, 0.0, m.top[:, None])
     v = np.ascontiguousarray(v, dtype=np.float64)
-    share, inverse = _share(m, v), 1.0 / built.charge[:, None]
-    held = Membrane(d, v)
+    held = WholeMembrane(d, v) if d.full else Membrane(d, v)
+    share, inverse = _share(m, held.inside()), 1.0 / built.charge[:, None]
     leak, back, pull = held.leak(slow), held.feedback(), held.pull()
     direct = np.stack([np.interp(at, np.linspace(0.0, t, m.table.shape[1]), c)
                        for at, t, c in zip(v, m.top, m.table[:, :, INJECTED], strict=True)])  # fmt: skip
@@ -132,9 +133,8 @@ def _rising(own: F64, density: F64, width: F64, otherwise: float) -> F64:
     return np.where(sure, late / np.where(sure, moved**2 * density, 1.0), otherwise)
 
 
-def _share(m: Neurons, v: F64) -> F64:
-    """Share of a weak input that enters the membrane at `v` (V), float64[n, points]."""
-    inside = m.membrane_pinch[:, None] - m.kappa_p[:, None] * v / m.u_t[:, None]
+def _share(m: Neurons, inside: F64) -> F64:
+    """Share of a weak input that enters the membrane, float64[n, points]; inside: as in `Neurons`."""
     second = m.membrane_current[:, None] * np.exp(inside - m.ground_pinch[:, None])
     return np.asarray(second / (m.ground_current[:, None] + second))
 

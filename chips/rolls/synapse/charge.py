@@ -14,10 +14,13 @@ import numpy as np
 from chips.rolls.lumped.network import degenerated_sum, diode, sink_over_line
 from chips.rolls.synapse.model import SynapseModel, pulse_of
 from chips.rolls.synapse.weight import BITS, branches
+from chips.rolls.synapse.whole_weight import drawn_by, fall, idle, sinks, sourced, sources, sunk
 from circuits.arrays import F64
 from circuits.lowering.on_die import DieDevices
 
 WEIGHT_DEVICES = (*(f"me{k}" for k in range(1, 10)), *(f"mi{k}" for k in (1, 2, 3, 4, 5, 6, 7)))
+
+Bits = tuple[bool, bool]  # latches w0 and w1
 
 QUIET = 10e-3  # s, ours: time between pulses for which the mirror's lateness is taken
 
@@ -39,6 +42,11 @@ def draw_of(model: SynapseModel, d: DieDevices, level: int, line: float) -> Draw
     up = np.minimum(line, d.pinch(switch, d.v_dd) * d.u_t) - model.switch_held[sign] * d.gate["v_shift"]
     switched = model.switch_capacitance[sign] * np.maximum(up, 0.0)
     bits = BITS[abs(level) - 1]
+    if d.full:
+        current, late = (
+            _whole_excitatory(model, d, bits, line) if level > 0 else _whole_inhibitory(d, bits, line)
+        )
+        return Draw(current, late, switched)
     lines = np.array([x for pair in branches(d, "e" if level > 0 else "i", bits) for x in pair])
     current, late = _excitatory(model, d, lines) if level > 0 else _inhibitory(d, lines, line)
     return Draw(current, late, switched)
@@ -95,8 +103,26 @@ def _inhibitory(d: DieDevices, lines: F64, line: float) -> tuple[F64, F64]:
     return out[:, 0].copy(), np.zeros(d.copies)
 
 
+def _whole_excitatory(model: SynapseModel, d: DieDevices, bits: Bits, line: float) -> tuple[F64, F64]:
+    """The same under the law with second-order effects, at the line's voltage, V."""
+    given = drawn_by(d, sources(d, bits))
+    (high, rest), (slope, own) = given.gate, fall(d, given.gate[0])
+    falls = np.exp(-slope * high) + slope * own * QUIET / model.mirror_capacitance
+    before = np.maximum(-np.log(falls) / slope, rest)
+    lifted = d.pinch("synapse.me9", d.v_dd) * d.u_t - d.gate["v_shift"]
+    late = model.mirror_capacitance * (high - before) - model.mirror_coupling * lifted
+    return sourced(d, high, np.array([line]))[:, 0].copy(), np.asarray(late / given.current[0])
+
+
+def _whole_inhibitory(d: DieDevices, bits: Bits, line: float) -> tuple[F64, F64]:
+    """The same under the law with second-order effects."""
+    return sunk(d, sinks(d, bits), np.array([line]))[:, 0].copy(), np.zeros(d.copies)
+
+
 def idle_draw(d: DieDevices, *, inhibitory: bool) -> F64:
     """Return what each synapse leaks from a line between pulses, A."""
+    if d.full:
+        return idle(d, inhibitory=inhibitory)
     return d.saturated("synapse.mi1" if inhibitory else "synapse.me9", 0.0, d.gate["v_shift"])
 
 

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chips.rolls.synapse.whole_kernel import currents, output
 from circuits.arrays import F64, Bools
 from circuits.compiled import compiled
 from circuits.devices.ekv import argument_of_root, law
@@ -61,7 +62,20 @@ class Filters(NamedTuple):
     held: F64  # V, from which the switch's far node is lifted, its nodes' mean
 
 
+class WholeFilters(NamedTuple):
+    """What else filters need under the law with second-order effects.
+
+    rows: float64[6, TERMS, n] of md1, md2, md3, md5, md6, md7 (`chips.rolls.synapse.whole_kernel`); gates:
+    of md1, V, and of md3, V below the supply, float64[2, n]; end: of the output's node, V.
+    """
+
+    rows: F64
+    gates: F64
+    end: float
+
+
 _compiled = compiled(fastmath={"contract"})
+_Whole = WholeFilters | None  # by which a kernel is compiled for either law
 _Six = tuple[float, float, float, float, float, float]
 
 
@@ -76,8 +90,10 @@ def _shape(row: F64, x: float) -> tuple[float, float]:
 
 
 @_compiled
-def _rates(m: Filters, k: int, v: float, line: float, drawn: float) -> _Six:
+def _rates(m: Filters, w: _Whole, k: int, v: float, line: float, drawn: float) -> _Six:
     """dv_syn/dt, dv_line/dt (V/s) and their derivatives by v_syn and the line (1/s), row by row."""
+    if w is not None:
+        return _whole_rates(m, w, k, v, line, drawn)
     u = m.u_t[k]
     supply, s, y = m.v_dd[k] / u, v / u, line / u
     p2 = m.kappa_n[k] * (s - m.t2[k])
@@ -103,8 +119,24 @@ def _rates(m: Filters, k: int, v: float, line: float, drawn: float) -> _Six:
 
 
 @_compiled
-def static_output(m: Filters, k: int, v: float) -> float:
+def _whole_rates(m: Filters, w: WholeFilters, k: int, v: float, line: float, drawn: float) -> _Six:
+    """The same under the law with second-order effects."""
+    js, jl, ss, sl, ls, ll = currents(w.rows, w.gates, k, m.v_dd[k], (v, line))
+    points = m.shape.shape[1] - 1
+    share, bend = _shape(m.shape[k], line / m.v_dd[k] * points)
+    jl -= drawn * share
+    ll -= drawn * bend * points / m.v_dd[k]
+    a, b, c = m.inverse[0], m.inverse[1], m.inverse[2]
+    return (
+        a * js + b * jl, b * js + c * jl, a * ss + b * ls, a * sl + b * ll, b * ss + c * ls, b * sl + c * ll,
+    )  # fmt: skip
+
+
+@_compiled
+def static_output(m: Filters, w: _Whole, k: int, v: float) -> float:
     """Return I_syn with v_syn at rest at `v` V, A, positive for both signs."""
+    if w is not None:
+        return output(w.rows, k, m.v_dd[k] - v, (m.v_dd[k], w.end), m.mirrored[k])
     u = m.u_t[k]
     current = m.i5[k] * law(m.kappa_p[k] * ((m.v_dd[k] - v) / u - m.t5[k]))[0]
     if not m.mirrored[k]:
@@ -112,27 +144,27 @@ def static_output(m: Filters, k: int, v: float) -> float:
     kappa = m.kappa_n[k]
     # gate of the diode md6 by Newton on ln I, from saturation
     q = math.sqrt(current / m.i6[k])
-    w = m.t6[k] + argument_of_root(q) / kappa
+    gate = m.t6[k] + argument_of_root(q) / kappa
     for _ in range(20):
-        p = kappa * (w - m.t6[k])
+        p = kappa * (gate - m.t6[k])
         f, df = law(p)
-        g, dg = law(p - w)
+        g, dg = law(p - gate)
         step = (m.i6[k] * (f - g) - current) / (m.i6[k] * (kappa * df - (kappa - 1.0) * dg))
-        w -= step
+        gate -= step
         if abs(step) < 1e-9:
             break
-    return float(m.i7[k] * law(kappa * (w - m.t7[k]))[0])
+    return float(m.i7[k] * law(kappa * (gate - m.t7[k]))[0])
 
 
 @_compiled
-def advance_filter(m: Filters, k: int, s: F64, drawn: float, duration: float) -> None:
+def advance_filter(m: Filters, w: _Whole, k: int, s: F64, drawn: float, duration: float) -> None:
     """Advance filter k by `duration` s while synapses draw `drawn` A from its line."""
     left = duration
     v, y = s[V_SYN], s[V_LINE]
     total = drawn + m.off[k]
     while left > 0.0:
         h = min(s[STEP], left)
-        r0, r1, ss, sl, ls, ll = _rates(m, k, v, y, total)
+        r0, r1, ss, sl, ls, ll = _rates(m, w, k, v, y, total)
         while True:
             d = 2.0 / h
             determinant = (d - ss) * (d - ll) - sl * ls
@@ -143,14 +175,14 @@ def advance_filter(m: Filters, k: int, s: F64, drawn: float, duration: float) ->
             g = 4.0 / h
             x0, x1 = r0 + g * a, r1 + g * b
             c, e = a00 * x0 + a01 * x1, a10 * x0 + a11 * x1
-            t0, t1, _, _, _, _ = _rates(m, k, v + 2.0 * a, y + 2.0 * b, total)
+            t0, t1, _, _, _, _ = _rates(m, w, k, v + 2.0 * a, y + 2.0 * b, total)
             g = 1.0 / h
             x0, x1 = t0 + g * (a - c), t1 + g * (b - e)
             p, q = a00 * x0 + a01 * x1, a10 * x0 + a11 * x1
             n0, n1 = v + 2.0 * a + p, y + 2.0 * b + q
-            t0, t1, _, _, _, _ = _rates(m, k, n0, n1, total)
-            w = 8.0 / 3.0
-            x0, x1 = t0 + g * (a - c - w * p), t1 + g * (b - e - w * q)
+            t0, t1, _, _, _, _ = _rates(m, w, k, n0, n1, total)
+            third = 8.0 / 3.0
+            x0, x1 = t0 + g * (a - c - third * p), t1 + g * (b - e - third * q)
             z0, z1 = a00 * x0 + a01 * x1, a10 * x0 + a11 * x1
             # the line's own voltage matters less than v_syn's by what its capacitance is smaller
             error = max(abs(z0), 0.1 * abs(z1)) / TOLERANCE
@@ -160,13 +192,13 @@ def advance_filter(m: Filters, k: int, s: F64, drawn: float, duration: float) ->
         v, y = n0 + z0, n1 + z1
         left -= h
         if m.mirrored[k]:
-            s[OUTPUT] = _late(m, k, s[OUTPUT], static_output(m, k, v), h)
+            s[OUTPUT] = _late(m, k, s[OUTPUT], static_output(m, w, k, v), h)
         if h < s[STEP] and error < 0.1 and left <= 0.0:
             break  # a step cut short by the end says nothing of the next
         s[STEP] = h * min(_SAFETY / max(error, 1e-3) ** (1.0 / 3.0), 4.0)
     s[V_SYN], s[V_LINE] = v, y
     if not m.mirrored[k]:
-        s[OUTPUT] = static_output(m, k, v)
+        s[OUTPUT] = static_output(m, w, k, v)
 
 
 @_compiled
@@ -177,13 +209,13 @@ def _late(m: Filters, k: int, current: float, given: float, h: float) -> float:
 
 
 @_compiled
-def rest_of(m: Filters, state: F64) -> None:
+def rest_of(m: Filters, w: _Whole, state: F64) -> None:
     """Fill the state of filters without pulses, by growing steps from v_syn at the supply."""
     for k in range(m.u_t.size):
         s = state[k]
         s[V_SYN], s[V_LINE], s[STEP] = m.v_dd[k], 0.7 * m.v_dd[k], FIRST_STEP
-        s[OUTPUT] = static_output(m, k, m.v_dd[k])
-        advance_filter(m, k, s, 0.0, 1e3)
+        s[OUTPUT] = static_output(m, w, k, m.v_dd[k])
+        advance_filter(m, w, k, s, 0.0, 1e3)
         s[STEP] = FIRST_STEP
 
 
@@ -195,11 +227,14 @@ def _jump(m: Filters, s: F64, volts: float) -> None:
 
 
 @_compiled
-def follow(m: Filters, k: int, s: F64, drawn: float, starts: F64, ends: F64, times: F64, out: F64) -> None:
+def follow(
+    m: Filters, w: _Whole, k: int, s: F64, drawn: float, pulses: tuple[F64, F64], times: F64, out: F64
+) -> None:
     """Fill the output current (A) of filter k at `times` (s, rising from 0).
 
-    drawn: current of its pulses, A; starts, ends: of the pulses, s.
+    drawn: current of its pulses, A; pulses: beginnings and ends of them, s.
     """
+    starts, ends = pulses
     now = 0.0
     p = 0
     on = False
@@ -210,7 +245,7 @@ def follow(m: Filters, k: int, s: F64, drawn: float, starts: F64, ends: F64, tim
                 edge = ends[p] if on else starts[p]
             until = min(edge, times[j])
             if until > now:
-                advance_filter(m, k, s, drawn if on else 0.0, until - now)
+                advance_filter(m, w, k, s, drawn if on else 0.0, until - now)
                 now = until
             if now >= edge:
                 if on:

@@ -18,10 +18,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chips.model_law import check_law
-from chips.rolls.synapse.kernel import FILTER_COLUMNS, Filters, follow, rest_of
+from chips.rolls.lumped.whole import coupling, rows_of
+from chips.rolls.synapse.kernel import FILTER_COLUMNS, Filters, WholeFilters, follow, rest_of
 from chips.rolls.synapse.weight import Weights, weights_on
+from chips.rolls.synapse.whole_weight import fall, recharge
 from circuits.arrays import F64
+from circuits.blocks.rolls.dpi_synapse import MEMBRANE
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.event import EDGE, WIDTH
@@ -29,6 +31,8 @@ from circuits.lowering.capacitance import capacitance_matrix
 from circuits.lowering.on_die import DieDevices, array_of, standing
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
+
+LATE = 1e-10  # A, ours: at which the slope of the mirror that follows late is taken
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,16 +62,13 @@ class SynapsesOnDie:
     width: F64
     weights: Weights
     filters: Filters
-    thermal_kappa: float
+    whole: WholeFilters | None
+    slope: F64  # of the logarithm of the mirror's current over its gate, 1/V
     mirror_capacitance: float
 
 
 def model_of(circuit: Circuit, process: Process, array: str = "") -> SynapseModel:
-    """Prepare the model of a ROLLS synapse with its filters, or of a circuit's instance array `array`.
-
-    Raises `ParameterError` for a process whose law the model does not follow.
-    """
-    check_law(process)
+    """Prepare the model of a ROLLS synapse with its filters, or of a circuit's instance array `array`."""
     lone = array_of(circuit, array).circuit if array else circuit
     pulse = capacitance_matrix(lone, process, ("extender.v_p", "event", "extender.p1"))
     filters, switches, shares, couplings = [], [], [], []
@@ -97,13 +98,16 @@ def synapses_on(model: SynapseModel, silicon: Silicon, level: int) -> SynapsesOn
     return synapses_of(model, standing(model.circuit, silicon, model.array), level)
 
 
-def synapses_of(model: SynapseModel, d: DieDevices, level: int) -> SynapsesOnDie:
-    """Return synapses with the devices `d`, each with filters of its own."""
+def synapses_of(model: SynapseModel, d: DieDevices, level: int, end: float = MEMBRANE) -> SynapsesOnDie:
+    """Return synapses with the devices `d`, each with filters of its own, whose output flows to `end` V."""
     weights = weights_on(d, level, model.mirror_capacitance, model.mirror_coupling)
     begin, width = pulse_of(model, d)
+    slope = np.full(d.copies, d.fet["synapse.me7"].kappa / d.u_t)
+    if d.full and level > 0:
+        slope, _ = fall(d, weights.mirror_level)
+    whole = _whole(d, level > 0, end) if d.full else None
     return SynapsesOnDie(
-        begin, width, weights, _filters(model, d, level, weights), d.fet["synapse.me7"].kappa / d.u_t,
-        model.mirror_capacitance,
+        begin, width, weights, _filters(model, d, level, weights), whole, slope, model.mirror_capacitance
     )  # fmt: skip
 
 
@@ -126,6 +130,11 @@ def pulse_of(model: SynapseModel, d: DieDevices) -> tuple[F64, F64]:
     moved = c * threshold + model.event_coupling * falling + model.inverter_coupling * (d.v_dd - follower)
     # p1 moves from where the pFET leaves its triode region
     edge = d.v_dd - u_t * d.pinch("extender.mp3p", d.v_dd - threshold)
+    if d.full:
+        more = model.event_coupling * falling, model.inverter_coupling * (d.v_dd - follower)
+        i_pwlk = d.current("extender.mp2", d.below("v_pwlk"), d.v_dd - threshold)
+        lag = d.inverter_lag("extender.mp3", edge - follower, model.inverter_capacitance, i_pwlk / c)
+        return begin, np.asarray(released + recharge(d, c, threshold, more) + lag)
     lag = d.inverter_lag("extender.mp3", edge - follower, model.inverter_capacitance, i_pwlk / c)
     return begin, np.asarray(released + moved / i_pwlk + lag)
 
@@ -139,9 +148,13 @@ def _filters(model: SynapseModel, d: DieDevices, level: int, weights: Weights) -
     c = model.filter_capacitance[sign]
     inverse = np.linalg.inv(c)
     switch = d.pinch("synapse.me9" if excites else "synapse.mi1", d.v_dd) * u_t
+    kappa = md1.kappa
+    if d.full and not excites:
+        # of the mirror, which follows late
+        kappa = coupling(d, f"{name}.md6", d.gate_for(f"{name}.md6", np.asarray(LATE)))
     return Filters(
         u_t=np.full(n, u_t),
-        kappa_n=np.full(n, md1.kappa),
+        kappa_n=np.full(n, kappa),
         kappa_p=np.full(n, md3.kappa),
         v_dd=np.full(n, d.v_dd),
         i1=md1.current,
@@ -168,6 +181,16 @@ def _filters(model: SynapseModel, d: DieDevices, level: int, weights: Weights) -
     )
 
 
+def _whole(d: DieDevices, excites: bool, end: float) -> WholeFilters:  # noqa: FBT001 - which filter
+    name, letter = ("excitatory", "e") if excites else ("inhibitory", "i")
+    numbers = (1, 2, 3, 5, 5, 5) if excites else (1, 2, 3, 5, 6, 7)
+    gates = (d.gate[f"v_{letter}thr"], d.below(f"v_{letter}tau"))
+    return WholeFilters(
+        np.array([rows_of(d.fet[f"{name}.md{k}"]) for k in numbers]),
+        np.array([np.broadcast_to(x, d.copies) for x in gates]), end,
+    )  # fmt: skip
+
+
 def pulses(synapses: SynapsesOnDie, k: int, events: Sequence[float]) -> tuple[F64, F64]:
     """Return beginnings and ends (s) of the current of synapse k at events (s).
 
@@ -192,7 +215,7 @@ def _late(synapses: SynapsesOnDie, k: int, quiet: float) -> float:
     high, rest = float(w.mirror_level[k]), float(w.mirror_rest[k])
     if high == rest:
         return 0.0
-    slope = synapses.thermal_kappa
+    slope = float(synapses.slope[k])
     fall = np.exp(-slope * high) + slope * float(w.mirror_current[k]) * quiet / synapses.mirror_capacitance
     before = max(-np.log(fall) / slope, rest) if np.isfinite(fall) else rest
     return float(w.delay[k]) * (high - before) / (high - rest)
@@ -205,9 +228,10 @@ def respond(synapses: SynapsesOnDie, events: Sequence[float], times: F64) -> F64
     """
     n = synapses.begin.size
     state = np.zeros((n, FILTER_COLUMNS))
-    rest_of(synapses.filters, state)
+    filters, whole = synapses.filters, synapses.whole
+    rest_of(filters, whole, state)
     out = np.empty((n, times.size))
     for k in range(n):
-        starts, ends = pulses(synapses, k, events)
-        follow(synapses.filters, k, state[k], synapses.weights.current[k], starts, ends, times, out[k])
+        on = pulses(synapses, k, events)
+        follow(filters, whole, k, state[k], synapses.weights.current[k], on, times, out[k])
     return out

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from chips.rolls.chip import Inputs, RollsChip
+from chips.rolls.lumped.whole_filter import INPUT, MEMBRANE
 from chips.rolls.parts import devices_at, part_gates, row_place
 from chips.rolls.program.address import NEURONS, NONPLASTIC
 from chips.rolls.synapse.model import SynapsesOnDie, respond, synapses_of
@@ -49,7 +50,7 @@ def reference_synapses(chip: RollsChip, level: int, pre: int, rows: Sequence[int
         letter = {"excitatory": "e", "inhibitory": "i"}.get(name, "")
         ports.update({f"v_{letter}{port[2:]}": np.asarray(v) for port, v in own.items()})
     d = DieDevices(silicon.thermal_voltage, silicon.process.v_dd, len(rows), fets, ports)
-    found = synapses_of(prepare(params, silicon.process).synapse, d, level)
+    found = synapses_of(prepare(params, silicon.process).synapse, d, level, INPUT if level > 0 else MEMBRANE)
     idle = chip.built().loads[0 if level > 0 else 1].idle[list(rows)]
     return dataclasses.replace(found, filters=found.filters._replace(off=idle.copy()))
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chips.rolls.lumped.network import degenerated_sum, diode, sink_over_line, stack
+from chips.rolls.synapse.whole_weight import drawn_by, fall, idle, sinks, sourced, sources, sunk
 from circuits.arrays import F64
 from circuits.lowering.on_die import DieDevices
 
@@ -32,6 +33,9 @@ class Weights(NamedTuple):
 
 def weights_on(d: DieDevices, level: int, mirror_capacitance: float, mirror_coupling: float) -> Weights:
     """Return the currents of `level` (1 to 4, -1 to -4) of every copy."""
+    if d.full:
+        bits, capacitances = BITS[abs(level) - 1], (mirror_capacitance, mirror_coupling)
+        return _whole_excitatory(d, bits, capacitances) if level > 0 else _whole_inhibitory(d, bits)
     return (_excitatory if level > 0 else _inhibitory)(
         d, BITS[abs(level) - 1], mirror_capacitance, mirror_coupling
     )
@@ -106,6 +110,23 @@ def _inhibitory(d: DieDevices, bits: tuple[bool, bool], _: float, __: float) -> 
     sink_over_line(both, pinch, lines, np.linspace(0.0, d.v_dd / u_t, GRID), out)
     none = np.zeros(n)
     return _weights(out, d.saturated("synapse.mi1", 0.0, d.gate["v_shift"]), none, none, none, np.ones(n))
+
+
+def _whole_excitatory(d: DieDevices, bits: tuple[bool, bool], c: tuple[float, float]) -> Weights:
+    """The same under the law with all its effects; c: of the mirror's gate, and to its drain, F."""
+    given = drawn_by(d, sources(d, bits))
+    (high, rest), grid = given.gate, np.linspace(0.0, d.v_dd, GRID)
+    lifted = d.pinch("synapse.me9", d.v_dd) * d.u_t - d.gate["v_shift"]
+    delay = (c[0] * (high - rest) - c[1] * lifted) / given.current[0]
+    return _weights(
+        sourced(d, high, grid), idle(d, inhibitory=False), delay, high, rest, fall(d, high)[1]
+    )  # fmt: skip
+
+
+def _whole_inhibitory(d: DieDevices, bits: tuple[bool, bool]) -> Weights:
+    """The same under the law with all its effects."""
+    drawn, none = sunk(d, sinks(d, bits), np.linspace(0.0, d.v_dd, GRID)), np.zeros(d.copies)
+    return _weights(drawn, idle(d, inhibitory=True), none, none, none, np.ones(d.copies))
 
 
 def _weights(drawn: F64, off: F64, delay: F64, level: F64, rest: F64, mirror: F64) -> Weights:

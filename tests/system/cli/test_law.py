@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.refusals import command_refusals
@@ -29,6 +30,16 @@ def test_a_process_of_one_s_own_is_the_file_s(run_json: RunJson) -> None:
     assert own["voltages_V"] == shipped["voltages_V"]
 
 
+def test_rolls_is_shown_and_run_under_both_laws(run_json: RunJson) -> None:
+    shown = [run_json("show", "rolls", "--law", law) for law in ("ideal", "full")]
+    assert [found["law"] for found in shown] == ["ideal", "full"]
+    curves = [np.mean(found["fi_rate_Hz"]) for found in shown]
+    assert curves[1] != pytest.approx(curves[0], rel=0.01)
+    given = ("run", "rolls", "--duration", "0.12s", "--law")
+    rates = [np.mean(run_json(*given, law)["rates_Hz"]) for law in ("ideal", "full")]
+    assert rates[1] != pytest.approx(rates[0], rel=0.01)
+
+
 def test_a_study_is_of_its_law(run_json: RunJson) -> None:
     means = []
     for law in ("ideal", "full"):
@@ -48,7 +59,7 @@ test_what_has_no_such_law_refuses_it = command_refusals(
             "montecarlo pushbot -n 2 --law full",
             "runs on models of its own process under the ideal",
         ),
-        ("show rolls --law full", "a model of rolls-180 under the ideal law"),
+        ("show rolls --process ami-1500", "rolls is a model of rolls-180; leave it out"),
         (
             "export ranging-chip --level behavioural --dialect verilog-a -o - --law full",
             "must be ekv without second-order effects",
