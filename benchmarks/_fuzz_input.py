@@ -94,7 +94,7 @@ def _decks(folder: Path) -> list[bytes]:
 COMMANDS = (
     "show rebound-neuron --bias i_inh_tau=40.1pA --param membrane_capacitance=600fF --temperature 60",
     "show rebound-neuron --bias-set burst --die 1003 --at ranging-chip/neuron[2] --corner ss",
-    "show ranging-chip --lot B --die 7 --no-mismatch --bias-kind generator",
+    "show ranging-chip --lot B --die 7 --no-mismatch --bias-kind ideal",
     "montecarlo rebound-neuron --metric t_inh --samples 20 --temperature 0 --corner ff --chunk 4",
     "montecarlo rebound-neuron --until 2% --seed 3 --trials 1 --first-die 5 --stimulus delay=6.4ms",
     "montecarlo pushbot --metric collided --param scene=pair --param duration=2s --trials 2",

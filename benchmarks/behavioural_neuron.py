@@ -110,7 +110,7 @@ def main() -> int:
     options = parser.parse_args()
     many, few = (40, 5) if options.quick else (200, 20)
     warm = [compare(range(FIRST_DIE, FIRST_DIE + many), 27.0, "gate", options.rtol)]
-    kinds: tuple[BiasKind, ...] = ("gate", "generator")
+    kinds: tuple[BiasKind, ...] = ("gate", "ideal")
     dies = range(FIRST_DIE, FIRST_DIE + few)
     others = [compare(dies, t, k, options.rtol) for t in (0.0, 60.0) for k in kinds]
     rows = [row(f"{many} dies, {warm[0].name}", warm), row(f"4 x {few} dies, 0 and 60 degC, pooled", others)]

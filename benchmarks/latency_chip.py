@@ -1,6 +1,6 @@
 """Claims: the latency chip runs at 100 times real time on one core with mismatch, the same to the bit.
 
-A die with mismatch and process variation, biases by the generator, ten pings a second in the scene of Figure
+A die with mismatch and process variation, ideal biases, ten pings a second in the scene of Figure
 12, the head middle and middle left in turn, a reset after every second ping; maps, bus and motors are in the
 time. CPU time of one thread, the median of several turns; compiling and making the die are left out (and
 stand in the note). A second chip of the same die must say the same, from another thread too. Beside it, with
@@ -77,7 +77,7 @@ def measure(pings: int, turns: int, *, network: bool) -> Iterator[Row]:
 def made(arcs: Arcs, numbers: Numbers, *, transistors: bool = False) -> ChipBrain:
     """A chip with maps and motors."""
     design = design_of(arcs, numbers)
-    biases, silicon = usual_biases(design, "generator"), Silicon(die=DIE)
+    biases, silicon = usual_biases(design, "ideal"), Silicon(die=DIE)
     units = {PLACE: TransistorUnit(biases, silicon, *PLACE)} if transistors else {}
     return brain_with(LatencyChip(design, biases, silicon, units=units), arcs, numbers)
 

@@ -61,8 +61,8 @@ def program() -> Program:
 
 
 def chip_on(die: int, step: float = STEP) -> RollsChip:
-    """The chip of a die with generator biases."""
-    return RollsChip(program(), Silicon(ROLLS_180, 27.0, Die(number=die)), "generator", step=step)
+    """The chip of a die with ideal biases."""
+    return RollsChip(program(), Silicon(ROLLS_180, 27.0, Die(number=die)), "ideal", step=step)
 
 
 def measure(*, quick: bool, interpreter: str | None) -> Iterator[Row]:
@@ -143,7 +143,7 @@ def current_errors() -> Iterator[tuple[str, float]]:
         "level 1, 300 Hz": (1, 300.0, {}, 27.0, "gate"),
         "level 4, 100 Hz": (4, 100.0, {}, 27.0, "gate"),
         "level 1, slow, 30 Hz": (1, 30.0, slow, 27.0, "gate"),
-        "level 1, slow, 60 degC": (1, 30.0, slow, 60.0, "generator"),
+        "level 1, slow, 60 degC": (1, 30.0, slow, 60.0, "ideal"),
         "level 1, slow, 0 degC": (1, 30.0, slow, 0.0, "gate"),
         "level 1 of 2 nA, slow": (1, 300.0, slow | {"NPA_WEIGHT_EXC_P": (4, 80)}, 27.0, "gate"),
         "level -1, 30 Hz": (-1, 30.0, {}, 27.0, "gate"),
@@ -166,7 +166,7 @@ def period_error() -> float:
     for drive in (0.16e-9, 0.25e-9, 0.6e-9):
         codes = {**QUIET, "IF_DC_P": code_for(drive)}
         silent = Program(np.zeros((NEURONS, NEURONS), np.int8), table(codes, {}))
-        chip = RollsChip(silent, Silicon(ROLLS_180, 27.0, Die(number=FIRST_DIE)), "generator")
+        chip = RollsChip(silent, Silicon(ROLLS_180, 27.0, Die(number=FIRST_DIE)), "ideal")
         spikes, _ = chip.run(chip.at_rest(), 1.0)
         neurons = chip.built().neurons
         few = neurons._replace(**{k: getattr(neurons, k)[:16] for k in neurons._fields})

@@ -61,7 +61,7 @@ def measure(turns: int) -> Iterator[Row]:
 
 def _best(chosen: Program, turns: int) -> tuple[float, float, float]:
     """Seconds of 1 s, mean rate (Hz), and events of excitatory synapses."""
-    chip = RollsChip(chosen, Silicon(ROLLS_180, 27.0, Die(number=DIE)), "generator")
+    chip = RollsChip(chosen, Silicon(ROLLS_180, 27.0, Die(number=DIE)), "ideal")
     _, state = chip.run(chip.at_rest(), 0.2)
     best, events, spikes = float("inf"), 0.0, 0
     for _ in range(turns):

@@ -56,7 +56,7 @@ def measure(*, quick: bool) -> Iterator[Row]:
     """All rows."""
     turns = QUICK if quick else TURNS
     whole, silicon = program(), Silicon(ROLLS_180, 27.0, Die(number=DIE))
-    chip, plain = (RollsChip(p, silicon, "generator") for p in (whole, replace(whole, plastic=None)))
+    chip, plain = (RollsChip(p, silicon, "ideal") for p in (whole, replace(whole, plastic=None)))
     taken, rate = _best(chip, turns)
     without, plain_rate = _best(plain, turns)
     events = rate * NEURONS * NEURONS
@@ -93,7 +93,7 @@ def _best(chip: RollsChip, turns: int) -> tuple[float, float]:
 
 def _lesson() -> Row:
     task = Task(training=20)
-    chip, _ = chips_of(task, Silicon(ROLLS_180, 27.0, Die(number=DIE)), "generator", DIE)
+    chip, _ = chips_of(task, Silicon(ROLLS_180, 27.0, Die(number=DIE)), "ideal", DIE)
     state = chip.at_rest()
     start = time.thread_time()
     teach(chip, task, state, DIE, task.training)

@@ -36,7 +36,7 @@ from circuits.solver.power import drain_current
 from circuits.solver.transient import Result, simulate
 
 FIRST_DIE = 1000
-KINDS: tuple[BiasKind, ...] = ("gate", "generator")
+KINDS: tuple[BiasKind, ...] = ("gate", "ideal")
 RATES = (5.0, 20.0, 70.0, 200.0)  # Hz
 SYNAPSE_ALLOWED, NEURON_ALLOWED, SILENT_ALLOWED = 0.03, 0.05, 0.98
 STEP = 1e-4  # s, of the model

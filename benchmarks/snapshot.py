@@ -32,7 +32,7 @@ _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 SILICON = (
     "",
     "--die 1003",
-    "--die 1004 --bias-kind generator",
+    "--die 1004 --bias-kind ideal",
     "--die 1003 --bias-kind gate --temperature 45",
 )
 RUNS = {

@@ -3,7 +3,7 @@
 Of the mean interval between spikes after the step, or of the spike's latency where there is one spike. Each
 chip is held at 27 degC up to the step, and at 7 or 47 degC from it on; at both levels all voltages stay.
 
-* ROLLS: a neuron on a direct current, fixed gates and generator, the step at several phases of its interval;
+* ROLLS: a neuron on a direct current, fixed gates and ideal biases, the step at phases of its interval;
   both begin at 0 V, so that the circuit's step is moved by what its spikes are before the model's then;
 * ranging: a rebound neuron inhibited by a call, whose release the step moves, and an echo near its end;
 * NEF: a neuron on a constant current, the step within an interval.
@@ -47,7 +47,7 @@ from circuits.solver.temperature import simulate_course
 
 ALLOWED = 3.0  # %
 TO = (7.0, 47.0)  # degC
-KINDS: tuple[BiasKind, ...] = ("gate", "generator")
+KINDS: tuple[BiasKind, ...] = ("gate", "ideal")
 FIRST_DIE = 1000
 PROGRAM = Program(np.zeros((NEURONS, NEURONS), np.int8), default_biases().with_code("IF_DC_P", 5, 150))
 ROLLS_STEPS = (50e-3, 60e-3, 70e-3)  # s

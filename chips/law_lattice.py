@@ -14,7 +14,7 @@ processor none by so much; a constant or an equation that is changed does.
 | junction, junction_slope | leakage of both junctions there, A, and its derivative, S |
 | capacitance | capacitances of devices of `SIZES`, F |
 | mismatch | V_T0 (V) and beta of devices of `SIZES` on `DIE`, and what all of a polarity share there |
-| bias | gate voltages (V) that give `CURRENTS` by the kinds `gate` and `generator`, and what these give, A |
+| bias | gate voltages (V) that give `CURRENTS` by the kinds `gate` and `ideal`, and what these give, A |
 | closed_form | the interpolation and the pinch-off voltage as models take them, and their inverses |
 
 All of it is for the process's own parameters, and from temperature to junction also with every effect on that

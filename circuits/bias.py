@@ -101,7 +101,7 @@ def _mobility(law: TransistorAtTemperature, v_p: float) -> float:
 def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
     """Voltages that a bias puts on its port at the silicon's temperature, V, float64 of the port's shape.
 
-    A `gate` bias is computed on the nominal device at the bias's reference temperature, a `generator` bias on
+    A `gate` bias is computed on the nominal device at the bias's reference temperature, an `ideal` bias on
     the die's own copy of the device at the silicon's temperature, and a `voltage` bias is its value.
 
     Parameters
@@ -146,7 +146,7 @@ def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
 
 
 def _gates(circuit: str, bias: Bias, device: Transistor, current: F64, silicon: Silicon) -> F64:
-    """Gate voltages above the bulk, V. Only a generator's copy of the device is on the die."""
+    """Gate voltages above the bulk, V. Only an ideal bias's copy of the device is on the die."""
     process, reference = silicon.process, bias.reference_temperature_c
     if bias.kind == "gate":
         law = at_temperature(process.model(device.polarity), process, reference)
@@ -200,7 +200,7 @@ def die_current(circuit: Circuit, bias: Bias, silicon: Silicon) -> float:
 def _biased_device(circuit: Circuit, bias: Bias) -> Transistor:
     device = None if bias.device is None else circuit.device(bias.device)
     if bias.kind == "voltage" or not isinstance(device, Transistor):
-        raise TopologyError(f"{circuit.name}.{bias.name}: no current bias; name a gate or generator")
+        raise TopologyError(f"{circuit.name}.{bias.name}: no current bias; name a gate or ideal bias")
     return device
 
 
@@ -234,7 +234,7 @@ def rebias(
     values
         The new value of a bias by its name, A or V.
     kind
-        What all biases but voltages become, `gate` or `generator`; each keeps its kind unless given.
+        What all biases but voltages become, `gate` or `ideal`; each keeps its kind unless given.
     """
     biases = {b.name: b for b in circuit.biases}
     for name, value in (values or {}).items():

@@ -34,7 +34,7 @@ GROUND = "0"
 
 PortKind = Literal["event", "analog", "bias", "supply"]
 Direction = Literal["in", "out"]
-BiasKind = Literal["gate", "generator", "voltage"]
+BiasKind = Literal["gate", "ideal", "voltage"]
 Shape = tuple[int, ...]
 
 _CALLED_GROUND = frozenset({"gnd", "gnd!", "ground"})  # by SPICE and its users; "vss" is a supply of its own
@@ -126,7 +126,7 @@ class Bias:
         The port that is set.
     kind : str
         One of three. A `gate` bias is an ideal gate voltage: the one at which the nominal `device` carries
-        `value` in saturation at the reference temperature; it stays there at every temperature. A `generator`
+        `value` in saturation at the reference temperature; it stays there at every temperature. A `ideal`
         bias is an ideal current of `value` at the reference temperature, proportional to absolute
         temperature, into a diode-connected copy of `device` on the same die. A `voltage` bias is `value`
         itself.
@@ -138,7 +138,7 @@ class Bias:
     reference_temperature_c : float
         Temperature at which `value` holds, degC.
     place : tuple or None
-        Where the generator's copy stands on the die, for a block that shares its chip's biases
+        Where the copy of an ideal bias stands on the die, for a block that shares its chip's biases
         (`circuits.place`); inside the circuit itself unless given.
     allow_implausible : bool
         Whether a value outside of what silicon has is meant.

@@ -2,7 +2,7 @@
 
 A circuit that is taken out of its chip has to know three things to behave as it does inside: its place, which
 decides the deviations of its devices on a die; the chip's biases at the nodes that its own bias ports are
-connected to, including where the bias generator's copies stand; and the parameters that its instance sets.
+connected to, including where the copies of ideal biases stand; and the parameters that its instance sets.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def _bias_there(
 
 
 def bias_path(port: str, index: Shape) -> Place:
-    """Path of a bias generator's copy for an element of a port.
+    """Path of an ideal bias's copy for an element of a port.
 
     Its name contains a space, so that it cannot be the name of an instance.
     """

@@ -156,7 +156,7 @@ EXPERIMENT_LINES: dict[str, str] = {
     "nef-chip": "neurons of the NEF chip beside their circuit, errors, decoders",
     "rolls-calibration": "ROLLS: eight populations at three rates on 50 dies, and their drift",
     "rolls-field": "ROLLS: a neural field chooses the stronger of two inputs",
-    "rolls-drift": "drift of ROLLS with temperature, fixed gates and bias generator",
+    "rolls-drift": "drift of ROLLS with temperature, fixed gates and ideal currents",
     "rolls-forms": "published forms of ROLLS' circuits, and by how much each is off",
     "rolls-mismatch": "spread of ROLLS' neurons and synapses, and what makes it",
     "rolls-learning": "ROLLS: two patterns of mean rates learned by plastic synapses",

@@ -202,7 +202,7 @@ def lines_of(design: Design, q: Charges) -> dict[str, Line]:
 
 @dataclass(frozen=True, slots=True)
 class Biases:
-    """Bias lines of a chip, and how their currents are made: by fixed gates, or by a generator.
+    """Bias lines of a chip, and how their currents are made: by fixed gates, or as ideal currents.
 
     codes: coarse and fine codes of those lines that were set by codes, int64[..., 2].
     """
@@ -249,7 +249,7 @@ def currents_of(codes: I64) -> F64:
 def gate_voltages(biases: Biases, silicon: Silicon) -> dict[str, F64]:
     """Return the voltages of all bias lines above the bulk's rail, V, of each line's shape.
 
-    A generator's copies stand on the silicon's die; a fixed gate knows neither die nor temperature.
+    Copies of ideal biases stand on the silicon's die; a fixed gate knows neither die nor temperature.
     """
     circuit = _bias_circuit(biases)
     v_dd = silicon.process.v_dd

@@ -1,8 +1,8 @@
 """Measurement of the latency chip's record: the charges behind its times, and a comparator's slopes.
 
 Every time on the chip is a charge over the current of one device, `T = Q / I`. Measured from the blocks'
-circuits, over temperature and the threshold shift that a die's transistors of a polarity share, with currents
-of the bias generator:
+circuits, over temperature and the threshold shift that a die's transistors of a polarity share, with ideal
+biases:
 
     timer, tap, tonic, integrating, race, second, recurrent    Q of each, C, threshold and parasitics in it
     pulse_width                                                of a tap's event, s
@@ -68,8 +68,8 @@ def measure() -> Record:
 
 
 def charges(silicon: Silicon) -> Quantities:
-    """Return the quantities of the blocks on a silicon, biased by the generator, by name."""
-    neuron, race, layer, tap, tonic, cd = (rebias(c, {}, "generator") for c in circuits())
+    """Return the quantities of the blocks on a silicon, with ideal biases, by name."""
+    neuron, race, layer, tap, tonic, cd = (rebias(c, {}, "ideal") for c in circuits())
     heard = measured(latency_neuron.BLOCK, neuron, silicon, first=FIRST, second=None)
     hop = measured(latency_tap.BLOCK, tap, silicon)
     stopped = measured(latency_layer.BLOCK, layer, silicon, excite_1=None, inhibit_1=None, inhibit_2=None)
@@ -78,7 +78,7 @@ def charges(silicon: Silicon) -> Quantities:
     spiking = measured(latency_tonic.BLOCK, tonic, silicon, inhibit=None, duration=40e-3)
     met = measured(latency_coincidence.BLOCK, cd, silicon, second=LAG)
     single = latency_race.build(latency_race.Params(excitations=1, inhibitions=1))
-    second = measured(latency_race.BLOCK, rebias(single, {}, "generator"), silicon, **quiet)
+    second = measured(latency_race.BLOCK, rebias(single, {}, "ideal"), silicon, **quiet)
 
     def times(value: float, circuit: Circuit, bias: str) -> float:
         return value * die_current(circuit, circuit.bias(bias), silicon)
@@ -116,7 +116,7 @@ class Found(dict[str, float]):
 def _gradient(silicon: Silicon) -> F64:
     """Slopes d ln Q / dx of a timer by each parameter of its comparator, float64[PARAMETERS]."""
     block = latency_coincidence.BLOCK
-    circuit = rebias(latency_coincidence.build(), {}, "generator")
+    circuit = rebias(latency_coincidence.build(), {}, "ideal")
     values = block.defaults | {"second": None}
     machine = to_kernel(block.testbench(circuit, values, silicon.process.v_dd), silicon)
     return timer_slopes(machine, "input0.timer", lambda result: block.measures(result)["window_s"], RTOL)

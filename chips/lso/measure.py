@@ -1,7 +1,7 @@
 """Measurement of the sonar head's record: charges, delays and offsets of its level units and LSO neurons.
 
 With the transistor-level solver, over temperature and the threshold shift that a die's transistors of a
-polarity share, with currents of the bias generator:
+polarity share, with ideal currents:
 
     timer, membrane     Q of a synapse's step and of a spike, C, threshold and parasitics in it
     onset, dead         charges (C) over the comparator's current: from an event to its current on the
@@ -79,8 +79,8 @@ def measure() -> Record:
 
 
 def quantities(silicon: Silicon) -> Quantities:
-    """Return the quantities of the circuits on a silicon, biased by the generator, by name."""
-    lso, level = (rebias(c, {}, "generator") for c in circuits())
+    """Return the quantities of the circuits on a silicon, with ideal biases, by name."""
+    lso, level = (rebias(c, {}, "ideal") for c in circuits())
     current, comparator, step = (
         die_current(lso, lso.bias(name), silicon) for name in ("i_exc", "i_cmp", "i_step")
     )
@@ -183,7 +183,7 @@ def _heard(lso: Circuit, silicon: Silicon, **stimuli: float) -> Result:
 
 def _timer_slopes(silicon: Silicon) -> F64:
     """Slopes d ln Q / dx of a timer by each parameter of its comparator."""
-    circuit = rebias(lso_neuron.build(), {}, "generator")
+    circuit = rebias(lso_neuron.build(), {}, "ideal")
     quiet: dict[str, float | None] = {s.name: None for s in lso_neuron.BLOCK.stimuli}
     bench = lso_neuron.testbench(
         circuit, quiet | {"excite_1": 0.5e-3, "duration": STOP}, silicon.process.v_dd
@@ -194,7 +194,7 @@ def _timer_slopes(silicon: Silicon) -> F64:
 
 def _level_slopes(silicon: Silicon) -> F64:
     """Slopes (V/V or V) of a level unit's offset by each parameter of its comparator."""
-    level = rebias(high_threshold_neuron.build(), {}, "generator")
+    level = rebias(high_threshold_neuron.build(), {}, "ideal")
 
     def offset(parameter: str, move: float) -> float:
         return level_delay(level, silicon, SLOW, parameter, move) * SLOW

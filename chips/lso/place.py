@@ -1,7 +1,7 @@
 """Where the sonar head's parts stand on its chip, and the voltages of its bias lines.
 
 Level units are at `sonar_head/ear[side]/level[k]`, LSO neurons at `sonar_head/lso[side]`, and one copy a line
-of the bias generator at `sonar_head/bias`. A part at its place has the chip's own devices.
+of ideal biases at `sonar_head/bias`. A part at its place has the chip's own devices.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from circuits.silicon.silicon import Silicon
 
 DIES = tuple(range(500, 508))  # of lot 0
 TEMPERATURES = 0.0, 27.0, 60.0  # degC
-KINDS: tuple[BiasKind, ...] = ("gate", "generator")
+KINDS: tuple[BiasKind, ...] = ("gate", "ideal")
 
 
 def every_silicon(dies: Sequence[int] = DIES) -> Iterator[tuple[int, Silicon]]:

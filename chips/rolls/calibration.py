@@ -184,7 +184,7 @@ def neuron_rates(chip: RollsChip, drive: Callable[[float], Inputs], measure: flo
 
 
 def calibrate(
-    task: Task, silicon: Silicon, kind: BiasKind = "generator", rounds: int = 14, step: float = STEP
+    task: Task, silicon: Silicon, kind: BiasKind = "ideal", rounds: int = 14, step: float = STEP
 ) -> Calibration:
     """Search bias codes on one die, then drop neurons.
 

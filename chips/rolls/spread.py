@@ -9,7 +9,7 @@ one deviation at a time in the behavioural model (of the same transistors), so t
 share; two quantities of one part correlate by `sum s_a s_b / (sigma_a sigma_b)`. `sampled` has the same
 quantities on the very neurons of a die, all deviations together.
 
-Capacitors have no mismatch in this project, and a bias's copy in the generator shifts all neurons alike.
+Capacitors have no mismatch in this project, and an ideal bias's copy shifts all neurons alike.
 """
 
 from __future__ import annotations

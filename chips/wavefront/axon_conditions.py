@@ -1,7 +1,7 @@
 """The axons of a wavefront chip on one die at one temperature, and their record at the die's currents.
 
 Coordinates are the die's currents of the sink and of the comparator's tail, by the law, from the gate
-voltages of their biases: fixed ones, or those of the generator's copies on the die. What does not depend on
+voltages of their biases: fixed ones, or those of the ideal biases' copies on the die. What does not depend on
 the die is made ready once a temperature (`axon_tables`), so that a thousand dies cost a thousand times
 little.
 """

@@ -3,7 +3,7 @@
 Before its first point and after its last one the temperature is the nearest one's. A run does not follow it
 continuously: what depends on temperature is made anew where the course, rounded to whole steps, has come to
 another one, so that the temperature that is used is within half a step of the course's. A delay by a fixed
-gate moves by some 6 %/K, so that half a step of 0.1 K is 0.3 % of it; one by a bias generator's current moves
+gate moves by some 6 %/K, so that half a step of 0.1 K is 0.3 % of it; one by an ideal bias's current moves
 by a tenth of that.
 """
 

@@ -2,8 +2,8 @@
 
 At a fixed gate voltage a weak current moves tenfold and more between -20 and 85 degC, and from one die to the
 next; a delay that such a current sets moves with it. A run that is to show anything at another temperature
-therefore gets its delays in the ratio of the block's own (`delay_ratio`), or the block is biased from the
-bias generator, whose currents follow the temperature alone (`Form.kind`).
+therefore gets its delays in the ratio of the block's own (`delay_ratio`), or the block has ideal
+biases, whose currents follow the temperature alone (`Form.kind`).
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from system.option import option
 from system.options.begin import BeginChoice, begin_choice
 from system.options.silicon import SiliconChoice
 
-_SpokenKind = Literal["gate", "generator"]  # kinds of bias that a user can ask for
+_SpokenKind = Literal["gate", "ideal"]  # kinds of bias that a user can ask for
 Engine = Literal["native", "ngspice"]
 Level = Literal["transistor", "behavioural"]
 
@@ -27,7 +27,7 @@ class BlockValues:
     bias: tuple[str, ...] = option((), "Bias, as i_lim=6.3uA, repeatable", metavar="NAME=VALUE")
     bias_set: str | None = option(None, "Named set of the block's biases; --bias goes on top", metavar="NAME")
     bias_file: str | None = option(None, "Of rolls: rolls_default, rolls_parallella or a CSV", metavar="FILE")
-    bias_kind: _SpokenKind | None = option(None, "Fixed gate voltages, or the bias generator")
+    bias_kind: _SpokenKind | None = option(None, "Fixed gate voltages, or ideal PTAT currents")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -77,7 +77,7 @@ class Architecture:
 
 
 def brain_of(
-    architecture: Architecture, silicon: Silicon = _NOMINAL, kind: BiasKind = "generator",
+    architecture: Architecture, silicon: Silicon = _NOMINAL, kind: BiasKind = "ideal",
     *, calibrated: bool = True, noise: SiliconNoise | None = None,
 ) -> Brain:  # fmt: skip
     """Make a chip with an architecture on it.

@@ -111,7 +111,7 @@ class Scenario(OnSilicon):
         None, "After which the run ends too; none", unit="m", above=0.0, study=True, key=""
     )
     exc: int = option(16, "Neurons that fire constantly", study=True, key="")
-    bias_kind: BiasKind = bias_kind_option("generator")
+    bias_kind: BiasKind = bias_kind_option("ideal")
     calibrated: bool = option(
         default=True,
         about="Codes of the die's own calibration; they are",

@@ -22,7 +22,7 @@ COLD, HOT = -20.0, 85.0  # degC
 FIRST_DIE, DIES = 1000, 9000  # below 1000 are those on which parameters are chosen
 
 
-ON_ITS_CHIP = Form(kind="generator")
+ON_ITS_CHIP = Form(kind="ideal")
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,11 +58,11 @@ class Case:
 
 USUAL_CASE = Case()
 _AT_REST = "nothing moves: what is left are the tolerances by which Newton's method stops, 1 uV (vntol)"
-_AT_ONCE = Form(kind="generator", stop=10e-6)
+_AT_ONCE = Form(kind="ideal", stop=10e-6)
 _REGENERATIVE = "a regenerative edge needs ngspice's steps short"
 CASES: Mapping[str, Case] = {
     "axon-delay": Case(
-        Form(kind="generator", stop=0.9e-3),
+        Form(kind="ideal", stop=0.9e-3),
         reltol=1e-5,
         points=1_100,
         why="the delay tells, and moves with ngspice's reltol",
@@ -70,23 +70,23 @@ CASES: Mapping[str, Case] = {
     "bias-chain": Case(_AT_ONCE, points=5, allowed=Allowance(operating_point=1e-6), why=_AT_REST),
     "bias-generator": Case(_AT_ONCE, points=5, allowed=Allowance(operating_point=1e-6), why=_AT_REST),
     "calcium-gate": Case(
-        Form(kind="generator", stop=0.02),
+        Form(kind="ideal", stop=0.02),
         points=330,
         why="its spikes, each a step of calcium, tell; later calcium can rest on a comparator's threshold,"
         " whose output then shows ngspice's own error many times larger: over the whole run 2.8 mV rms at"
         " reltol 1e-5, 2.0 mV at 1e-6, 0.8 mV at 1e-7",
     ),
     "centroid-board": Case(
-        Form(kind="generator", stop=0.06),
+        Form(kind="ideal", stop=0.06),
         reltol=3e-6,
         points=1_500,
         why="one call interval tells; its hold capacitors leak for long between two samples",
     ),
     "coincidence-detector": Case(
-        Form(kind="generator", stop=0.0035), points=150, why="the spike of a coincidence tells"
+        Form(kind="ideal", stop=0.0035), points=150, why="the spike of a coincidence tells"
     ),
     "conductance-neuron": Case(
-        Form(kind="generator", stop=0.0069),
+        Form(kind="ideal", stop=0.0069),
         reltol=3e-5,
         points=860,
         coldest=20.0,
@@ -94,21 +94,19 @@ CASES: Mapping[str, Case] = {
         " spike's time hangs on ngspice's tolerances; its first spike tells",
     ),
     "depressing-synapse": Case(
-        Form(kind="generator", stop=0.0065),
+        Form(kind="ideal", stop=0.0065),
         reltol=2e-4,
         points=200,
         why="two spikes tell, the second on a depressed weight",
     ),
     "dpi-synapse": Case(reltol=2e-4, points=250, why="short pulses and straight ramps need few steps"),
     "envelope-detector": Case(reltol=1e-5, points=2_000, why="100 periods of 40 kHz in the run"),
-    "latency-neuron": Case(
-        Form(kind="generator", stop=0.0095), points=160, why="the spike at its latency tells"
-    ),
+    "latency-neuron": Case(Form(kind="ideal", stop=0.0095), points=160, why="the spike at its latency tells"),
     "latency-unit": Case(
         Form(
             {"membrane_capacitance": 0.5e-12, "timer_capacitance": 0.5e-12},
             {"first": 60e-6, "integrating": 1e-3, "reset": None},
-            "generator",
+            "ideal",
             80e-6,
         ),
         reltol=2e-4,
@@ -117,7 +115,7 @@ CASES: Mapping[str, Case] = {
         " two pings of a whole unit are `benchmarks/latency_unit.py`'s",
     ),
     "lso-neuron": Case(
-        Form(kind="generator", stop=0.00205),
+        Form(kind="ideal", stop=0.00205),
         reltol=6e-6,
         points=1_000,
         why=f"{_REGENERATIVE}; the first spike tells",
@@ -128,9 +126,9 @@ CASES: Mapping[str, Case] = {
         " matrix singular",
     ),
     "plastic-synapse": Case(
-        Form(kind="generator", stop=0.012), points=240, why="the first moves of the weight tell"
+        Form(kind="ideal", stop=0.012), points=240, why="the first moves of the weight tell"
     ),
-    "race-cell": Case(Form(kind="generator", stop=0.0705), points=440, why="its spike ends the race"),
+    "race-cell": Case(Form(kind="ideal", stop=0.0705), points=440, why="its spike ends the race"),
     "race-layer": Case(
         Form(
             {
@@ -140,7 +138,7 @@ CASES: Mapping[str, Case] = {
                 "cells": 1,
             },
             {"excite_0": None, "excite_1": None, "inhibit_1": None, "inhibit_2": None},
-            "generator",
+            "ideal",
             1.0e-3,
         ),
         reltol=5e-5,
@@ -148,24 +146,24 @@ CASES: Mapping[str, Case] = {
         why="one cell's race and its spike tell, quick by a hundredth of the capacitors",
     ),
     "rebound-neuron": Case(
-        Form(kind="generator", stop=0.009),
+        Form(kind="ideal", stop=0.009),
         reltol=1e-5,
         points=2_000,
         why="the first rebound tells: some dies fire again and again, each time adding its error to the next",
     ),
     "rolls-neuron": Case(
-        Form(kind="generator", stop=0.0065),
+        Form(kind="ideal", stop=0.0065),
         reltol=1e-5,
         points=2_800,
         why=f"{_REGENERATIVE}; two spikes and the adaptation between them tell",
     ),
     "tonic-neuron": Case(
-        Form(kind="generator", stop=0.012),
+        Form(kind="ideal", stop=0.012),
         points=200,
         why="a spike and the beginning of its long silence tell",
     ),
     "vocalization-controller": Case(
-        Form(kind="generator", stop=0.06), reltol=3e-7, points=16_000, why=_REGENERATIVE
+        Form(kind="ideal", stop=0.06), reltol=3e-7, points=16_000, why=_REGENERATIVE
     ),
 }
 

@@ -17,7 +17,7 @@ from netlists.ngspice.agreement import USUAL, compare
 
 pytestmark = pytest.mark.usefixtures("kept_ngspice")
 
-CHIP = rebias(ranging_chip.build(), kind="generator")
+CHIP = rebias(ranging_chip.build(), kind="ideal")
 DIE = Die("B", 1003)
 
 

@@ -91,7 +91,7 @@ def test_a_gate_bias_stays_where_it_is_and_its_current_drifts() -> None:
 def test_a_generator_is_proportional_to_absolute_temperature(
     temperature_c: float, polarity: Polarity
 ) -> None:
-    circuit = cell("generator", 200e-12, polarity)
+    circuit = cell("ideal", 200e-12, polarity)
     v_gate = float(bias_voltages(circuit, circuit.biases[0], Silicon(temperature_c=temperature_c)))
     law = at_temperature(AMI_1500.model(polarity), AMI_1500, temperature_c)
     source = 0.0 if polarity == "n" else AMI_1500.v_dd
@@ -146,10 +146,10 @@ def test_a_bias_needs_a_bias_port_and_a_known_device() -> None:
 
 def test_rebias_sets_values_and_kind() -> None:
     circuit = cell("gate", 1e-9)
-    changed = rebias(circuit, {"i_b": 2e-9}, "generator")
-    assert changed.bias("i_b") == Bias("i_b", "gate", "generator", 2e-9, "m1")
+    changed = rebias(circuit, {"i_b": 2e-9}, "ideal")
+    assert changed.bias("i_b") == Bias("i_b", "gate", "ideal", 2e-9, "m1")
     assert circuit.bias("i_b").value == 1e-9
-    assert rebias(cell("voltage", 1.0), kind="generator").bias("i_b").kind == "voltage"
+    assert rebias(cell("voltage", 1.0), kind="ideal").bias("i_b").kind == "voltage"
     assert rebias(circuit) == circuit
     with pytest.raises(UnknownNameError, match=r"cell bias i_x: unknown; .*known are i_b"):
         rebias(circuit, {"i_x": 1.0})

@@ -43,7 +43,7 @@ def devices(machine: Machine, prefix: str) -> dict[str, tuple[float, float]]:
     return {name.removeprefix(prefix): (v, i) for name, v, i in rows if name.startswith(prefix)}
 
 
-@pytest.mark.parametrize(("k", "kind"), [(2, "gate"), (7, "generator")])
+@pytest.mark.parametrize(("k", "kind"), [(2, "gate"), (7, "ideal")])
 def test_a_lone_neuron_at_its_place_is_the_chip_s(k: int, kind: BiasKind) -> None:
     silicon = Silicon(die=Die(number=1003))
     chip = lower(rebias(CHIP, kind=kind), silicon)
@@ -66,7 +66,7 @@ def test_without_its_place_it_is_another() -> None:
 
 def test_the_generator_s_copies_are_shared_as_on_the_chip() -> None:
     silicon = Silicon(die=Die(number=1))
-    chip = rebias(CHIP, kind="generator")
+    chip = rebias(CHIP, kind="ideal")
     neurons = [circuit_at(chip, (("neuron", (k,)),)) for k in (2, 3)]
     voltages = [
         {b.name: float(bias_voltages(c, b, replace(silicon, place=place))) for b in c.biases}

@@ -31,7 +31,7 @@ FIELDS: dict[str, dict[str, Any]] = {
     "rover": {
         **WARM, "map": "map2", "start": (3, 3), "goal": (4, 4), "planner": "dijkstra", "cells": "chip",
         "need": "speed", "learn": 0.5, "prior": 2.0, "trips": 2, "posts": True, "sonar": True,
-        "bias_kind": "generator", "unit": 2e-4, "silicon_noise": "white", "rover": Rover(reach=5.0),
+        "bias_kind": "ideal", "unit": 2e-4, "silicon_noise": "white", "rover": Rover(reach=5.0),
     },
     "forest": {
         **WARM, "bat": Bat(max_speed=1.0), "sensing": Sensing(ranges="chip"), "map": "forest.csv",
@@ -44,19 +44,19 @@ FIELDS: dict[str, dict[str, Any]] = {
     },
     "spiking-bat": {
         **WARM, "brain": "chip", "max_speed": 1.0, "ping_rate": 8.0, "paths": 30, "taps": 20,
-        "map": "forest.csv", "obstacles": 900, "start": (1.0, 2.0), "pings": 7, "bias_kind": "generator",
+        "map": "forest.csv", "obstacles": 900, "start": (1.0, 2.0), "pings": 7, "bias_kind": "ideal",
         "codes": "calibrated", "area": 2.0, "units": ((16, 5),),
         "silicon_noise": "white",
     },
     "head": {
         **WARM, "head": SonarHead(ping_rate=5.0), "target": Motion(distance=2.0), "motion": "step",
-        "wiring": "one-ear", "duration": 3.0, "area": 0.5, "bias_kind": "generator", "silicon_noise": "white",
+        "wiring": "one-ear", "duration": 3.0, "area": 0.5, "bias_kind": "ideal", "silicon_noise": "white",
         "noise_seed": 2,
     },
     "bug": {
         **WARM, "agent": "bug0", "brain": "chip", "design": "improved", "neurons": 600, "map": "bug-open",
         "start": "2,2", "goal": "3,3", "duration": 5.0, "calibrated_c": 20.0, "solved_c": 21.0,
-        "bias_kind": "generator", "area": 2.0, "silicon_noise": "white", "noise_seed": 9,
+        "bias_kind": "ideal", "area": 2.0, "silicon_noise": "white", "noise_seed": 9,
     },
     "pushbot": {
         **WARM, "scene": "pair", "speed_factor": 1.0, "turn_factor": 1.0, "window": 0.1, "readout": "fixed",
@@ -66,7 +66,7 @@ FIELDS: dict[str, dict[str, Any]] = {
     },
     "rolls": {
         **WARM, "bias_file": "rolls_parallella", "input_rate": 50.0, "duration": 2.0,
-        "bias_kind": "generator", "silicon_noise": "white",
+        "bias_kind": "ideal", "silicon_noise": "white",
     },
 }  # fmt: skip
 
@@ -173,7 +173,7 @@ def test_what_is_yes_or_no_is_no_word(name: str, field: str) -> None:
 
 STUDIED = {
     "level": ("transistor", None, "transistor", {"approach"}),
-    "bias_kind": ("behavioural", "generator", "generator", set(SYSTEMS) - {"approach", "forest"}),
+    "bias_kind": ("behavioural", "ideal", "ideal", set(SYSTEMS) - {"approach", "forest"}),
 }
 
 

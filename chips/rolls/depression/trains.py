@@ -83,7 +83,7 @@ class Response:
     spread: float
 
 
-def chip_on(die: int, temperature_c: float = 27.0, kind: BiasKind = "generator") -> RollsChip:
+def chip_on(die: int, temperature_c: float = 27.0, kind: BiasKind = "ideal") -> RollsChip:
     """Return a chip on a die whose neuron ROW has a synapse of each level."""
     levels = np.zeros((NEURONS, NEURONS), np.int8)
     levels[ROW, list(COLUMNS)] = LEVELS
@@ -148,8 +148,8 @@ def response(die: int, rows: int, size: int = SIZE) -> Response:
         table = table.with_code(name, *code)
     program = Program(levels, table, depression=ShortTermDepression(SLOW))
     silicon, events = Silicon(ROLLS_180, 27.0, Die(number=die)), inputs_of(die)
-    chip = RollsChip(program, silicon, "generator")
-    plain = RollsChip(replace(program, depression=None), silicon, "generator")
+    chip = RollsChip(program, silicon, "ideal")
+    plain = RollsChip(replace(program, depression=None), silicon, "ideal")
     inputs = _to_all(events, size)
     spikes, state = chip.run(chip.at_rest(), UNTIL, inputs)
     without, _ = plain.run(plain.at_rest(), UNTIL, inputs)

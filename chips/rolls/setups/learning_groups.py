@@ -1,7 +1,7 @@
 """A ROLLS chip that learns with the mismatch of one group of its devices alone.
 
 `of_group` takes the tables of a group from the die's chip and all others from the same die without mismatch.
-A group's biases have the copies in the generator that are its own devices' on the die.
+A group's biases have the copies that are its own devices' on the die.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ between conditions:
   mismatch and without process variation (as if biases were trimmed), read with look-up values calibrated on
   that die at 27 degC. Intervals by bootstrap over samples, so over dies too.
 - Temperature of the nominal die with nominal look-up values, fixed gate voltages (`gate`) or the bias
-  generator's currents (`generator`) at the ranging chip; the selection has its gate voltage. Intervals by
+  ideal currents (`ideal`) at the ranging chip; the selection has its gate voltage. Intervals by
   Poisson.
 
 The share of ranging in the loss ln(exact / both) is the mean of what it costs first and what it costs last,
@@ -51,7 +51,7 @@ PINGS = 1_000_000  # a configuration; ours
 NEAR = 0.5  # of the exact bat's mean, for "near" on the nominal die at 27 degC; ours
 BOOTSTRAPS = 2000
 BATS = ("exact", "ranging", "selection", "both")
-KINDS: tuple[BiasKind, ...] = ("gate", "generator")
+KINDS: tuple[BiasKind, ...] = ("gate", "ideal")
 
 Four = Mapping[str, Tally]
 

@@ -3,13 +3,13 @@
 No figure of a paper. Chips with several kinds of biases, areas, calibrations and temperatures fly through
 forests, and their mean numbers of crossings without a collision are compared. Every forest has a die of its
 own, both numbered from 1006 on, with 1,400 obstacles, 2 m/s and ten pings a second; each flight is stopped at
-8 crossings, 600 s or a minute in a loop. Biases are the generator's unless said otherwise, and dies have
+8 crossings, 600 s or a minute in a loop. Biases are ideal currents unless said otherwise, and dies have
 mismatch and process variation. Rules, stated before the run: calibration by codes makes the mean of crossings
 larger; so does 16 times the area without calibration; with fixed gates and no calibration it is smaller than
-with the generator.
+with ideal currents.
 
-Contributions are those of the mismatch of one block at a time, with all others nominal, the generator's
-biases and no process variation: what is lost against the nominal die on the same forests.
+Contributions are those of the mismatch of one block at a time, with all others nominal, the biases'
+copies and no process variation: what is lost against the nominal die on the same forests.
 """
 
 from __future__ import annotations
@@ -44,20 +44,20 @@ DIES, BLOCK_DIES = 100, 30  # of each build, and of each block's; ours
 NOMINAL = "nominal die"
 BUILDS: Mapping[str, Build] = {
     NOMINAL: Build(own=False),
-    "generator": Build("generator"),
-    "generator, area 16": Build("generator", area=16.0),
+    "ideal": Build("ideal"),
+    "ideal, area 16": Build("ideal", area=16.0),
     "gate": Build("gate"),
-    "generator, calibrated": Build("generator", PARTS),
+    "ideal, calibrated": Build("ideal", PARTS),
     "gate, calibrated": Build("gate", PARTS),
-    "generator, calibrated, 10 degC": Build("generator", PARTS, temperature_c=10.0),
-    "generator, calibrated, 44 degC": Build("generator", PARTS, temperature_c=44.0),
+    "ideal, calibrated, 10 degC": Build("ideal", PARTS, temperature_c=10.0),
+    "ideal, calibrated, 44 degC": Build("ideal", PARTS, temperature_c=44.0),
     "gate, calibrated, 44 degC": Build("gate", PARTS, temperature_c=44.0),
 }
 # name, the build that is better, the one that is worse
 RULES = (
-    ("calibration_gains", "generator, calibrated", "generator"),
-    ("area_gains", "generator, area 16", "generator"),
-    ("generator_over_gate", "generator", "gate"),
+    ("calibration_gains", "ideal, calibrated", "ideal"),
+    ("area_gains", "ideal, area 16", "ideal"),
+    ("ideal_over_gate", "ideal", "gate"),
 )
 
 Flights = Mapping[str, Sequence[Crossed]]
@@ -81,7 +81,7 @@ def fly_one(key: Numbered) -> Crossed:
 
 def _builds() -> dict[str, Build]:
     """All builds: of whole dies, and with the deviations of one block each."""
-    alone = block_builds(Build("generator", process=False))
+    alone = block_builds(Build("ideal", process=False))
     return {**BUILDS, **{f"only {name}": build for name, build in alone.items()}}
 
 

@@ -5,7 +5,7 @@ recall, and the rms errors are compared. Each of the 33 memories of a die hears 
 times (seed 1000), remembers, and is asked again at the next ping, which shows nothing. The error is the
 recalled latency less that of equation (9), at the design's numbers; lost is what was not recalled at all.
 Taps are 3 ms apart, and of two within the window the first speaks, so that an ideal chip is early by up to 3
-ms. Rules, stated before the run: the nominal die's rms error is at most the window; on dies, generator
+ms. Rules, stated before the run: the nominal die's rms error is at most the window; on dies, ideal
 biases, calibration of delay line and integrators makes the rms smaller, at 27 degC.
 """
 
@@ -37,12 +37,12 @@ ALL = (*SOME, "shared")
 
 BUILDS: Mapping[str, Build] = {
     "nominal": Build(own=False),
-    "generator": Build("generator"),
-    "generator, area 16": Build("generator", area=16.0),
-    "generator, taps and integrators": Build("generator", SOME),
-    "generator, and shared": Build("generator", ALL),
-    "generator, and shared, 10 degC": Build("generator", ALL, temperature_c=10.0),
-    "generator, and shared, 44 degC": Build("generator", ALL, temperature_c=44.0),
+    "ideal": Build("ideal"),
+    "ideal, area 16": Build("ideal", area=16.0),
+    "ideal, taps and integrators": Build("ideal", SOME),
+    "ideal, and shared": Build("ideal", ALL),
+    "ideal, and shared, 10 degC": Build("ideal", ALL, temperature_c=10.0),
+    "ideal, and shared, 44 degC": Build("ideal", ALL, temperature_c=44.0),
     "gate": Build("gate"),
     "gate, and shared": Build("gate", ALL),
     "gate, and shared, 10 degC": Build("gate", ALL, temperature_c=10.0),
@@ -94,7 +94,7 @@ def recalls(chip: LatencyChip, seed: int) -> Recalls:
 def rows(found: Mapping[str, Recalls]) -> tuple[Statement, ...]:
     """Make the statements about the nominal and the calibrated chip."""
     nominal = found["nominal"].rms
-    usual, trimmed = found["generator"].rms, found["generator, taps and integrators"].rms
+    usual, trimmed = found["ideal"].rms, found["ideal, taps and integrators"].rms
     return (
         Statement("nominal_recall_error_rms_s", WINDOW, nominal, at_most(WINDOW, "at most the window")),
         Statement(

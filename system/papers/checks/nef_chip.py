@@ -41,7 +41,7 @@ from system.statement import Statement
 
 FIRST, DIES = 3000, 20
 TEMPERATURES = (0.0, 27.0, 60.0)
-KINDS: tuple[BiasKind, ...] = ("gate", "generator")
+KINDS: tuple[BiasKind, ...] = ("gate", "ideal")
 SHARES = (0.05, 0.1, 0.25, 0.5, 1.0)  # of the highest rate
 HIGHEST = 400.0  # Hz, of the design at 27 degC
 CLOSE = 0.03
@@ -70,7 +70,7 @@ def rate_errors(die: int, temperature: float, kind: BiasKind, shares: tuple[floa
     """Rates of the model over those of the transistor circuit, less 1, of the chip's neuron number `die`."""
     number, silicon = die % 4096, Silicon(ROLLS_180, temperature, Die(number=die))
     circuit = rebias(nef_neuron.build(), {}, kind)
-    # the generator's copies are the chip's
+    # the biases' copies are the chip's
     biases = tuple(replace(b, place=(*PLACE, *bias_path(b.port, ()))) for b in circuit.biases)
     circuit = replace(circuit, biases=biases)
     law = neurons_on(silicon, number + 1, circuit.biases)

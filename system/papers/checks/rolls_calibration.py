@@ -9,7 +9,7 @@ at other temperatures with the codes found at 27 degC: by how much the mean rate
 rule.
 
 A first version brought means and not middles of populations to the target: 96.5 % of the pairs were within
-10 % with generator biases, and 94.8 % with fixed gates, on the same dies.
+10 % with ideal biases, and 94.8 % with fixed gates, on the same dies.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
 FIRST_DIE, DIES, DRIFTING = 1000, 50, 10
-KINDS: tuple[BiasKind, ...] = ("generator", "gate")
+KINDS: tuple[BiasKind, ...] = ("ideal", "gate")
 TEMPERATURES = (17.0, 22.0, 27.0, 32.0, 37.0)  # degC
 WITHIN, SHARE = 0.1, 0.95
 

@@ -1,7 +1,7 @@
 """Short-term depression on ROLLS: trains, rate steps and a population, chip model beside transistors.
 
 No figure of a paper. A row of a die with a synapse of each level is run at transistor level and in the chip's
-kernel, and charges and spikes of both are compared, with generator biases, on dies from 1000 on at 0, 27 and
+kernel, and charges and spikes of both are compared, with ideal biases, on dies from 1000 on at 0, 27 and
 60 degC (`chips.rolls.depression.trains`). Known is the shape of depression in
 phenomenological models and their circuits (Tsodyks & Markram; Boegershausen, Suter & Liu 2003; general
 knowledge, not read here): a train settles at
@@ -134,7 +134,7 @@ def measure(asked: Asked) -> Answer:
     """Run once."""
     if asked.kind == RESPONSE:
         return Answer(response=response(asked.die, round(asked.size)))
-    chip = _chip(asked.die, asked.temperature_c, "gate" if asked.kind == FIXED else "generator")
+    chip = _chip(asked.die, asked.temperature_c, "gate" if asked.kind == FIXED else "ideal")
     return Answer(rate_step(chip) if asked.kind == STEP else train(chip, asked.size))
 
 

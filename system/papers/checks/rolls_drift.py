@@ -11,7 +11,7 @@ stands what follows from the law of its transistor with its own V_T - V_G at 27 
 
 G = (1 - e^-sqrt(I/I_S)) / sqrt(I/I_S) is 1 in weak inversion. The pulse width is what the pulse lasts beyond
 its event. Rules: currents within 5 % of the derived slope; times of gate biases within 10 % of it; with the
-generator tau within 0.2 %/K of 0 and t within 0.1 %/K of -0.33 %/K. They were set before the first run; it
+ideal tau within 0.2 %/K of 0 and t within 0.1 %/K of -0.33 %/K. They were set before the first run; it
 showed that I_pwlk is a tenth of its I_S, and G and the event's length were put in. The derived band of a
 fixed gate in weak inversion is 3.8 to 5.6 %/K, 0.1 to 0.3 V below V_T; the neuron's leak has to be in it.
 """
@@ -43,7 +43,7 @@ from system.plot import COLOURS, INK
 from system.rule import Rule, between, within, within_share
 from system.statement import Statement
 
-KINDS: tuple[BiasKind, ...] = ("gate", "generator")
+KINDS: tuple[BiasKind, ...] = ("gate", "ideal")
 BELOW, ABOVE, REFERENCE = 22.0, 32.0, 27.0  # degC
 CURVE = (0.0, 10.0, 20.0, 27.0, 35.0, 45.0, 60.0)  # degC, of the picture
 BAND = (0.038, 0.056)  # 1/K, of a fixed gate; derived
@@ -125,7 +125,7 @@ def measured(quantity: Quantity, kind: BiasKind, temperature_c: float) -> float:
 def current_slope(circuit: Circuit, bias: str, kind: BiasKind) -> float:
     """Derive d ln I/dT of a bias's device at 27 degC, 1/K."""
     kelvins = kelvin(REFERENCE)
-    if kind == "generator":
+    if kind == "ideal":
         return 1.0 / kelvins
     found, silicon = circuit.bias(bias), Silicon(ROLLS_180, REFERENCE)
     name = found.device or ""
@@ -167,7 +167,7 @@ def _row(quantity: Quantity, kind: BiasKind, ours: float) -> Statement:
 
 def _rule(law: str, kind: BiasKind) -> Rule:
     """A share of the derived slope, or an absolute slope where the derived one is near 0."""
-    if kind == "generator" and law != "current":
+    if kind == "ideal" and law != "current":
         return within(TAU_ALLOWED if law == "tau" else PERIOD_ALLOWED, "within {percent:g} %/K of derived")
     return within_share(
         CURRENTS_ALLOWED if law == "current" else TIMES_ALLOWED, "within {percent:g} % of derived"
@@ -187,7 +187,7 @@ def _draw(curves: dict[tuple[str, BiasKind], F64], figure: Figure) -> None:
             ax.plot(CURVE, values / values[at], style, color=COLOURS[k], marker=".", label=label)
         ax.axhline(1.0, color=INK, linewidth=0.5)
         ax.set_yscale("log" if kind == "gate" else "linear")
-        ax.set_title({"gate": "fixed gate voltages", "generator": "bias generator"}[kind])
+        ax.set_title({"gate": "fixed gate voltages", "ideal": "ideal currents"}[kind])
         ax.set_xlabel("temperature (°C)")
     panels[0].set_yticks((0.2, 0.5, 1.0, 2.0, 5.0), ("0.2", "0.5", "1", "2", "5"))
     panels[0].minorticks_off()
@@ -195,4 +195,4 @@ def _draw(curves: dict[tuple[str, BiasKind], F64], figure: Figure) -> None:
     panels[0].legend(fontsize=7)
 
 
-EXPERIMENT = Experiment("rolls-drift", "drift of ROLLS with temperature, fixed gates and bias generator", run)
+EXPERIMENT = Experiment("rolls-drift", "drift of ROLLS with temperature, fixed gates and ideal currents", run)

@@ -30,7 +30,7 @@ from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 
 FIRST_DIE, DIES = 1000, 20
-KINDS: tuple[BiasKind, ...] = ("generator", "gate")
+KINDS: tuple[BiasKind, ...] = ("ideal", "gate")
 SHARE = 0.95
 
 

@@ -7,7 +7,7 @@ dies below 1000) are taught 40 jittered presentations and tested on 40 others wi
 every die has patterns, first weights and events of its own, by its number. Rules, stated before the dies from
 1000 on were run:
 
-* at least 90 % told right over 20 dies with generator biases;
+* at least 90 % told right over 20 dies with ideal biases;
 * at least 99 % of the weights within 50 mV of a rail a second after the teaching, and all weights as they
   were after 100 s of silence;
 * a weight with its learning circuit at transistor level, driven by the same random spikes on ten dies from 0
@@ -50,7 +50,7 @@ TASK = Task()
 TEMPERATURES = (0.0, 27.0, 50.0)  # degC, of the transistor level
 PAIRS = 10  # dies of it
 LIMIT = 1.8  # V
-GENERATOR, GATES, TRANSISTORS = "generator", "gates", "transistors"
+IDEAL, GATES, TRANSISTORS = "ideal", "gates", "transistors"
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ class Taught:
 
 @dataclass(frozen=True, slots=True)
 class Lessons:
-    """Teaches the die of a key's number: with generator biases or fixed gates, or at transistor level."""
+    """Teaches the die of a key's number: with ideal biases or fixed gates, or at transistor level."""
 
     task: Task
 
@@ -91,7 +91,7 @@ class Lessons:
             return Taught(agreement=agreement(die, TEMPERATURES[(die - FIRST_DIE) % len(TEMPERATURES)]))
         if key.condition == GATES:
             return Taught(lesson(chips_of(task, silicon_of(die), "gate", die), task, die))
-        chips = chips_of(task, silicon_of(die), "generator", die)
+        chips = chips_of(task, silicon_of(die), "ideal", die)
         taught = lesson(chips, task, die, SILENCE, going_on=True)
         return Taught(taught, dict(group_shares(chips, task, die)))
 
@@ -105,16 +105,14 @@ def reproduce(
     task: Task = TASK,
 ) -> Report:
     """All dies, of which some with fixed gates, groups of devices, and the transistor level on `pairs`."""
-    counts = {GENERATOR: dies, GATES: gate_dies, TRANSISTORS: pairs}
+    counts = {IDEAL: dies, GATES: gate_dies, TRANSISTORS: pairs}
     keys = [Numbered(name, FIRST_DIE + k) for name, count in counts.items() for k in range(count)]
     numbers = (version("noctule"), task, SILENCE, GROUPS, TEMPERATURES)
     campaign = Campaign(EXPERIMENT.name, Lessons(task), Numbered, Taught, numbers)
     found = execution.by_condition(campaign, keys, progress)
-    lessons, fixed = (
-        [x.lesson for x in found.get(n, ()) if x.lesson is not None] for n in (GENERATOR, GATES)
-    )
+    lessons, fixed = ([x.lesson for x in found.get(n, ()) if x.lesson is not None] for n in (IDEAL, GATES))
     agreed = [x.agreement for x in found.get(TRANSISTORS, ()) if x.agreement is not None]
-    shares = {name: [x.shares[name] for x in found[GENERATOR]] for name in ("none", *GROUPS)}
+    shares = {name: [x.shares[name] for x in found[IDEAL]] for name in ("none", *GROUPS)}
     rows = (
         *_told(lessons, task),
         *_weights(lessons),
@@ -135,7 +133,7 @@ def silicon_of(die: int, *, mismatch: bool = True, temperature_c: float = 27.0) 
 
 def group_shares(chips: tuple[RollsChip, RollsChip], task: Task, die: int) -> Mapping[str, float]:
     """Give the share that pairs of neurons tell right on a die, by the group of devices with mismatch."""
-    plain = chips_of(task, silicon_of(die, mismatch=False), "generator", die)
+    plain = chips_of(task, silicon_of(die, mismatch=False), "ideal", die)
     found = {"none": lesson(plain, task, die).after.pairs_right(task)}
     for group in GROUPS:
         mixed = [
@@ -153,8 +151,8 @@ def agreement(die: int, temperature_c: float) -> Agreement:
     membrane = tuple((0.05 * k, (0.1, 0.45)[int(draw.integers(2))]) for k in range(8))
     s = Stimulus(tuple(np.sort(at[:50])), tuple(np.sort(at[50:])), membrane, 1010 * step)
     silicon = silicon_of(die, temperature_c=temperature_c)
-    ours, times = stepped(s, silicon, "generator")
-    theirs = simulated(s, silicon, "generator", times)
+    ours, times = stepped(s, silicon, "ideal")
+    theirs = simulated(s, silicon, "ideal", times)
     pairs = zip(
         moves(ours.tolist(), times, s.events, step),
         moves(theirs.tolist(), times, s.events, step),

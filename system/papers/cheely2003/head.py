@@ -49,7 +49,7 @@ LEAST_WORSE = 1.2  # of the worst die without inhibition over the worst with it
 AREAS = (LEAST_AREA, 0.25, 1.0, 4.0)
 TEMPERATURES = (0.0, 27.0, 60.0)  # degC
 ERRORS = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # deg, of the picture's axis
-KINDS = ("gate", "generator")
+KINDS = ("gate", "ideal")
 CASES: Mapping[str, Mapping[str, Any]] = {
     "sine": {},
     "step": {"motion": "step"},

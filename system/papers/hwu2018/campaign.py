@@ -36,7 +36,7 @@ from system.statement import Statement
 
 DIES, FIRST_DIE, ROUTES, SEED = 200, 1000, 20, 1000
 PARK, ANY = "map1-road-obstacles", "random-1-to-31"
-KINDS: tuple[BiasKind, ...] = ("gate", "generator")
+KINDS: tuple[BiasKind, ...] = ("gate", "ideal")
 UNITS = (2e-6, 5e-6, 10e-6, 20e-6, 50e-6, 100e-6, 200e-6, 500e-6)  # s
 TEMPERATURES = (-10.0, 0.0, 27.0, 45.0, 65.0)  # degC
 AREAS = (0.25, 0.5, 1.0, 2.0, 4.0, 16.0)  # below, mismatch leaves the record's box

@@ -2,8 +2,8 @@
 
 No figure of the paper, which names "parameter drift" with temperature as the main limitation. The robot
 drives towards a blue block at speed and turn factor 0.5, and how often it avoids it is compared between
-temperatures and between both kinds of bias: fixed gate voltages, and the generator's currents, which are
-proportional to absolute temperature. Rules (ours): with the generator the robot avoids the block in
+temperatures and between both kinds of bias: fixed gate voltages, and ideal currents, which are
+proportional to absolute temperature. Rules (ours): with ideal currents the robot avoids the block in
 at least 90 % of the runs from 17 to 37 degC; with gate voltages it does so in fewer at one of the ends.
 """
 
@@ -23,7 +23,7 @@ from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
 
-KINDS: tuple[BiasKind, ...] = ("generator", "gate")
+KINDS: tuple[BiasKind, ...] = ("ideal", "gate")
 TEMPERATURES = (7.0, 17.0, 27.0, 37.0, 47.0)  # degC
 RUNS, DIES = 10, 5
 ENDS = (17.0, 37.0)
@@ -55,12 +55,12 @@ def avoided(found: Sequence[Summary]) -> Share:
 
 def rows(found: Found) -> tuple[Statement, ...]:
     """Make the statements about both kinds of bias at the ends of the range."""
-    generator = [found["generator", t] for t in ENDS]
+    ideal = [found["ideal", t] for t in ENDS]
     gate = [found["gate", t] for t in ENDS]
-    worst = min(generator, key=lambda s: s.value)
+    worst = min(ideal, key=lambda s: s.value)
     lost = min(gate, key=lambda s: s.value)
     return (
-        Statement("generator_avoided_17_and_37_degC", None, worst.measured(), at_least(ENOUGH)),
+        Statement("ideal_avoided_17_and_37_degC", None, worst.measured(), at_least(ENOUGH)),
         Statement(
             "gate_avoided_17_or_37_degC",
             None,

@@ -3,7 +3,7 @@
 No figure of the paper, which has no chip. Robots drive on `bug-field`, for at most 100 s (an unhindered one
 needs about 55), and the shares that reach the goal are compared between conditions. Die k has the network of
 seed k, both from 5000 on. One quantity is changed at a time about the design: 27
-degC, a generator's biases, the areas as drawn. Away from 27 degC a chip is used in one of three ways:
+degC, ideal biases, the areas as drawn. Away from 27 degC a chip is used in one of three ways:
 
 * held: biases and decoders stay as they were at 27 degC;
 * solved: biases stay, decoders are solved from curves counted at the new temperature; where a neuron cannot
@@ -12,7 +12,7 @@ degC, a generator's biases, the areas as drawn. Away from 27 degC a chip is used
 
 Rules (ours, set after runs on dies 900 to 902, those on area with fixed gates), for Bug 0: calibrated at 7
 and 47 degC it reaches the goal on 90 % of dies with both kinds of biases, as a sixteenth of the area still
-does; held 2 degC from 27 it does so on fewer dies with fixed gates than with a generator. For Bug 2: a
+does; held 2 degC from 27 it does so on fewer dies with fixed gates than with ideal currents. For Bug 2: a
 quarter of the neurons reach on fewer dies.
 """
 
@@ -41,7 +41,7 @@ from system.study.statistics.share import Share
 
 FIRST, DIES, DURATION = 5000, 10, 100.0  # first die, how many, s
 HOME = 27.0  # degC
-KINDS: tuple[BiasKind, ...] = ("generator", "gate")
+KINDS: tuple[BiasKind, ...] = ("ideal", "gate")
 HELD, SOLVED, CALIBRATED = "held", "solved", "calibrated"
 NEURONS = {"bug0": (512, 1025, 2050, 4100, 8000), "bug2": (1665, 3330, 5000, 6660, 8000)}
 DESIGN = {"bug0": 2050, "bug2": 6660}
@@ -58,7 +58,7 @@ class Condition:
     agent: str
     neurons: int
     area: float = 1.0
-    kind: BiasKind = "generator"
+    kind: BiasKind = "ideal"
     use: str = HELD
     temperature_c: float = HOME
 

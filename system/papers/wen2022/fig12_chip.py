@@ -1,7 +1,7 @@
 """Figure 12 of Wen & Horiuchi 2022 on the latency chip: two pings, a reset, and the nodes of a unit.
 
-The scene and its statements are those of `wen2022-fig12`; the chip is the nominal die with biases by the
-generator, and the unit that Figure 12C watches is of transistors inside the run, whose nodes are drawn. What
+The scene and its statements are those of `wen2022-fig12`; the chip is the nominal die with ideal
+biases, and the unit that Figure 12C watches is of transistors inside the run, whose nodes are drawn. What
 the scene fitted on the network is no fit here, but neither is it independent of it: the chip was made to
 agree with the network. The unit's own statement: its spikes come within 20 us of the lumped model's.
 """
@@ -60,7 +60,7 @@ def tell() -> ChipStory:
     """Run the scene on the chip, with the model's unit first, then with transistors in its place."""
     arcs, numbers = arcs_of(Bat(ping_rate=PING_RATE)), Numbers()
     design, silicon = design_of(arcs, numbers), Silicon()
-    biases = usual_biases(design, "generator")
+    biases = usual_biases(design, "ideal")
     bare = brain_with(LatencyChip(design, biases, silicon), arcs, numbers)
     replies = _scene(bare, arcs)
     stored = np.argwhere(np.isfinite(replies[0].response.detected))

@@ -2,7 +2,7 @@
 
 All are ours. The table of the paper's experiments (Appendix A) is not public, and with the lab's default
 weights (inhibition of up to 44 uA) one spike silences a neuron of our circuits for long. They were found by
-hand in closed loop, with the generator's currents on dies and seeds below 1000, which
+hand in closed loop, with ideal biases on dies and seeds below 1000, which
 `system.pushbot.network.calibration` brings to what they do on the nominal die:
 
 * a neuron of an obstacle population makes two thirds of a spike of each of the about 100 events a second

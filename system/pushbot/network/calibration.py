@@ -66,7 +66,7 @@ RATES: Mapping[str, float] = {
 
 
 def calibrate_pushbot(
-    network: Network, biases: BiasTable, silicon: Silicon, kind: BiasKind = "generator"
+    network: Network, biases: BiasTable, silicon: Silicon, kind: BiasKind = "ideal"
 ) -> Calibration:
     """Calibrate the plain network on the die of `silicon`, at 27 degC.
 

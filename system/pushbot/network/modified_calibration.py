@@ -47,7 +47,7 @@ RATES: Mapping[str, float] = {"OL": 50.0, "OR": 50.0, "DL": 220.0, "DR": 220.0}
 
 
 def calibrate_modified(
-    network: Network, plain: BiasTable, silicon: Silicon, kind: BiasKind = "generator"
+    network: Network, plain: BiasTable, silicon: Silicon, kind: BiasKind = "ideal"
 ) -> Calibration:
     """Calibrate the modified network on the die of `silicon`, at 27 degC.
 

@@ -15,7 +15,7 @@ DESIGN = usual_design()
 CODE = 0.018  # half a step of the coarsest fine codes, 1.6 %, and what other codes changed since
 
 
-@pytest.mark.parametrize("kind", ["gate", "generator"])
+@pytest.mark.parametrize("kind", ["gate", "ideal"])
 def test_every_part_comes_to_its_time(kind: BiasKind) -> None:
     silicon = Silicon(die=Die(number=11))
     found = lumped(DESIGN, calibrated(DESIGN, silicon, kind), silicon)

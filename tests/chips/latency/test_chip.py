@@ -43,7 +43,7 @@ def test_memories_slow_the_race_and_are_repeated() -> None:
 def test_a_die_says_the_same_from_any_thread() -> None:
     def run(number: int) -> list[PingResponse]:
         silicon = Silicon(die=Die(number=number))
-        return told(LatencyChip(DESIGN, usual_biases(DESIGN, "generator"), silicon))
+        return told(LatencyChip(DESIGN, usual_biases(DESIGN, "ideal"), silicon))
 
     alone = [run(k) for k in range(4)]
     with ThreadPoolExecutor(3) as pool:

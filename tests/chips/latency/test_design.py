@@ -37,7 +37,7 @@ def test_the_nearest_code_is_near() -> None:
 
 
 def test_a_fixed_gate_knows_no_die_and_a_generator_does() -> None:
-    for kind, same in (("gate", True), ("generator", False)):
+    for kind, same in (("gate", True), ("ideal", False)):
         biases = usual_biases(DESIGN, kind)  # type: ignore[arg-type]
         found = [gate_voltages(biases, Silicon(die=Die(number=n)))["tap"] for n in (1, 2)]
         assert np.array_equal(*found) is same

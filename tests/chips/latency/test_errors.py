@@ -21,7 +21,7 @@ from circuits.silicon.silicon import Silicon
 ERROR = 0.02  # the largest in the record is 1.5 %
 
 
-@pytest.fixture(scope="module", params=[("generator", 1002, 45.0), ("gate", 1005, 10.0)])
+@pytest.fixture(scope="module", params=[("ideal", 1002, 45.0), ("gate", 1005, 10.0)])
 def chip(request: pytest.FixtureRequest) -> LatencyChip:
     kind: BiasKind
     kind, number, celsius = request.param

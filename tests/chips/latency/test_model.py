@@ -10,7 +10,7 @@ from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 
 DESIGN = usual_design()
-GATE, GENERATOR = (usual_biases(DESIGN, kind) for kind in ("gate", "generator"))
+GATE, IDEAL = (usual_biases(DESIGN, kind) for kind in ("gate", "ideal"))
 
 
 def test_the_nominal_die_has_the_designs_times() -> None:
@@ -26,7 +26,7 @@ def test_the_nominal_die_has_the_designs_times() -> None:
 
 def test_spread_follows_area() -> None:
     silicon = Silicon(die=Die(number=5, process=False))
-    spread = [lumped(DESIGN, GENERATOR, silicon, area).hold.std() for area in (1.0, 16.0)]
+    spread = [lumped(DESIGN, IDEAL, silicon, area).hold.std() for area in (1.0, 16.0)]
     assert spread[0] / spread[1] == pytest.approx(4.0, rel=0.1)  # 495 units: 3 % of statistics
     # A_VT of 28 mV um over sqrt(2 6 24) um is 1.65 mV, times 0.75 / 25.9 mV; 1 % and less from other devices
     assert spread[0] / DESIGN.hold == pytest.approx(0.0478, rel=0.1)
@@ -34,9 +34,7 @@ def test_spread_follows_area() -> None:
 
 def test_fixed_gates_drift_and_generators_hardly_do() -> None:
     warm = Silicon(temperature_c=40.0)
-    assert lumped(DESIGN, GENERATOR, warm).hold.mean() == pytest.approx(
-        DESIGN.hold * 300.15 / 313.15, rel=0.01
-    )
+    assert lumped(DESIGN, IDEAL, warm).hold.mean() == pytest.approx(DESIGN.hold * 300.15 / 313.15, rel=0.01)
     assert lumped(DESIGN, GATE, warm).hold.mean() < 0.7 * DESIGN.hold
 
 

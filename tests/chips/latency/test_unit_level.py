@@ -18,7 +18,7 @@ PLACE = (16, 4)
 
 def test_the_unit_stores_repeats_and_forgets_as_the_model_does() -> None:
     design = usual_design()
-    biases, silicon = usual_biases(design, "generator"), Silicon(die=Die(number=1003))
+    biases, silicon = usual_biases(design, "ideal"), Silicon(die=Die(number=1003))
     both = []
     for units in ({}, {PLACE: TransistorUnit(biases, silicon, *PLACE)}):
         chip = LatencyChip(design, biases, silicon, units=units)
@@ -42,7 +42,7 @@ def rises(time: F64, volts: F64) -> list[float]:
     return [float(t) for t in time[1:][(volts[1:] >= 2.5) & (volts[:-1] < 2.5)]]
 
 
-@pytest.mark.parametrize("kind", ["generator", "gate"])
+@pytest.mark.parametrize("kind", ["ideal", "gate"])
 @pytest.mark.parametrize(("before", "after"), [(27.0, 44.0), (44.0, 27.0)])
 def test_a_silence_goes_on_at_another_temperature_as_the_model_says(
     kind: BiasKind, before: float, after: float

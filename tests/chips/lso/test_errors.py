@@ -14,7 +14,7 @@ from circuits.silicon.silicon import Silicon
 ERROR = 0.025  # of a spike's time, the largest in the record
 LATE = 3e-6  # s, of a level unit's, likewise
 
-CASES: list[tuple[BiasKind, int, float]] = [("gate", 1003, 10.0), ("generator", 1006, 45.0)]
+CASES: list[tuple[BiasKind, int, float]] = [("gate", 1003, 10.0), ("ideal", 1006, 45.0)]
 
 
 @pytest.mark.parametrize(("kind", "number", "celsius"), CASES)
@@ -33,9 +33,9 @@ def test_spikes_are_those_of_the_transistors(kind: BiasKind, number: int, celsiu
 
 def test_a_deaf_level_unit_is_deaf_in_the_circuit() -> None:
     silicon = Silicon(die=Die(number=515))
-    head, place = head_on(silicon, "generator"), (1, 5)
+    head, place = head_on(silicon, "ideal"), (1, 5)
     assert head.rest[place] > -FROM
-    assert level_delays(head, silicon, "generator", place, 2e3)[1] == np.inf
+    assert level_delays(head, silicon, "ideal", place, 2e3)[1] == np.inf
 
 
 def test_errors_on_other_dies_are_in_the_record() -> None:

@@ -33,7 +33,7 @@ def test_a_pair_moves_its_reference_by_its_own_offset() -> None:
 
 
 def test_the_nominal_level_unit_is_the_records() -> None:
-    level = rebias(circuits()[1], {}, "generator")
+    level = rebias(circuits()[1], {}, "ideal")
     delays = {s: level_delay(level, Silicon(), s) for s in (SLOW, FAST)}
     offset, charge = level_numbers(level, Silicon(), lambda s: delays[s])
     data = kept_record("lso_neuron")
@@ -49,4 +49,4 @@ def test_a_mirror_takes_what_it_is_given() -> None:
 
 def test_a_ramp_without_a_spike_is_named() -> None:
     with pytest.raises(SolverError, match=r"sonar_head\.level: no spike in the run"):
-        level_delay(rebias(circuits()[1], {}, "generator"), Silicon(), FAST, "mc7.v_t0", -0.2)
+        level_delay(rebias(circuits()[1], {}, "ideal"), Silicon(), FAST, "mc7.v_t0", -0.2)

@@ -40,7 +40,7 @@ def test_the_louder_side_spikes_by_the_difference() -> None:
 
 def test_a_generator_makes_steps_that_follow_the_temperature_and_gates_more() -> None:
     cold = Silicon(temperature_c=0.0)
-    generator, gate = head_on(cold, "generator"), head_on(cold, "gate")
+    generator, gate = head_on(cold, "ideal"), head_on(cold, "gate")
     warm = kelvin(27.0) / kelvin(0.0)
     # the charge moves by 0.1 %
     assert generator.excite_step[0, 0] == pytest.approx(NOMINAL.excite_step[0, 0] * warm, rel=5e-3)

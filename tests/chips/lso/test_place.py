@@ -18,7 +18,7 @@ def test_every_bias_port_has_a_line() -> None:
 def test_a_fixed_gate_knows_no_die_and_a_generator_does() -> None:
     die = Silicon(die=Die(number=4))
     assert line_volts(die, "gate") == line_volts(Silicon(), "gate")
-    assert line_volts(die, "generator")["v_exc"] != line_volts(Silicon(), "generator")["v_exc"]
+    assert line_volts(die, "ideal")["v_exc"] != line_volts(Silicon(), "ideal")["v_exc"]
 
 
 def test_small_devices_deviate_more_and_share_the_die() -> None:

@@ -13,8 +13,8 @@ def test_every_die_is_met_at_every_temperature() -> None:
 def test_kinds_of_bias_and_temperatures_take_turns() -> None:
     met = [(number, kind, s.temperature_c) for number, kind, s in silicon_in_turn(range(7, 14))]
     assert met == [
-        (7, "gate", 0.0), (8, "generator", 0.0), (9, "gate", 27.0), (10, "generator", 27.0),
-        (11, "gate", 60.0), (12, "generator", 60.0), (13, "gate", 0.0),
+        (7, "gate", 0.0), (8, "ideal", 0.0), (9, "gate", 27.0), (10, "ideal", 27.0),
+        (11, "gate", 60.0), (12, "ideal", 60.0), (13, "gate", 0.0),
     ]  # fmt: skip
 
 

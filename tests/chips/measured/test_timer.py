@@ -14,7 +14,7 @@ TIMER = "input0.timer"
 
 @pytest.fixture(scope="module")
 def machine() -> Machine:
-    return to_kernel(BLOCK.bench(rebias(BLOCK.build(), kind="generator"), second=None))
+    return to_kernel(BLOCK.bench(rebias(BLOCK.build(), kind="ideal"), second=None))
 
 
 def test_a_pair_moves_the_charge_by_its_own_offset(machine: Machine) -> None:

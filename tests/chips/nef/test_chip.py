@@ -25,7 +25,7 @@ def one(neurons: int, dimensions: int = 1, radius: float = 1.0) -> Network:
     )
 
 
-@pytest.mark.parametrize("kind", ["gate", "generator"])
+@pytest.mark.parametrize("kind", ["gate", "ideal"])
 def test_calibration_trims_the_median_neuron(kind: BiasKind) -> None:
     chip = NefChip(DIE, kind, calibration_c=60.0, neurons=1024)
     law = chip.at(60.0).law
@@ -114,13 +114,13 @@ def test_an_inhibited_membrane_stops_at_the_floor() -> None:
 
 
 def test_temperature_moves_what_was_calibrated() -> None:
-    chip = NefChip(DIE, "generator")
+    chip = NefChip(DIE, "ideal")
     built = build(one(200), chip.at(27.0), 1)
     off = []
     for there in (
         built,
         moved(built, chip.at(60.0)),
-        build(one(200), NefChip(DIE, "generator", {}, 60.0).at(60.0), 1),
+        build(one(200), NefChip(DIE, "ideal", {}, 60.0).at(60.0), 1),
     ):
         run = Simulation(there)
         run.set("in", 0.6)

@@ -17,7 +17,7 @@ from system.papers.checks.nef_chip import rate_errors
 
 
 @pytest.mark.parametrize(
-    ("die", "temperature", "kind"), [(3100, 0.0, "gate"), (3101, 60.0, "gate"), (3102, 27.0, "generator")]
+    ("die", "temperature", "kind"), [(3100, 0.0, "gate"), (3101, 60.0, "gate"), (3102, 27.0, "ideal")]
 )
 def test_rates_are_the_transistor_circuits(die: int, temperature: float, kind: BiasKind) -> None:
     # the requirement; `noctule reproduce nef-chip` has 20 dies, three temperatures and both kinds

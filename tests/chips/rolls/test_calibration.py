@@ -54,7 +54,7 @@ def test_a_die_is_calibrated_by_codes_and_few_dropped_neurons():
     }
     assert changed <= {k.bias for k in task.knobs}
     assert max(len(gone) for gone in found.blacklist.values()) <= 4
-    errors = population_errors(task, found, silicon, "generator", 1.0)
+    errors = population_errors(task, found, silicon, "ideal", 1.0)
     # the claim is 95 % of populations over 50 dies within 10 %: of one die's eight, one may miss
     assert sum(abs(e) <= 0.1 for e in errors.values()) >= 7
 

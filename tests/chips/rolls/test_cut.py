@@ -60,9 +60,9 @@ def test_devices_are_those_of_the_whole_chip() -> None:
 
 
 def test_biases_are_the_chip_s_also_from_the_generator() -> None:
-    cut = cut_row(PROGRAM, 5, "generator")
+    cut = cut_row(PROGRAM, 5, "ideal")
     on = silicon_of(cut, SILICON)
-    gates = gate_voltages(chip(Params(), TABLE, "generator"), SILICON)
+    gates = gate_voltages(chip(Params(), TABLE, "ideal"), SILICON)
     ports = {b.port for b in cut.circuit.biases}
     assert {"v_tau2", "v_pwlk", "excitatory_tau", "virtual_exc", "v_inh0"} <= ports
     for bias in cut.circuit.biases:

@@ -27,7 +27,7 @@ NEURON, STEP, STOP = 5, 0.06, 0.12  # s: of the temperature, and the end
 
 
 # 2 % seen of the first spike, 0.5 % of intervals; where a spike under way kept its time, 22 and 10 %
-@pytest.mark.parametrize(("kind", "to"), [("generator", 7.0), ("gate", 47.0)])
+@pytest.mark.parametrize(("kind", "to"), [("ideal", 7.0), ("gate", 47.0)])
 def test_a_step_of_20_degrees_moves_spikes_as_it_does_the_circuit_s(kind: BiasKind, to: float) -> None:
     chip = RollsChip(PROGRAM, SILICON, kind, step=0.2e-3)
     found, _ = chip.run(chip.at_rest(), STOP, NO_INPUTS, lambda t: 27.0 if t < STEP - 1e-4 else to)

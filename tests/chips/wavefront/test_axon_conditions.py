@@ -17,7 +17,7 @@ from circuits.silicon.silicon import Silicon
 CIRCUIT = axon_delay.build()
 
 
-@pytest.mark.parametrize("kind", ["gate", "generator"])
+@pytest.mark.parametrize("kind", ["gate", "ideal"])
 @pytest.mark.parametrize("temperature", [0.0, 27.0, 60.0])
 def test_the_sink_s_current_is_the_law_s_on_the_die(kind: BiasKind, temperature: float) -> None:
     circuit = rebias(CIRCUIT, kind=kind)
@@ -31,7 +31,7 @@ def test_the_sink_s_current_is_the_law_s_on_the_die(kind: BiasKind, temperature:
 
 def test_fixed_gates_are_found_once_and_a_generator_s_on_every_die() -> None:
     assert axon_tables(axon_model(CIRCUIT), Silicon()).gates is not None
-    assert axon_tables(axon_model(rebias(CIRCUIT, kind="generator")), Silicon()).gates is None
+    assert axon_tables(axon_model(rebias(CIRCUIT, kind="ideal")), Silicon()).gates is None
 
 
 def test_the_derivatives_by_the_current_are_those_of_the_value() -> None:

@@ -43,7 +43,7 @@ def test_a_capacitor_keeps_its_charge_and_loses_it_at_the_new_temperature_s_rate
 
 
 def test_a_course_that_stays_changes_nothing_and_biases_follow_one_that_moves() -> None:
-    circuit = rebias(build(), kind="generator")
+    circuit = rebias(build(), kind="ideal")
     bench = BLOCK.testbench(circuit, BLOCK.defaults | {"current": 1e-9, "duration": 0.04}, ROLLS_180.v_dd)
     silicon = Silicon(ROLLS_180)
     still = simulate(bench, silicon, record=())

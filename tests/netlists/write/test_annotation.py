@@ -63,7 +63,7 @@ CURRENTS = st.just(0.0) | st.floats(1e-15, 1.0) | st.floats(-1.0, -1e-15)
 POSITIVE = st.floats(0.0, exclude_min=True, allow_infinity=False)
 FLAGS = st.booleans()
 KINDS_OF_PORT = st.sampled_from(["event", "analog", "bias", "supply"])
-KINDS_OF_BIAS = st.sampled_from(["gate", "generator", "voltage"])
+KINDS_OF_BIAS = st.sampled_from(["gate", "ideal", "voltage"])
 POLARITIES = st.sampled_from(["n", "p"])
 MODELS = st.builds(
     TransistorModel,

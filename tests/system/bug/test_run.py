@@ -35,11 +35,11 @@ def test_a_die_is_the_same_again_and_another_is_not() -> None:
 
 
 def test_the_command_tells_what_the_chip_did(capsys: pytest.CaptureFixture[str]) -> None:
-    options = ("--agent", "bug0", "--brain", "chip", "--die", "903", "--bias-kind", "generator", "--json")
+    options = ("--agent", "bug0", "--brain", "chip", "--die", "903", "--bias-kind", "ideal", "--json")
     assert main(["run", "bug", *OPEN, *options, "--temperature", "30", "--calibrated", "30"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["chip"]["spikes"] > 0
-    assert (found["temperature_C"], found["calibrated_C"], found["bias_kind"]) == (30.0, 30.0, "generator")
+    assert (found["temperature_C"], found["calibrated_C"], found["bias_kind"]) == (30.0, 30.0, "ideal")
     assert found["neurons"] == 2050
 
 
@@ -51,7 +51,7 @@ def test_the_command_tells_what_the_chip_did(capsys: pytest.CaptureFixture[str])
         ("--solved", "30"),
         ("--area", "2"),
         ("--die", "3"),
-        ("--bias-kind", "generator"),
+        ("--bias-kind", "ideal"),
     ],
 )
 def test_what_only_a_chip_has_is_refused_without_one(

@@ -64,8 +64,8 @@ def test_speed_and_rate_are_the_robots() -> None:
 
 
 def test_a_study_has_the_chip() -> None:
-    assert SYSTEM.study_options("behavioural", "generator", {"forest": "open"}) == {
-        "ranges": "chip", "forest": "open", "bias_kind": "generator",
+    assert SYSTEM.study_options("behavioural", "ideal", {"forest": "open"}) == {
+        "ranges": "chip", "forest": "open", "bias_kind": "ideal",
     }  # fmt: skip
     with pytest.raises(ParameterError, match="level"):
         SYSTEM.study_options("transistor", None, {})
@@ -82,7 +82,7 @@ test_what_is_refused = refusals(
         ({"ranges": "exact", "multipath": True}, "multipath: not with `ranges=exact`"),
         ({"ranges": "chip", "reader": "best"}, "reader: best, must be"),
         ({"reader": "nominal"}, "reader: nominal, no chip is in the loop"),
-        ({"bias_kind": "generator"}, "bias_kind: generator, no chip is in the loop"),
+        ({"bias_kind": "ideal"}, "bias_kind: ideal, no chip is in the loop"),
         ({"temperature_c": 40.0}, "temperature_c: 40.0, no chip is in the loop"),
         ({"die": Die(number=3)}, "die: .*, no chip is in the loop"),
         ({"pings": 0}, "pings: 0, must be >= 1"),

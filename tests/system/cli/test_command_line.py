@@ -120,7 +120,7 @@ def test_show_gives_gate_voltages_at_the_temperature(run_json: RunJson) -> None:
         return float(biases["i_inh_tau"]["voltage_V"])
 
     assert voltage("--temperature", "85") == voltage()
-    assert voltage("--temperature", "85", "--bias-kind", "generator") != voltage("--bias-kind", "generator")
+    assert voltage("--temperature", "85", "--bias-kind", "ideal") != voltage("--bias-kind", "ideal")
 
 
 def test_show_a_chip(run: Run, run_json: RunJson) -> None:

@@ -9,12 +9,12 @@ from tests.system.conftest import RunJson
 
 def test_the_document(run_json: RunJson, tmp_path: Path) -> None:
     picture = tmp_path / "head.png"
-    options = ("--die", "1003", "--temperature", "40", "--bias-kind", "generator", "--area", "0.5")
+    options = ("--die", "1003", "--temperature", "40", "--bias-kind", "ideal", "--area", "0.5")
     found = run_json(
         "run", "head", *options, "--motion", "walk", "--duration", "3s", "--seed", "7", "--plot", str(picture)
     )
     assert (found["die"], found["temperature_C"], found["bias_kind"], found["area"]) == (
-        1003, 40.0, "generator", 0.5,
+        1003, 40.0, "ideal", 0.5,
     )  # fmt: skip
     assert (found["motion"], found["seed"], found["wiring"]) == ("walk", 7, "lso")
     assert {

@@ -87,7 +87,7 @@ WRONG: dict[str, list[tuple[str, str]]] = {
         ("--temperature 40", "--temperature: 40.0, no chip is in the loop; add --cells chip"),
         ("--die 3", "--die: die A/3, no chip is in the loop"),
         ("--unit 20us --cells ideal", "--unit: 2e-05, no chip is in the loop"),
-        ("--bias-kind generator", "--bias-kind: generator, no chip is in the loop"),
+        ("--bias-kind ideal", "--bias-kind: ideal, no chip is in the loop"),
     ],
     "spiking-bat": [
         ("--brain network --paths 15", "--paths: 15 memories, must be 33"),

@@ -33,7 +33,7 @@ def test_a_map_of_ones_own(run_json: RunJson, tmp_path: Path) -> None:
 
 
 def test_chips_are_named_with_their_silicon(run_json: RunJson, run: Run) -> None:
-    options = ("--cells", "chip", "--die", "1000", "--bias-kind", "generator", "--unit", "20us")
+    options = ("--cells", "chip", "--die", "1000", "--bias-kind", "ideal", "--unit", "20us")
     status, out, _ = run("run", "rover", *options, "--temperature", "40")
     assert status == 0
     assert "rover, wave on chip cells, 40 degC, die A/1000" in out
@@ -41,7 +41,7 @@ def test_chips_are_named_with_their_silicon(run_json: RunJson, run: Run) -> None
     assert (found["cells"], found["die"], found["bias_kind"], found["unit_s"]) == (
         "chip",
         1000,
-        "generator",
+        "ideal",
         2e-5,
     )
 

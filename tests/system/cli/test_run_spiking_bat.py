@@ -27,10 +27,10 @@ def test_the_document_of_a_flight_by_spikes(run_json: RunJson, tmp_path: Path) -
 
 
 def test_the_document_of_a_chips_flight(run_json: RunJson) -> None:
-    options = ("--brain", "chip", "--die", "1003", "--bias-kind", "generator", "--unit", "16,5")
+    options = ("--brain", "chip", "--die", "1003", "--bias-kind", "ideal", "--unit", "16,5")
     found = run_json("run", "spiking-bat", *options, "--pings", "3", "--temperature", "30")
     assert (found["die"], found["temperature_C"], found["bias_kind"], found["codes"]) == (
-        1003, 30.0, "generator", "usual",
+        1003, 30.0, "ideal", "usual",
     )  # fmt: skip
     assert found["transistor_units"] == [[16, 5]]
     assert found["summary"]["overflowed"] == 0.0

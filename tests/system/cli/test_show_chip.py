@@ -23,7 +23,7 @@ def test_the_circuits_of_a_chip_are_shown(capsys: pytest.CaptureFixture[str]) ->
     assert "neuron[8192]" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("option", [("--die", "3"), ("--param", "a=1"), ("--bias-kind", "generator")])
+@pytest.mark.parametrize("option", [("--die", "3"), ("--param", "a=1"), ("--bias-kind", "ideal")])
 def test_what_only_blocks_take_is_refused(
     option: tuple[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:

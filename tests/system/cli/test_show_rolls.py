@@ -26,7 +26,7 @@ def once() -> Iterator[None]:
         yield
 
 
-OPTIONS = ["show", "rolls", "--die", "1003", "--bias-kind", "generator", "--temperature", "35"]
+OPTIONS = ["show", "rolls", "--die", "1003", "--bias-kind", "ideal", "--temperature", "35"]
 
 
 def test_json_and_picture_tell_of_one_die(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -92,8 +92,8 @@ test_what_cannot_be_is_refused = refusals(
 
 
 def test_a_study_takes_the_runs_options() -> None:
-    found = SYSTEM.study_options("behavioural", "generator", {"area": "0.25", "motion": "step"})
-    assert found == {"area": 0.25, "motion": "step", "bias_kind": "generator"}
+    found = SYSTEM.study_options("behavioural", "ideal", {"area": "0.25", "motion": "step"})
+    assert found == {"area": 0.25, "motion": "step", "bias_kind": "ideal"}
     with pytest.raises(ParameterError, match=r"map: not an option of head"):
         SYSTEM.study_options("behavioural", None, {"map": "x"})
     with pytest.raises(ParameterError, match=r"level: transistor, is no choice of head"):

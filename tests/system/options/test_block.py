@@ -138,13 +138,13 @@ def test_a_choice_carries_it_all() -> None:
         "rebound-neuron",
         ["membrane-capacitance=700fF"],
         ["v_th=2.4V"],
-        "generator",
+        "ideal",
         SiliconChoice("-20"),
         ["delay=3ms"],
     )
     assert choice.params.membrane_capacitance == 700e-15
     assert choice.circuit.bias("v_th").value == 2.4
-    assert {b.kind for b in choice.circuit.biases} == {"generator", "voltage"}
+    assert {b.kind for b in choice.circuit.biases} == {"ideal", "voltage"}
     assert choice.silicon.temperature_c == -20.0
     assert choice.stimuli["delay"] == 3e-3
     with pytest.raises(UnknownNameError, match="did you mean rebound-neuron"):

@@ -19,7 +19,7 @@ from system.rolls.run import SYSTEM, Trace, events, run, summarise
 from system.rolls.scenario import Scenario
 from tests.refusals import command_refusals
 
-SHORT = Scenario(die=Die(number=1005), duration=0.15, bias_file="rolls_parallella", bias_kind="generator")
+SHORT = Scenario(die=Die(number=1005), duration=0.15, bias_file="rolls_parallella", bias_kind="ideal")
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +108,7 @@ def test_a_scenario_refuses_what_makes_no_run(field: dict[str, float]) -> None:
         replace(SHORT, **field)
 
 
-@pytest.mark.parametrize("kind", ["gate", "generator"])
+@pytest.mark.parametrize("kind", ["gate", "ideal"])
 def test_a_summary_says_that_a_chip_does_not_rest(kind: BiasKind, tmp_path: Path) -> None:
     quiet = Scenario(duration=0.2, die=Die(number=3), bias_kind=kind)
     assert SYSTEM.summarise(run(quiet))["cautions"] == ()

@@ -52,7 +52,7 @@ def test_pairs_are_compared_by_crossings_then_by_pings() -> None:
 
 def test_blocks_alone_leave_the_rest_nominal() -> None:
     design = usual_design()
-    builds = block_builds(Build("generator", process=False))
+    builds = block_builds(Build("ideal", process=False))
     assert list(builds) == list(BLOCKS)
     chip, ideal = builds["delay line"].chip(design, 1003), Build(own=False).chip(design, 1003)
     assert chip.lumped.tap.std() > 0.0

@@ -22,7 +22,7 @@ def test_forest_and_start_are_the_analog_models() -> None:
 
 def test_a_chip_flies_and_says_what_was_lost() -> None:
     die = Die(number=1003)
-    trace = run(Scenario("chip", seed=1003, pings=20, die=die, bias_kind="generator", codes="calibrated"))
+    trace = run(Scenario("chip", seed=1003, pings=20, die=die, bias_kind="ideal", codes="calibrated"))
     found = summarise(trace)
     assert found["pings"] <= 20.0
     assert {"lost", "overflowed", "undecided"} <= set(found)

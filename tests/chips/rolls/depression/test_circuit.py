@@ -37,10 +37,10 @@ STD = ShortTermDepression()
 
 
 @pytest.mark.parametrize(
-    "base", [chip(Params(), TABLE, "generator"), plastic_chip(Params(), Learning(), TABLE, "generator")]
+    "base", [chip(Params(), TABLE, "ideal"), plastic_chip(Params(), Learning(), TABLE, "ideal")]
 )
 def test_biases_of_the_chip_without_are_as_they_were(base: Circuit) -> None:
-    made = depressing_chip(base, STD, TABLE, "generator")
+    made = depressing_chip(base, STD, TABLE, "ideal")
     before, after = gate_voltages(base, SILICON), gate_voltages(made, SILICON)
     assert {k: after[k] for k in before} == before
     assert set(after) - set(before) == {"depression_std", "depression_rec"}
@@ -78,10 +78,8 @@ def test_cells_of_a_cut_are_those_of_the_whole_chip(
 
 
 def test_a_cut_has_the_chip_s_biases_and_a_row_without_synapses_no_cells() -> None:
-    cut = cut_row(Program(LEVELS, TABLE, depression=STD), 5, "generator")
-    gates = gate_voltages(
-        depressing_chip(chip(Params(), TABLE, "generator"), STD, TABLE, "generator"), SILICON
-    )
+    cut = cut_row(Program(LEVELS, TABLE, depression=STD), 5, "ideal")
+    gates = gate_voltages(depressing_chip(chip(Params(), TABLE, "ideal"), STD, TABLE, "ideal"), SILICON)
     on = silicon_of(cut, SILICON)
     for bias in cut.circuit.biases:
         assert float(bias_voltages(cut.circuit, bias, on)) == gates[bias.port]

@@ -26,7 +26,7 @@ def model_on(silicon: Silicon, kind: BiasKind = "gate", level: int = 1, **biases
 
 @pytest.mark.parametrize(
     ("kind", "temperature", "die", "level"),
-    [("generator", 0.0, 1000, 1), ("generator", 60.0, 1001, 3), ("gate", 27.0, 1001, 4)],
+    [("ideal", 0.0, 1000, 1), ("ideal", 60.0, 1001, 3), ("gate", 27.0, 1001, 4)],
 )
 def test_pulses_of_a_train_are_the_transistors(
     kind: BiasKind, temperature: float, die: int, level: int
@@ -81,10 +81,10 @@ def test_the_gates_are_lifted_as_the_transistors_are(level: int, temperature: fl
     silicon = Silicon(ROLLS_180, temperature, Die(number=1000))
     off = {"i_std": OFF_CURRENT}
     values = {"level": float(level), "events": 1.0, "rate": 100.0, "duration": 3e-3}
-    result = simulate(BLOCK.testbench(rebias(build(), off, "generator"), values, 1.8), silicon, rtol=1e-5)
+    result = simulate(BLOCK.testbench(rebias(build(), off, "ideal"), values, 1.8), silicon, rtol=1e-5)
     gate, begin = result["w_exc"], FIRST_EVENT
     lifted = float(np.interp(begin + 18e-6, result.time, gate) - np.interp(begin, result.time, gate))
-    found = model_on(silicon, "generator", level, **off).branches
+    found = model_on(silicon, "ideal", level, **off).branches
     # 0.7 and 1.1 mV; 1.2 % seen: what the mirror of a step that is off leaks
     assert lifted == pytest.approx(found.path[-1, 0, 0], rel=0.025)
 

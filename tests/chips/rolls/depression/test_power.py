@@ -33,7 +33,7 @@ def test_a_cell_takes_its_step_s_current_and_an_event_its_step() -> None:
 
 def test_a_generator_s_current_grows_with_temperature() -> None:
     warm, usual = (
-        depression_energies(ShortTermDepression(), TABLE, Silicon(ROLLS_180, celsius), "generator").rest
+        depression_energies(ShortTermDepression(), TABLE, Silicon(ROLLS_180, celsius), "ideal").rest
         for celsius in (WARM, 27.0)
     )
     # PTAT, and leaks; fixed gates would be 2.3

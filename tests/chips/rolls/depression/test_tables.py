@@ -38,7 +38,7 @@ TRIALS = 400
 
 def chip_of(depression: ShortTermDepression | None = STD) -> RollsChip:
     silicon = Silicon(ROLLS_180, 27.0, Die(number=1000))
-    return RollsChip(Program(LEVELS, TABLE, depression=depression), silicon, "generator")
+    return RollsChip(Program(LEVELS, TABLE, depression=depression), silicon, "ideal")
 
 
 @pytest.fixture(scope="module")
@@ -187,7 +187,7 @@ def test_noise_of_an_event_is_that_of_its_equation(chip: RollsChip) -> None:
 
 
 def test_a_chip_s_noise_reaches_its_cells_and_changes_nothing_else(chip: RollsChip) -> None:
-    noisy = RollsChip(chip.program, chip.silicon, "generator", noise=SiliconNoise(1, flicker=WHITE_ONLY))
+    noisy = RollsChip(chip.program, chip.silicon, "ideal", noise=SiliconNoise(1, flicker=WHITE_ONLY))
     found, clean = noisy.built().depression, chip.built().depression
     assert found is not None
     assert clean is not None

@@ -47,12 +47,12 @@ LAWS = pytest.mark.parametrize("process", [ROLLS_180, ROLLS_180_FULL], ids=["ide
     ("die", "temperature", "kind", "current"),
     [
         (1000, 27.0, "gate", 2e-10),
-        (1001, 27.0, "generator", 4e-10),
+        (1001, 27.0, "ideal", 4e-10),
         (1002, 27.0, "gate", 8e-10),
         (1003, 0.0, "gate", 3e-10),
-        (1010, 0.0, "generator", 1e-9),
+        (1010, 0.0, "ideal", 1e-9),
         (1005, 60.0, "gate", 2e-9),
-        (1006, 60.0, "generator", 5e-10),
+        (1006, 60.0, "ideal", 5e-10),
     ],
 )
 def test_rate_and_latency_are_the_circuit_s(
@@ -89,7 +89,7 @@ def test_slow_leak_is_the_circuit_s(process: Process) -> None:
     assert model_spikes(neurons, 3e-11, 60e-3)[:2] == pytest.approx(expected[:2], rel=0.01)
 
 
-@pytest.mark.parametrize("kind", ["gate", "generator"])
+@pytest.mark.parametrize("kind", ["gate", "ideal"])
 @pytest.mark.parametrize(("temperature", "least"), [(27.0, 99), (60.0, 80)])
 def test_a_silent_neuron_with_the_slow_leak_rests(kind: BiasKind, temperature: float, least: int) -> None:
     # mismatch and process; all of the dies but one at 27 degC, and most at 60 degC, where off currents are
@@ -107,9 +107,7 @@ def test_a_silent_neuron_with_the_slow_leak_rests(kind: BiasKind, temperature: f
 def test_a_generator_keeps_the_least_firing_current(temperature: float) -> None:
     # feedback and I_thr's diode rise alike with v_mem, so that only V_shift / U_T moves with temperature:
     # 0.16 nA at 0 degC, 0.10 nA at 60 degC
-    neurons = neurons_on(
-        model_of(rebias(build(), kind="generator"), ROLLS_180), Silicon(ROLLS_180, temperature)
-    )
+    neurons = neurons_on(model_of(rebias(build(), kind="ideal"), ROLLS_180), Silicon(ROLLS_180, temperature))
     assert model_spikes(neurons, 8e-11, 0.2).size == 0
     assert model_spikes(neurons, 2e-10, 0.2).size > 0
 

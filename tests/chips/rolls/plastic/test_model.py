@@ -39,7 +39,7 @@ def circuit_measures(circuit, silicon, up):
 @pytest.mark.parametrize(("die", "temperature"), [(1000, 27.0), (1001, 0.0)])
 def test_jumps_drifts_and_charges_are_the_circuits(die, temperature):
     silicon = Silicon(ROLLS_180, temperature, Die(number=die))
-    circuit = rebias(plastic_synapse.build(), {}, "generator")
+    circuit = rebias(plastic_synapse.build(), {}, "ideal")
     d = standing(circuit, silicon)
     own = d.renamed("cell.")
     cells = cells_of(own, cell_model(plastic_synapse.Params(), ROLLS_180), LINE)
@@ -57,7 +57,7 @@ def test_jumps_drifts_and_charges_are_the_circuits(die, temperature):
 @pytest.mark.parametrize("die", [1000, 1001])
 def test_a_weights_threshold_is_the_comparators(die):
     silicon = Silicon(ROLLS_180, 27.0, Die(number=die))
-    circuit = rebias(plastic_synapse.build(), {}, "generator")
+    circuit = rebias(plastic_synapse.build(), {}, "ideal")
     d = standing(circuit, silicon)
     own = d.renamed("cell.")
     middle = cells_of(own, cell_model(plastic_synapse.Params(), ROLLS_180), LINE).middle[0]
@@ -71,7 +71,7 @@ def test_a_weights_threshold_is_the_comparators(die):
 
 def test_the_nmda_gates_share_is_that_of_its_pair_and_mirrors():
     silicon = Silicon(ROLLS_180, 27.0, Die(number=1000))
-    chip = RollsChip(Program(np.zeros((1, 1)), learning_biases()), silicon, "generator")
+    chip = RollsChip(Program(np.zeros((1, 1)), learning_biases()), silicon, "ideal")
     built = chip.built()
     neuron = devices_at(
         rolls_neuron.build(chip.params.neuron), row_place(256, ("neuron", ())), silicon,

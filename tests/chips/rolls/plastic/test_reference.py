@@ -23,7 +23,7 @@ def test_the_circuit_is_sound() -> None:
 
 @pytest.mark.parametrize(
     ("die", "temperature", "kind"),
-    [(None, 27.0, "gate"), (1000, 27.0, "generator"), (1001, 10.0, "generator")],
+    [(None, 27.0, "gate"), (1000, 27.0, "ideal"), (1001, 10.0, "ideal")],
 )
 def test_weight_moves_as_the_transistors_do(die, temperature, kind):
     silicon = Silicon(ROLLS_180, temperature, Die(number=die))

@@ -28,7 +28,7 @@ HIGH[:4, 200:204] = True
 def chip_of(biases=None, die=1003, plastic=PlasticArray(LATCHES, HIGH), **options):  # noqa: B008 - frozen
     table = learning_biases() if biases is None else biases
     silicon = Silicon(ROLLS_180, 27.0, Die(number=die))
-    return RollsChip(Program(SILENT, table, plastic=plastic), silicon, "generator", **options)
+    return RollsChip(Program(SILENT, table, plastic=plastic), silicon, "ideal", **options)
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +104,7 @@ def test_a_spike_of_a_neuron_reaches_its_column_and_its_calcium():
     levels[3, 7] = 4
     silicon = Silicon(ROLLS_180, 27.0, Die(number=1003))
     program = Program(levels, learning_biases(), plastic=PlasticArray(latches, high))
-    one = RollsChip(program, silicon, "generator")
+    one = RollsChip(program, silicon, "ideal")
     times = np.arange(1e-3, 0.1, 2e-3)
     driven = Inputs(times, np.full(times.size, 3), np.full(times.size, 263))
     spikes, state = one.run(one.at_rest(), 0.1, driven)
@@ -173,7 +173,7 @@ def test_an_array_that_does_not_learn_is_told(chip):
 
 
 def test_draws_of_the_chip_without_the_array_are_the_same(chip):
-    plain = RollsChip(Program(SILENT, learning_biases()), chip.silicon, "generator").built()
+    plain = RollsChip(Program(SILENT, learning_biases()), chip.silicon, "ideal").built()
     assert np.array_equal(plain.tables.membranes.lines, chip.built().tables.membranes.lines)
     assert plain.gates == {k: chip.built().gates[k] for k in plain.gates}
 

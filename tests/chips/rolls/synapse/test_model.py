@@ -21,7 +21,7 @@ from circuits.solver.transient import simulate
 DEFAULTS = BLOCK.defaults
 
 
-@pytest.mark.parametrize("kind", ["gate", "generator"])
+@pytest.mark.parametrize("kind", ["gate", "ideal"])
 def test_the_devices_are_those_of_the_circuit(kind: BiasKind) -> None:
     silicon = Silicon(ROLLS_180, 40.0, Die(number=1003))
     circuit = rebias(build(), kind=kind)
@@ -44,12 +44,12 @@ def test_the_devices_are_those_of_the_circuit(kind: BiasKind) -> None:
     ("level", "i_tau", "rate", "die", "temperature", "kind"),
     [
         (1, 59e-12, 1000.0, 1000, 0.0, "gate"),
-        (2, 0.59e-12, 300.0, 1001, 27.0, "generator"),
+        (2, 0.59e-12, 300.0, 1001, 27.0, "ideal"),
         (3, 5.9e-12, 30.0, 1002, 60.0, "gate"),
-        (4, 0.59e-12, 1000.0, 1003, 60.0, "generator"),
-        (-1, 0.59e-12, 30.0, 1004, 60.0, "generator"),
+        (4, 0.59e-12, 1000.0, 1003, 60.0, "ideal"),
+        (-1, 0.59e-12, 30.0, 1004, 60.0, "ideal"),
         (-2, 59e-12, 300.0, 1000, 60.0, "gate"),
-        (-3, 5.9e-12, 1000.0, 1001, 0.0, "generator"),
+        (-3, 5.9e-12, 1000.0, 1001, 0.0, "ideal"),
         (-4, 0.59e-12, 300.0, 1002, 0.0, "gate"),
     ],
 )

@@ -137,8 +137,8 @@ def test_spread_over_dies_accumulates_along_the_chain() -> None:
 
 @pytest.mark.parametrize("corner", ["ss", "ff", "sf", "fs"])
 def test_currents_follow_their_biases_whatever_the_process_is(corner: str) -> None:
-    # generator biases take the process out of the added currents, and the mirrors do not bring it back
-    circuit = rebias(build(), kind="generator")
+    # ideal biases take the process out of the added currents, and the mirrors do not bring it back
+    circuit = rebias(build(), kind="ideal")
     silicon = Silicon(die=Die(corner=corner))  # type: ignore[arg-type]
     found = currents(operating_point(BLOCK.testbench(circuit, DEFAULTS, 5.0), silicon))
     # an nFET's off current of some fA is 3 sigma larger in a fast process: 0.2 pA beside 2 pA steps

@@ -12,7 +12,7 @@ NONE: dict[str, float | None] = {s.name: None for s in BLOCK.stimuli}
 
 
 def run(biases: dict[str, float] | None = None, celsius: float = 27.0, **stimuli: float) -> Result:
-    circuit = rebias(build(), biases or {}, "generator")
+    circuit = rebias(build(), biases or {}, "ideal")
     return simulate(BLOCK.testbench(circuit, NONE | stimuli, 5.0), Silicon(temperature_c=celsius))
 
 

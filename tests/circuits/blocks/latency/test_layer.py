@@ -17,7 +17,7 @@ NOMINAL = Silicon()
 
 
 def run(silicon: Silicon = NOMINAL, **stimuli: float) -> Result:
-    circuit = rebias(build(), {}, "generator")
+    circuit = rebias(build(), {}, "ideal")
     return simulate(BLOCK.testbench(circuit, NONE | stimuli, 5.0), silicon)
 
 

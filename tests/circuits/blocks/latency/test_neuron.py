@@ -47,7 +47,7 @@ def test_nothing_heard_is_nothing_said() -> None:
 def test_fixed_gates_slow_down_in_the_cold_and_generators_do_not() -> None:
     cold, warm = (Silicon(AMI_1500, t) for t in (0.0, 60.0))
     gate = build()
-    generator = rebias(gate, {}, "generator")
+    generator = rebias(gate, {}, "ideal")
     late = [measured(gate, s)["latency_s"] for s in (cold, SILICON, warm)]
     assert number(late[0]) > 1.5 * number(late[1]) > 1.5 * number(late[2])
     steady = [measured(generator, s)["latency_s"] for s in (cold, warm)]

@@ -31,7 +31,7 @@ def test_two_taps_take_twice_as_long() -> None:
 
 def test_a_generator_holds_the_delay_and_a_fixed_gate_does_not() -> None:
     cold = Silicon(temperature_c=0.0)
-    steady = BLOCK.measures(run(cold, "generator"))["delay_s"]
+    steady = BLOCK.measures(run(cold, "ideal"))["delay_s"]
     # PTAT: 300.15 / 273.15 as long; the comparator's own delay is below 0.2 %
     assert steady == pytest.approx(USUAL * 1.014 * 300.15 / 273.15, rel=0.01)
     drifted = BLOCK.measures(run(cold))["delay_s"]
@@ -40,7 +40,7 @@ def test_a_generator_holds_the_delay_and_a_fixed_gate_does_not() -> None:
 
 
 def test_dies_differ() -> None:
-    a, b = (BLOCK.measures(run(Silicon(die=Die(number=n)), "generator"))["delay_s"] for n in (1, 2))
+    a, b = (BLOCK.measures(run(Silicon(die=Die(number=n)), "ideal"))["delay_s"] for n in (1, 2))
     assert a != b
 
 

@@ -40,14 +40,14 @@ def test_an_end_makes_it_spike_a_period_later() -> None:
 
 def test_a_generator_holds_the_time_within_what_is_absolute_temperature() -> None:
     warm = Silicon(temperature_c=60.0)
-    assert BLOCK.measures(run(warm, "generator"))["hold_s"] == pytest.approx(HOLD * 300.15 / 333.15, rel=0.02)
+    assert BLOCK.measures(run(warm, "ideal"))["hold_s"] == pytest.approx(HOLD * 300.15 / 333.15, rel=0.02)
     drifted = BLOCK.measures(run(warm))["hold_s"]
     assert drifted is not None
     assert drifted < 0.5 * HOLD
 
 
 def test_dies_differ() -> None:
-    a, b = (BLOCK.measures(run(Silicon(die=Die(number=n)), "generator"))["hold_s"] for n in (1, 2))
+    a, b = (BLOCK.measures(run(Silicon(die=Die(number=n)), "ideal"))["hold_s"] for n in (1, 2))
     assert a != b
 
 

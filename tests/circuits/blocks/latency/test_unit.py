@@ -14,7 +14,7 @@ NOMINAL = Silicon()
 
 
 def run(silicon: Silicon = NOMINAL, **stimuli: float | None) -> Result:
-    return simulate(BLOCK.testbench(rebias(build(), {}, "generator"), DEFAULTS | stimuli, 5.0), silicon)
+    return simulate(BLOCK.testbench(rebias(build(), {}, "ideal"), DEFAULTS | stimuli, 5.0), silicon)
 
 
 @pytest.mark.parametrize("after", [-2.9e-3, -1e-3, 0.0, 2.9e-3])

@@ -50,7 +50,7 @@ def test_fixed_gates_speed_up_in_the_warm_and_generators_do_not() -> None:
     warm = BLOCK.testbench(build(), {"current": 4.5 * LEAK, "duration": 0.03}, ROLLS_180.v_dd)
     assert BLOCK.outcome(simulate(warm, Silicon(ROLLS_180, 60.0))) == "none"
     # generator: proportional to T, within 11 % of 27 degC, and a swing that falls by some per cent
-    assert at(60.0, "generator", 5.0) == pytest.approx(at(27.0, "generator", 5.0), rel=0.2)
+    assert at(60.0, "ideal", 5.0) == pytest.approx(at(27.0, "ideal", 5.0), rel=0.2)
 
 
 def test_dies_differ_and_a_die_is_the_same_again() -> None:

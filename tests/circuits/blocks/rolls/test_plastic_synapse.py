@@ -69,7 +69,7 @@ def still(weight: float, temperature: float = 27.0) -> Result:
     """A weight held at `weight` V, without events, from its state of rest."""
     volts = {"vdd": 1.8, "event": 0.0, "up_b": 1.8, "dn": 0.0, "line": 0.9, "w": weight}
     sources = tuple(Source(name, name, Constant(v)) for name, v in volts.items())
-    bench = Testbench("still", rebias(build(), {}, "generator"), sources, 2e-3)
+    bench = Testbench("still", rebias(build(), {}, "ideal"), sources, 2e-3)
     return simulate(started_at_rest(bench, ROLLS_180), Silicon(ROLLS_180, temperature))
 
 
@@ -99,7 +99,7 @@ def test_only_a_high_weight_draws_a_current() -> None:
 
 def test_a_generator_holds_the_drift_and_dies_differ() -> None:
     warm = Silicon(ROLLS_180, 50.0)
-    gate, generator = (BLOCK.measures(run(1.0, 1.0, warm, k))["drift_V_per_s"] for k in ("gate", "generator"))
+    gate, generator = (BLOCK.measures(run(1.0, 1.0, warm, k))["drift_V_per_s"] for k in ("gate", "ideal"))
     usual = BLOCK.measures(run(1.0, 1.0))["drift_V_per_s"]
     assert gate is not None
     assert generator is not None

@@ -58,8 +58,8 @@ def test_floating_plates_stay_between_the_rails() -> None:
 
 
 def test_a_gate_voltage_drifts_and_a_generator_follows_absolute_temperature() -> None:
-    warm = {kind: number(BLOCK.measures(run(60.0, kind))["delay_s"]) for kind in ("gate", "generator")}
-    assert warm["generator"] == pytest.approx(700e-6 * 300.15 / 333.15, rel=0.002)
+    warm = {kind: number(BLOCK.measures(run(60.0, kind))["delay_s"]) for kind in ("gate", "ideal")}
+    assert warm["ideal"] == pytest.approx(700e-6 * 300.15 / 333.15, rel=0.002)
     # the threshold falls by 33 mV at 27/V and U_T grows: several % a kelvin
     assert 0.2 < warm["gate"] / 700e-6 < 0.5
 

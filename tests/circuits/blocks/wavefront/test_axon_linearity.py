@@ -26,7 +26,7 @@ from circuits.silicon.silicon import Silicon
 CIRCUIT = axon_delay.build()
 
 
-@pytest.mark.parametrize(("temperature", "kind"), [(27.0, "gate"), (-10.0, "gate"), (65.0, "generator")])
+@pytest.mark.parametrize(("temperature", "kind"), [(27.0, "gate"), (-10.0, "gate"), (65.0, "ideal")])
 def test_the_delay_is_monotone_and_straight_within_a_thousandth(temperature: float, kind: BiasKind) -> None:
     found = linearity(delay_machine(rebias(CIRCUIT, kind=kind), Silicon(temperature_c=temperature)))
     assert found.reason == ""

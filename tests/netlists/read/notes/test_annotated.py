@@ -118,7 +118,7 @@ def everything() -> Testbench:
             Bias(
                 "i_tau",
                 "v_tau",
-                "generator",
+                "ideal",
                 (1e-10, 2e-10, 3e-10),
                 "cells.m1",
                 30.0,

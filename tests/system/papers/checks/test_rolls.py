@@ -9,7 +9,7 @@ from system.study.campaign import Numbered
 
 def test_calibration_of_one_die():
     report = rolls_calibration.reproduce(lambda _: None, dies=1, drifting=0)
-    assert [row.name.split(":")[0] for row in report.rows] == ["generator", "gate"]
+    assert [row.name.split(":")[0] for row in report.rows] == ["ideal", "gate"]
     assert all(0.0 <= float(row.shown) <= 1.0 for row in report.rows)
     report.draw(Figure())
 
@@ -24,8 +24,8 @@ def test_drift_is_reported_at_every_temperature():
 
 
 def test_a_field_decides():
-    bump = rolls_field.decide(Numbered("generator", 8))
+    bump = rolls_field.decide(Numbered("ideal", 8))
     # die 8 is one of those on which the numbers were chosen
     assert bump.right
-    report_rows = rolls_field.rows({"generator": [bump]})
+    report_rows = rolls_field.rows({"ideal": [bump]})
     assert report_rows[0].shown == 1.0

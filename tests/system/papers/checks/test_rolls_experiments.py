@@ -22,7 +22,7 @@ def test_drift_of_currents_follows_the_law(monkeypatch: pytest.MonkeyPatch) -> N
     assert report.agrees
     assert done[-1] == 1.0
     slopes = {row.name: row.shown for row in report.rows}
-    assert slopes["filter_current_generator_per_K"] == pytest.approx(1.0 / 300.15, rel=1e-3)
+    assert slopes["filter_current_ideal_per_K"] == pytest.approx(1.0 / 300.15, rel=1e-3)
     assert isinstance(slopes["filter_current_gate_per_K"], float)
     assert 0.038 < slopes["filter_current_gate_per_K"] < 0.056
     report.draw(Figure())

@@ -60,7 +60,7 @@ def test_a_condition_says_where_it_was_calibrated_and_solved() -> None:
 def test_statements_hold_and_fail() -> None:
     assert [r.name for r in campaign.rows(found()) if not r.agrees] == []
     assert [r.name for r in campaign.rows(dict.fromkeys(found(), ALL)) if r.agrees] == [
-        "bug0_calibrated_7_and_47_degC_generator_share",
+        "bug0_calibrated_7_and_47_degC_ideal_share",
         "bug0_calibrated_7_and_47_degC_gate_share",
         "bug0_area_1_16_share",
     ]

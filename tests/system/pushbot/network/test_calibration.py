@@ -46,7 +46,7 @@ def test_the_loop_of_a_turn_has_no_other_connections() -> None:
 
 def test_the_rates_asked_for_are_the_nominal_die_s() -> None:
     task = calibration_task(NETWORK, pushbot_biases())
-    chip = RollsChip(task.program, Silicon(ROLLS_180), "generator", step=STEP)
+    chip = RollsChip(task.program, Silicon(ROLLS_180), "ideal", step=STEP)
     rates = neuron_rates(chip, task.drive)
     for target in task.targets:
         # alike neurons fire in step, so their rates move in jumps with how the chip's step is cut, by up to
@@ -80,7 +80,7 @@ def test_a_die_comes_to_its_rates() -> None:
 def drive_rate_in_a_turn(network: Network, biases: BiasTable, silicon: Silicon) -> float:
     """Geometric mean of the rates of DL and DR in the closed loop, Hz."""
     task = loop_task(network, biases)
-    rates = neuron_rates(RollsChip(task.program, silicon, "generator", step=STEP), task.drive)
+    rates = neuron_rates(RollsChip(task.program, silicon, "ideal", step=STEP), task.drive)
     left, right = (rates[list(network[name].neurons)].mean() for name in ("DL", "DR"))
     return float(np.sqrt(left * right))
 

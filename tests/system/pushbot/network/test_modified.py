@@ -84,7 +84,7 @@ def events(neurons: tuple[int, ...], rate: float, begin: float, end: float) -> I
 def test_a_turn_outlasts_what_began_it_and_the_robot_stands_meanwhile() -> None:
     biases = pushbot_biases(MODIFIED)
     network = modified_network(LEVELS, biases)
-    chip = RollsChip(network_program(network, biases), Silicon(ROLLS_180), "generator", step=STEP)
+    chip = RollsChip(network_program(network, biases), Silicon(ROLLS_180), "ideal", step=STEP)
     seen = network["OL"].neurons[-4:]  # a block left of the centre, from 0.3 s on
     inputs = merged([
         kick(network, 4), events(seen, 400.0, 0.3, 0.8),
@@ -124,7 +124,7 @@ def spikes_per_event(rate: float, code: tuple[str, int], duration: float = 2.0) 
         np.tile(VIRTUAL_EXCITATORY + np.arange(4), times.size // 4),
     )
     alone = network_program(replace(network, projections=()), biases)
-    chip = RollsChip(alone, Silicon(ROLLS_180), "generator", step=STEP)
+    chip = RollsChip(alone, Silicon(ROLLS_180), "ideal", step=STEP)
     heard, _ = chip.run(chip.at_rest(), duration, inputs)
     return float(heard.neurons.size / members.size / shots)
 

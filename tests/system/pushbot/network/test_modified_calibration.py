@@ -27,7 +27,7 @@ def test_every_obstacle_neuron_has_events_of_its_own() -> None:
 
 def test_the_rates_asked_for_are_the_nominal_die_s() -> None:
     task = modified_task(NETWORK, BIASES)
-    chip = RollsChip(task.program, Silicon(ROLLS_180), "generator", step=STEP)
+    chip = RollsChip(task.program, Silicon(ROLLS_180), "ideal", step=STEP)
     rates = neuron_rates(chip, task.drive)
     for target in task.targets:
         # both sides have one target, their events differ; what a calibration claims is 10 %
