@@ -31,50 +31,11 @@ from circuits.silicon.silicon import Silicon
 REACH = 3  # paths on either side that a memory inhibits: three standard deviations of 1
 SYNAPSES = 8  # of an integrating neuron; ours, what is more is counted
 REFERENCE = 2.0  # V, of all comparators
-UNITS = 15  # latency units of a memory; the paper's figures need it, the text does not say it
 NAME = "latency_chip"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NetworkNumbers:
-    """Numbers that the chip has of the network: times in s, charges and inhibitions in thresholds.
-
-    Attributes
-    ----------
-    taps : int
-        How many taps the delay line has, and units a memory.
-    integration : float
-        Time of a memory's integrating neuron, s.
-    race : float
-        Latency of a cell of the largest passive current, s.
-    goal, direction : float
-        Charges of the goal and of the ping direction, in units of the threshold.
-    goal_sigma : float
-        Reach of the goal, a number of paths.
-    pulse : float
-        Length of the pulses of these charges, s.
-    suppression : float
-        Inhibition of other paths, in units of the threshold.
-    suppression_sigma : float
-        Reach of this inhibition, a number of paths.
-    emergency : float
-        Time of the emergency neuron, s.
-    """
-
-    taps: int = UNITS
-    integration: float = 8e-3
-    race: float = 58e-3
-    goal: float = 0.08
-    goal_sigma: float = 8.0
-    direction: float = 0.1
-    pulse: float = 2e-3
-    suppression: float = 0.21
-    suppression_sigma: float = 1.0
-    emergency: float = 68e-3
-
-
 @dataclass(frozen=True, slots=True)
-class Design(NetworkNumbers):
+class Design:
     """What a latency chip is designed for: times in s, charges and inhibitions in thresholds of the race.
 
     The numbers are those of the network unless said.
@@ -87,13 +48,27 @@ class Design(NetworkNumbers):
         Passive current of each path over the largest, a ratio.
     second : tuple of float
         Delay of the second layer in each group, s.
+    taps : int
+        How many taps the delay line has, and units a memory.
     lead, hop : float
         Delays before its first tap and between two, s. The lead is ours: the network's neurons take that much
         longer from a tap to the memory's spike than this chip's.
-    step, window, tonic, hold, block : float
-        Times of a memory's steps, detectors and inhibition, s.
-    inhibition, recurrent : float
-        Times of the inhibition and of the recurrent spikes, s.
+    step, integration, window, tonic, hold, block : float
+        Times of a memory's steps, integrating neuron, detectors and inhibition, s.
+    race : float
+        Latency of a cell of the largest passive current, s.
+    goal, direction : float
+        Charges of the goal and of the ping direction, in units of the threshold.
+    goal_sigma : float
+        Reach of the goal, a number of paths.
+    pulse : float
+        Length of the pulses of these charges, s.
+    suppression : float
+        Inhibition of other paths, in units of the threshold.
+    suppression_sigma : float
+        Reach of this inhibition, a number of paths.
+    inhibition, recurrent, emergency : float
+        Times of the inhibition, of the recurrent spikes and of the emergency neuron, s.
 
     Raises
     ------
@@ -104,15 +79,25 @@ class Design(NetworkNumbers):
     group: tuple[int, ...]
     share: tuple[float, ...]
     second: tuple[float, ...]
+    taps: int = 15
     lead: float = 4.6e-3
     hop: float = 3e-3
     step: float = 20e-3
+    integration: float = 8e-3
     window: float = 3e-3
     tonic: float = 10e-3
     hold: float = 177e-3
     block: float = 20e-3
+    race: float = 58e-3
+    goal: float = 0.08
+    goal_sigma: float = 8.0
+    direction: float = 0.1
+    pulse: float = 2e-3
+    suppression: float = 0.21
+    suppression_sigma: float = 1.0
     inhibition: float = 100e-3
     recurrent: float = 1.35e-3
+    emergency: float = 68e-3
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming what cannot be built."""

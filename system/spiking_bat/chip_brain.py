@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from chips.latency.chip import LatencyChip, PingResponse, counted
-from chips.latency.design import Biases, Design, NetworkNumbers
+from chips.latency.design import Biases, Design
 from chips.latency.kernel import Memory
 from chips.latency.model import usual_biases
 from circuits.arrays import F64, I64
@@ -33,6 +33,10 @@ from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.topology import layer_delays, passive_current
 
 _RECENT = 109e-3  # s, that a ping counts; the network's
+_SHARED = (
+    "taps", "integration", "race", "goal", "goal_sigma", "direction", "pulse", "suppression",
+    "suppression_sigma", "emergency",
+)  # fmt: skip  # numbers of the network that the chip has under the same names
 _EARLIER = 3.3e-3  # s, from the integrating neuron's spike to the memory's in the network; measured
 
 
@@ -148,7 +152,7 @@ def design_of(arcs: Arcs, numbers: Numbers) -> Design:
         second=tuple(float(x) for x in layer_delays(numbers)),
         hop=numbers.tap_delay,
         step=numbers.step_current,
-        **{each.name: getattr(numbers, each.name) for each in fields(NetworkNumbers)},
+        **{name: getattr(numbers, name) for name in _SHARED},
     )
 
 

@@ -10,18 +10,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 
-from chips.latency.design import UNITS, NetworkNumbers
 from circuits.count import whole_number
 from circuits.errors import ParameterError
 from system.numbers import check_numbers
 
 DIRECTION_PRIORITY = (2, 1, 3, 0, 4)  # middle, middle left, middle right, left, right; the paper's
 PATHS = 33  # memories; the paper's motor choices
+UNITS = 15  # latency units of a memory; the paper's figures need it, the text does not say it
 SOUND = 343.0  # m/s
 
 
 @dataclass(frozen=True, slots=True)
-class Numbers(NetworkNumbers):
+class Numbers:
     """Numbers of the network: times in s, conductances in S/m^2, currents of conductors in A/m^2.
 
     Thresholds of integrators are 1, so that their charges have no unit.
@@ -73,8 +73,10 @@ class Numbers(NetworkNumbers):
     """
 
     paths: int = PATHS
+    taps: int = UNITS
     ping_period: float = 0.1
     step_current: float = 20e-3
+    integration: float = 8e-3
     constant_delay: float = 3e-3
     tap_delay: float = 3e-3
     drive: float = 8.0
@@ -96,13 +98,21 @@ class Numbers(NetworkNumbers):
     relay: float = 0.1e-3
     silence: float = 1e6
     silent: float = 45e-3
+    race: float = 58e-3
     sharp_turn_cost: float = 0.1
+    goal: float = 0.08
+    goal_sigma: float = 8.0
+    direction: float = 0.1
+    pulse: float = 2e-3
     goal_delay: float = 5e-3
     direction_delay: float = 10e-3
+    suppression: float = 0.21
+    suppression_sigma: float = 1.0
     inhibit: float = 1e4
     recurrent: float = 3.0
     first: float = 2e-3
     between: float = 2.8e-3
+    emergency: float = 68e-3
     lif_tonic: float = 10.5e-3
     lif_hold: float = 166e-3
     lif_block: float = 60e-3

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from chips.latency.design import UNITS
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from system.openspace import map as forest
@@ -18,7 +17,7 @@ from system.option import (
 )
 from system.options.noise import Noisy, check_noise, noise_option
 from system.options.on_silicon import OnSilicon
-from system.spiking_bat.numbers import PATHS, Numbers, numbers_at
+from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
 
 BRAINS = ("network", "chip", "lif")
 CODES = ("usual", "calibrated")  # of a chip's biases
