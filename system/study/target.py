@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 from circuits.arrays import F64
 from circuits.brief import OPTIONAL
 from circuits.circuit import BiasKind
-from circuits.errors import CircuitError, ParameterError, unknown_name
+from circuits.errors import CircuitError, DataError, ParameterError, unknown_name
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.lowering.variation import variation_draws, variation_labels
 from circuits.silicon.course import Points
@@ -148,9 +148,14 @@ class Target(ABC):
 
 
 def measure_safely(target: Target, die: Die, condition: Condition) -> Measurement:
-    """Measure one die; where the measurement raises an error, give a failed sample with its text."""
+    """Measure one die; where the measurement raises an error, give a failed sample with its text.
+
+    Raises `DataError`, of a file or of a model's record: it would be that of every sample.
+    """
     try:
         return target.measure(replace(die, corner=condition.corner), condition)  # type: ignore[arg-type]
+    except DataError:
+        raise
     except Exception as error:  # noqa: BLE001 - a sample that fails is reported as failed
         reason = " ".join(str(error).split()) or type(error).__name__
         if not isinstance(error, CircuitError):

@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from chips import record as records
+from chips.record import kept_record
 from circuits.errors import DataError, ParameterError
 from circuits.lowering.kernel import Machine
 from system.options.silicon import SiliconChoice
@@ -221,6 +223,17 @@ def test_the_manifest_says_what_was_asked(tmp_path: Path) -> None:
     (tmp_path / FILE).write_text("{", encoding="utf-8")
     with pytest.raises(DataError, match="broken"):
         run(study(1), tmp_path, resume=True)
+
+
+def test_a_stale_record_ends_a_study_before_its_first_sample(monkeypatch: pytest.MonkeyPatch) -> None:
+    stale = replace(kept_record("rebound_neuron"), key="of another circuit")
+    monkeypatch.setattr(records, "kept_record", lambda _: stale)
+    system = {"level": "behavioural", "duration": 0.1}
+    wanted = Study(
+        Subject("approach", ("calls",), system=system), Plan("random", 0, 1000, 3), (CONDITION,), 1
+    )
+    with pytest.raises(DataError, match="rebound_neuron: its record is of another circuit or process"):
+        run(wanted)
 
 
 def test_a_system_is_measured_on_its_dies() -> None:
