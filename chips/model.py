@@ -88,11 +88,11 @@ class Model:
     circuits : function
         Builds the circuits that the record is measured from.
     measure : function
-        Makes the record without its errors, and reports the share that is done to the function that it is
-        given.
+        Makes the record without its errors in a process, and reports the share that is done to the function
+        that it is given. It raises `ParameterError` for a law that the model does not carry.
     held_out : function
-        Errors of the model on dies that were not used to build it, by name with the unit at its end. They are
-        taken while this record is in force, biased as given, or as the circuits are.
+        Errors of the model on dies of a process that were not used to build it, by name with the unit at its
+        end. They are taken while this record is in force, biased as given, or as the circuits are.
     load : function
         Makes the model on a silicon with its circuits' own biases. It raises `ParameterError` outside its box
         and `DataError` where the record is of other circuits.
@@ -100,39 +100,36 @@ class Model:
         What else follows from the record, by name with the unit at its end.
     cells, proxy : Cells, Proxy or None
         How the model is written for other simulators, and what a search may ask of it, where it has them.
-    process : Process
-        The process in which it is measured, whose law its record carries.
     """
 
     name: str
     circuits: Callable[[], Sequence[Circuit]]
-    measure: Callable[[Progress], Record]
-    held_out: Callable[[Record, Biases | None], Mapping[str, float]]
+    measure: Callable[[Progress, Process], Record]
+    held_out: Callable[[Record, Biases | None, Process], Mapping[str, float]]
     load: Callable[[Silicon], object]
     figures: Callable[[Record], Mapping[str, float]] = nothing
     cells: Cells | None = None
     proxy: Proxy | None = None
-    process: Process = AMI_1500
 
     @property
     def record_name(self) -> str:
-        """Name of the model's record."""
+        """Name of the model's record in its own process under the ideal law."""
         return self.name.replace("-", "_")
 
 
 def plain_model(
     name: str,
     circuits: Callable[[], Sequence[Circuit]],
-    measure: Callable[[], Record],
-    errors: Callable[[], Mapping[str, float]],
+    measure: Callable[[Process], Record],
+    errors: Callable[[Process], Mapping[str, float]],
     load: Callable[[Silicon], object],
 ) -> Model:
     """Return a model whose measurement reports no progress, judged at its circuits' own biases alone.
 
-    errors: gives the errors of the model by the record that is in force; the other arguments are the fields
-    of `Model`.
+    measure, errors: of a process, give the record, and the errors of the model by the record that is in
+    force; the other arguments are the fields of `Model`.
     """
-    return Model(name, circuits, lambda _: measure(), lambda *_: errors(), load)
+    return Model(name, circuits, lambda _, process: measure(process), lambda *given: errors(given[-1]), load)
 
 
 _models: Catalogue[Model] = Catalogue("model", MODELS, "noctule.models", ("chips.model:Model",))
@@ -140,10 +137,13 @@ _models: Catalogue[Model] = Catalogue("model", MODELS, "noctule.models", ("chips
 model_names, load_model = _models.names, _models.load
 
 
-def characterise(model: Model, progress: Progress, biases: Biases | None = None) -> Record:
+def characterise(
+    model: Model, progress: Progress, biases: Biases | None = None, process: Process = AMI_1500
+) -> Record:
     """Measure a model's record with its errors and its law, and return it without writing any file.
 
-    Raises `SolverError` where the circuits cannot be measured.
+    Raises `SolverError` where the circuits cannot be measured, and `ParameterError` for a process whose law
+    the model does not carry.
 
     Parameters
     ----------
@@ -153,9 +153,11 @@ def characterise(model: Model, progress: Progress, biases: Biases | None = None)
         Function that is told the share that is done, 0 to 1.
     biases
         Biases of the circuits on the dies of the errors, A or V by name; their own unless given.
+    process
+        The process, with the law that the record is measured by.
     """
-    record = model.measure(lambda share: progress(0.95 * share))
-    with recorded(model.record_name, record):
-        errors = model.held_out(record, biases)
+    record = model.measure(lambda share: progress(0.95 * share), process)
+    with recorded(model.record_name, record, process):
+        errors = model.held_out(record, biases, process)
     progress(1.0)
-    return replace(record, errors=errors, law=law_of(model.process))
+    return replace(record, errors=errors, law=law_of(process))

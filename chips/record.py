@@ -28,10 +28,11 @@ import numpy as np
 import xarray as xr
 
 from chips.law_lattice import Law, changed, law_from, law_text
-from chips.record_file import load_record, record_file, save_record, stale
+from chips.record_file import load_record, record_file, record_name, save_record, stale
 from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.errors import DataError
+from circuits.silicon.process import AMI_1500, Process
 
 _REMEDY = "run noctule characterise"
 _ERROR, _BOX, _LAW = "error_", "box_", "law"
@@ -227,9 +228,9 @@ _IN_FORCE: ContextVar[Mapping[str, Record] | None] = ContextVar("records", defau
 
 
 @contextmanager
-def recorded(block: str, record: Record) -> Iterator[None]:
-    """Put a record in force for a block while the context lasts, whatever record is kept of it."""
-    token = _IN_FORCE.set({**(_IN_FORCE.get() or {}), block: record})
+def recorded(block: str, record: Record, process: Process = AMI_1500) -> Iterator[None]:
+    """Put a record in force for a block in a process while the context lasts, whatever is kept of it."""
+    token = _IN_FORCE.set({**(_IN_FORCE.get() or {}), record_name(block, process): record})
     try:
         yield
     finally:
@@ -237,34 +238,35 @@ def recorded(block: str, record: Record) -> Iterator[None]:
 
 
 @cache
-def kept_record(block: str) -> Record:
-    """Return the record of a block that is kept, the user's own or else the package's.
+def kept_record(block: str, process: Process = AMI_1500) -> Record:
+    """Return the record of a block in a process that is kept, the user's own or else the package's.
 
     Raises `DataError` without one, and where it was measured by another law than today's.
     """
-    record = read_record(record_file(block))
+    record = read_record(record_file(block, process))
     other = changed(record.law) if record.law is not None else "a law that it does not tell"
     if other:
-        raise stale(block, other)
+        raise stale(block, other, process)
     return record
 
 
-def in_force(block: str) -> bool:
+def in_force(block: str, process: Process = AMI_1500) -> bool:
     """Return whether `recorded` has put a record in the place of the kept one."""
-    return block in (_IN_FORCE.get() or {})
+    return record_name(block, process) in (_IN_FORCE.get() or {})
 
 
-def current_record(block: str) -> Record:
-    """Return the record of a block that is in force: that of `recorded`, else the kept one."""
-    return (_IN_FORCE.get() or {}).get(block) or kept_record(block)
+def current_record(block: str, process: Process = AMI_1500) -> Record:
+    """Return the record of a block in a process that is in force: that of `recorded`, else the kept one."""
+    found = (_IN_FORCE.get() or {}).get(record_name(block, process))
+    return found or kept_record(block, process)
 
 
-def matching_record(block: str, key: Callable[[Record], str]) -> Record:
-    """Return the record of the block that is called `block`, as it is in force.
+def matching_record(block: str, key: Callable[[Record], str], process: Process = AMI_1500) -> Record:
+    """Return the record of the block that is called `block`, as it is in force for a process.
 
     Raises `DataError` unless its key is `key` of the record.
     """
-    record = current_record(block)
+    record = current_record(block, process)
     if record.key != key(record):
-        raise stale(block)
+        raise stale(block, process=process)
     return record

@@ -3,11 +3,16 @@
 `noctule characterise` writes into the cache folder, so that an installed package is never changed. The folder
 is `NOCTULE_CACHE_DIR` where that is set, else `noctule` in the user's caches, as the XDG Base Directory
 Specification (0.8) has them.
+
+A record is of a process under a law, and its file's name says which (`record_name`): `NAME.nc` of AMI 1.5 um
+under the ideal law, `NAME_full.nc` under the full law, `NAME_PROCESS_LAW.nc` of any other process, which the
+cache folder alone has.
 """
 
 from __future__ import annotations
 
 import os
+import re
 from importlib.resources import files
 from pathlib import Path
 
@@ -16,6 +21,7 @@ import xarray as xr
 
 from circuits.errors import DataError
 from circuits.seal import check_sealed, sealed
+from circuits.silicon.process import AMI_1500, PROCESSES, Process
 
 ENVIRONMENT = "NOCTULE_CACHE_DIR"
 _MEASURE = "run noctule characterise"
@@ -36,25 +42,47 @@ def cache_folder() -> Path:
         return Path(os.devnull) / "noctule"
 
 
-def cached_file(block: str) -> Path:
+def record_name(block: str, process: Process = AMI_1500) -> str:
+    """Return the name of the record of a block in a process, without the ending of its file."""
+    name, effects = block.replace("-", "_"), process.effects
+    if process.name == AMI_1500.name:
+        return name if effects == "ideal" else f"{name}_{effects}"
+    return f"{name}_{re.sub(r'[^A-Za-z0-9.-]', '-', process.name)}_{effects}"
+
+
+def measured_by(block: str, process: Process = AMI_1500) -> str:
+    """Return the command that measures a block's record in a process."""
+    words = ["noctule characterise", block.replace("_", "-")]
+    if process.effects != "ideal":
+        words.append(f"--law {process.effects}")
+    if process.name != AMI_1500.name:
+        words.append(f"--process {process.name if process.name in PROCESSES else 'FILE'}")
+    return " ".join(words)
+
+
+def cached_file(block: str, process: Process = AMI_1500) -> Path:
     """Return the path of a block's record in the cache folder; it need not exist."""
-    return cache_folder() / "records" / _name(block)
+    return cache_folder() / "records" / f"{record_name(block, process)}.nc"
 
 
-def shipped_file(block: str) -> Path:
+def shipped_file(block: str, process: Process = AMI_1500) -> Path:
     """Return the path of a block's record in the package; it need not exist."""
-    return Path(str(files("chips"))) / "records" / _name(block)
+    return _shipped_folder() / f"{record_name(block, process)}.nc"
 
 
-def record_file(block: str) -> Path:
+def _shipped_folder() -> Path:
+    return Path(str(files("chips"))) / "records"
+
+
+def record_file(block: str, process: Process = AMI_1500) -> Path:
     """Return the path of the record that is read for a block: the user's own, else the package's.
 
     Raises `DataError` where there is neither.
     """
-    for path in (cached_file(block), shipped_file(block)):
+    for path in (cached_file(block, process), shipped_file(block, process)):
         if os.access(path, os.R_OK):
             return path
-    raise DataError(f"{block}: no record; {_MEASURE}")
+    raise DataError(f"{record_name(block, process)}: no record; run {measured_by(block, process)}")
 
 
 def save_record(data: xr.Dataset, path: Path) -> None:
@@ -78,7 +106,7 @@ def load_record(path: Path) -> xr.Dataset:
 
 def _check(path: Path) -> None:
     """Raise `ValueError`, or what h5py raises, for a damaged file, which xarray would leave half open."""
-    if path.resolve().parent != shipped_file("").resolve().parent:
+    if path.resolve().parent != _shipped_folder().resolve():
         with path.open("rb") as contents:
             check_sealed(contents)
     sizes: list[int] = []
@@ -88,15 +116,11 @@ def _check(path: Path) -> None:
         raise ValueError(f"{sum(sizes)} numbers, must be at most {_MOST}")
 
 
-def stale(block: str, reason: str = "another circuit or process") -> DataError:
+def stale(block: str, reason: str = "another circuit or process", process: Process = AMI_1500) -> DataError:
     """Return the error for a record of other circuits, or of another law, than its model stands for."""
-    own = cached_file(block)
-    measured_again = f"{_MEASURE} {block.replace('_', '-')}"
+    own, name = cached_file(block, process), record_name(block, process)
+    measured_again = f"run {measured_by(block, process)}"
     if os.access(own, os.R_OK):
         where = f" ({own}, which goes before the package's)"
-        return DataError(f"{block}: its record{where} is of {reason}; {measured_again}, or delete it")
-    return DataError(f"{block}: its record is of {reason}; {measured_again}")
-
-
-def _name(block: str) -> str:
-    return f"{block.replace('-', '_')}.nc"
+        return DataError(f"{name}: its record{where} is of {reason}; {measured_again}, or delete it")
+    return DataError(f"{name}: its record is of {reason}; {measured_again}")

@@ -40,6 +40,7 @@ from circuits.blocks.sonar import envelope_detector
 from circuits.circuit import Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, Polyline
+from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
@@ -61,8 +62,8 @@ GAPS = (0.2e-3, 15e-3)  # s, within which a recovery lies
 RESOLUTION = 0.02  # of a bisected quantity
 
 
-def measure() -> Record:
-    """Measure the record without its errors; it takes about seven minutes on one core."""
+def measure(process: Process) -> Record:
+    """Measure the record in a process without its errors; it takes about seven minutes on one core."""
     axes: dict[str, tuple[str, ...]] = {}
     for name in NEURONS:
         axes[f"{name}_latency_s"] = (f"{name}_ratio",)
@@ -70,10 +71,10 @@ def measure() -> Record:
     known = {f"{n}_ratio": RATIOS[n] for n in NEURONS} | {f"{n}_peak_V": PEAKS[n] for n in NEURONS}
     places: dict[str, Axis] = {name: tuple(values.tolist()) for name, values in known.items()}
     places |= {"rest_shift": REST_SHIFTS, "mismatch": PARAMETERS}
-    tables = {name: Table(("temperature", "mismatch"), values) for name, values in gradients().items()}
-    tables["onset_rest_margin_V"] = Table(("temperature", "polarity", "rest_shift"), rest_margins())
-    tables["onset_rest_margin_bend"] = Table(("temperature",), rest_bends())
-    return measure_over(_at, circuits(), SHIFTS, axes).extended(tables, places)
+    tables = {name: Table(("temperature", "mismatch"), values) for name, values in gradients(process).items()}
+    tables["onset_rest_margin_V"] = Table(("temperature", "polarity", "rest_shift"), rest_margins(process))
+    tables["onset_rest_margin_bend"] = Table(("temperature",), rest_bends(process))
+    return measure_over(_at, circuits(), SHIFTS, axes, process).extended(tables, places)
 
 
 class Ears:
@@ -136,17 +137,17 @@ def model_spikes(silicon: Silicon, sounds: Sequence[Sound]) -> tuple[dict[str, l
     return {n: [t for t, name in state.due if name == n] for n in NEURONS}, state.undecided
 
 
-def held_out_errors() -> dict[str, float]:
+def held_out_errors(process: Process) -> dict[str, float]:
     """Return errors of spikes and thresholds on dies that were not measured, deaf ones included."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Deafened)
-        return {**_spike_errors(), **threshold_errors(every_silicon())}
+        return {**_spike_errors(process), **threshold_errors(every_silicon(process))}
 
 
-def _spike_errors() -> dict[str, float]:
+def _spike_errors(process: Process) -> dict[str, float]:
     """Share of spikes on one level only, and error (s) of the times of the others."""
     alone, matched, late, undecided, heard = 0, 0, [], 0, 0
-    for die, silicon in every_silicon():
+    for die, silicon in every_silicon(process):
         sounds = random_sounds(np.random.default_rng(die))
         one = Ears(silicon).spikes(sounds)
         other, unsure = model_spikes(silicon, sounds)

@@ -31,6 +31,7 @@ from circuits.devices import Source
 from circuits.devices.source import Constant, PiecewiseLinear, Polyline
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.die import NOMINAL
+from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point, solve_near
 from circuits.solver.transient import simulate
@@ -78,17 +79,17 @@ class Deviating:
         return deviating(machine, name, self.amount)
 
 
-def gradients() -> dict[str, F64]:
+def gradients(process: Process) -> dict[str, F64]:
     """Return the derivatives of thresholds and rest margin by `PARAMETERS`, by the name of their table.
 
     Each is float64[temperatures, parameters], 1/V or 1 of ln(threshold), V/V or V of the margin. It takes
     four minutes on one core.
     """
-    rows = [_at(Silicon(temperature_c=t)) for t in TEMPERATURES]
+    rows = [_at(Silicon(process, t)) for t in TEMPERATURES]
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-def rest_margins() -> F64:
+def rest_margins(process: Process) -> F64:
     """Return the rest margin over temperature, polarity and `REST_SHIFTS`, V.
 
     The array is float64[temperatures, 2, shifts]. Bias voltages stay where they are, so that a shift of the
@@ -97,10 +98,7 @@ def rest_margins() -> F64:
     return np.array(
         [
             [
-                [
-                    rest_margin(Deviating(Silicon(temperature_c=t), f"{EVERY}/{p}.v_t0", s))
-                    for s in REST_SHIFTS
-                ]
+                [rest_margin(Deviating(Silicon(process, t), f"{EVERY}/{p}.v_t0", s)) for s in REST_SHIFTS]
                 for p in POLARITIES
             ]
             for t in TEMPERATURES
@@ -108,12 +106,12 @@ def rest_margins() -> F64:
     )
 
 
-def rest_bends() -> F64:
+def rest_bends(process: Process) -> F64:
     """Return the curvature of the rest margin by what mc6 adds to it, 1/V, float64[temperatures]."""
     found = []
     for t in TEMPERATURES:
         low, middle, high = (
-            rest_margin(Deviating(Silicon(temperature_c=t), BENT, k * BEND_STEP)) for k in (-1.0, 0.0, 1.0)
+            rest_margin(Deviating(Silicon(process, t), BENT, k * BEND_STEP)) for k in (-1.0, 0.0, 1.0)
         )
         found.append((high - 2.0 * middle + low) / (0.5 * (high - low)) ** 2)
     return np.array(found)

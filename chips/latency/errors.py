@@ -41,6 +41,7 @@ from circuits.blocks.latency import tonic as latency_tonic
 from circuits.blocks.latency import unit as latency_unit
 from circuits.circuit import Circuit, Port
 from circuits.event import WIDTH
+from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
@@ -60,12 +61,12 @@ def usual_design() -> Design:
     return Design(group, (1.0,) * 33, tuple(2e-3 + 2.8e-3 * k for k in range(GROUPS)))
 
 
-def held_out_errors(dies: Sequence[int] = HELD_OUT) -> dict[str, float]:
+def held_out_errors(process: Process = AMI_1500, dies: Sequence[int] = HELD_OUT) -> dict[str, float]:
     """Return the model's errors by name; it takes some 10 s on one core."""
     rows: dict[str, list[float]] = {}
     wrong = decisions = 0
     design = usual_design()
-    for number, kind, silicon in silicon_in_turn(dies):
+    for number, kind, silicon in silicon_in_turn(dies, process):
         chip = LatencyChip(design, usual_biases(design, kind), silicon)
         for name, ours, theirs in _times(chip, number % 33, number % 15):
             rows.setdefault(name, []).append(ours / theirs - 1.0)

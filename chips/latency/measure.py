@@ -20,6 +20,7 @@ import numpy as np
 
 from chips.measured.table_record import TEMPERATURES, Quantities, measure_over, shifts
 from chips.measured.timer import PARAMETERS, timer_slopes
+from chips.model_law import check_law
 from chips.record import Record, Table
 from circuits.arrays import F64
 from circuits.bias import die_current, rebias
@@ -34,6 +35,7 @@ from circuits.circuit import Circuit
 from circuits.errors import SolverError
 from circuits.event import WIDTH
 from circuits.lowering.kernel import to_kernel
+from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
@@ -59,10 +61,14 @@ def circuits() -> tuple[Circuit, ...]:
     )
 
 
-def measure() -> Record:
-    """Measure the record without its errors; it takes half a minute on one core."""
-    record = measure_over(charges, circuits(), SHIFTS, {})
-    gradient = np.array([_gradient(Silicon(temperature_c=t)) for t in TEMPERATURES])
+def measure(process: Process) -> Record:
+    """Measure the record in a process without its errors; it takes half a minute on one core.
+
+    Raises `ParameterError` for a process whose law the model does not follow.
+    """
+    check_law(process)
+    record = measure_over(charges, circuits(), SHIFTS, {}, process)
+    gradient = np.array([_gradient(Silicon(process, t)) for t in TEMPERATURES])
     tables = {"comparator": Table(("temperature", "parameter"), gradient)}
     return record.extended(tables, {"parameter": PARAMETERS})
 

@@ -36,6 +36,7 @@ from circuits.circuit import BiasKind, Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, Pulse, Waveform
 from circuits.event import EDGE, WIDTH
+from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
@@ -46,22 +47,24 @@ AT, SPREAD = 0.5e-3, 0.15e-3  # s, of the first input after the reset, and of al
 RAMPS = 800.0, 10e3  # V/s, between those that the record is of and beyond
 
 
-def held_out_errors(dies: Sequence[int] = HELD_OUT, small: Sequence[int] = SMALL) -> dict[str, float]:
+def held_out_errors(
+    process: Process = AMI_1500, dies: Sequence[int] = HELD_OUT, small: Sequence[int] = SMALL
+) -> dict[str, float]:
     """Return the model's errors by name, those of devices of `LEAST_AREA` with `small_` before it.
 
     dies, small: numbers of the dies for either. It takes some 30 s on one core.
     """
-    tiny = judge(small, LEAST_AREA)
-    return judge(dies) | {f"small_{name}": value for name, value in tiny.items()}
+    tiny = judge(small, LEAST_AREA, process)
+    return judge(dies, process=process) | {f"small_{name}": value for name, value in tiny.items()}
 
 
-def judge(dies: Sequence[int], area: float = 1.0) -> dict[str, float]:
+def judge(dies: Sequence[int], area: float = 1.0, process: Process = AMI_1500) -> dict[str, float]:
     """Return the model's errors by name on dies whose devices have `area` times the circuits' area."""
     counts: list[int] = []
     times: list[float] = []
     delays: list[float] = []
     wrong_units = 0
-    for number, kind, plain in silicon_in_turn(dies):
+    for number, kind, plain in silicon_in_turn(dies, process):
         silicon = plain.of_area(area)
         head, side = head_on(plain, kind, area), number % SIDES
         ours, theirs = neuron_spikes(head, silicon, kind, side, inputs(number))

@@ -28,6 +28,7 @@ from chips.lso.law import Membrane, ramp_delay, rise_time
 from chips.measured.perturbation import deviating, deviations_of, slopes
 from chips.measured.table_record import TEMPERATURES, Quantities, measure_over, shifts
 from chips.measured.timer import PARAMETERS, STEPS, timer_slopes
+from chips.model_law import check_law
 from chips.record import Record, Table
 from circuits.arrays import F64
 from circuits.bias import die_current, rebias
@@ -41,6 +42,7 @@ from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import SolverError
 from circuits.event import WIDTH
 from circuits.lowering.kernel import to_kernel
+from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
@@ -64,12 +66,16 @@ def circuits() -> tuple[Circuit, ...]:
     )
 
 
-def measure() -> Record:
-    """Measure the record without its errors; it takes three minutes on one core."""
-    silicons = [Silicon(temperature_c=t) for t in TEMPERATURES]
+def measure(process: Process) -> Record:
+    """Measure the record in a process without its errors; it takes three minutes on one core.
+
+    Raises `ParameterError` for a process whose law the model does not follow.
+    """
+    check_law(process)
+    silicons = [Silicon(process, t) for t in TEMPERATURES]
     timer = np.array([_timer_slopes(s) for s in silicons])
     level = np.array([_level_slopes(s) for s in silicons])
-    return measure_over(quantities, circuits(), SHIFTS, {}).extended(
+    return measure_over(quantities, circuits(), SHIFTS, {}, process).extended(
         {
             "comparator": Table(("temperature", "parameter"), timer),
             "level": Table(("temperature", "level_parameter"), level),

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
 
 DIES = tuple(range(500, 508))  # of lot 0
@@ -16,21 +17,23 @@ TEMPERATURES = 0.0, 27.0, 60.0  # degC
 KINDS: tuple[BiasKind, ...] = ("gate", "ideal")
 
 
-def every_silicon(dies: Sequence[int] = DIES) -> Iterator[tuple[int, Silicon]]:
+def every_silicon(process: Process = AMI_1500, dies: Sequence[int] = DIES) -> Iterator[tuple[int, Silicon]]:
     """Return each die's number with its silicon at each of `TEMPERATURES`, dies of lot 0."""
     for number in dies:
         for celsius in TEMPERATURES:
-            yield number, Silicon(temperature_c=celsius, die=Die("0", number))
+            yield number, Silicon(process, celsius, Die("0", number))
 
 
-def silicon_in_turn(dies: Sequence[int]) -> Iterator[tuple[int, BiasKind, Silicon]]:
+def silicon_in_turn(
+    dies: Sequence[int], process: Process = AMI_1500
+) -> Iterator[tuple[int, BiasKind, Silicon]]:
     """Return each die's number once, with a kind of bias and its silicon at a temperature.
 
     Both kinds of bias, and `TEMPERATURES` from pair of dies to pair of dies, take turns.
     """
     for k, number in enumerate(dies):
         celsius = TEMPERATURES[k // len(KINDS) % len(TEMPERATURES)]
-        yield number, KINDS[k % len(KINDS)], Silicon(temperature_c=celsius, die=Die(number=number))
+        yield number, KINDS[k % len(KINDS)], Silicon(process, celsius, Die(number=number))
 
 
 def of_dies(dies: Sequence[int]) -> dict[str, float]:

@@ -51,20 +51,23 @@ def measure_over(
     circuits: Sequence[Circuit],
     shifts: Sequence[float],
     axes: Mapping[str, tuple[str, ...]],
+    process: Process = AMI_1500,
 ) -> Record:
     """Measure quantities at every temperature and shared threshold shift; return a record without errors.
 
     measure: of a silicon, gives the quantities by name; circuits: what is measured, for the key; shifts: V,
-    rising, 0 among them; axes: names of a quantity's own axes, for those that have any.
+    rising, 0 among them; axes: names of a quantity's own axes, for those that have any; process: of the
+    silicons.
     """
     rows = [
-        [[measure(_shifted(t, polarity, s)) for s in shifts] for polarity in POLARITIES] for t in TEMPERATURES
+        [[measure(_shifted(process, t, polarity, s)) for s in shifts] for polarity in POLARITIES]
+        for t in TEMPERATURES
     ]
     tables = {}
     for name in rows[0][0][0]:
         values = np.array([[[q[name] for q in line] for line in plane] for plane in rows])
         tables[name] = Table((*PLANE, *axes.get(name, ())), values)
-    key = board_key(circuits, AMI_1500, shifts)
+    key = board_key(circuits, process, shifts)
     return Record(key, VERSION, {"temperature": TEMPERATURES, "shift": tuple(shifts)}, tables)
 
 
@@ -73,7 +76,7 @@ def tables_of(block: str, circuits: Circuits, process: Process) -> Record:
 
     circuits: a function of a module that builds what the model stands for, the same at every call.
     """
-    if in_force(block):
+    if in_force(block, process):
         return _matching(block, circuits, process)
     return _kept(block, circuits, process)
 
@@ -84,7 +87,9 @@ def _kept(block: str, circuits: Circuits, process: Process) -> Record:
 
 
 def _matching(block: str, circuits: Circuits, process: Process) -> Record:
-    return matching_record(block, lambda found: board_key(circuits(), process, found.numbers("shift")))
+    return matching_record(
+        block, lambda found: board_key(circuits(), process, found.numbers("shift")), process
+    )
 
 
 def on_silicon(record: Record, name: str, silicon: Silicon, axis: str = "shift") -> F64:
@@ -128,8 +133,8 @@ def check_box(path: str, silicon: Silicon, record: Record) -> None:
         require_inside(f"{path}.{polarity}.shared_v_t0_shift", shift, record.limits("shift"), "V")
 
 
-def _shifted(temperature_c: float, polarity: Polarity, shift: float) -> Silicon:
-    model = AMI_1500.model(polarity)
+def _shifted(process: Process, temperature_c: float, polarity: Polarity, shift: float) -> Silicon:
+    model = process.model(polarity)
     moved = replace(model, v_t0=model.v_t0 + shift)
-    process = replace(AMI_1500, n=moved) if polarity == "n" else replace(AMI_1500, p=moved)
-    return Silicon(process, temperature_c)
+    other = replace(process, n=moved) if polarity == "n" else replace(process, p=moved)
+    return Silicon(other, temperature_c)

@@ -14,6 +14,7 @@ What these neurons do is `chips.ranging.response`'s.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -23,8 +24,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from chips.measured.interpolation import lagrange_weights
-from chips.model_law import check_law
-from chips.ranging.law import Neurons, Pull, pull_low
+from chips.ranging.law import Effects, Neurons, Pull, pull_low
 from chips.ranging.record import ReboundRecord, rebound_key, record_of
 from chips.record_file import stale
 from chips.validity import require_inside
@@ -33,7 +33,8 @@ from circuits.bias import bias_voltages, saturation_current
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit, InstanceArray
 from circuits.devices import Source, Transistor
-from circuits.devices.ekv import argument
+from circuits.devices.channel import mobility
+from circuits.devices.ekv import argument, interpolation
 from circuits.devices.pinch_off import pinch_off
 from circuits.devices.source import Constant
 from circuits.lowering.capacitance import capacitance_matrix
@@ -41,11 +42,13 @@ from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.lowering.on_die import DieDevices, on_die, transistor_of
 from circuits.place import circuit_at
-from circuits.silicon.process import POLARITIES, Process
+from circuits.silicon.process import POLARITIES, Process, TransistorAtTemperature
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.testbench import Testbench
 
+RESETS = ("inhibition.mi12", "axon.ma8")  # which pull v_mem low, and are off else
+_HALVINGS = 40  # of v_rest: far below a nanovolt
 NODES = ("v_mem", "membrane.v_r", "excitation.v_ex")
 
 # Devices whose gate is a bias port: the port's difference from the record's counts as their threshold's.
@@ -96,8 +99,7 @@ class Devices(NamedTuple):
 def model_of(circuit: Circuit, process: Process, record: ReboundRecord | None = None) -> ReboundModel:
     """Prepare the model of a rebound neuron, or of an array of them.
 
-    Raises `DataError` where the record is of another circuit or
-    process, and `ParameterError` where the process's law is not the model's.
+    Raises `DataError` where there is no record of this circuit in this process.
 
     Parameters
     ----------
@@ -108,11 +110,10 @@ def model_of(circuit: Circuit, process: Process, record: ReboundRecord | None = 
     record
         Record of the model; the one in force unless given.
     """
-    record = record or record_of()
-    check_law(process)
+    record = record or record_of(process)
     neuron = neuron_of(circuit)
     if rebound_key(neuron, process, record.grid) != record.key:
-        raise stale("rebound_neuron")
+        raise stale("rebound_neuron", process=process)
     array = "" if neuron is circuit else circuit.instances[0].name
     groups = [g for g in flatten(circuit).groups if not array or g.path[0][0] == array]
     lone = rebound_neuron.build()
@@ -162,12 +163,12 @@ def neurons_on(model: ReboundModel, silicon: Silicon) -> Neurons:
     def saturated(device: str, bias: str) -> F64:
         return d.on_die.saturated(device, d.on_die.below(bias))
 
-    off = sum(d.on_die.saturated(r, 0.0) for r in ("inhibition.mi12", "axon.ma8"))
+    off = sum(d.on_die.saturated(r, 0.0) for r in RESETS)
     i_rslope, i_rtau = saturated("membrane.mr1", "i_rslope"), saturated("membrane.mr2", "i_rtau")
     i_inh = inhibition_current(d, gate["i_inh_tau"])
     smooth = evaluate(model, d, gate["v_th"], i_inh, silicon)
     nominal_rtau = saturation_current(model.circuit, model.circuit.bias("i_rtau"), silicon)
-    return Neurons(
+    neurons = Neurons(
         inverse_2ut=every / (2.0 * u_t),
         kappa_n=every * n.kappa,
         kappa_p=every * p.kappa,
@@ -196,6 +197,68 @@ def neurons_on(model: ReboundModel, silicon: Silicon) -> Neurons:
         inverse_capacitance=model.inverse_capacitance,
         follow=model.follow,
     )
+    if not d.on_die.full:
+        return neurons
+    return _with_effects(neurons._replace(i_rslope=i_rslope), d, silicon)
+
+
+def _with_effects(m: Neurons, d: Devices, silicon: Silicon) -> Neurons:
+    """Return neurons as they are under a law with second-order effects, which `m` leaves out.
+
+    The mobility that the gate of mr1, mr2 and me4 leaves is in their currents. The junctions' leakage is that
+    of a reverse bias, and of devices that are off it is taken with v_mem at v_rest.
+    """
+    fet, u_t, v_dd = d.on_die.fet, silicon.thermal_voltage, silicon.process.v_dd
+    n, p = silicon.law("n"), silicon.law("p")
+    every = np.ones_like(m.v_dd)
+
+    def early(device: str) -> F64:
+        own = fet[device]
+        if own.law.early_field == 0.0:
+            return 0.0 * every
+        return 1.0 / (own.law.early_field * own.length)
+
+    def source(device: str, bias: str) -> tuple[F64, F64, F64]:
+        """sqrt(F) of a current source, its mobility, and its slope of the Early effect."""
+        pinch = d.on_die.pinch(device, d.on_die.below(bias))
+        root = np.sqrt(interpolation(pinch))
+        return root, mobility(p, pinch * u_t), early(device) / (1.0 + p.early_rise * root)
+
+    def leak(*devices: str) -> F64:
+        return np.asarray(sum(fet[x].law.junction_leakage * fet[x].width for x in devices))
+
+    root, moved, _ = source("excitation.me4", "i_ex_tau")
+    off = sum(d.on_die.current(reset, 0.0, m.v_rest) for reset in RESETS)
+    found: dict[str, F64 | float] = {"two": 2.0 * u_t**2, "v_dd": m.v_dd, "v_rest": m.v_rest}
+    for name, law in (("n", n), ("p", p)):
+        found |= {f"{name}_gamma": law.gamma, f"{name}_theta": law.mobility_reduction}
+        found |= {f"{name}_rise": law.early_rise, f"{name}_scale": 1.0 if law.gamma > 0.0 else law.kappa}
+        found[f"{name}_surface"] = law.surface_potential if law.gamma > 0.0 else 0.0
+    found |= {
+        "m1_offset": _height(n) - m.m1_threshold,
+        "m2_offset": v_dd + _height(p) - m.m2_threshold,
+        "me5_offset": v_dd + _height(p) - m.me5_threshold,
+        "mr1_early": source("membrane.mr1", "i_rslope")[2],
+        "mr2_early": source("membrane.mr2", "i_rtau")[2],
+        "me4_root": root,
+        "me4_leak": leak("excitation.me3", "excitation.me4") / root**2,
+        "r_leak": leak("membrane.m2", "membrane.mr2"),
+        "mem_leak": off + leak("membrane.m1") - leak("membrane.mr1", "excitation.me5"),
+    }
+    for device in ("membrane.m1", "membrane.m2", "excitation.me4", "excitation.me5"):
+        found[f"{device.partition('.')[2]}_early"] = early(device)
+    effects = np.stack([found[name] * every for name in Effects._fields], axis=-1)
+    return m._replace(
+        me4_current=m.me4_current * moved,
+        me4_pinch=d.on_die.pinch("excitation.me4", d.on_die.below("i_ex_tau")) * u_t,
+        v_held=_held_by_law(m, d, silicon),
+        effects=effects,
+    )
+
+
+def _height(law: TransistorAtTemperature) -> float:
+    """What v_x is above the gate's height over the threshold, V."""
+    return law.surface_potential + law.gamma * math.sqrt(law.surface_potential) if law.gamma > 0.0 else 0.0
 
 
 def gates_on(model: ReboundModel, silicon: Silicon) -> dict[str, F64]:
@@ -302,6 +365,21 @@ def _held(d: Devices, v_rest: F64, i_rslope: F64, i_rtau: F64, silicon: Silicon)
     pull = Pull(v_rest, fet[m1].current, fet[m1].threshold, fet[mi12].current, full, v_r, i_rslope)
     pull_low(pull, u_t, n.kappa, p.kappa, found)
     return found
+
+
+def _held_by_law(m: Neurons, d: Devices, silicon: Silicon) -> F64:
+    """What `_held` finds, under a law with second-order effects."""
+    v_dd, u_t, p = silicon.process.v_dd, silicon.thermal_voltage, silicon.law("p")
+    low, high = np.zeros_like(m.v_rest), m.v_rest.copy()
+    for _ in range(_HALVINGS):
+        v = 0.5 * (low + high)
+        pinch = d.on_die.pinch("membrane.m2", v_dd - v)
+        carried = m.i_rtau / (m.m2_current * mobility(p, pinch * u_t))
+        v_r = v_dd - u_t * (pinch - argument(carried))
+        given = m.i_rslope + d.on_die.current("membrane.m1", v_r, m.v_rest, v)
+        over = d.on_die.current("inhibition.mi12", v_dd, v) < given
+        low, high = np.where(over, v, low), np.where(over, high, v)
+    return 0.5 * (low + high)
 
 
 def _capacitances(neuron: Circuit, process: Process) -> tuple[F64, F64]:

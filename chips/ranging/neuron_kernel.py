@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chips.ranging.law import Neurons, Three, currents, matrix_of, numbers_of, rates, stepped
+from chips.ranging.law import Neurons, Three, currents, excited, matrix_of, numbers_of, rates, stepped
 from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 from circuits.devices.softplus import softplus_at
@@ -42,8 +42,17 @@ _compiled = compiled(fastmath={"contract"})
 @_compiled
 def excitation(m: Neurons, k: int, s: F64) -> float:
     """Return the rate at which me5 raises a free v_mem, V/s."""
+    return float(_excitation(m, m.effects, k, s) * m.inverse_capacitance[0, 0, 0])
+
+
+@_compiled
+def _excitation(m: Neurons, effects: F64 | None, k: int, s: F64) -> float:
+    """Return the current of me5, A; the law's branch is taken when this is compiled."""
+    if effects is not None:
+        numbers = numbers_of(m, k)
+        return float(excited(numbers, numbers.effects, s[V_MEM], s[V_EX]))  # type: ignore[arg-type]
     e = softplus_at(m.kappa_p[k] * (m.v_dd[k] - s[V_EX] - m.me5_threshold[k]) * m.inverse_2ut[k])
-    return float(m.me5_current[k] * e * e * m.inverse_capacitance[0, 0, 0])
+    return float(m.me5_current[k] * e * e)
 
 
 @_compiled

@@ -2,7 +2,8 @@
 
 Inhibition lasts while I_inh empties a capacitor. The shot noise of mi5 makes a charge whose variance is q
 times itself, so that `sigma(t_inh) = sqrt(q t_inh / I_inh)` from call to call; its flicker moves its
-threshold, `dt_inh = t_inh kappa_n dV_T0 / U_T`, by the mean over t_inh of a sum of relaxations that go on
+threshold, `dt_inh = t_inh kappa_n dV_T0 / U_T` (under the
+full law by d ln I / dV_T0 of the device), by the mean over t_inh of a sum of relaxations that go on
 from call to call (`circuits.solver.noise.transient.relaxations`). The mean over T of a relaxation of rate
 lambda and variance 1 has the variance `2 (l - 1 + e^-l) / l^2`, l = lambda T; between the means of two calls
 it is taken to decay as the relaxation does. Left out: the noise of the membrane and of the comparator, kT/C
@@ -35,6 +36,7 @@ from circuits.solver.noise.transient import noise_keys, noise_place, relaxations
 _DEVICE = "inhibition.mi5"
 _FASTEST = 10.0  # relaxations in the shortest inhibition up to which they are told apart; ours
 _PER_BLOCK = 4  # normals of a Philox block
+_SHIFT = 1e-3  # V, of a derivative by the gate; ours
 SURE = 6.0  # deviations beyond which jitter is not looked for
 
 _compiled = compiled()
@@ -85,6 +87,9 @@ def new_jitter(
     rate, variance = relaxations(flicker, shortest / _FASTEST)
     mean = mean_variance(rate * neurons.t_inh[:, None])
     slope = neurons.t_inh * neurons.kappa_n / silicon.thermal_voltage
+    if devices.on_die.full:
+        up, down = (inhibition_current(devices, gate["i_inh_tau"] + x) for x in (_SHIFT, -_SHIFT))
+        slope = neurons.t_inh * np.log(up / down) / (2.0 * _SHIFT)
     areas = np.full(slope.size, area * transistor_of(neuron_of(model.circuit), _DEVICE).gate_area)
     at_gate = gate_flicker(flicker, silicon.process, np.ones(slope.size, np.bool_), areas)
     n, blocks = slope.size, 1 + -(-rate.size // _PER_BLOCK)

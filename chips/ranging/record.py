@@ -16,7 +16,7 @@ import numpy as np
 from chips.record import WITHOUT_BIASES, Record, Table, content, current_record, record_key
 from circuits.arrays import F64
 from circuits.circuit import Circuit
-from circuits.silicon.process import Process
+from circuits.silicon.process import AMI_1500, Process
 
 NAME = "rebound_neuron"
 VERSION = 1  # of the characteriser: what it measures and how
@@ -128,6 +128,6 @@ def _quantity(record: Record, name: str) -> Quantity:
     return Quantity(record.names(name + _PARAMETER), *tables)
 
 
-def record_of() -> ReboundRecord:
-    """Return the record in force as the model uses it; raises `DataError` where there is none."""
-    return rebound_record(current_record(NAME))
+def record_of(process: Process = AMI_1500) -> ReboundRecord:
+    """Return the record in force for a process as the model uses it; raises `DataError` without one."""
+    return rebound_record(current_record(NAME, process))

@@ -71,8 +71,8 @@ class Response(NamedTuple):
 def join(parts: Sequence[Neurons]) -> Neurons:
     """Return neurons of several dies of one model as one array of neurons."""
     shared = {n: getattr(parts[0], n) for n in ("inverse_capacitance", "follow")}
-    columns = {n: np.concatenate([getattr(p, n) for p in parts]) for n in Neurons._fields if n not in shared}
-    return Neurons(**columns, **shared)
+    names = [n for n in Neurons._fields if n not in shared and getattr(parts[0], n) is not None]
+    return Neurons(**{n: np.concatenate([getattr(p, n) for p in parts]) for n in names}, **shared)
 
 
 def tune(neurons: Neurons) -> Tunings:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from chips.model import Sheet
+from chips.model_law import check_law
 from chips.ranging.chip import ABOVE_SUPPLY, RangingChip
 from chips.ranging.law import Neurons
 from chips.ranging.record import ReboundRecord
@@ -21,15 +22,17 @@ from circuits.silicon.silicon import Silicon
 
 _NODES = ("mem", "r", "ex")
 _CALL_WIDTH = WIDTH + 1.5 * EDGE  # s, from the event to the fall through half the supply
-_NO_NUMBERS = ("inverse_capacitance", "follow", "margin", "rebound_bound", "v_ex_max")
+_NO_NUMBERS = ("inverse_capacitance", "follow", "margin", "rebound_bound", "v_ex_max", "effects")
 
 
 def rebound_sheet(circuit: Circuit, silicon: Silicon) -> Sheet:
     """Return the data sheet of a rebound neuron, or of an array of them, on a silicon.
 
-    Raises `ParameterError` outside the record's validity box (`chips.validity`), and `DataError` where the
+    Raises `ParameterError` outside the record's validity box (`chips.validity`) and under a law with
+    second-order effects, and `DataError` where the
     record is of another circuit or process.
     """
+    check_law(silicon.process)  # its equations are those of the ideal law
     chip = RangingChip(silicon, circuit, circuit.name)
     neurons = chip.neurons_at(silicon.temperature_c)
     shared = _branches(np.linalg.inv(neurons.inverse_capacitance[0])) | {"call_width": _CALL_WIDTH}

@@ -15,6 +15,7 @@ import numpy as np
 
 from chips.measured.table_record import VERSION, board_key
 from chips.model import plain_model
+from chips.model_law import check_law
 from chips.record import Record, Table
 from chips.selection.kernel import Selection
 from chips.selection.model import MEASURED, circuits, decision, selection
@@ -32,7 +33,7 @@ from circuits.errors import SolverError
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.lowering.supply import half_supply
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.integrate import source_values
 from circuits.solver.newton import allocate
@@ -153,29 +154,34 @@ def modelled_decision(
     return found.winner, found.time, found.margin
 
 
-def measure() -> Record:
-    """Return the record without its errors: the model is a closed form of its devices, and has no table."""
+def measure(process: Process) -> Record:
+    """Return the record without its errors: the model is a closed form of its devices, and has no table.
+
+    Raises `ParameterError` for a process whose law the model does not follow.
+    """
+    check_law(process)
     shifts = (0.0,)
     tables = {"deadline_s": Table((), np.array(DEADLINE))}
-    key = board_key(circuits(), AMI_1500, shifts)
+    key = board_key(circuits(), process, shifts)
     return Record(key, VERSION, {"shift": shifts}, tables, box={"temperature": MEASURED})
 
 
-def held_out_errors() -> dict[str, float]:
+def held_out_errors(process: Process) -> dict[str, float]:
     """Return `pair_errors` over all temperatures and dies on which the model is judged."""
-    return pair_errors([pair for t in JUDGED_AT for pair in measure_pairs(HELD_OUT, PROFILES, t)])
+    judged = (measure_pairs(HELD_OUT, PROFILES, t, made_in=process) for t in JUDGED_AT)
+    return pair_errors([pair for pairs in judged for pair in pairs])
 
 
 def measure_pairs(
     dies: Sequence[int], profiles: int, temperature_c: float = 27.0, *, seed: int = 1000,
-    scale: float = 50e-9, process: bool = True,
+    scale: float = 50e-9, process: bool = True, made_in: Process = AMI_1500,
 ) -> list[Pair]:  # fmt: skip
     """Decide random profiles on every die at both levels; profiles: how many a die.
 
     The generator of a die's profiles is seeded with (seed, die); scale: as in `random_profile`; process:
-    whether dies have process variation beside mismatch.
+    whether dies have process variation beside mismatch; made_in: the process that they are made in.
     """
-    nominal = selection_machine(Silicon(AMI_1500, temperature_c))
+    nominal = selection_machine(Silicon(made_in, temperature_c))
     near = operating_point(nominal)
     pairs = []
     for number in dies:

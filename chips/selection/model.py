@@ -97,9 +97,12 @@ def circuits() -> tuple[Circuit, ...]:
     return (circuit_of.build(Params(CELLS)),)
 
 
-def selection_errors() -> Mapping[str, float]:
-    """Return the model's errors from the record; raises `DataError` where that is of another circuit."""
-    return tables_of("winner_take_all", circuits, AMI_1500).errors
+def selection_errors(process: Process = AMI_1500) -> Mapping[str, float]:
+    """Return the model's errors from the record of a process.
+
+    Raises `DataError` where that is of another circuit.
+    """
+    return tables_of("winner_take_all", circuits, process).errors
 
 
 def selection(

@@ -150,8 +150,8 @@ def axon_errors(
     """
     circuit = circuit or axon_delay.build()
     rows = []
-    for _, kind, usual in silicon_in_turn(dies):
-        silicon, biased = replace(usual, process=process), rebias(circuit, kind=kind)
+    for _, kind, silicon in silicon_in_turn(dies, process):
+        biased = rebias(circuit, kind=kind)
         machine = delay_machine(biased, silicon)
         model = axon_model(biased, process, record)
         for code in HELD_OUT_CODES:
@@ -160,19 +160,23 @@ def axon_errors(
     return of_dies(dies) | rms_and_max("delay", rows, "relative")
 
 
-def measure_cell() -> Record:
-    """Measure the record of the wavefront cell, without errors; it takes half a minute on one core."""
-    parameters, gradient = _cell_gradient()
-    return measure_over(_cell_at, cell_circuits(), SHIFTS, {}).extended(
+def measure_cell(process: Process = AMI_1500) -> Record:
+    """Measure the record of the wavefront cell, without errors; it takes half a minute on one core.
+
+    Raises `ParameterError` for a process whose law the model does not follow.
+    """
+    check_law(process)
+    parameters, gradient = _cell_gradient(process)
+    return measure_over(_cell_at, cell_circuits(), SHIFTS, {}, process).extended(
         {"input_delay_gradient": Table((PARAMETER,), gradient)}, {PARAMETER: parameters}
     )
 
 
-def cell_errors(data: Record) -> dict[str, float]:
+def cell_errors(data: Record, process: Process = AMI_1500) -> dict[str, float]:
     """Return errors of the cell's input delay and window, s, known by temperature and shared shift alone."""
     late, wide = [], []
     for k, number in enumerate(HELD_OUT):
-        silicon = Silicon(temperature_c=TEMPERATURES[k % len(TEMPERATURES)], die=Die(number=number))
+        silicon = Silicon(process, TEMPERATURES[k % len(TEMPERATURES)], Die(number=number))
         machine = _cell_machine(silicon)
         late.append(float(on_silicon(data, "input_delay_s", silicon)) - _input_delay(machine))
         wide.append(float(on_silicon(data, "window_s", silicon)) - _window(silicon))
@@ -209,9 +213,9 @@ def _window(silicon: Silicon) -> float:
     return 0.5 * sum(narrowed(too_late, 0.0, LATEST, RESOLUTION))
 
 
-def _cell_gradient() -> tuple[tuple[str, ...], F64]:
+def _cell_gradient(process: Process) -> tuple[tuple[str, ...], F64]:
     """Deviations of each device, and what they do to the input delay of the nominal cell at 27 degC."""
-    machine = _cell_machine(Silicon())
+    machine = _cell_machine(Silicon(process))
     parameters = deviations_of(machine.flat.labels(Transistor))
     return parameters, slopes(lambda name, x: _input_delay(deviating(machine, name, x)), parameters, STEPS)
 
@@ -229,14 +233,14 @@ def _load_cell(silicon: Silicon) -> float:
 AXON_MODEL = Model(
     "axon-delay",
     lambda: (axon_delay.build(),),
-    lambda _: measure_axon(),
-    lambda record, _: axon_errors(record),
+    lambda _, process: measure_axon(process=process),
+    lambda record, _, process: axon_errors(record, process=process),
     _load_axon,
 )
 CELL_MODEL = Model(
     "wavefront-cell",
     cell_circuits,
-    lambda _: measure_cell(),
-    lambda record, _: cell_errors(record),
+    lambda _, process: measure_cell(process),
+    lambda record, _, process: cell_errors(record, process),
     _load_cell,
 )

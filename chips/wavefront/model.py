@@ -105,7 +105,8 @@ def chip_model(
     for name, value, symbol in (("unit", unit, "s"), ("area", area, "times the circuit's")):
         if not (np.isfinite(value) and value > 0.0):
             raise ParameterError(f"wavefront_chip.{name}: {value:g} {symbol}, must be > 0")
-    record = record or axon_record()
+    check_law(process)
+    record = record or axon_record(process)
     chip = wavefront_grid.build(wavefront_grid.Params(1, 1))
     usual = float(np.asarray(chip.bias("i_delay").value))
     current = usual * _unit_current(record, unit) / _unit_current(record, UNIT)
@@ -117,10 +118,10 @@ def _model(
     circuit: Circuit, axon: Circuit, process: Process, record: Record | None, prefix: tuple[str, ...],
     shape: tuple[int, ...], area: float,
 ) -> AxonModel:  # fmt: skip
-    record = record or axon_record()
     check_law(process)
+    record = record or axon_record(process)
     if axon_key(axon, process, grid_of(record)) != record.key:
-        raise stale("axon_delay")
+        raise stale("axon_delay", process=process)
     return AxonModel(circuit, process, record, prefix, shape, area, axon)
 
 

@@ -17,7 +17,7 @@ from urllib.request import url2pathname
 
 import circuits
 
-_CHARACTERISE = re.compile(r"; run noctule characterise [a-z0-9-]+$")
+_CHARACTERISE = re.compile(r"; run noctule characterise [a-z0-9-]+( --law full)?$")
 # Who installs ngspice's library, in the order in which they are looked for.
 _NGSPICE_FROM = {
     "apt-get": "apt-get install libngspice0",

@@ -108,6 +108,8 @@ class Characterise:
     block: str = shared.block_argument()
     output: str | None = shared.file_option("Record to write; in the caches unless given", short="o")
     bias_set: str | None = like(BlockValues, "bias_set")
+    process: str | None = like(SiliconChoice, "process")
+    law: Literal["ideal", "full"] = like(SiliconChoice, "law")
     update_package: bool = option(default=False, about="Write the package's own record, in a checkout")
     as_json: bool = shared.json_option()
 

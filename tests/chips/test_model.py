@@ -16,6 +16,7 @@ from chips.model import MODELS, Model, characterise, load_model, model_names
 from chips.record import Record, current_record, read_record
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_FULL, Process
 from circuits.silicon.silicon import Silicon
 
 EVERY = [load_model(name) for name in MODELS]
@@ -52,14 +53,16 @@ def test_a_record_is_judged_while_it_is_in_force() -> None:
     seen: list[object] = []
     measured = Record("k", 1, {}, {})
 
-    def held_out(record: Record, biases: object) -> dict[str, float]:
-        seen.extend([current_record("my_model"), biases])
+    def held_out(record: Record, biases: object, process: Process) -> dict[str, float]:
+        seen.extend([current_record("my_model", process), biases, process])
         return {"rms_s": 1.0}
 
-    model = Model("my-model", tuple, lambda _: measured, held_out, lambda _: None)
+    model = Model("my-model", tuple, lambda *_: measured, held_out, lambda _: None)
     shares: list[float] = []
-    made = characterise(model, shares.append, {"i_a": 1.0})
-    assert seen == [measured, {"i_a": 1.0}]
+    made = characterise(model, shares.append, {"i_a": 1.0}, AMI_1500_FULL)
+    assert seen == [measured, {"i_a": 1.0}, AMI_1500_FULL]
+    assert made.law is not None
+    assert made.law.process == AMI_1500_FULL
     assert (made.key, made.errors, shares) == ("k", {"rms_s": 1.0}, [1.0])
 
 
@@ -75,12 +78,12 @@ def circuits():
 def key(record=None):
     return record_key([content(c) for c in circuits()])
 
-def measure(progress):
+def measure(progress, process):
     progress(1.0)
     gain = Table(("temperature",), np.array([1.0, 2.0]))
     return Record(key(), 1, {"temperature": (0.0, 60.0)}, {"gain": gain})
 
-def held_out(record, biases):
+def held_out(record, biases, process):
     return {"gain_max": float(record["gain"].max())}
 
 def load(silicon):

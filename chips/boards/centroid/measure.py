@@ -32,6 +32,7 @@ from chips.part import Event
 from chips.record import Record
 from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
+from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
 RTOL = 1e-5
@@ -46,14 +47,16 @@ TRAIN = 0.4  # s, length of a held-out train
 TRAIN_SPIKES = 60
 
 
-def measure() -> Record:
-    """Measure the record without its errors; it takes half a minute on one core."""
-    return measure_over(_at, circuits(), SHIFTS, {"log_share": ("neuron",)})
+def measure(process: Process) -> Record:
+    """Measure the record in a process without its errors; it takes half a minute on one core."""
+    return measure_over(_at, circuits(), SHIFTS, {"log_share": ("neuron",)}, process)
 
 
-def held_out_errors() -> dict[str, float]:
+def held_out_errors(process: Process) -> dict[str, float]:
     """Return errors of the output voltage on dies that were not measured, under random trains of spikes."""
-    difference = [train_error(s, random_train(np.random.default_rng(die))) for die, s in every_silicon()]
+    difference = [
+        train_error(s, random_train(np.random.default_rng(die))) for die, s in every_silicon(process)
+    ]
     return rms_and_max("proximity", np.concatenate(difference), "V")
 
 

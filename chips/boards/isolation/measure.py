@@ -31,6 +31,7 @@ from circuits.blocks.sonar import first_target_isolation
 from circuits.blocks.sonar.centroid_board import NEURONS
 from circuits.devices.source import Polyline
 from circuits.event import WIDTH
+from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
 S = TypeVar("S")
@@ -53,12 +54,12 @@ class _Board(Protocol[S]):
         """Advance to `until` (s)."""
 
 
-def measure() -> Record:
-    """Measure the record without its errors; it takes half a minute on one core."""
-    return measure_over(_at, circuits(), SHIFTS, {})
+def measure(process: Process) -> Record:
+    """Measure the record in a process without its errors; it takes half a minute on one core."""
+    return measure_over(_at, circuits(), SHIFTS, {}, process)
 
 
-def held_out_errors() -> dict[str, float]:
+def held_out_errors(process: Process) -> dict[str, float]:
     """Return the model's errors on dies that were not measured, under random trains.
 
     They are errors of the output's changes (s) and levels (V), and the shares of changes that only one level
@@ -68,7 +69,7 @@ def held_out_errors() -> dict[str, float]:
     off: list[float] = []
     tie: list[float] = []
     alone, undecided, events = 0, 0, 0
-    for die, silicon in every_silicon():
+    for die, silicon in every_silicon(process):
         train = random_train(np.random.default_rng(die))
         one = circuit_output(silicon, train)
         other, unsure = model_output(silicon, train)

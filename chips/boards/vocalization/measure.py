@@ -31,6 +31,7 @@ from circuits.arrays import F64
 from circuits.blocks.sonar import vocalization_controller
 from circuits.devices.source import Polyline
 from circuits.silicon.die import Die
+from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
 S = TypeVar("S")
@@ -44,20 +45,20 @@ RAMP = 0.6  # s, length of a held-out ramp
 QUANTITIES = ("base_Hz", "slope_Hz_per_V", "dead_time_s", "first_phase", "amplitude_V", "amplitude_slope")
 
 
-def measure() -> Record:
-    """Measure the record without its errors; it takes half a minute on one core."""
-    mirror = np.array([_mirror(t) for t in TEMPERATURES])
-    record = measure_over(_at, circuits(), SHIFTS, {})
+def measure(process: Process) -> Record:
+    """Measure the record in a process without its errors; it takes half a minute on one core."""
+    mirror = np.array([_mirror(process, t) for t in TEMPERATURES])
+    record = measure_over(_at, circuits(), SHIFTS, {}, process)
     return record.extended({"mirror": Table(("temperature", "rate", "difference"), mirror)})
 
 
-def held_out_errors() -> dict[str, float]:
+def held_out_errors(process: Process) -> dict[str, float]:
     """Return the largest errors on dies that were not measured, under random ramps of the proximity voltage.
 
     They are of a call's interval, relative, and of its amplitude, V.
     """
     interval, amplitude = [], []
-    for die, silicon in every_silicon():
+    for die, silicon in every_silicon(process):
         ramp = random_ramp(np.random.default_rng(die))
         one, other = circuit_calls(silicon, ramp), model_calls(silicon, ramp)
         n = min(len(one), len(other))
@@ -120,12 +121,12 @@ def _at(silicon: Silicon) -> Quantities:
     return dict(zip(QUANTITIES, (base, slope, 1e-3 * dead, float(lacking.mean()), start, gain), strict=True))
 
 
-def _mirror(temperature: float) -> F64:
+def _mirror(process: Process, temperature: float) -> F64:
     """Derivatives of ln base and ln slope by the mirror's differences, float64[2, 2], 1/V and 1."""
-    nominal = _at(Silicon(temperature_c=temperature))
+    nominal = _at(Silicon(process, temperature))
     differences, rates = [], []
     for die in MIRROR_DIES:
-        silicon = Silicon(temperature_c=temperature, die=Die("0", die, process=False))
+        silicon = Silicon(process, temperature, Die("0", die, process=False))
         found = _at(silicon)
         differences.append(mirror_mismatch(silicon))
         rates.append([math.log(float(found[n]) / float(nominal[n])) for n in QUANTITIES[:2]])

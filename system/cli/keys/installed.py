@@ -53,6 +53,8 @@ mends                  string?[]  -  line that mends each, in the same order
 }
 CHARACTERISE = meanings("""
 block    string     -  name of the block
+process  string     -  process that it was measured in
+law      string     -  `full` with second-order effects of the process, `ideal` without
 file     string     -  record that was written
 key      string     -  hash of circuits, process, measurement and grid
 errors   number?{}  -  errors of the model on other dies, in the units of their names

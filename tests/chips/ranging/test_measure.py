@@ -97,7 +97,7 @@ def test_a_block_without_any_die_that_can_be_measured_has_no_record(
 
     monkeypatch.setattr(c, "inhibition_time", silent)
     monkeypatch.setattr(c, "HELD_OUT", (500, 501))
-    monkeypatch.setattr(c, "measure", lambda _: record_of())
+    monkeypatch.setattr(c, "measure", lambda *_, **__: record_of())
     target = tmp_path / "record.nc"
     assert main(["characterise", "rebound-neuron", "-o", str(target)]) != 0
     said = capsys.readouterr()
@@ -112,7 +112,7 @@ def test_a_block_without_any_die_that_can_be_measured_has_no_record(
 def quick(monkeypatch: pytest.MonkeyPatch) -> ReboundRecord:
     """What is measured at once."""
     record = record_of()
-    monkeypatch.setattr(c, "measure", lambda _: record)
+    monkeypatch.setattr(c, "measure", lambda *_, **__: record)
     monkeypatch.setattr(c, "held_out_errors", lambda *_: dict(record.errors))
     return record
 
@@ -153,7 +153,7 @@ def test_the_packages_record_is_written_in_a_checkout_only(
 ) -> None:
     installed = tmp_path / "chips" / "records" / "rebound_neuron.nc"
     installed.parent.mkdir(parents=True)
-    monkeypatch.setattr(command, "shipped_file", lambda _: installed)
+    monkeypatch.setattr(command, "shipped_file", lambda *_: installed)
     assert main(["characterise", "rebound-neuron", "--update-package"]) == 2
     assert "is an installed package, must be a checkout" in capsys.readouterr().err
     assert not installed.exists()

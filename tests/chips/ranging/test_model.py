@@ -126,10 +126,12 @@ def test_another_neuron_needs_another_record() -> None:
         model_of(other, AMI_1500)
 
 
-def test_another_law_is_refused(model: ReboundModel) -> None:
+def test_a_process_without_a_record_is_refused_with_the_command_that_makes_it(model: ReboundModel) -> None:
     early = replace(AMI_1500, n=replace(AMI_1500.n, early_field=5e6))
-    with pytest.raises(ParameterError, match=r"ami-1500\.n: ekv, early_field 5e\+06, must be ekv"):
+    with pytest.raises(DataError, match=r"rebound_neuron_full: .*characterise rebound-neuron --law full"):
         model_of(model.circuit, early)
+    with pytest.raises(DataError, match=r"rebound_neuron_mine_full: no record; .* --law full --process FILE"):
+        model_of(model.circuit, replace(early, name="mine"))
 
 
 def test_the_box_names_the_instance(chip: ReboundModel) -> None:

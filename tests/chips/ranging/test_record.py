@@ -9,21 +9,25 @@ import pytest
 
 from chips.ranging.record import GRID, Grid, rebound_key, rebound_record, record_of, to_record
 from chips.record import kept_record
-from chips.record_file import shipped_file
+from chips.record_file import measured_by, shipped_file
 from circuits.blocks.sonar import rebound_neuron
 from circuits.errors import DataError
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500, AMI_1500_FULL, Process
+
+BOTH = pytest.mark.parametrize("process", [AMI_1500, AMI_1500_FULL], ids=lambda p: p.effects)
 
 
-def test_the_record_of_is_not_stale() -> None:
-    key = rebound_key(rebound_neuron.build(), AMI_1500, GRID)
-    assert record_of().key == key, "run: noctule characterise rebound-neuron --update-package"
-    assert record_of().grid == GRID
+@BOTH
+def test_the_record_of_is_not_stale(process: Process) -> None:
+    key = rebound_key(rebound_neuron.build(), process, GRID)
+    assert record_of(process).key == key, f"run: {measured_by('rebound-neuron', process)} --update-package"
+    assert record_of(process).grid == GRID
 
 
-def test_the_record_of_is_small_and_names_its_errors() -> None:
-    record = record_of()
-    assert shipped_file("rebound-neuron").stat().st_size < 1e6
+@BOTH
+def test_the_record_of_is_small_and_names_its_errors(process: Process) -> None:
+    record = record_of(process)
+    assert shipped_file("rebound-neuron", process).stat().st_size < 1e6
     assert record.errors["dies"] >= 30
     assert record.errors["first_die"] < 1000  # dies from 1000 on are for reports
     assert 0.0 < record.margin == 2.0 * record.errors["margin_rms_V"] < 2e-3

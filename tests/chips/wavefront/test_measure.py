@@ -76,7 +76,7 @@ def test_the_command_writes_the_record(
 ) -> None:
     monkeypatch.setattr(w, "measure_axon", axon_record)
     monkeypatch.setattr(w, "HELD_OUT", (500,))
-    monkeypatch.setattr(w, "axon_errors", lambda record: axon_errors(record, dies=(500,)))
+    monkeypatch.setattr(w, "axon_errors", partial(axon_errors, dies=(500,)))
     target = tmp_path / "axon.nc"
     assert main(["characterise", "axon-delay", "-o", str(target), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["errors"]["dies"] == 1.0

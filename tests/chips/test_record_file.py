@@ -1,0 +1,55 @@
+"""A record's file follows the process and the law that it was measured in."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from chips.model import MODELS, load_model
+from chips.record import read_record
+from chips.record_file import ENVIRONMENT, cached_file, measured_by, record_name, shipped_file, stale
+from circuits.errors import ParameterError
+from circuits.silicon.process import AMI_1500, AMI_1500_FULL, ROLLS_180, ROLLS_180_FULL, Process
+
+MINE = replace(AMI_1500_FULL, name="mine 0.8/um")
+CASES: dict[str, tuple[Process, str]] = {
+    "lso_neuron": (AMI_1500, "noctule characterise lso-neuron"),
+    "lso_neuron_full": (AMI_1500_FULL, "noctule characterise lso-neuron --law full"),
+    "lso_neuron_rolls-180_ideal": (ROLLS_180, "noctule characterise lso-neuron --process rolls-180"),
+    "lso_neuron_mine-0.8-um_full": (MINE, "noctule characterise lso-neuron --law full --process FILE"),
+}
+# models that do not carry the full law yet
+WITHOUT = ("winner-take-all", "latency-chip", "lso-neuron", "axon-delay", "wavefront-cell")
+FULL = ("rebound-neuron", "centroid-board", "vocalization-controller", "first-target-isolation")
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_name_and_the_command_are_of_the_process_and_its_law(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(ENVIRONMENT, "/none")
+    process, command = CASES[name]
+    assert record_name("lso-neuron", process) == name
+    assert cached_file("lso-neuron", process).name == shipped_file("lso-neuron", process).name == f"{name}.nc"
+    assert measured_by("lso_neuron", process) == command
+    assert str(stale("lso_neuron", process=process)).endswith(f"of another circuit or process; run {command}")
+
+
+def test_every_process_and_law_has_a_file_of_its_own() -> None:
+    processes = (AMI_1500, AMI_1500_FULL, ROLLS_180, ROLLS_180_FULL, MINE, MINE.ideal())
+    assert len({record_name("a", process) for process in processes}) == len(processes)
+
+
+@pytest.mark.parametrize("name", FULL)
+def test_a_record_under_the_full_law_is_shipped_with_that_law(name: str) -> None:
+    record = read_record(shipped_file(name, AMI_1500_FULL))
+    assert record.law is not None
+    assert record.law.process == AMI_1500_FULL
+    assert record.errors
+
+
+@pytest.mark.parametrize("name", WITHOUT)
+def test_a_model_that_does_not_carry_the_full_law_refuses_it_by_name(name: str) -> None:
+    with pytest.raises(ParameterError, match="must be ekv without second-order effects; take the law"):
+        load_model(name).measure(lambda _: None, AMI_1500_FULL)
