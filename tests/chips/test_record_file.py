@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from chips.model import MODELS, load_model
+from chips.model import load_model
 from chips.record import read_record
 from chips.record_file import ENVIRONMENT, cached_file, measured_by, record_name, shipped_file, stale
 from circuits.errors import ParameterError
