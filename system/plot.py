@@ -127,13 +127,16 @@ def entitle(text: str, ax: Axes) -> None:
     ax.set_title("\n".join(lines), fontsize=_TITLE)
 
 
-def silicon_text(die: Die, temperature_c: float, bias_kind: str | None = None, course: Points = ()) -> str:
+def silicon_text(
+    die: Die, temperature_c: float, bias_kind: str | None = None, course: Points = (), law: str = "ideal"
+) -> str:
     """Die, temperature (degC) and kind of biases for a title: `die A/1003, 27 °C, biases of kind gate`.
 
-    Of a course of temperature, its lowest and highest points.
+    Of a course of temperature, its lowest and highest points; the law is named where it is not the ideal one.
     """
     kind = "" if bias_kind is None else f", biases of kind {bias_kind}"
-    return f"{die}, {temperature_text(temperature_c, course)} °C{kind}"
+    named = "" if law == "ideal" else f", {law} law"
+    return f"{die}, {temperature_text(temperature_c, course)} °C{kind}{named}"
 
 
 def mark_end(at: F64, ax: Axes, *, succeeded: bool | None) -> None:

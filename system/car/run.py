@@ -231,7 +231,7 @@ def told(trace: Trace) -> Iterator[str]:
 def draw(trace: Trace, figure: Figure) -> None:
     """Fill an empty figure with a drive, as in Figure 15."""
     s, d, said = trace.scenario, trace.drive, account(trace)
-    die = f", {silicon_text(s.die, s.temperature_c, s.bias_kind, s.course)}" if s.silicon else ""
+    die = f", {silicon_text(s.die, s.temperature_c, s.bias_kind, s.course, s.law)}" if s.silicon else ""
     title = (
         f"{trace.forest.name}, ranges {s.ranges}{die}, {d.time:.1f} s:"
         f" {100.0 * side_share(d):.0f} % of {len(d.log)} pings to the side\n{said.headline}"

@@ -182,7 +182,7 @@ def _of_senses(scenario: Scenario) -> str:
     sensing = scenario.sensing
     if sensing == IDEAL:
         return ""
-    on = silicon_text(scenario.die, scenario.temperature_c, course=scenario.course)
+    on = silicon_text(scenario.die, scenario.temperature_c, course=scenario.course, law=scenario.law)
     die = f", {on}" if sensing.silicon else ""
     return f"\nranges {sensing.ranges}, selection {sensing.selection}{die}"
 
