@@ -51,12 +51,15 @@ def record_name(block: str, process: Process = AMI_1500) -> str:
 
 
 def measured_by(block: str, process: Process = AMI_1500) -> str:
-    """Return the command that measures a block's record in a process."""
+    """Return the command that measures a block's record in a process.
+
+    Its options are told as fields, `law=full`, which the command line turns into its own words.
+    """
     words = ["noctule characterise", block.replace("_", "-")]
     if process.effects != "ideal":
-        words.append(f"--law {process.effects}")
+        words.append(f"law={process.effects}")
     if process.name != AMI_1500.name:
-        words.append(f"--process {process.name if process.name in PROCESSES else 'FILE'}")
+        words.append(f"process={process.name if process.name in PROCESSES else 'FILE'}")
     return " ".join(words)
 
 

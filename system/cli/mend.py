@@ -16,8 +16,9 @@ from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
 import circuits
+from system.cli.option_names import option_of
 
-_CHARACTERISE = re.compile(r"; run noctule characterise [a-z0-9-]+( --law full)?$")
+_CHARACTERISE = re.compile(r"(; run noctule characterise [a-z0-9-]+)((?: [a-z]+=\S+)*)")
 # Who installs ngspice's library, in the order in which they are looked for.
 _NGSPICE_FROM = {
     "apt-get": "apt-get install libngspice0",
@@ -38,12 +39,20 @@ def checkout() -> Path | None:
 
 
 def measured_again(refusal: str) -> str:
-    """Return the refusal of a stale record with the option that a record of the package's own asks for.
+    """Return the refusal of a stale record with the options of the command that measures it again.
 
-    In an installed package the record goes to the user's caches, as it does where one is there already.
+    A record of the package's own asks for one more. In an installed package the record goes to the user's
+    caches, as it does where one is there already, and a record of another process does so anywhere.
     """
-    told = checkout() is not None and _CHARACTERISE.search(refusal)
-    return f"{refusal} --update-package" if told else refusal
+    found = _CHARACTERISE.search(refusal)
+    if found is None:
+        return refusal
+    fields = [field.partition("=") for field in found[2].split()]
+    words = [found[1], *(f"{option_of(name)} {value}" for name, _, value in fields)]
+    shipped = found.end() == len(refusal) and not any(name == "process" for name, _, _ in fields)
+    if shipped and checkout() is not None:
+        words.append("--update-package")
+    return refusal[: found.start()] + " ".join(words) + refusal[found.end() :]
 
 
 def install(*wanted: str) -> str:

@@ -15,9 +15,9 @@ from circuits.silicon.process import AMI_1500, AMI_1500_FULL, ROLLS_180, ROLLS_1
 MINE = replace(AMI_1500_FULL, name="mine 0.8/um")
 CASES: dict[str, tuple[Process, str]] = {
     "lso_neuron": (AMI_1500, "noctule characterise lso-neuron"),
-    "lso_neuron_full": (AMI_1500_FULL, "noctule characterise lso-neuron --law full"),
-    "lso_neuron_rolls-180_ideal": (ROLLS_180, "noctule characterise lso-neuron --process rolls-180"),
-    "lso_neuron_mine-0.8-um_full": (MINE, "noctule characterise lso-neuron --law full --process FILE"),
+    "lso_neuron_full": (AMI_1500_FULL, "noctule characterise lso-neuron law=full"),
+    "lso_neuron_rolls-180_ideal": (ROLLS_180, "noctule characterise lso-neuron process=rolls-180"),
+    "lso_neuron_mine-0.8-um_full": (MINE, "noctule characterise lso-neuron law=full process=FILE"),
 }
 # models that do not carry the full law yet
 WITHOUT = ("winner-take-all", "latency-chip", "lso-neuron", "axon-delay", "wavefront-cell")

@@ -91,10 +91,11 @@ def _largest(pairs: list[tuple[float, float]]) -> float:
 def run(progress: Progress) -> Report:
     """Compare both levels on all dies."""
     found = compare(DIES, progress)
-    return Report(statements(found), lambda figure: _draw(found, figure))
+    return Report(statements(found), lambda figure: draw(found, figure))
 
 
-def _draw(found: list[Beside], figure: Figure) -> None:
+def draw(found: list[Beside], figure: Figure) -> None:
+    """Draw the error of each inhibition over its length."""
     ax = figure.add_subplot()
     for kind, colour in zip(KINDS, COLOURS, strict=False):
         pairs = np.array([b.t_inh for b in found if b.kind == kind])

@@ -128,9 +128,9 @@ def test_another_neuron_needs_another_record() -> None:
 
 def test_a_process_without_a_record_is_refused_with_the_command_that_makes_it(model: ReboundModel) -> None:
     early = replace(AMI_1500, n=replace(AMI_1500.n, early_field=5e6))
-    with pytest.raises(DataError, match=r"rebound_neuron_full: .*characterise rebound-neuron --law full"):
+    with pytest.raises(DataError, match=r"rebound_neuron_full: .*characterise rebound-neuron law=full"):
         model_of(model.circuit, early)
-    with pytest.raises(DataError, match=r"rebound_neuron_mine_full: no record; .* --law full --process FILE"):
+    with pytest.raises(DataError, match=r"rebound_neuron_mine_full: no record; .* law=full process=FILE"):
         model_of(model.circuit, replace(early, name="mine"))
 
 

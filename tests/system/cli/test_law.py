@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from system.cli import mend
 from tests.refusals import command_refusals
 from tests.system.conftest import Run, RunJson
 
@@ -61,8 +62,25 @@ test_what_has_no_such_law_refuses_it = command_refusals(
         ),
         ("show rolls --process ami-1500", "rolls is a model of rolls-180; leave it out"),
         (
+            "characterise lso-neuron --law full",
+            "must be ekv without second-order effects; take the law",
+        ),
+        ("characterise rebound-neuron --process rolls-180 --update-package", "records of ami-1500 alone"),
+        (
             "export ranging-chip --level behavioural --dialect verilog-a -o - --law full",
             "must be ekv without second-order effects",
         ),
     ]
 )
+
+
+def test_a_missing_record_is_told_with_the_options_that_measure_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = "a_b_full: no record; run noctule characterise a-b law=full"
+    told = "a_b_full: no record; run noctule characterise a-b --law full"
+    monkeypatch.setattr(mend, "checkout", lambda: Path("/sources"))
+    assert mend.measured_again(asked) == f"{told} --update-package"
+    assert mend.measured_again(f"{asked}, or delete it") == f"{told}, or delete it"
+    assert mend.measured_again(f"{asked} process=FILE") == f"{told} --process FILE"
+    assert mend.measured_again("no such thing") == "no such thing"
+    monkeypatch.setattr(mend, "checkout", lambda: None)
+    assert mend.measured_again(asked) == told

@@ -17,6 +17,7 @@ from system.papers.checks import (
     latency_agreement,
     latency_loops,
     latency_recall,
+    ranging_law,
 )
 from system.papers.cheely2003 import fig6 as cheely2003_fig6
 from system.papers.cheely2003 import fig9 as cheely2003_fig9
@@ -43,6 +44,12 @@ def agree(report: Report) -> None:
     assert report.disagreeing == ()
     assert all(row.agrees for row in report.rows)
     assert any(not row.fitted for row in report.rows)
+
+
+def ranging_law_of_a_die(progress: Progress) -> Report:
+    """One die of the twenty."""
+    found = ranging_law.compare((1003,), progress)
+    return Report(ranging_law.statements(found), lambda figure: ranging_law.draw(found, figure))
 
 
 def nothing(_: Report) -> None:
@@ -132,6 +139,7 @@ FEW = {"collisions": 4, "pings": 20_000}
 SMALL: dict[str, Small] = {
     "cheely2003-fig4": Small(),
     "cheely2003-fig5": Small(),
+    "ranging-law": Small(ranging_law_of_a_die),
     # delays in steps of 1 ms instead of 0.25 ms, and direct runs every 5 ms
     "cheely2003-fig6": Small(
         middle_checked,
