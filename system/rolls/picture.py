@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from chips.rolls.portrait import Portrait
 from circuits.arrays import F64
-from system.plot import COLOURS, INK, PALE
+from system.plot import COLOURS, INK, PALE, silicon_text
 
 _BINS = 24
 _NAMES = {
@@ -27,8 +27,9 @@ def draw_portrait(p: Portrait, figure: Figure) -> None:
     _draw_constants(p, constants)
     _draw_weights(p, table)
     _draw_periods(p, periods)
-    die = str(p.silicon.die)
-    figure.suptitle(f"ROLLS, {die}, {p.silicon.temperature_c:g} °C, biases of kind {p.kind}", fontsize=10)
+    at = silicon_text(p.silicon.die, p.silicon.temperature_c, p.kind)
+    law = ", full law" if p.silicon.process.effects == "full" else ""
+    figure.suptitle(f"ROLLS, {at}{law}", fontsize=10)
 
 
 def draw_curves(currents: F64, rates: F64, nominal: F64, ax: Axes) -> None:

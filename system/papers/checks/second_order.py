@@ -49,18 +49,20 @@ def run(progress: Progress) -> Report:
         rows += [_row(name, metric, value, others[-1].get(metric)) for metric, value in ideal.items()]
         first = next((m for m, value in ideal.items() if value and not float(value).is_integer()), None)
         if first is not None:
-            shifts[f"{name}: {first}"] = [_percent(ideal[first], found.get(first)) for found in others]
-    return Report(tuple(rows), lambda figure: _draw(shifts, figure))
+            shifts[f"{name}: {first}"] = [percent(ideal[first], found.get(first)) for found in others]
+    return Report(tuple(rows), lambda figure: draw_shifts(shifts, figure))
 
 
 def _measured(block: Block, fields: tuple[str, ...]) -> dict[str, float | None]:
     """Numbers of a block's testbench with some fields of its process's law, the others ideal."""
-    silicon = Silicon(_with(process_under(block.process, None, "full"), fields))
+    silicon = Silicon(with_effects(process_under(block.process, None, "full"), fields))
     found: Mapping[str, Any] = block.measures(simulate(block.bench(), silicon))
     return {name: value for name, value in found.items() if value is None or isinstance(value, int | float)}
 
 
-def _with(process: Process, fields: tuple[str, ...]) -> Process:
+def with_effects(process: Process, fields: tuple[str, ...]) -> Process:
+    """Return a process with some of its second-order effects, by their fields."""
+
     def model(whole: TransistorModel) -> TransistorModel:
         kept: dict[str, Any] = {name: getattr(whole, name) for name in fields}
         return replace(whole.ideal(), **kept)
@@ -68,17 +70,19 @@ def _with(process: Process, fields: tuple[str, ...]) -> Process:
     return replace(process, n=model(process.n), p=model(process.p))
 
 
-def _percent(ideal: float | None, full: float | None) -> float:
+def percent(ideal: float | None, full: float | None) -> float:
+    """Return by how much a number is moved from the ideal law's, %, nan where there is none."""
     return 100.0 * (full / ideal - 1.0) if ideal and full is not None else float("nan")
 
 
 def _row(block: str, metric: str, ideal: float | None, full: float | None) -> Statement:
-    moved = _percent(ideal, full)
+    moved = percent(ideal, full)
     text = f"moved by {moved:+.3g} %" if np.isfinite(moved) else "no share of it is defined"
     return Statement(f"{block.replace('-', '_')}_{metric}", ideal, full, unjudged(text))
 
 
-def _draw(shifts: Mapping[str, list[float]], figure: Figure) -> None:
+def draw_shifts(shifts: Mapping[str, list[float]], figure: Figure) -> None:
+    """Draw how far each effect moves each number, %, by name."""
     figure.set_size_inches(7.0, 1.2 + 0.24 * len(shifts))
     ax = figure.add_subplot()
     values: F64 = np.array(list(shifts.values()))

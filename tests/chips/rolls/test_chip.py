@@ -8,11 +8,14 @@ import pytest
 from chips.aer import Bus
 from chips.rolls.chip import Inputs, RollsChip
 from chips.rolls.circuit import Params, chip, row
+from chips.rolls.depression.program import ShortTermDepression
 from chips.rolls.layout import Z
 from chips.rolls.neuron.model import respond
+from chips.rolls.plastic.program import PlasticArray
 from chips.rolls.program.address import NEURONS, VirtualSynapses
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.program.program import Program, VirtualInput
+from chips.rolls.setups.learning import learning_biases
 from chips.rolls.synapse.reference import filter_errors
 from chips.validity import outside_boxes
 from circuits.errors import ParameterError
@@ -81,6 +84,18 @@ def test_rates_are_the_behavioural_neurons_under_the_full_law():
         # 1.5 %: the step, as under the ideal law, and what I_dc changes over v_mem
         period = np.diff(expected[k]).mean()
         assert np.diff(spikes.times[spikes.neurons == k]).mean() == pytest.approx(period, rel=1.5e-2)
+
+
+@pytest.mark.parametrize(
+    "parts", [{"plastic": PlasticArray(SILENT > 0, SILENT > 0)}, {"depression": ShortTermDepression()}]
+)
+def test_parts_of_the_ideal_law_refuse_the_full_one(parts):
+    table = learning_biases().with_code("IF_DC_P", 7, 0).with_code("NPA_WEIGHT_STD_N", 6, 100)
+    levels = SILENT.copy()
+    levels[5, 17] = 1
+    chip = RollsChip(Program(levels, table, **parts), Silicon(ROLLS_180_FULL))
+    with pytest.raises(ParameterError, match=r"rolls-180\.n: ekv-gamma.*take the law `ideal`"):
+        chip.built()
 
 
 def test_neurons_of_a_die_differ(driven):

@@ -1,0 +1,20 @@
+"""What the full law moves in a ROLLS chip: the Early effect moves charges and times as its drains stand."""
+
+import pytest
+
+from system.papers.checks.rolls_law import measured
+from system.papers.checks.second_order import EFFECTS, percent
+
+
+def test_the_early_effect_alone_moves_charges_and_times_as_its_drains_stand() -> None:
+    ideal, early = measured(()), measured(EFFECTS["Early effect"])
+    # I_pwlk's drain is further from its source than its gate, so that it is larger and the pulse shorter
+    assert early["pulse_s"] < 0.98 * ideal["pulse_s"]
+    # and the excitatory mirror's copy draws more than its diode gets
+    assert (
+        early["charge_of_level_1_C"] / early["pulse_s"]
+        > 1.05 * ideal["charge_of_level_1_C"] / ideal["pulse_s"]
+    )
+    assert percent(ideal["pulse_s"], None) != percent(ideal["pulse_s"], early["pulse_s"])
+    # 122.6 pA without: of the ideal law (docs/evidence/rolls.md)
+    assert ideal["least_current_A"] == pytest.approx(0.12256e-9, rel=1e-3)
