@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from circuits.arrays import F64
+from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from circuits.devices import Transistor
 from circuits.errors import ParameterError, unknown_name
@@ -30,21 +30,25 @@ def delivered_energy(result: Result) -> dict[str, float]:
     v = np.zeros((result.time.size, k.columns))
     v[:, machine.column] = result.voltage
     currents = np.zeros((result.time.size, k.columns))
-    work = allocate(k)
-    _conduction(k, v, work, currents)
-    rows, columns, values = machine.source_charge
-    charge = np.zeros_like(currents)
-    np.add.at(charge.T, rows, (values[:, None] * v.T[columns]))
-    rows, columns, values = machine.source_conductance
-    np.add.at(currents.T, rows, (values[:, None] * v.T[columns]))
-    energy = {}
-    middle = 0.5 * (v[1:] + v[:-1])
-    step = np.diff(result.time)[:, None]
-    total = (middle * (0.5 * (currents[1:] + currents[:-1]) * step + np.diff(charge, axis=0))).sum(axis=0)
+    _conduction(k, v, allocate(k), currents)
+    step, energy = np.diff(result.time), {}
     for s, name in enumerate(machine.source_names):
         if machine.source_quantities[s] == "voltage":
-            energy[name] = float(total[k.unknowns + s])
+            own = k.unknowns + s
+            current = _linear(machine.source_conductance, own, v, currents[:, own])
+            charge = _linear(machine.source_charge, own, v, np.zeros(step.size + 1))
+            middle = 0.5 * (v[1:, own] + v[:-1, own])
+            energies = middle * (0.5 * (current[1:] + current[:-1]) * step + np.diff(charge))
+            energy[name] = float(energies.cumsum()[-1]) + 0.0  # in the order of time; no minus sign alone
     return energy
+
+
+def _linear(entries: tuple[I64, I64, F64], row: int, v: F64, base: F64) -> F64:
+    """`base`, float64[T], and the product of a row of a sparse matrix with the voltages v."""
+    found = base.copy()
+    for column, value in zip(*(each[entries[0] == row] for each in entries[1:]), strict=True):
+        found += value * v[:, column]
+    return found
 
 
 def supply_power(result: Result) -> float:

@@ -132,5 +132,10 @@ def setup(app: Sphinx) -> dict[str, bool]:
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
-if __name__ == "__main__":
+def print_rows() -> None:
+    """Print the rows as JSON, for what draws them without the site."""
     print(json.dumps([asdict(row) for row in rows()], indent=1))  # noqa: T201 - its output
+
+
+if __name__ == "__main__":
+    print_rows()

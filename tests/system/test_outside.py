@@ -19,11 +19,11 @@ OUTSIDE = {
     "car": (["--ranges", "chip", "--pings", "2"], "110", "ranging_chip.temperature"),
     "spiking-bat": (["--brain", "chip", "--pings", "2"], "110", "latency_chip.temperature"),
     "rover": (["--cells", "chip", "--bias-kind", "ideal"], "110", "wavefront_chip.temperature"),
-    "pushbot": (["--duration", "0.2s"], "110", "rolls_chip.temperature"),
+    "pushbot": (["--duration", "0.2s"], "70", "rolls_chip.temperature"),
     "bug": (
         ["--brain", "chip", "--bias-kind", "ideal", "--duration", "0.1s"], "110", "nef_chip.temperature",
     ),
-    "rolls": (["--duration", "0.2s"], "110", "rolls_chip.temperature"),
+    "rolls": (["--duration", "0.2s"], "70", "rolls_chip.temperature"),
 }  # fmt: skip
 NO_TRANSISTORS = {"pushbot", "bug", "rolls"}  # systems of chips with thousands of cells
 

@@ -22,7 +22,8 @@ def once() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         for module in (rolls_portrait, show_rolls):
             patch.setattr(module, "MULTIPLES", np.array([3.0, 9.0]))
-        patch.setattr(show_rolls, "portrait", cache(rolls_portrait.portrait))
+        for name in ("portrait", "energies", "plastic_energies", "depression_energies"):
+            patch.setattr(show_rolls, name, cache(getattr(show_rolls, name)))
         yield
 
 

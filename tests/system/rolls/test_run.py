@@ -15,6 +15,7 @@ from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.cli.command_line import main
+from system.rolls import run as rolls_run
 from system.rolls.run import SYSTEM, Trace, events, run, summarise
 from system.rolls.scenario import Scenario
 from tests.refusals import command_refusals
@@ -74,6 +75,13 @@ def test_power_is_not_told_where_a_neuron_alone_never_fires(trace: Trace) -> Non
     assert found["population_rate"] == summarise(trace)["population_rate"]
 
 
+@pytest.fixture
+def without_power(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs whose power is not measured, for what is not about it."""
+    monkeypatch.setattr(rolls_run, "power_numbers", lambda *_: {})
+
+
+@pytest.mark.usefixtures("without_power")
 def test_a_study_streams_and_resumes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     study = ["montecarlo", "rolls", "--metric", "population-rate", "--duration", "0.12s", "--chunk", "1"]
     study += ["--threads", "1", "--json", "--output", str(tmp_path / "study")]
@@ -108,6 +116,7 @@ def test_a_scenario_refuses_what_makes_no_run(field: dict[str, float]) -> None:
         replace(SHORT, **field)
 
 
+@pytest.mark.usefixtures("without_power")
 @pytest.mark.parametrize("kind", ["gate", "ideal"])
 def test_a_summary_says_that_a_chip_does_not_rest(kind: BiasKind, tmp_path: Path) -> None:
     quiet = Scenario(duration=0.2, die=Die(number=3), bias_kind=kind)
