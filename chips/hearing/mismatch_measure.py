@@ -143,8 +143,9 @@ def threshold_errors(silicons: Iterable[tuple[int, Silicon]]) -> dict[str, float
 
     silicons: as of `chips.measured.held_out.every_silicon`.
 
-    A die whose onset neuron is silent at rest has no threshold of it; `silent_unmatched` counts those that
-    are so on one level only. Of the onset neuron's threshold 2.4 % is the thinning of the envelope at its
+    A die whose onset neuron is silent at rest has no threshold of it, and neither has one whose rest margin
+    is above zero by so little that no sound makes it spike; `silent_unmatched` counts those that are so on
+    one level only. Of the onset neuron's threshold 2.4 % is the thinning of the envelope at its
     port, which the record has and a lone run does not.
     """
     off: dict[str, list[float]] = {"onset_threshold": [], "high_threshold_threshold": [], "rest_margin": []}
@@ -156,10 +157,10 @@ def threshold_errors(silicons: Iterable[tuple[int, Silicon]]) -> dict[str, float
         off["rest_margin"].append(ours - margin)
         high = threshold(case, "high_threshold_neuron")
         off["high_threshold_threshold"].append(math.log(model.high_threshold.threshold / high))
-        silent += margin < 0.0
-        unmatched += (margin < 0.0) != (ours < 0.0)
-        if margin > 0.0:
-            onset = threshold(case, "onset_neuron")
+        onset = threshold(case, "onset_neuron") if margin > 0.0 else math.inf
+        silent += math.isinf(onset)
+        unmatched += math.isinf(onset) != (ours < 0.0)
+        if math.isfinite(onset):
             off["onset_threshold"].append(math.log(model.onset.threshold / onset))
     errors = {"silent_dies": float(silent), "silent_unmatched": float(unmatched)}
     for name, values in off.items():
