@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import os
-import tempfile
 
 import pytest
 from hypothesis import settings
@@ -14,7 +13,7 @@ from netlists.ngspice import run as ngspice
 from netlists.ngspice.library import find_library
 from tests.agreement.kept import KeptRuns
 
-os.environ[ENVIRONMENT] = tempfile.gettempdir() + "/no-records-of-tests"
+os.environ[ENVIRONMENT] = os.devnull + "/no-records-of-tests"  # where nothing can be kept either
 settings.register_profile("untimed", deadline=None)  # first calls compile, and speed is the benchmarks' claim
 settings.load_profile("untimed")
 

@@ -28,6 +28,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from chips.record_file import ENVIRONMENT
 from netlists.ngspice.library import find_library
 from system.cli import run_command_line, shared_options, verb
 from system.cli.command_line import INTERRUPTED, app, main
@@ -53,6 +54,7 @@ from tests.documents import (
 from tests.walks import without_walks
 
 ENOUGH = 0.2  # s of processor time after which a long command is interrupted; ours
+AGAIN = 5.0  # s of it after which it is once more: a callback may have swallowed the first; ours
 TEXTS = {path: without_walks(path.read_text(encoding="utf-8")) for path in (*DOCUMENTS, *EXAMPLES)}
 LANGUAGES = {path: [language for language, _ in fenced(TEXTS[path])] for path in DOCUMENTS}
 # of an executed page the site's build runs the cells, which other blocks may go on from
@@ -253,6 +255,7 @@ def test_the_command_runs(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv(ENVIRONMENT, str(tmp_path / "records"))
     (tmp_path / "examples").symlink_to(ROOT / "examples")  # as in the checkout, where a reader gives commands
     for command in chain:
         if "ngspice" in command.words:
@@ -266,6 +269,7 @@ def test_the_command_runs(
 
 def test_the_long_command_begins(begun: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv(ENVIRONMENT, str(tmp_path / "records"))  # one that ends keeps its record to itself
     arguments = shortened(begun, options_of(begun.verb))
     status, out, err = _begun(arguments)
     if status == INTERRUPTED:
@@ -281,7 +285,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     at = frame
     while at is not None:
         if COMPILER.search(at.f_code.co_filename):
-            signal.setitimer(signal.ITIMER_PROF, 0.1)
+            signal.setitimer(signal.ITIMER_PROF, 0.1, AGAIN)
             return
         at = at.f_back
     signal.default_int_handler(number, frame)
@@ -293,7 +297,7 @@ def _begun(arguments: Sequence[str]) -> tuple[int, str, str]:
         child = os.fork()
     if child == 0:
         signal.signal(signal.SIGPROF, _interrupt)
-        signal.setitimer(signal.ITIMER_PROF, ENOUGH)
+        signal.setitimer(signal.ITIMER_PROF, ENOUGH, AGAIN)
         with Path("out").open("w") as sys.stdout, Path("err").open("w") as sys.stderr:
             status = main(arguments)
         os._exit(status)
