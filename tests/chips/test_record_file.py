@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from chips.model import load_model
+from chips.model import MODELS, load_model
 from chips.record import read_record
 from chips.record_file import ENVIRONMENT, cached_file, measured_by, record_name, shipped_file, stale
 from circuits.errors import ParameterError
@@ -21,7 +21,7 @@ CASES: dict[str, tuple[Process, str]] = {
 }
 # models that do not carry the full law yet
 WITHOUT = ("winner-take-all", "latency-chip", "lso-neuron", "axon-delay", "wavefront-cell")
-FULL = ("rebound-neuron", "centroid-board", "vocalization-controller", "first-target-isolation")
+FULL = tuple(name for name in MODELS if name not in WITHOUT)
 
 
 @pytest.mark.parametrize("name", CASES)
