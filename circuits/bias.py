@@ -24,7 +24,9 @@ from circuits.circuit import Bias, BiasKind, Circuit
 from circuits.devices.softplus import inverse_softplus
 from circuits.devices.transistor import Transistor, drain_current
 from circuits.errors import ParameterError, TopologyError
-from circuits.place import bias_path
+from circuits.generator.code import REFERENCE_C
+from circuits.generator.voltage import Line, line_voltages
+from circuits.place import bias_path, chip_and_line
 from circuits.silicon.die import NOMINAL
 from circuits.silicon.process import TransistorAtTemperature, at_temperature, kelvin
 from circuits.silicon.silicon import Silicon
@@ -102,7 +104,8 @@ def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
     """Voltages that a bias puts on its port at the silicon's temperature, V, float64 of the port's shape.
 
     A `gate` bias is computed on the nominal device at the bias's reference temperature, an `ideal` bias on
-    the die's own copy of the device at the silicon's temperature, and a `voltage` bias is its value.
+    the die's own copy of the device at the silicon's temperature, a `generator` bias that of its line of the
+    chip's generator on the die (`circuits.generator`), and a `voltage` bias is its value.
 
     Parameters
     ----------
@@ -118,7 +121,9 @@ def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
     TopologyError
         The values do not fit the port's shape, or the device is no transistor.
     ParameterError
-        A current needs a gate beyond the supply.
+        A current needs a gate beyond the supply, or the generator has no code for it.
+    SolverError
+        The generator does not work at the silicon's supply.
     """
     values = np.asarray(bias.value, dtype=np.float64)
     shape = circuit.port(bias.port).shape
@@ -134,6 +139,8 @@ def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
         raise TopologyError(
             f"{circuit.name}.{bias.port}: {device.name} is no transistor; a current bias needs one"
         )
+    if bias.kind == "generator":
+        return _generated(circuit, bias, device, np.broadcast_to(values, shape), silicon)
     gates = _gates(circuit.name, bias, device, np.broadcast_to(values, shape), silicon)
     if gates.max(initial=0.0) > silicon.process.v_dd:
         k = int(np.argmax(gates))
@@ -143,6 +150,20 @@ def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
             f" beyond the supply of {silicon.process.v_dd:g} V; give a smaller current"
         )
     return silicon.process.v_dd - gates if device.polarity == "p" else gates
+
+
+def _generated(circuit: Circuit, bias: Bias, device: Transistor, current: F64, silicon: Silicon) -> F64:
+    """Voltages of the lines of the generator on the chip that the circuit is, or is a part of, V."""
+    if bias.place is None:
+        line = Line(silicon.place or ((circuit.name, ()),), bias.port, current.shape, None, device)
+    else:
+        chip, (port, index) = chip_and_line(bias.place)
+        line = Line(chip, port, (), index, device)
+    scale = kelvin(REFERENCE_C) / kelvin(bias.reference_temperature_c)
+    try:
+        return line_voltages(line, current * scale, silicon)
+    except ParameterError as error:
+        raise ParameterError(f"{circuit.name}.{bias.name}: {error}") from None
 
 
 def _gates(circuit: str, bias: Bias, device: Transistor, current: F64, silicon: Silicon) -> F64:
@@ -200,7 +221,7 @@ def die_current(circuit: Circuit, bias: Bias, silicon: Silicon) -> float:
 def _biased_device(circuit: Circuit, bias: Bias) -> Transistor:
     device = None if bias.device is None else circuit.device(bias.device)
     if bias.kind == "voltage" or not isinstance(device, Transistor):
-        raise TopologyError(f"{circuit.name}.{bias.name}: no current bias; name a gate or ideal bias")
+        raise TopologyError(f"{circuit.name}.{bias.name}: no current bias; name one that sets a current")
     return device
 
 
@@ -234,7 +255,7 @@ def rebias(
     values
         The new value of a bias by its name, A or V.
     kind
-        What all biases but voltages become, `gate` or `ideal`; each keeps its kind unless given.
+        What all biases but voltages become, `gate`, `ideal` or `generator`; each keeps its kind unless given.
     """
     biases = {b.name: b for b in circuit.biases}
     for name, value in (values or {}).items():

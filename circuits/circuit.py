@@ -34,7 +34,7 @@ GROUND = "0"
 
 PortKind = Literal["event", "analog", "bias", "supply"]
 Direction = Literal["in", "out"]
-BiasKind = Literal["gate", "ideal", "voltage"]
+BiasKind = Literal["gate", "ideal", "generator", "voltage"]
 Shape = tuple[int, ...]
 
 _CALLED_GROUND = frozenset({"gnd", "gnd!", "ground"})  # by SPICE and its users; "vss" is a supply of its own
@@ -125,11 +125,12 @@ class Bias:
     port : str
         The port that is set.
     kind : str
-        One of three. A `gate` bias is an ideal gate voltage: the one at which the nominal `device` carries
-        `value` in saturation at the reference temperature; it stays there at every temperature. A `ideal`
+        One of four. A `gate` bias is an ideal gate voltage: the one at which the nominal `device` carries
+        `value` in saturation at the reference temperature; it stays there at every temperature. An `ideal`
         bias is an ideal current of `value` at the reference temperature, proportional to absolute
-        temperature, into a diode-connected copy of `device` on the same die. A `voltage` bias is `value`
-        itself.
+        temperature, into a diode-connected copy of `device` on the same die. A `generator` bias is a line of
+        the chip's own bias generator there (`circuits.generator`), at the code nearest to `value`. A
+        `voltage` bias is `value` itself.
     value : float or tuple of float
         One number, or one for each element of the port: A, or V for the kind `voltage`. 0 A is a bias that is
         off.
@@ -138,8 +139,8 @@ class Bias:
     reference_temperature_c : float
         Temperature at which `value` holds, degC.
     place : tuple or None
-        Where the copy of an ideal bias stands on the die, for a block that shares its chip's biases
-        (`circuits.place`); inside the circuit itself unless given.
+        Where the copy of an ideal bias or the line of the generator stands on the die, for a block that
+        shares its chip's biases (`circuits.place`); inside the circuit itself unless given.
     allow_implausible : bool
         Whether a value outside of what silicon has is meant.
 

@@ -90,6 +90,11 @@ def bias_path(port: str, index: Shape) -> Place:
     return ("bias copy", ()), (port, index)
 
 
+def chip_and_line(place: Place) -> tuple[Place, tuple[str, Shape]]:
+    """The chip on which a bias's copy stands, and the port and the element that it is for."""
+    return place[: -len(bias_path("", ()))], place[-1]
+
+
 def _node(outer: Circuit, instance: Instance | InstanceArray, port: str, index: Shape) -> tuple[str, Shape]:
     """Name and index of the outer node that a scalar port of one element of an instance is connected to."""
     name, element = split_reference(instance.connections[port])

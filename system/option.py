@@ -328,9 +328,9 @@ def bias_kind_option(usual: Any, **stated: Any) -> Any:
     Parameters
     ----------
     usual
-        Its default, `gate` or `ideal`.
+        Its default, `gate`, `ideal` or `generator`.
     stated
         The rest of `Option` by name.
     """
-    about = "Fixed gate voltages, or ideal PTAT currents"
-    return option(usual, about, choices=("gate", "ideal"), silicon=True, **stated)
+    about = "Fixed gates, ideal PTAT currents, or the bias generator"
+    return option(usual, about, choices=("gate", "ideal", "generator"), silicon=True, **stated)

@@ -19,12 +19,12 @@ import numpy as np
 
 from circuits.arrays import F64, I64
 from circuits.bias import bias_voltages
-from circuits.blocks.bias.generator import COARSE, CODES
 from circuits.blocks.mos import mos
 from circuits.circuit import Bias, BiasKind, Circuit, Port, PortKind
 from circuits.count import whole_number
 from circuits.errors import ParameterError
 from circuits.event import WIDTH
+from circuits.generator.code import codes_of, currents_of
 from circuits.silicon.process import Polarity
 from circuits.silicon.silicon import Silicon
 
@@ -204,31 +204,6 @@ class Biases:
             codes[name] = codes_of(wanted)
             lines[name] = replace(lines[name], current=currents_of(codes[name]))
         return replace(self, lines=lines, codes=codes)
-
-
-def codes_of(current: F64) -> I64:
-    """Return the codes whose current is nearest to each (A), coarse and fine, int64[..., 2].
-
-    The finest range that reaches a current is taken, and 59 fA for what is below the least. Raises
-    `ParameterError` for a current that no code reaches.
-    """
-    wanted = np.asarray(current, dtype=np.float64)
-    most = COARSE[0] * (CODES - 1) / CODES
-    within = (wanted > 0.0) & (wanted <= most)
-    if not within.all():
-        raise ParameterError(
-            f"bias code: {wanted[~within].ravel()[0]:g} A, must be > 0 and at most {most:.3g} A"
-        )
-    coarse = np.zeros(wanted.shape, dtype=np.int64)
-    for k, amperes in enumerate(COARSE):
-        coarse[wanted <= amperes * (CODES - 1) / CODES] = k
-    fine = np.clip(np.rint(CODES * wanted / np.array(COARSE)[coarse]), 1, CODES - 1).astype(np.int64)
-    return np.stack([coarse, fine], axis=-1)
-
-
-def currents_of(codes: I64) -> F64:
-    """Return the nominal currents of codes, A; codes: int64[..., 2]."""
-    return np.asarray(np.array(COARSE)[codes[..., 0]] * codes[..., 1] / CODES)
 
 
 def gate_voltages(biases: Biases, silicon: Silicon) -> dict[str, F64]:

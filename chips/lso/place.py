@@ -13,6 +13,7 @@ from functools import lru_cache
 from chips.lso.measure import circuits
 from circuits.bias import bias_voltages, rebias
 from circuits.circuit import BiasKind
+from circuits.place import bias_path
 from circuits.silicon.die import Place
 from circuits.silicon.silicon import Silicon
 
@@ -27,6 +28,7 @@ def line_volts(silicon: Silicon, kind: BiasKind) -> Mapping[str, float]:
     for circuit in circuits():
         for bias in rebias(circuit, {}, kind).biases:
             if bias.name != "v_threshold":
-                placed = replace(bias, place=BIAS_PLACE)
+                line = ((NAME, ()), *bias_path(bias.port, ()))
+                placed = replace(bias, place=line if kind == "generator" else BIAS_PLACE)
                 found[bias.port] = float(bias_voltages(circuit, placed, silicon)[()])
     return found

@@ -136,7 +136,7 @@ def model_of(circuit: Circuit, process: Process, record: ReboundRecord | None = 
         {
             ports[b.port]: bias_voltages(circuit, b, nominal)
             for b in circuit.biases
-            if b.port in ports and b.kind != "ideal"
+            if b.port in ports and b.kind not in {"ideal", "generator"}
         },
         {
             name: np.concatenate([q.value[..., None], q.gradient, q.curvature], axis=-1)

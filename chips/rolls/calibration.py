@@ -21,10 +21,10 @@ from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.population import Population
 from chips.rolls.program.program import Program
 from circuits.arrays import F64
-from circuits.blocks.bias.generator import COARSE, CODES
 from circuits.blocks.rolls.bias import Code, current_of
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
+from circuits.generator.code import COARSE, CODES
 from circuits.silicon.silicon import Silicon
 
 SETTLE, MEASURE = 0.2, 1.0  # s, ours

@@ -39,7 +39,6 @@ from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.program import Program, missing_levels
 from circuits.arrays import F64, I64
 from circuits.bias import rebias
-from circuits.blocks.bias.generator import COARSE
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import BiasKind, Circuit
@@ -47,6 +46,7 @@ from circuits.devices import Source
 from circuits.devices.source import Constant, Waveform
 from circuits.errors import ParameterError
 from circuits.event import pulse
+from circuits.generator.code import COARSE
 from circuits.silicon.process import kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import delivered_energy, supply_power

@@ -221,12 +221,12 @@ def on_die(machine: Machine, die: Die) -> Machine:
     """The same machine on another die, without the work of lowering its testbench again.
 
     Equal to lowering the testbench on that die: a die changes the transistors' coefficients, and the voltages
-    of ideal biases.
+    of biases that stand on it.
     """
     silicon = replace(machine.silicon, die=die)
     kernel = machine.kernel._replace(transistors=_transistor_table(machine.flat, machine.column, silicon))
     lines = machine.polylines
-    if any(bias.kind == "ideal" for bias in machine.testbench.circuit.biases):
+    if any(bias.kind in {"ideal", "generator"} for bias in machine.testbench.circuit.biases):
         given = len(machine.testbench.sources)
         biases = _bias_sources(machine.testbench, machine.flat, silicon)
         title = machine.testbench.title

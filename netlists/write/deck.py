@@ -143,6 +143,7 @@ def format_deck(
         _format_title(writer, title or testbench.title, testbench.circuit.name, silicon),
         *writer.head(),
         *([f"{writer.comment} {writer.dialect}: {writer.remark}"] if writer.remark else []),
+        *_generated(writer, testbench.circuit),
         *walk.notes([Annotation("noctule", Header(FORMAT_VERSION, writer.dialect, settings.models))]),
         *walk.notes(silicon_notes(silicon)),
         *cards(design),
@@ -153,6 +154,17 @@ def format_deck(
         *writer.control(_control(writer, testbench, silicon, settings, design)),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _generated(writer: Writer, circuit: Circuit) -> list[str]:
+    """Where the voltages of the bias generator's lines come from, which is no part of the netlist."""
+    names = [bias.name for bias in circuit.biases if bias.kind == "generator"]
+    if not names:
+        return []
+    return [
+        f"{writer.comment} biases {', '.join(names)}: voltages of lines of the bias generator",
+        f"{writer.comment} on this die at this temperature, solved from its circuit, which is not in here",
+    ]
 
 
 def _format_title(writer: Writer, what: str, circuit: str, silicon: Silicon) -> str:

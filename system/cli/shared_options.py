@@ -14,7 +14,7 @@ from system.option import option
 from system.options.begin import BeginChoice, begin_choice
 from system.options.silicon import SiliconChoice
 
-_SpokenKind = Literal["gate", "ideal"]  # kinds of bias that a user can ask for
+_SpokenKind = Literal["gate", "ideal", "generator"]  # kinds of bias that a user can ask for
 Engine = Literal["native", "ngspice"]
 Level = Literal["transistor", "behavioural"]
 
@@ -24,10 +24,12 @@ class BlockValues:
     """Sizes and biases of a block, as texts of the command line."""
 
     param: tuple[str, ...] = option((), "Size, capacitor, or a system's option", metavar="NAME=VALUE")
-    bias: tuple[str, ...] = option((), "Bias, as i_lim=6.3uA, repeatable", metavar="NAME=VALUE")
+    bias: tuple[str, ...] = option(
+        (), "Bias, as i_lim=6.3uA or the code i_lim=1:200, repeatable", metavar="NAME=VALUE"
+    )
     bias_set: str | None = option(None, "Named set of the block's biases; --bias goes on top", metavar="NAME")
     bias_file: str | None = option(None, "Of rolls: rolls_default, rolls_parallella or a CSV", metavar="FILE")
-    bias_kind: _SpokenKind | None = option(None, "Fixed gate voltages, or ideal PTAT currents")
+    bias_kind: _SpokenKind | None = option(None, "Fixed gates, ideal PTAT currents, or the bias generator")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

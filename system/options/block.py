@@ -20,6 +20,7 @@ from circuits.blocks.block import Block, Stimulus
 from circuits.checks import implausible_allowed
 from circuits.circuit import Bias, BiasKind, Circuit, Shape, split_reference
 from circuits.errors import ParameterError, TopologyError, unknown_name
+from circuits.generator.code import COARSE, CODES, currents_of
 from circuits.place import circuit_at, instance_names
 from circuits.silicon.course import Course
 from circuits.silicon.die import Die, Place
@@ -35,6 +36,7 @@ from system.options.on_silicon import OnSilicon
 from system.options.silicon import SiliconChoice
 from system.registry import load_block_or_chip
 
+_CODE = re.compile(r"([0-9]):([0-9]{1,3})")  # coarse and fine
 _ELEMENT = re.compile(r"(.*)\[([0-9]{1,9}(?:,[0-9]{1,9})*)\]")
 _NOMINAL = SiliconChoice()
 AS_BUILT = "as built"  # kind of a chip's biases where each has its own
@@ -99,7 +101,7 @@ def choose(
             circuit = replace(circuit, biases=there.biases) if params else there
         if bias_set is not None:
             circuit = rebias(circuit, read_bias_set(block, bias_set))
-        circuit = rebias(circuit, read_biases(circuit, biases), bias_kind)
+        circuit = rebias(circuit, read_biases(circuit, biases, bias_kind), bias_kind)
     made = Silicon(
         process=process_under(block.process, silicon.process, silicon.law),
         temperature_c=parse_quantity(silicon.temperature, "degC", "temperature"),
@@ -257,8 +259,12 @@ def read_bias_set(block: Block, name: str) -> Mapping[str, float]:
     return block.bias_sets[name]
 
 
-def read_biases(circuit: Circuit, texts: Iterable[str]) -> dict[str, Value]:
-    """Values of biases by name, A, or V for one of kind `voltage`."""
+def read_biases(circuit: Circuit, texts: Iterable[str], kind: BiasKind | None = None) -> dict[str, Value]:
+    """Values of biases by name, A, or V for one of kind `voltage`.
+
+    A current may be a code of the bias generator, as `6:244`, unless its bias has a fixed gate voltage; kind:
+    what current biases become, their own unless given.
+    """
     known = {b.name: b for b in circuit.biases}
     values: dict[str, Value] = {}
     for text in texts:
@@ -268,7 +274,8 @@ def read_biases(circuit: Circuit, texts: Iterable[str]) -> dict[str, Value]:
         if name not in known:
             raise unknown_name("bias", name, known)
         bias = known[name]
-        numbers = _numbers(value, bias_unit(bias), name)
+        made = bias.kind if kind is None or bias.kind == "voltage" else kind
+        numbers = _coded(value, made, name) or _numbers(value, bias_unit(bias), name)
         shape = circuit.port(bias.port).shape
         size = int(np.prod(shape, dtype=int))
         if element and not shape:
@@ -279,6 +286,24 @@ def read_biases(circuit: Circuit, texts: Iterable[str]) -> dict[str, Value]:
             raise ParameterError(f"{name}: {len(numbers)} values, must be one or {size}")
         values[name] = numbers
     return values
+
+
+def _coded(text: str, kind: BiasKind, name: str) -> Value | None:
+    """Nominal current of a coarse and a fine code, A, and None for what is no code."""
+    code = _CODE.fullmatch(text)
+    if code is None or kind == "voltage":
+        return None
+    if kind == "gate":
+        raise ParameterError(
+            f"{name}: code {text}, a fixed gate voltage has no code; take the bias kind generator or"
+            " ideal, or give a current"
+        )
+    coarse, fine = (int(part) for part in code.groups())
+    if not (coarse < len(COARSE) and 0 < fine < CODES):
+        raise ParameterError(
+            f"{name}: code {text}, must be coarse 0 to {len(COARSE) - 1} and fine 1 to {CODES - 1}"
+        )
+    return float(currents_of(np.array([coarse, fine])))
 
 
 def bias_unit(bias: Bias) -> str:

@@ -150,7 +150,10 @@ LEAK = Resistor("r", "a", "0", 1e6)
         (lambda: Port("a", "analog", shape=3), "port a.shape: 3, must be a tuple of whole numbers"),
         (lambda: Port("a", "analog", shape=(1.5,)), "port a.shape: .*1.5"),
         (lambda: Node("a", [3]), "node a.shape"),
-        (lambda: Bias("i", "b", "gates", 1e-9, "m"), "bias i.kind: 'gates', must be gate, ideal or voltage"),
+        (
+            lambda: Bias("i", "b", "gates", 1e-9, "m"),
+            "bias i.kind: 'gates', must be gate, ideal, generator or vol",
+        ),
         (lambda: Bias("i", "b", "gate", "1n", "m"), "bias i.value: '1n', must be a number in A"),
         (lambda: Bias("i", "b", "gate", 40.0, "m"), "bias i.value: 40 A, must be 1fA to 1A"),
         (lambda: Bias("i", "b", "gate", (1e-19, 1e-18), "m"), "bias i.value: 1e-18 A, must be 1fA"),

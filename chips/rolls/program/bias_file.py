@@ -21,9 +21,9 @@ from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 
-from circuits.blocks.bias.generator import CODES
 from circuits.blocks.rolls.bias import Code, current_of
 from circuits.errors import DataError, ParameterError, unknown_name
+from circuits.generator.code import CODES
 
 COARSE_NAMES = ("24u", "3.2u", "0.4u", "50n", "6.5n", "820p", "105p", "15p")  # of codes 0 to 7
 SPECIAL = "SPECIAL"

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from circuits.blocks.bias.generator import COARSE, CODES
 from circuits.circuit import Bias
 from circuits.errors import ParameterError, unknown_name
+from circuits.generator.code import COARSE, CODES
 
 Code = tuple[int, int]  # coarse, fine
 OFF_CURRENT = COARSE[-1] / CODES  # A

@@ -14,7 +14,7 @@ shape      integer[]  -  how many there are along each axis; empty for one
 BIAS_KEYS = """
 name   string           -  its name
 port   string           -  port to which it goes
-kind   string           -  `gate`, `ideal` or `voltage`
+kind   string           -  `gate`, `ideal`, `generator` or `voltage`
 value  number|number[]  -  in the unit beside it; an array has one for each element of the port
 """
 SIZED_KEYS = """
@@ -94,7 +94,7 @@ summary  string  -  what it is
 """),
     **SILICON_KEYS,
     **meanings("""
-bias_kind               string     -   kind of the biases: `gate` or `ideal`
+bias_kind               string     -   kind of the biases: `gate`, `ideal` or `generator`
 bias_file               string?    -   codes that were given; null for the chip's own
 fi_current_A            number[]   A   input currents of the f-I curves
 fi_rate_Hz              number[][] Hz  rate of each neuron at each of them

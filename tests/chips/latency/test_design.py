@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chips.latency.design import Charges, codes_of, currents_of, gate_voltages, lines_of
+from chips.latency.design import Charges, gate_voltages, lines_of
 from chips.latency.errors import usual_design
 from chips.latency.model import nominal_charges, usual_biases
 from circuits.errors import ParameterError
@@ -26,18 +26,8 @@ def test_a_current_is_a_charge_over_a_time() -> None:
     assert lines["inhibit"].current[1] / lines["inhibit"].current[0] == pytest.approx(np.exp(-0.5))
 
 
-def test_the_nearest_code_is_near() -> None:
-    wanted = np.geomspace(1e-12, 1e-6, 50)
-    found = currents_of(codes_of(wanted))
-    # ranges are a factor of 8 apart, so that the fine code is at least 31: half a step is 1.6 %
-    assert np.abs(found / wanted - 1.0).max() < 0.017
-    assert currents_of(codes_of(np.array(1e-17))) == pytest.approx(15e-12 / 256.0)
-    with pytest.raises(ParameterError, match=r"bias code: 1 A, must be > 0 and at most"):
-        codes_of(np.array([1e-9, 1.0]))
-
-
-def test_a_fixed_gate_knows_no_die_and_a_generator_does() -> None:
-    for kind, same in (("gate", True), ("ideal", False)):
+def test_a_fixed_gate_knows_no_die_and_the_others_do() -> None:
+    for kind, same in (("gate", True), ("ideal", False), ("generator", False)):
         biases = usual_biases(DESIGN, kind)  # type: ignore[arg-type]
         found = [gate_voltages(biases, Silicon(die=Die(number=n)))["tap"] for n in (1, 2)]
         assert np.array_equal(*found) is same

@@ -14,7 +14,11 @@ from circuits.silicon.silicon import Silicon
 ERROR = 0.025  # of a spike's time, the largest in the record
 LATE = 3e-6  # s, of a level unit's, likewise
 
-CASES: list[tuple[BiasKind, int, float]] = [("gate", 1003, 10.0), ("ideal", 1006, 45.0)]
+CASES: list[tuple[BiasKind, int, float]] = [
+    ("gate", 1003, 10.0),
+    ("ideal", 1006, 45.0),
+    ("generator", 1008, 27.0),
+]
 
 
 @pytest.mark.parametrize(("kind", "number", "celsius"), CASES)

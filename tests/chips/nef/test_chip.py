@@ -25,7 +25,7 @@ def one(neurons: int, dimensions: int = 1, radius: float = 1.0) -> Network:
     )
 
 
-@pytest.mark.parametrize("kind", ["gate", "ideal"])
+@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
 def test_calibration_trims_the_median_neuron(kind: BiasKind) -> None:
     chip = NefChip(DIE, kind, calibration_c=60.0, neurons=1024)
     law = chip.at(60.0).law

@@ -56,7 +56,14 @@ def test_the_devices_are_those_of_the_circuit(chip: ReboundModel) -> None:
 
 @pytest.mark.parametrize(
     ("die", "temperature", "kind"),
-    [(1000, 27.0, "gate"), (1001, 27.0, "gate"), (1002, 0.0, "gate"), (1003, 60.0, "ideal")],
+    [
+        (1000, 27.0, "gate"),
+        (1001, 27.0, "gate"),
+        (1002, 0.0, "gate"),
+        (1003, 60.0, "ideal"),
+        (1004, 27.0, "generator"),
+        (1005, 45.0, "generator"),
+    ],
 )
 def test_the_outcome_is_the_circuit_s(die: int, temperature: float, kind: BiasKind) -> None:
     circuit = rebias(rebound_neuron.build(), kind=kind)

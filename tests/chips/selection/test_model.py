@@ -56,7 +56,7 @@ def test_the_time_is_that_of_the_circuit(contrast: float) -> None:
 
 
 @pytest.mark.parametrize("temperature", [-20.0, 27.0, 85.0])
-@pytest.mark.parametrize("kind", ["gate", "ideal"])
+@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
 def test_a_die_decides_as_its_transistors(kind: str, temperature: float) -> None:
     """A contrast of 1 % is less than the spread of cells: who wins is the die's."""
     circuit = rebias(block.build(SMALL), kind=kind)

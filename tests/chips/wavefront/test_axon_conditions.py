@@ -17,7 +17,7 @@ from circuits.silicon.silicon import Silicon
 CIRCUIT = axon_delay.build()
 
 
-@pytest.mark.parametrize("kind", ["gate", "ideal"])
+@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
 @pytest.mark.parametrize("temperature", [0.0, 27.0, 60.0])
 def test_the_sink_s_current_is_the_law_s_on_the_die(kind: BiasKind, temperature: float) -> None:
     circuit = rebias(CIRCUIT, kind=kind)

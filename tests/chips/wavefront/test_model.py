@@ -39,7 +39,7 @@ CODES = 1, 3, 9, 20, 31
 
 
 @pytest.mark.parametrize("temperature", [0.0, 27.0, 60.0])
-@pytest.mark.parametrize("kind", ["gate", "ideal"])
+@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
 def test_a_lone_axon_has_the_delay_of_its_circuit(kind: BiasKind, temperature: float) -> None:
     circuit = rebias(axon_delay.build(), kind=kind)
     model = axon_model(circuit)
@@ -54,7 +54,7 @@ def test_a_lone_axon_has_the_delay_of_its_circuit(kind: BiasKind, temperature: f
     assert np.abs(errors).max() < LARGEST
 
 
-@pytest.mark.parametrize("kind", ["gate", "ideal"])
+@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
 def test_an_axon_of_the_chip_is_the_very_one_at_its_place(kind: BiasKind) -> None:
     chip = rebias(CHIP.build(), kind=kind)
     silicon = Silicon(die=Die(number=1001))

@@ -43,7 +43,7 @@ def leaves(value: object) -> list[np.ndarray]:
     return [x for v in value for x in leaves(v)] if isinstance(value, tuple) else [np.asarray(value)]
 
 
-@pytest.mark.parametrize("kind", ["gate", "ideal"])
+@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
 @pytest.mark.parametrize(
     "silicon",
     [

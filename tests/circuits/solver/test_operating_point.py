@@ -50,7 +50,7 @@ def test_the_neuron_rests_at_every_temperature_from_a_cold_start(temperature_c: 
     assert point["spike"] == pytest.approx(0.0, abs=1e-3)
 
 
-@pytest.mark.parametrize("kind", ["gate", "ideal"])
+@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
 @pytest.mark.parametrize("temperature_c", [-40.0, 125.0])
 def test_kirchhoff_holds_whatever_the_biases(kind: BiasKind, temperature_c: float) -> None:
     bench = neuron()

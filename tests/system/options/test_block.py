@@ -110,6 +110,18 @@ def test_biases() -> None:
             read_biases(circuit, [text])
 
 
+def test_a_code_is_its_nominal_current_and_a_fixed_gate_has_none() -> None:
+    circuit = BLOCK.build()
+    for kind in ("ideal", "generator"):
+        found = read_biases(circuit, ["i_lim=1:200"], kind)  # type: ignore[arg-type]
+        assert found == {"i_lim": pytest.approx(3.2e-6 * 200 / 256)}
+    for text, words in (("i_lim=8:1", "coarse 0 to 7"), ("i_lim=1:0", "fine 1 to 255"), ("v_th=1:2", "v_th")):
+        with pytest.raises(ParameterError, match=words):
+            read_biases(circuit, [text], "generator")
+    with pytest.raises(ParameterError, match=r"i_lim: code 1:200, a fixed gate .* kind generator or ideal"):
+        read_biases(circuit, ["i_lim=1:200"])
+
+
 def test_one_element_of_a_bias() -> None:
     circuit = CHIP.build()
     old = circuit.bias("i_inh_tau").value

@@ -117,7 +117,7 @@ def test_a_scenario_refuses_what_makes_no_run(field: dict[str, float]) -> None:
 
 
 @pytest.mark.usefixtures("without_power")
-@pytest.mark.parametrize("kind", ["gate", "ideal"])
+@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
 def test_a_summary_says_that_a_chip_does_not_rest(kind: BiasKind, tmp_path: Path) -> None:
     quiet = Scenario(duration=0.2, die=Die(number=3), bias_kind=kind)
     assert SYSTEM.summarise(run(quiet))["cautions"] == ()

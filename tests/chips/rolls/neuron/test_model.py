@@ -53,6 +53,8 @@ LAWS = pytest.mark.parametrize("process", [ROLLS_180, ROLLS_180_FULL], ids=["ide
         (1010, 0.0, "ideal", 1e-9),
         (1005, 60.0, "gate", 2e-9),
         (1006, 60.0, "ideal", 5e-10),
+        (1007, 27.0, "generator", 6e-10),
+        (1008, 45.0, "generator", 4e-10),
     ],
 )
 def test_rate_and_latency_are_the_circuit_s(

@@ -19,9 +19,9 @@ from chips.rolls.program.bias_file import (
     shipped_biases,
     write_biases,
 )
-from circuits.blocks.bias.generator import COARSE
 from circuits.blocks.rolls.bias import DEFAULT_CODES, OFF_CURRENT
 from circuits.errors import DataError, ParameterError, UnknownNameError
+from circuits.generator.code import COARSE
 from circuits.units import parse_quantity
 
 names = st.text("ABCXYZ_019", min_size=1, max_size=12)

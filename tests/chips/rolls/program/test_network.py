@@ -90,7 +90,7 @@ def chip_on(number: int | None, kind: BiasKind, biases: BiasTable | None = None)
     return RollsChip(network_program(network, biases), Silicon(ROLLS_180, 27.0, Die(number=number)), kind)
 
 
-@pytest.mark.parametrize("kind", ["gate", "ideal"])
+@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
 @pytest.mark.parametrize("number", [None, 3, 1000, 1001, 1002])
 def test_a_network_rests_on_the_default_biases(number: int | None, kind: BiasKind) -> None:
     chip = chip_on(number, kind)
@@ -99,7 +99,7 @@ def test_a_network_rests_on_the_default_biases(number: int | None, kind: BiasKin
     assert not [text for text in chip.cautions() if "without any input" in text]
 
 
-@pytest.mark.parametrize("kind", ["gate", "ideal"])
+@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
 @pytest.mark.parametrize("number", [None, 3])
 def test_a_chip_that_does_not_rest_says_so_first(number: int | None, kind: BiasKind) -> None:
     chip = chip_on(number, kind, default_biases())

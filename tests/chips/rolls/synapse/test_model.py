@@ -21,7 +21,7 @@ from circuits.solver.transient import simulate
 DEFAULTS = BLOCK.defaults
 
 
-@pytest.mark.parametrize("kind", ["gate", "ideal"])
+@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
 def test_the_devices_are_those_of_the_circuit(kind: BiasKind) -> None:
     silicon = Silicon(ROLLS_180, 40.0, Die(number=1003))
     circuit = rebias(build(), kind=kind)

@@ -12,20 +12,12 @@ from statistics import stdev
 
 import pytest
 
-from circuits.blocks.bias.generator import (
-    BLOCK,
-    COARSE,
-    CODES,
-    MASTER_CURRENT,
-    REFERENCE_C,
-    Params,
-    build,
-    output_current,
-    transistor_current,
-)
+from circuits.blocks.bias.generator import BLOCK, Params, build, output_current, transistor_current
 from circuits.devices import Source, Transistor
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError, UnknownNameError
+from circuits.generator.circuit import MASTER_CURRENT
+from circuits.generator.code import COARSE, CODES, REFERENCE_C
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon

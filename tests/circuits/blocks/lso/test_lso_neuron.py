@@ -50,7 +50,7 @@ def test_the_first_spike_and_the_step_are_those_of_the_equations() -> None:
     assert BLOCK.outcome(run()) == "silent"
 
 
-@pytest.mark.parametrize("kind", ["gate", "ideal"])
+@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
 def test_counts_stay_where_temperature_moves_currents(kind: str) -> None:
     circuit = rebias(build(), {}, kind)  # type: ignore[arg-type]
     for celsius, duration in ((0.0, 15e-3), (60.0, 6e-3)):

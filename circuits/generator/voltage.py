@@ -1,0 +1,160 @@
+"""Voltages of the bias generator's lines on a die: the operating point of its circuit, part by part.
+
+No line draws direct current from what it shares with others, since only gates stand between them. So the
+shared part is solved first, once a chip, and then all lines that are asked for at once. What comes out is
+the operating point of the whole circuit.
+
+The core's resistor is chosen for the process (ours): the nominal core makes its master current at 27 degC. On
+a die every transistor deviates at its own place, `chip/bias generator/...`; resistors do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from circuits.arrays import F64
+from circuits.devices import Transistor
+from circuits.generator.circuit import MASTER_CURRENT, line, masters
+from circuits.generator.code import COARSE, REFERENCE_C, codes_of, currents_of
+from circuits.generator.solve import Network, no_room, rest_state
+from circuits.silicon.die import NOMINAL, Path, Place
+from circuits.silicon.process import Process, TransistorAtTemperature
+from circuits.silicon.silicon import NO_DEVIATION, Deviation, Silicon
+
+GENERATOR = ("bias generator", ())
+"""Part of a place on a die; with its space it cannot be the name of an instance."""
+
+_SHARED = ("shared masters", ())
+_RANGES = tuple(f"range_{k}" for k in range(len(COARSE)))
+_RESISTANCE = 148e3  # Ohm, where the search for a process's resistor begins
+_LEAST = 0.1 * _RESISTANCE  # Ohm, below which a core has no room to work; ours
+_ROUNDS = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """Lines of a chip's generator, one for each current of a bias.
+
+    place : of the chip.
+    port, shape : the bias port, and how many lines it has along each axis.
+    index : of the one line that is meant, where the port has more than are asked for; None for all.
+    device : a device that is biased.
+    """
+
+    place: Place
+    port: str
+    shape: tuple[int, ...]
+    index: tuple[int, ...] | None
+    device: Transistor
+
+
+def line_voltages(lines: Line, current: F64, silicon: Silicon, resistance: float | None = None) -> F64:
+    """Voltages of lines whose codes are nearest to currents, V, float64 of the currents' shape.
+
+    Raises `ParameterError` for a current that no code reaches, and `SolverError` where the circuit does not
+    work at the silicon's supply.
+
+    Parameters
+    ----------
+    lines
+        Where the lines stand, and for what device.
+    current
+        Currents at `REFERENCE_C`, A, above zero.
+    silicon
+        Process, supply, temperature and die.
+    resistance
+        The core's resistor, Ohm; the one that is chosen for the process unless given, so that a supply that
+        moves must keep its own.
+    """
+    codes = codes_of(current).reshape(-1, 2)
+    chosen = tuple((int(coarse), int(fine)) for coarse, fine in codes)
+    own = resistor_of(silicon.process) if resistance is None else resistance
+    found = _solved(lines, chosen, replace(silicon, place=lines.place), own)
+    return np.array(found).reshape(current.shape)
+
+
+@lru_cache(maxsize=4096)
+def _solved(
+    lines: Line, codes: tuple[tuple[int, int], ...], silicon: Silicon, resistance: float
+) -> tuple[float, ...]:
+    shared = _masters(silicon, resistance)
+    network = Network([line(fine, lines.device) for _, fine in codes], ("0", "vdd", "range_n"))
+    if lines.index is None:
+        path: Path = (GENERATOR, (lines.port, lines.shape))
+        deviation = _deviation(network, silicon, path)
+    else:
+        there = (*lines.place, GENERATOR, (lines.port, lines.index))
+        deviation = _deviation(network, replace(silicon, place=there), ())
+    given = {
+        "vdd": np.full(len(codes), silicon.process.v_dd),
+        "range_n": np.array([shared[coarse] for coarse, _ in codes]),
+    }
+    found = rest_state(network, silicon, deviation, given, _line_start(network, codes, silicon))
+    return tuple(found["v_n" if lines.device.polarity == "n" else "v_p"].tolist())
+
+
+@lru_cache(maxsize=256)
+def _masters(silicon: Silicon, resistance: float) -> tuple[float, ...]:
+    """Gate voltages of the diodes of all coarse currents on a chip, V."""
+    network = Network([masters(resistance)], ("0", "vdd"))
+    deviation = _deviation(network, silicon, (GENERATOR, _SHARED))
+    found = _core_state(network, silicon, deviation)
+    return tuple(float(found[name][0]) for name in _RANGES)
+
+
+@lru_cache(maxsize=32)
+def resistor_of(process: Process) -> float:
+    """Resistor with which the nominal core makes `MASTER_CURRENT` at `REFERENCE_C` in a process, Ohm.
+
+    Raises `SolverError` where it makes none at the process's supply.
+    """
+    nominal = Silicon(process, REFERENCE_C, NOMINAL)
+    resistance = _RESISTANCE
+    for _ in range(_ROUNDS):
+        network = Network([masters(resistance)], ("0", "vdd"))
+        over = float(_core_state(network, nominal, NO_DEVIATION)["core_r"][0])
+        resistance, before = over / MASTER_CURRENT, resistance
+        if resistance < _LEAST:
+            raise no_room(nominal)
+        if abs(resistance - before) < 1e-9 * before:
+            break
+    return resistance
+
+
+def _deviation(network: Network, silicon: Silicon, path: Path) -> Deviation:
+    devices, copies = network.transistors(), len(network.copies)
+    areas = np.repeat([d.gate_area for d in devices], copies)
+    paths = [(*path, (d.name, ())) for d in devices]
+    return silicon.deviations("", paths, areas)
+
+
+def _core_state(network: Network, silicon: Silicon, deviation: Deviation) -> dict[str, F64]:
+    """Rest state of what lines share."""
+    v_dd, n, p = silicon.process.v_dd, silicon.law("n").v_t0, silicon.law("p").v_t0
+    levels = {"core_n": n, "core_p": v_dd - p, "core_r": 2.0 * silicon.thermal_voltage, "kick": 0.0}
+    levels |= {"kick_a": 0.7 * v_dd, "kick_b": 0.4 * v_dd} | dict.fromkeys(_RANGES, n)
+    start = {name: np.array([levels.get(name, 0.6 * v_dd)]) for name in network.unknown()}
+    return rest_state(network, silicon, deviation, {"vdd": np.array([v_dd])}, start)
+
+
+def _line_start(
+    network: Network, codes: Sequence[tuple[int, int]], silicon: Silicon
+) -> Mapping[str, F64]:  # fmt: skip
+    """A guess of a line's nodes: weak inversion's logarithms of the currents, below the supply or ground."""
+    v_dd, n, p = silicon.process.v_dd, silicon.law("n"), silicon.law("p")
+    whole = np.array([COARSE[coarse] for coarse, _ in codes])
+    out = currents_of(np.array(codes))
+    below_gate = n.kappa * (v_dd - n.v_t0) - n.u_t * np.log(whole / n.square_current)
+    splitter = np.clip(below_gate, 0.1 * v_dd, v_dd - p.v_t0)
+    levels = {
+        "sum": v_dd - _gate(p, out), "v_n": _gate(n, out), "v_p": v_dd - _gate(p, out), "f0": splitter,
+    }  # fmt: skip
+    return {name: levels.get(name, splitter) for name in network.unknown()}
+
+
+def _gate(law: TransistorAtTemperature, current: F64) -> F64:
+    return np.asarray(law.v_t0 + law.u_t / law.kappa * np.log(current / law.square_current))
