@@ -91,7 +91,11 @@ class Law:
 
 @cache
 def law_of(process: Process) -> Law:
-    """Return today's law of a process, which is evaluated once: it takes some milliseconds."""
+    """Return today's law of a process, which is evaluated once: it takes some milliseconds.
+
+    It is without components of variation, for records are measured on dies that have none.
+    """
+    process = replace(process, components=None)
     currents = [_currents(process, model, t) for model in _models(process) for t in TEMPERATURES]
     families = {
         "unit": [parse_quantity(f"1{prefix}s", "s", "unit") for prefix in PREFIXES],
@@ -121,7 +125,8 @@ def changed(kept: Law) -> str:
 def law_text(law: Law) -> tuple[str, F64]:
     """Return a law as text and numbers, float64, one dimension, which `law_from` reads to the bit."""
     sizes = {family: values.size for family, values in law.values.items()}
-    text = json.dumps({"process": asdict(law.process), "solver": law.solver, "families": sizes})
+    process = {name: value for name, value in asdict(law.process).items() if name != "components"}
+    text = json.dumps({"process": process, "solver": law.solver, "families": sizes})
     return text, np.concatenate(list(law.values.values()))
 
 

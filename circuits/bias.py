@@ -175,9 +175,10 @@ def _gates(circuit: str, bias: Bias, device: Transistor, current: F64, silicon: 
     area = device.width * device.length * device.multiplicity
     if bias.place is None:
         path = (*bias_path(bias.port, current.shape), (device.name, ()))
-        deviation = silicon.deviation(circuit, path, area)
+        deviation = silicon.deviation(circuit, path, area, device.polarity)
     else:
-        deviation = replace(silicon, place=bias.place).deviation(circuit, ((device.name, ()),), area)
+        there = replace(silicon, place=bias.place)
+        deviation = there.deviation(circuit, ((device.name, ()),), area, device.polarity)
     v_t0, beta = (np.broadcast_to(d, current.size) for d in deviation)
     law = silicon.law(device.polarity)
     scale = kelvin(silicon.temperature_c) / kelvin(reference)
@@ -212,7 +213,8 @@ def die_current(circuit: Circuit, bias: Bias, silicon: Silicon) -> float:
     device = _biased_device(circuit, bias)
     path = tuple((name, ()) for name in (bias.device or "").split("."))
     area = device.width * device.length * device.multiplicity
-    v_t0, beta = (float(np.ravel(d)[0]) for d in silicon.deviation(circuit.name, path, area))
+    deviation = silicon.deviation(circuit.name, path, area, device.polarity)
+    v_t0, beta = (float(np.ravel(d)[0]) for d in deviation)
     law = silicon.law(device.polarity)
     own = replace(law, v_t0=law.v_t0 + v_t0, square_current=law.square_current * (1.0 + beta))
     return float(_saturated(own, device, bias_voltages(circuit, bias, silicon), silicon))

@@ -27,7 +27,7 @@ from chips.latency.design import NAME, REACH, Biases, Charges, Design, gate_volt
 from chips.latency.measure import QUANTITIES, SYNAPSES, circuits
 from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from chips.measured.timer import COMPARATOR
-from chips.model_law import check_law
+from chips.model_law import check_capacitors, check_law
 from chips.validity import require_area
 from circuits.arrays import F64, I64
 from circuits.blocks.latency import neuron, unit
@@ -132,6 +132,7 @@ def lumped(design: Design, biases: Biases, silicon: Silicon, area: float = 1.0) 
     """
     require_area(NAME, area, LEAST_AREA)
     check_law(silicon.process)
+    check_capacitors(NAME, silicon.die)
     check_box(NAME, silicon, tables_of(NAME, circuits, silicon.process))
     return _Maker(design, biases, silicon, area).make()
 

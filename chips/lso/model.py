@@ -29,7 +29,7 @@ from chips.lso.measure import LEVEL_COMPARATOR, LEVELS, QUANTITIES, circuits
 from chips.lso.place import NAME, line_volts
 from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from chips.measured.timer import COMPARATOR
-from chips.model_law import check_law
+from chips.model_law import check_capacitors, check_law
 from chips.validity import require_area
 from circuits.arrays import F64
 from circuits.blocks.latency.synapse import REFERENCE
@@ -90,6 +90,7 @@ def head_on(silicon: Silicon, kind: BiasKind = "gate", area: float = 1.0) -> Hea
     """
     require_area(NAME, area, LEAST_AREA)
     check_law(silicon.process)
+    check_capacitors(NAME, silicon.die)
     check_box(NAME, silicon, tables_of(RECORD, circuits, silicon.process))
     return _Maker(silicon, kind, area).make()
 

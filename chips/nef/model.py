@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.model_law import check_law
+from chips.model_law import check_capacitors, check_law
 from chips.nef import circuit as nef_circuit
 from circuits.arrays import F64
 from circuits.blocks.nef.encoder import BITS
@@ -225,6 +225,7 @@ def _on_chip(
 ) -> DieDevices:  # fmt: skip
     """Devices of an array of a part of the chip, with the chip's biases on the ports that it has."""
     check_law(silicon.process)
+    check_capacitors(nef_circuit.NAME, silicon.die)
     given = {b.name: b for b in biases}
     own = tuple(
         replace(b, kind=given[b.name].kind, value=given[b.name].value) if b.name in given else b

@@ -24,6 +24,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from chips.measured.interpolation import lagrange_weights
+from chips.model_law import check_capacitors
 from chips.ranging.law import Effects, Neurons, Pull, pull_low
 from chips.ranging.record import ReboundRecord, rebound_key, record_of
 from chips.record_file import stale
@@ -290,6 +291,7 @@ def gates_on(model: ReboundModel, silicon: Silicon) -> dict[str, F64]:
 
 def devices_on(model: ReboundModel, silicon: Silicon, gate: Mapping[str, F64]) -> Devices:
     """Return the transistors of all neurons of the model on a silicon; gate: of the bias ports, V."""
+    check_capacitors(model.circuit.name, silicon.die)
     typical = Silicon(silicon.process, silicon.temperature_c)
     neuron = neuron_of(model.circuit)
     array = "" if neuron is model.circuit else f"{model.circuit.instances[0].name}."

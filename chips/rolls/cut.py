@@ -83,10 +83,18 @@ def cut_row(program: Program, neuron: int, kind: BiasKind = "gate", params: Para
 
 
 def silicon_of(cut: Cut, silicon: Silicon) -> Silicon:
-    """Return the silicon on which every device of the cut has the deviations of its own place on the chip."""
+    """Return the silicon on which every device of the cut has the deviations of its own place on the chip.
+
+    Raises `ParameterError` for a die with components of variation beside the plain ones.
+    """
     die = silicon.die
     if die.number is None:
         return silicon
+    if die.components:
+        raise ParameterError(
+            f"row[{cut.neuron}]: {die}, a row by itself has no gradients of its place on the chip; leave the"
+            " variation plain"
+        )
     names: dict[str, int] = {}
     values: list[float] = []
     place: Place = ((NAME, ()),)

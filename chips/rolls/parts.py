@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from chips.model_law import check_capacitors
 from chips.rolls.circuit import NAME, bias_ports
 from circuits.arrays import F64
 from circuits.bias import bias_voltages
@@ -34,6 +35,7 @@ def devices_at(
     gates: voltages by bias port of `circuit`, V; wanted: devices by path, all unless given; prefix: put
     before the names. Copies are counted with the last index of `place` running fastest.
     """
+    check_capacitors(NAME, silicon.die)
     on_chip = replace(silicon, place=((NAME, ()),))
     return on_die(circuit, on_chip, wanted, ((NAME, ()), *place), gates).flat().renamed("", prefix)
 

@@ -52,7 +52,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chips.measured.table_record import tables_of
-from chips.model_law import check_law
+from chips.model_law import check_capacitors, check_law
 from chips.selection.kernel import NOBODY, Selection, decide, inversion
 from chips.validity import require_area, require_inside
 from circuits.arrays import F64
@@ -116,6 +116,7 @@ def selection(
     """
     require_area("selection", area, LEAST_AREA)
     check_law(silicon.process)
+    check_capacitors("selection", silicon.die)
     selection_errors()  # a closed form has no tables, but its errors may be of another circuit or law
     require_inside("selection.temperature", silicon.temperature_c, MEASURED, "degC")
     require_inside("selection.supply", silicon.process.v_dd, (AMI_1500.v_dd,), "V")

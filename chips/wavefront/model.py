@@ -27,7 +27,7 @@ from scipy.interpolate import CubicSpline
 
 from chips.measured.interpolation import lagrange_weights
 from chips.measured.table_record import tables_of, temperature_weights
-from chips.model_law import check_law
+from chips.model_law import check_capacitors, check_law
 from chips.record import Record
 from chips.record_file import stale
 from chips.validity import require_inside
@@ -127,6 +127,7 @@ def _model(
 
 def axon_draws(model: AxonModel, silicon: Silicon) -> AxonDraws:
     """Return the deviations of the model's axons on the silicon's die, as the transistor level draws them."""
+    check_capacitors(model.circuit.name, silicon.die)
     place: Path = ((model.circuit.name, ()), *((name, model.shape) for name in model.prefix))
     d = on_die(model.axon, silicon.of_area(model.area), (SINK, *LOCAL, TAIL), place).flat()
     local = np.stack([d.fet[name].v_t0 for name in LOCAL], axis=-1)

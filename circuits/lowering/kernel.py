@@ -30,7 +30,9 @@ from circuits.errors import TopologyError
 from circuits.lowering.check import check_flat, check_supplies
 from circuits.lowering.factor import Factor, elimination_order, factor_program
 from circuits.lowering.flatten import DeviceGroup, FlatCircuit, flatten
+from circuits.lowering.made import made
 from circuits.silicon.die import Die
+from circuits.silicon.passive import deviates
 from circuits.silicon.process import POLARITIES
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
@@ -144,6 +146,7 @@ class _Parts:
     """What the device types add while the circuit is lowered; rows and columns are node columns."""
 
     silicon: Silicon
+    circuit: str  # name of the whole circuit
     column: I64
     amplifier_terminal: list[I64] = field(default_factory=list)
     amplifier_value: list[F64] = field(default_factory=list)
@@ -184,13 +187,10 @@ def to_kernel(
     column[0] = columns - 1
     for number, k in fixed:
         column[number] = unknowns + k
-    parts = _Parts(silicon, column)
+    parts = _Parts(silicon, flat.circuit.name, column)
     for group in flat.groups:
         add_device(group.device, group, parts)
-    for k, source in enumerate(sources):
-        if source.quantity == "current":
-            node = column[flat.port_nodes(source.node)]
-            parts.conductance.append((node, np.full_like(node, unknowns + k), np.full(node.size, -1.0)))
+    parts.conductance += _current_sources(sources, flat, column, unknowns)
     lines = tuple(polyline(f"{testbench.title}.{s.name}", s.waveform) for s in sources)
     sampled = tuple(isinstance(s.waveform, Sampled) for s in sources)
     return Machine(
@@ -199,6 +199,16 @@ def to_kernel(
         _merge(parts.charge, unknowns, columns), _merge(parts.conductance, unknowns, columns), column,
         tuple(flat.node_names()),
     )  # fmt: skip
+
+
+def _current_sources(
+    sources: Iterable[Source], flat: FlatCircuit, column: I64, unknowns: int
+) -> Iterable[Triplets]:
+    """What current sources add to the conductances: their values' columns, in the rows of their nodes."""
+    for k, source in enumerate(sources):
+        if source.quantity == "current":
+            node = column[flat.port_nodes(source.node)]
+            yield node, np.full_like(node, unknowns + k), np.full(node.size, -1.0)
 
 
 def complete_sources(testbench: Testbench, flat: FlatCircuit, silicon: Silicon) -> list[Source]:
@@ -220,11 +230,14 @@ def _bias_sources(testbench: Testbench, flat: FlatCircuit, silicon: Silicon) -> 
 def on_die(machine: Machine, die: Die) -> Machine:
     """The same machine on another die, without the work of lowering its testbench again.
 
-    Equal to lowering the testbench on that die: a die changes the transistors' coefficients, and the voltages
-    of biases that stand on it.
+    Equal to lowering the testbench on that die: a die changes the transistors' coefficients, the values of
+    capacitors and resistors where they deviate, and the voltages of biases that stand on it.
     """
-    silicon = replace(machine.silicon, die=die)
+    before, silicon = machine.silicon, replace(machine.silicon, die=die)
     kernel = machine.kernel._replace(transistors=_transistor_table(machine.flat, machine.column, silicon))
+    top = ((machine.flat.circuit.name, ()),) if silicon.place is None else silicon.place
+    if deviates(die, top) or deviates(before.die, top):
+        machine, kernel = _with_passives(machine, kernel, silicon)
     lines = machine.polylines
     if any(bias.kind in {"ideal", "generator"} for bias in machine.testbench.circuit.biases):
         given = len(machine.testbench.sources)
@@ -232,6 +245,23 @@ def on_die(machine: Machine, die: Die) -> Machine:
         title = machine.testbench.title
         lines = (*lines[:given], *(polyline(f"{title}.{s.name}", s.waveform) for s in biases))
     return replace(machine, silicon=silicon, kernel=kernel, polylines=lines)
+
+
+def _with_passives(machine: Machine, kernel: Kernel, silicon: Silicon) -> tuple[Machine, Kernel]:
+    """The machine and its kernel with the capacitances and resistances of a silicon; no pattern changes."""
+    parts = _Parts(silicon, machine.flat.circuit.name, machine.column)
+    for group in machine.flat.groups:
+        add_device(group.device, group, parts)
+    sources = machine.testbench.sources
+    parts.conductance += _current_sources(sources, machine.flat, machine.column, kernel.unknowns)
+    n, columns = kernel.unknowns, kernel.columns
+    charge, conductance = (_merge(m, 0, n)[2] for m in (parts.charge, parts.conductance))
+    kernel = kernel._replace(
+        charge=kernel.charge._replace(value=charge),
+        conductance=kernel.conductance._replace(value=conductance),
+    )
+    outside = [_merge(m, n, columns) for m in (parts.charge, parts.conductance)]
+    return replace(machine, source_charge=outside[0], source_conductance=outside[1]), kernel
 
 
 def pack_sources(lines: tuple[Polyline, ...], sampled: tuple[bool, ...]) -> Sources:
@@ -257,7 +287,8 @@ def _transistor_table(flat: FlatCircuit, column: I64, silicon: Silicon) -> Trans
         [np.zeros(0, np.bool_), *(np.full(g.nodes.shape[1], d.polarity == "n") for g, d in groups)]
     )
     paths = [(*g.path, (d.name, ())) for g, d in groups]
-    v_t0, beta = silicon.deviations(flat.circuit.name, paths, width * length * multiplicity)
+    area, polarities = width * length * multiplicity, [d.polarity for _, d in groups]
+    v_t0, beta = silicon.deviations(flat.circuit.name, paths, area, polarities)
     arrays = {
         polarity: transistor_arrays(
             terminal.astype(np.int32),
@@ -293,13 +324,13 @@ def _(device: Transistor, group: DeviceGroup, parts: _Parts) -> None:
 @add_device.register
 def _(device: Capacitor, group: DeviceGroup, parts: _Parts) -> None:
     a, b = parts.column[group.nodes]
-    _two_terminal(parts.charge, a, b, group.parameters["capacitance"])
+    _two_terminal(parts.charge, a, b, made(group, parts.circuit, parts.silicon))
 
 
 @add_device.register
 def _(device: Resistor, group: DeviceGroup, parts: _Parts) -> None:
     a, b = parts.column[group.nodes]
-    _two_terminal(parts.conductance, a, b, 1.0 / group.parameters["resistance"])
+    _two_terminal(parts.conductance, a, b, 1.0 / made(group, parts.circuit, parts.silicon))
 
 
 @add_device.register

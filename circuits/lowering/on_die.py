@@ -314,7 +314,9 @@ def on_die(
     areas = [_spread(s.size["width"] * s.size["length"] * s.size["multiplicity"], shape)
              for s, shape in zip(sites, shapes, strict=True)]  # fmt: skip
     every = np.concatenate([np.zeros(0), *areas])
-    v_t0, beta = (np.broadcast_to(x, every.size) for x in silicon.deviations(chip, paths, every))
+    polarities = [site.device.polarity for site in sites]
+    local = silicon.deviations(chip, paths, every, polarities)
+    v_t0, beta = (np.broadcast_to(x, every.size) for x in local)
     laws = {polarity: silicon.law(polarity) for polarity in POLARITIES}
     fets, start = {}, 0
     for name, site, shape, area in zip(names, sites, shapes, areas, strict=True):

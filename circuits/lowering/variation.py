@@ -1,7 +1,10 @@
 """The standard normal draws behind a circuit's transistors on a die, with a label for each.
 
 There are two for each transistor (V_T0 and beta) where the die has mismatch, and two for each polarity where
-its process varies. The labels are those of `circuits.silicon.sampling`.
+its process varies. A die with components of variation has more: four a polarity for its gradients, two for
+what a wafer shares, one for each capacitor, and those of what all its capacitors and all its resistors share.
+A lot's draws have no label here: dies of a study are of one lot, so that nothing varies by them. The labels
+are those of `circuits.silicon.sampling`.
 """
 
 from __future__ import annotations
@@ -9,9 +12,13 @@ from __future__ import annotations
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.devices import Transistor
+from circuits.devices import Capacitor, Resistor, Transistor
+from circuits.devices.device import Device
 from circuits.lowering.flatten import FlatCircuit
-from circuits.silicon.die import PARAMETERS, SHARED_PLACE, Die, Path, Place, standard_normals
+from circuits.silicon.die import PARAMETERS, SHARED_PLACE, WAFER_PLACE, Die, Path, Place, standard_normals
+from circuits.silicon.floor_plan import BOARDS
+from circuits.silicon.gradient import GRADIENT_PLACE, slope_names
+from circuits.silicon.passive import QUANTITY, Kind
 from circuits.silicon.process import POLARITIES
 from circuits.silicon.sampling import labels
 from circuits.silicon.silicon import Silicon
@@ -37,16 +44,31 @@ def variation_draws(flat: FlatCircuit, silicon: Silicon, die: Die) -> F64:
 
 def _families(flat: FlatCircuit, silicon: Silicon) -> list[tuple[Place, list[Path], str]]:
     """Place, paths and parameter of what is drawn at once."""
-    place = ((flat.circuit.name, ()),) if silicon.place is None else silicon.place
-    groups = [g for g in flat.groups if isinstance(g.device, Transistor)]
-    paths: list[Path] = [(*g.path, (g.device.name, ())) for g in groups]
+    die, place = silicon.die, ((flat.circuit.name, ()),) if silicon.place is None else silicon.place
+    paths = _paths(flat, Transistor)
     found: list[tuple[Place, list[Path], str]] = []
-    if silicon.die.mismatch and paths:
+    if die.mismatch and paths:
         found += [(place, paths, parameter) for parameter in PARAMETERS]
-    if silicon.die.process and silicon.die.corner == "random":
+    if die.mismatch and paths and die.variation != "plain":
+        found += [(GRADIENT_PLACE, [((p, ()),)], name) for p in POLARITIES for name in slope_names()]
+    shared: list[tuple[str, str]] = [
+        (polarity, parameter) for polarity in POLARITIES for parameter in PARAMETERS
+    ]
+    if die.variation == "full" and place[0][0] not in BOARDS:
+        kinds: dict[Kind, list[Path]] = {
+            "capacitor": _paths(flat, Capacitor), "resistor": _paths(flat, Resistor)
+        }  # fmt: skip
+        if die.mismatch and kinds["capacitor"]:
+            found.append((place, kinds["capacitor"], QUANTITY["capacitor"]))
+        shared += [(kind, QUANTITY[kind]) for kind, there in kinds.items() if there]
+    if die.process and die.corner == "random":
+        levels = (SHARED_PLACE,) if die.variation == "plain" else (SHARED_PLACE, WAFER_PLACE)
         found += [
-            (SHARED_PLACE, [((polarity, ()),)], f"shared.{parameter}")
-            for polarity in POLARITIES
-            for parameter in PARAMETERS
+            (level, [((kind, ()),)], f"shared.{parameter}") for level in levels for kind, parameter in shared
         ]
     return found
+
+
+def _paths(flat: FlatCircuit, kind: type[Device]) -> list[Path]:
+    """Paths of all devices of a type."""
+    return [(*g.path, (g.device.name, ())) for g in flat.groups if isinstance(g.device, kind)]

@@ -11,6 +11,11 @@ Local mismatch falls with the square root of area (Pelgrom 1989). Published coef
 of devices, so that one device has `sigma = A / sqrt(2 m W L)`. Process variation is one draw for each die,
 polarity and parameter; a corner sets it to plus or minus 3 sigma instead.
 
+A die may have more components (`circuits.silicon.components`). What its devices share is then the sum of
+draws of its lot, its wafer and its own, `sqrt(share) z` each, so that their variance together is the same,
+and nFETs and pFETs are correlated. Each draw is keyed by what it belongs to: the lot, the lot and the wafer,
+the lot and the die. A draw of a lot or a wafer is that of all its dies.
+
 Source: Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3" (2011), Philox4x32-10.
 """
 
@@ -30,6 +35,7 @@ from circuits.arrays import F64, U32
 from circuits.checks import require_choice, require_type
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
+from circuits.silicon.components import DIES_A_WAFER, EXTENTS, Components, Extent
 from circuits.silicon.process import Polarity, Process
 from circuits.silicon.sampling import Sampling
 
@@ -45,7 +51,10 @@ _SLOW = {"typical": (0, 0), "ss": (1, 1), "ff": (-1, -1), "sf": (1, -1), "fs": (
 
 PARAMETERS = ("v_t0", "beta")
 # no device has a dotted parameter, so that a circuit called `process` shares no key with `shared.v_t0`
+_SHARED = "shared."
 SHARED_PLACE: Place = (("process", ()),)
+WAFER_PLACE: Place = (("wafer", ()),)
+LOT_PLACE: Place = (("lot", ()),)
 
 _COUNTERS = 4  # 32-bit words of the counter: index dimensions that a path may have
 
@@ -67,6 +76,9 @@ class Die:
         Whether local deviations, and those that all devices of a die share, are drawn.
     sampling : Sampling or None
         Plan of a study whose draws take the place of the die's own.
+    variation : str
+        Which components of variation it has beside: `plain` for none, `transistors` for those of
+        transistors, `full` for those of capacitors and resistors too.
     """
 
     lot: str = "A"
@@ -75,6 +87,7 @@ class Die:
     mismatch: bool = True
     process: bool = True
     sampling: Sampling | None = None
+    variation: Extent = "plain"
 
     def __post_init__(self) -> None:
         """Keep lot and number in Python's own types: the key is made of their text."""
@@ -82,6 +95,7 @@ class Die:
         if self.number is not None:
             object.__setattr__(self, "number", _whole(self.number))
         require_choice("corner", self.corner, CORNERS)
+        require_choice("variation", self.variation, EXTENTS)
         for name in ("mismatch", "process"):
             require_type(f"die.{name}", getattr(self, name), bool, "True or False")
 
@@ -91,9 +105,15 @@ class Die:
         parts = [name, "" if self.corner == "random" else self.corner]
         if self.number is not None:
             parts += ["" if self.mismatch else "no mismatch", "" if self.process else "no process variation"]
+            parts += ["" if self.variation == "plain" else f"{self.variation} variation"]
         if self.number is not None and self.sampling is not None:
             parts.append(f"plan {self.sampling.name}")
         return " ".join(p for p in parts if p)
+
+    @property
+    def components(self) -> bool:
+        """Whether its transistors have components of variation beside the plain ones."""
+        return self.number is not None and self.variation != "plain"
 
 
 NOMINAL = Die()
@@ -114,7 +134,8 @@ def standard_normals(die: Die, place: Place, paths: Sequence[Path], parameter: s
     there on, the device's name last with shape (). parameter: name of what is drawn. Raises `ParameterError`
     for more than four index dimensions in all.
     """
-    own = _normals(die, [_names(place, path) for path in paths], _places(place, paths), parameter)
+    names, key = [_names(place, path) for path in paths], _key(die, place, parameter)
+    own = _normals(key, names, _places(place, paths), parameter)
     return _planned(die, place, paths, parameter, own)
 
 
@@ -129,14 +150,15 @@ def mismatch(
         return 0.0, 0.0
     root = np.sqrt(2.0 * np.asarray(area))
     names, places = [_names(place, path) for path in paths], _places(place, paths)
+    key = _key(die, place, PARAMETERS[0])
     v_t0, beta = (
-        _planned(die, place, paths, name, _normals(die, names, places, name)) for name in PARAMETERS
+        _planned(die, place, paths, name, _normals(key, names, places, name)) for name in PARAMETERS
     )
     return v_t0 * process.pair_a_vt / root, beta * process.pair_a_beta / root
 
 
 def shared(die: Die, process: Process, polarity: Polarity) -> Shift:
-    """Deviations that all devices of a polarity share on a die."""
+    """Deviations that all devices of a polarity share on a die; raises as `components_of`."""
     variation = process.variation
     if die.corner != "random":
         slow = CORNER_SIGMAS * _SLOW[die.corner][0 if polarity == "n" else 1]
@@ -144,10 +166,63 @@ def shared(die: Die, process: Process, polarity: Polarity) -> Shift:
     if die.number is None or not die.process:
         return Shift(0.0, 0.0)
     v_t0, beta = (
-        float(standard_normals(die, SHARED_PLACE, [((polarity, ()),)], f"shared.{name}")[0])
+        _shared_normal(die, process, polarity, name) if die.components else _own(die, polarity, name)
         for name in PARAMETERS
     )
     return Shift(v_t0 * variation.sigma_v_t0, beta * variation.sigma_beta)
+
+
+def shared_relative(die: Die, process: Process, kind: str, parameter: str, sigma: float) -> float:
+    """Relative shift of all devices of a kind on a die, such as `capacitor` of the parameter `capacitance`.
+
+    sigma: its standard deviation over all lots. It is 0 at a corner, which says transistors alone. Raises as
+    `components_of`.
+    """
+    if not (die.components and die.process and die.corner == "random"):
+        return 0.0
+    return sigma * _levels(die, components_of(process), kind, parameter)
+
+
+def components_of(process: Process) -> Components:
+    """Components of a process; raises `ParameterError` where it states none."""
+    if process.components is None:
+        raise ParameterError(
+            f"{process.name}.components: none stated, a die with components of variation needs them; state"
+            " them, or leave the variation plain"
+        )
+    return process.components
+
+
+def _shared_normal(die: Die, process: Process, polarity: Polarity, parameter: str) -> float:
+    """Standard normal of what a polarity shares, which n and p have correlated."""
+    figures = components_of(process)
+    own = _levels(die, figures, polarity, parameter)
+    if polarity == "n":
+        return own
+    rho = figures.correlation_v_t0 if parameter == "v_t0" else figures.correlation_beta
+    return rho * _levels(die, figures, "n", parameter) + math.sqrt(1.0 - rho**2) * own
+
+
+def _levels(die: Die, figures: Components, kind: str, parameter: str) -> float:
+    """Standard normal of a lot, a wafer and a die together."""
+    lot, wafer = (_own(die, kind, parameter, place) for place in (LOT_PLACE, WAFER_PLACE))
+    shares = figures.lot_share, figures.wafer_share, 1.0 - figures.lot_share - figures.wafer_share
+    each = lot, wafer, _own(die, kind, parameter)
+    return sum(math.sqrt(max(share, 0.0)) * z for share, z in zip(shares, each, strict=True))
+
+
+def _own(die: Die, kind: str, parameter: str, place: Place = SHARED_PLACE) -> float:
+    return float(standard_normals(die, place, [((kind, ()),)], _SHARED + parameter)[0])
+
+
+def _key(die: Die, place: Place, parameter: str) -> str:
+    """What a draw is keyed by beside its names: the die, or the wafer or lot that it belongs to."""
+    owner = repr(die.number)
+    if place == WAFER_PLACE and parameter.startswith(_SHARED):
+        owner = repr(f"wafer {(die.number or 0) // DIES_A_WAFER}")
+    elif place == LOT_PLACE and parameter.startswith(_SHARED):
+        owner = repr("lot")
+    return f"({die.lot!r}, {owner}, "
 
 
 def _planned(die: Die, place: Place, paths: Sequence[Path], parameter: str, own: F64) -> F64:
@@ -199,9 +274,9 @@ def _places(place: Place, paths: Sequence[Path]) -> _Places:
     return _Places(counters, counts)
 
 
-def _normals(die: Die, names: Sequence[str], places: _Places, parameter: str) -> F64:
-    """Draws at all places, the 64-bit key of each path being a hash of die, names and parameter."""
-    before, after = f"({die.lot!r}, {die.number!r}, ", f", {parameter!r})"
+def _normals(before: str, names: Sequence[str], places: _Places, parameter: str) -> F64:
+    """Draws at all places, the 64-bit key of each path being a hash of owner, names and parameter."""
+    after = f", {parameter!r})"
     digests = [
         hashlib.blake2b((before + n + after).encode(), digest_size=8, person=b"noctule-die").digest()
         for n in names

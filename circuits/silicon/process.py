@@ -15,11 +15,12 @@ of them, `ideal` none, as the equations of the papers do.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Literal, TypedDict, get_args
 
 from circuits.checks import require_choice, require_real, require_type
 from circuits.errors import ParameterError
+from circuits.silicon.components import AMI_1500_COMPONENTS, ROLLS_180_COMPONENTS, Components
 
 BOLTZMANN = 1.380649e-23  # J/K
 """Boltzmann's constant, J/K."""
@@ -170,6 +171,9 @@ class Process:
         Temperature at which the models' numbers hold, degC.
     variation : Variation
         Spread from die to die.
+    components : Components or None
+        Components of variation that a die has beside these where it is asked for them; None where the process
+        states none.
     """
 
     name: str
@@ -180,6 +184,7 @@ class Process:
     pair_a_beta: float
     nominal_temperature_c: float = 27.0
     variation: Variation = Variation()
+    components: Components | None = field(default=None, repr=False)  # of dies that have them alone
 
     def __post_init__(self) -> None:
         require_type("process.name", self.name, str, "a name")
@@ -189,6 +194,8 @@ class Process:
         for name in ("v_dd", "pair_a_vt", "pair_a_beta", "nominal_temperature_c"):
             require_real(f"{self.name}.{name}", getattr(self, name), "SI")
         require_type(f"{self.name}.variation", self.variation, Variation, "a variation")
+        if self.components is not None:
+            require_type(f"{self.name}.components", self.components, Components, "components")
 
     def model(self, polarity: Polarity) -> TransistorModel:
         """The transistor model of one polarity."""
@@ -225,6 +232,7 @@ AMI_1500_FULL = Process(
     v_dd=5.0,
     pair_a_vt=28e-9,
     pair_a_beta=0.02e-6,
+    components=AMI_1500_COMPONENTS,
 )
 AMI_1500 = AMI_1500_FULL.ideal()
 """The AMI 1.5 um process with a supply of 5 V, in which the sonar's circuits are designed."""
@@ -256,6 +264,7 @@ ROLLS_180_FULL = Process(
     pair_a_vt=4.5e-9,
     pair_a_beta=0.01e-6,
     variation=Variation(sigma_v_t0=15e-3, sigma_beta=0.04),
+    components=ROLLS_180_COMPONENTS,
 )  # fmt: skip
 ROLLS_180 = ROLLS_180_FULL.ideal()
 """A 0.18 um process with a supply of 1.8 V, like that of ROLLS, whose own figures are not public."""

@@ -2,7 +2,8 @@
 
 A file is TOML with the fields of `circuits.silicon.process.Process` in SI units; its transistors stand in
 the tables `n` and `p` (`TransistorModel`), its spread from die to die in `variation` (`Variation`). Every
-field is stated, the second-order effects too: one that the process does not have is 0.
+field is stated, the second-order effects too: one that the process does not have is 0. The table `components`
+(`Components`) alone may be left out, by a process whose dies have the plain variation.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ from pathlib import Path
 from typing import Any
 
 from circuits.errors import DataError, ParameterError, meant
+from circuits.silicon.components import Components
 from circuits.silicon.process import PROCESSES, Effects, Process, TransistorModel, Variation
 
 _PARTS: Mapping[str, type] = {"n": TransistorModel, "p": TransistorModel, "variation": Variation}
+_COMPONENTS = "components"  # the table that may be left out
 
 
 def read_process(path: Path) -> Process:
@@ -36,7 +39,8 @@ def read_process(path: Path) -> Process:
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise DataError(f"{path}: no TOML ({error}); correct it") from None
     whole = _complete(path, "process", Process, given)
-    parts = {name: kind(**_complete(path, name, kind, whole[name])) for name, kind in _PARTS.items()}
+    tables = {**_PARTS, **({_COMPONENTS: Components} if _COMPONENTS in whole else {})}
+    parts = {name: kind(**_complete(path, name, kind, whole[name])) for name, kind in tables.items()}
     return Process(**{**whole, **parts})
 
 
@@ -82,7 +86,7 @@ def _complete(path: Path, where: str, kind: Any, given: object) -> dict[str, Any
     if not isinstance(given, dict):
         raise DataError(f"{path}: {where}: {given!r:.40}, must be a table with the terms of a process")
     names = [f.name for f in fields(kind)]
-    missing = [name for name in names if name not in given]
+    missing = [name for name in names if name not in given and name != _COMPONENTS]
     if missing:
         raise DataError(
             f"{path}: {where}: lacks {', '.join(missing)}; state each, 0 for an effect it has not"

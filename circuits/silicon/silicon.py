@@ -9,7 +9,10 @@ from typing import NamedTuple
 
 from circuits.arrays import F64
 from circuits.checks import require_type
-from circuits.silicon.die import NOMINAL, Die, Path, Place, mismatch, shared
+from circuits.errors import ParameterError
+from circuits.silicon.die import NOMINAL, Die, Path, Place, components_of, mismatch, shared
+from circuits.silicon.gradient import gradient
+from circuits.silicon.passive import Kind, passive
 from circuits.silicon.process import (
     AMI_1500,
     Polarity,
@@ -36,6 +39,18 @@ class Deviation(NamedTuple):
     beta: F64 | float
 
 
+class Change(NamedTuple):
+    """Change of capacitors or resistors on a die, by their places and by what they share.
+
+    Attributes
+    ----------
+    value : float or array
+        Relative change of the capacitance or resistance, dimensionless: float64[count], or 0 for none.
+    """
+
+    value: F64 | float
+
+
 NO_DEVIATION = Deviation(0.0, 0.0)
 
 
@@ -58,7 +73,8 @@ class Silicon:
     Raises
     ------
     ParameterError
-        The temperature is outside of what the laws hold for, or a part is of the wrong type.
+        The temperature is outside of what the laws hold for, a part is of the wrong type, or the die has
+        components of variation that the process does not state.
     """
 
     process: Process = AMI_1500
@@ -70,6 +86,8 @@ class Silicon:
         require_type("silicon.process", self.process, Process, "a process, as AMI_1500")
         require_type("silicon.die", self.die, Die, "a die, as Die('A', 1003)")
         check_temperature(self.temperature_c)
+        if self.die.components:
+            components_of(self.process)
 
     @property
     def thermal_voltage(self) -> float:
@@ -90,7 +108,9 @@ class Silicon:
         wider = replace(process, pair_a_vt=process.pair_a_vt / root, pair_a_beta=process.pair_a_beta / root)
         return replace(self, process=wider)
 
-    def deviation(self, circuit: str, path: Path, area: F64 | float) -> Deviation:
+    def deviation(
+        self, circuit: str, path: Path, area: F64 | float, polarity: Polarity | None = None
+    ) -> Deviation:
         """Local deviations of the transistors at `path` in a circuit called `circuit`.
 
         Parameters
@@ -101,10 +121,23 @@ class Silicon:
             Path of the transistors, ((instance name, shape), ..., (device name, ())).
         area
             Area m W L of each transistor, float64[count], or of all, m^2.
-        """
-        return self.deviations(circuit, (path,), area)
+        polarity
+            Their polarity, which a die with components of variation has to know.
 
-    def deviations(self, circuit: str, paths: Sequence[Path], area: F64 | float) -> Deviation:
+        Raises
+        ------
+        ParameterError
+            The die has components of variation, and no polarity is given.
+        """
+        return self.deviations(circuit, (path,), area, None if polarity is None else (polarity,))
+
+    def deviations(
+        self,
+        circuit: str,
+        paths: Sequence[Path],
+        area: F64 | float,
+        polarities: Sequence[Polarity] | None = None,
+    ) -> Deviation:
         """Local deviations of the transistors at several paths in a circuit, one after the other.
 
         Parameters
@@ -115,6 +148,41 @@ class Silicon:
             Paths, each as of `deviation`.
         area
             Area m W L of each transistor, float64[count], or of all, m^2.
+        polarities
+            Polarity of the transistors at each path, which a die with components of variation has to know.
+
+        Raises
+        ------
+        ParameterError
+            The die has components of variation, and no polarities are given.
         """
-        place = ((circuit, ()),) if self.place is None else self.place
-        return Deviation(*mismatch(self.die, self.process, place, paths, area))
+        place = self._place_of(circuit)
+        v_t0, beta = mismatch(self.die, self.process, place, paths, area)
+        if not (self.die.components and self.die.mismatch):
+            return Deviation(v_t0, beta)
+        if polarities is None:
+            raise ParameterError(
+                f"{circuit}: no polarities of its transistors, a die with gradients needs them; give them"
+            )
+        slope_v, slope_b = gradient(self.die, self.process, place, paths, polarities)
+        return Deviation(v_t0 + slope_v, beta + slope_b)
+
+    def change(self, circuit: str, paths: Sequence[Path], kind: Kind, value: F64) -> Change:
+        """Change of the capacitors or resistors at several paths in a circuit, one after the other.
+
+        Parameters
+        ----------
+        circuit
+            Name of the circuit.
+        paths
+            Paths of the devices, each as of `deviation`.
+        kind
+            Whether they are capacitors or resistors.
+        value
+            Their capacitance (F) or resistance (Ohm) as drawn, float64[count].
+        """
+        place = self._place_of(circuit)
+        return Change(passive(self.die, self.process, place, paths, kind, value))
+
+    def _place_of(self, circuit: str) -> Place:
+        return ((circuit, ()),) if self.place is None else self.place

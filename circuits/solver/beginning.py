@@ -23,6 +23,7 @@ from circuits.devices.source import polyline
 from circuits.errors import ParameterError, SolverError
 from circuits.lowering.flatten import FlatCircuit
 from circuits.lowering.kernel import Machine, complete_sources, to_kernel
+from circuits.lowering.made import made
 from circuits.silicon.silicon import Silicon
 from circuits.solver.integrate import source_values
 from circuits.solver.modes import unstable_part
@@ -227,7 +228,8 @@ def _offset(machine: Machine, before: F64) -> F64:
         device = group.device
         if isinstance(device, Capacitor) and device.ic is not None:
             a, b = machine.column[group.nodes]
-            charge = group.parameters["capacitance"] * (device.ic - (before[a] - before[b]))
+            values = made(group, machine.flat.circuit.name, machine.silicon)
+            charge = values * (device.ic - (before[a] - before[b]))
             for end, sign in ((a, 1.0), (b, -1.0)):
                 np.add.at(missing, end[end < n], sign * charge[end < n])
     if not missing.any():

@@ -24,6 +24,7 @@ import numpy as np
 from circuits.arrays import F64, Bools
 from circuits.devices import Resistor, Transistor
 from circuits.devices.transistor import TransistorWork, drain_currents, transistor_work
+from circuits.lowering.made import made
 from circuits.solver.operating_point import OperatingPoint
 
 WEAK, STRONG = 0.1, 10.0  # inversion coefficients that bound moderate inversion
@@ -122,10 +123,11 @@ def transistor_table_at(point: OperatingPoint) -> TransistorTable:
 
 def resistor_table_at(point: OperatingPoint) -> ResistorTable:
     """Table of every resistor at an operating point, in the order of the circuit."""
-    flat = point.machine.flat
+    flat, silicon = point.machine.flat, point.machine.silicon
     groups = [g for g in flat.groups if isinstance(g.device, Resistor)]
     voltage = point.voltage[point.machine.column]
-    drops = [(voltage[g.nodes[0]] - voltage[g.nodes[1]]) / g.parameters["resistance"] for g in groups]
+    values = [made(g, flat.circuit.name, silicon) for g in groups]
+    drops = [(voltage[g.nodes[0]] - voltage[g.nodes[1]]) / r for g, r in zip(groups, values, strict=True)]
     return ResistorTable(tuple(flat.labels(Resistor)), np.concatenate([np.zeros(0), *drops]))
 
 

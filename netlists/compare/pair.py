@@ -14,13 +14,13 @@ from circuits.circuit import Circuit, split_reference
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import FlatCircuit, flatten
 from circuits.lowering.graph import describe_device
-from circuits.silicon.silicon import Deviation
+from circuits.silicon.silicon import Change, Deviation
 from netlists.compare.refinement import Colours, Sides, Structure, label, labels, sides
 from netlists.read.text.name import original_name
 
 _MOST_DEVICES = 2_000_000
 
-Deviations = Mapping[str, Deviation]
+Deviations = Mapping[str, Deviation | Change]
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +118,10 @@ def _devices(flat: FlatCircuit, deviations: Deviations, first: int) -> Iterator[
         for k, nodes in enumerate((group.nodes + first).T.tolist()):
             path, sizes = group.label(k), rows[k]
             found = deviations.get(path)
-            if found is not None:
+            if isinstance(found, Change):
+                # as it is made, which a netlist without notes has alone
+                sizes = tuple((name, v * (1.0 + float(found.value))) for name, v in sizes)
+            elif found is not None:
                 sizes = (
                     *sizes,
                     ("deviation of V_T0", float(found.v_t0)),

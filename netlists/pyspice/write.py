@@ -32,7 +32,7 @@ from netlists.naming import element
 from netlists.ngspice import run as ngspice
 from netlists.registry import DEFAULT_RELTOL, POINTS
 from netlists.write.deck import held_at_start
-from netlists.write.traversal import Definition, to_design
+from netlists.write.traversal import Definition, as_made, to_design
 
 OPTIONS = {"gmin": 1e-15, "abstol": 1e-15, "chgtol": 1e-17, "trtol": 1.0, "method": "gear"}
 
@@ -171,7 +171,8 @@ def to_pyspice(testbench: Testbench, silicon: Silicon) -> TestbenchCircuit:
 def _subcircuit(definition: Definition, silicon: Silicon) -> Any:
     sub = SubCircuit(node_name(definition.name), *map(node_name, definition.ports))
     for device, deviation in definition.devices:
-        for line in format_device(device, silicon, deviation):
+        made, local = as_made(device, deviation)
+        for line in format_device(made, silicon, local):
             _add_element(sub, line)
     for call in itertools.chain.from_iterable(definition.calls):
         name = node_name(element(call.name, call.index))

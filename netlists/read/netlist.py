@@ -15,7 +15,7 @@ import numpy as np
 
 from circuits.circuit import GROUND, Circuit, references
 from circuits.errors import DataError, unknown_name
-from circuits.silicon.silicon import Deviation, Silicon
+from circuits.silicon.silicon import Change, Deviation, Silicon
 from circuits.testbench import Begin, Testbench
 from netlists.read.analysis import Analysis, Controls, read_controls
 from netlists.read.card import Card, shown
@@ -43,7 +43,8 @@ class Imported:
     analyses
         Transients, operating points and sweeps in the order of their cards.
     deviations
-        Deviations of the transistors that deviate, by instance path.
+        Deviations of the transistors that deviate, and changes of the capacitors and resistors that a die
+        changes, by instance path.
     notes
         What was not taken over and changes no circuit.
     names
@@ -65,7 +66,7 @@ class Imported:
 
     testbench: Testbench
     analyses: tuple[Analysis, ...] = ()
-    deviations: Mapping[str, Deviation] = field(default_factory=dict)
+    deviations: Mapping[str, Deviation | Change] = field(default_factory=dict)
     notes: tuple[Note, ...] = ()
     names: Mapping[str, str] = field(default_factory=dict)
     temperature_c: float | None = None

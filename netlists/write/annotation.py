@@ -10,11 +10,13 @@ A note holds one frozen dataclass, which its kind names (`KINDS`), with the fiel
 `netlists.write.field_text` has the grammar of fields. These notes stand in a netlist, in this order:
 
     noctule       format version, dialect, transistor models                            (`Header`)
-    process, variation, nmos, pmos, silicon, die, plan: the `Silicon` of the netlist    (`silicon_notes`)
+    process, variation, components, nmos, pmos, silicon, die, plan: the `Silicon` of the netlist
+                  (`silicon_notes`); `components` where its process states them
     circuit       right after a definition's first line: the circuit's name; the definition may be `NAME_2`
     port, node, bias: of that circuit, in its order
     transistor, amplifier: the device that the lines up to the next note or device write, with the values that
                   it has in this definition; `deviation` before them is what its place on the die adds
+    capacitor, resistor: one that a die changes, as it is drawn; `change` before it says by how much
     instance, array: before its calls; connections are references of the calling circuit
     parameter     of the instance or array before it: values of `shape`, nested tuples when read; `base` is
                   the value in the instance's own circuit, which the called definitions replace
@@ -24,8 +26,8 @@ A note holds one frozen dataclass, which its kind names (`KINDS`), with the fiel
     parasitic     the next line is a capacitance from a layout, no part of the circuit
     biased        the next line sets a bias port as the circuit's `bias` says, at the silicon's temperature
 
-Resistors, capacitors and linear controlled sources need no note, because their line says all. Where it does
-not, as in Verilog-A, or in CDL for a controlled source, there are `resistor`, `capacitor` and
+Other resistors and capacitors, and linear controlled sources, need no note: their line says all. Where
+it does not, as in Verilog-A, or in CDL for a controlled source, there are `resistor`, `capacitor` and
 `transconductor`.
 
 Reading. The circuit of a definition has the devices as they are written. The circuit of an instance is that
@@ -38,7 +40,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -55,10 +57,11 @@ from circuits.devices import (
 from circuits.devices.device import Device
 from circuits.devices.source import Constant, Driven, PiecewiseLinear, Pulse, Sampled, Waveform
 from circuits.errors import DataError
+from circuits.silicon.components import Components, Extent
 from circuits.silicon.die import Corner, Die, Place
 from circuits.silicon.process import Process, TransistorModel, Variation
 from circuits.silicon.sampling import Sampling
-from circuits.silicon.silicon import Deviation, Silicon
+from circuits.silicon.silicon import Change, Deviation, Silicon
 from circuits.testbench import Begin, Testbench
 from netlists.write.field_text import NumberPairs, Pairs, format_fields, parse_fields
 
@@ -66,7 +69,9 @@ FORMAT_VERSION = 1
 _BEGINS, _CONTINUES = "% ", "%+ "  # after the comment sign
 
 _WIDTH = 100
-_EXPLICIT = frozenset({"variation", "nmos", "pmos"})  # a later default must not change an old netlist
+_EXPLICIT = frozenset(
+    {"variation", "components", "nmos", "pmos"}
+)  # a later default must not change an old netlist
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +150,8 @@ class DieNote:
         Whether its devices deviate from one another.
     process : bool
         Whether it has a process deviation of its own.
+    variation : str
+        Which components of variation it has beside, one of `circuits.silicon.components.EXTENTS`.
     """
 
     lot: str
@@ -152,6 +159,7 @@ class DieNote:
     corner: Corner = "random"
     mismatch: bool = True
     process: bool = True
+    variation: Extent = "plain"
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,6 +205,19 @@ class LocalDeviation:
 
     v_t0: float
     beta: float
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeNote:
+    """What the die changes of the next capacitor or resistor.
+
+    Attributes
+    ----------
+    value : float
+        Relative change of the capacitance or resistance, dimensionless.
+    """
+
+    value: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -333,6 +354,7 @@ KINDS: dict[str, type] = {
     "noctule": Header,
     "process": ProcessFigures,
     "variation": Variation,
+    "components": Components,
     "nmos": TransistorModel,
     "pmos": TransistorModel,
     "silicon": Surroundings,
@@ -345,6 +367,7 @@ KINDS: dict[str, type] = {
     "transistor": Transistor,
     "amplifier": OperationalAmplifier,
     "deviation": LocalDeviation,
+    "change": ChangeNote,
     "instance": InstanceNote,
     "array": ArrayNote,
     "parameter": ParameterNote,
@@ -362,6 +385,7 @@ KINDS: dict[str, type] = {
     "transconductor": ControlledSource,
 }
 _DEVICES: dict[type[Device], str] = {Transistor: "transistor", OperationalAmplifier: "amplifier"}
+_PASSIVES: dict[type[Device], str] = {Capacitor: "capacitor", Resistor: "resistor"}
 _WAVEFORMS = {kind: name for name, kind in KINDS.items() if kind in get_args(Waveform)}
 
 
@@ -421,6 +445,7 @@ def silicon_notes(silicon: Silicon) -> list[Annotation]:
     return [
         Annotation("process", ProcessFigures(**figures)),
         Annotation("variation", process.variation),
+        *([] if process.components is None else [Annotation("components", process.components)]),
         Annotation("nmos", process.n),
         Annotation("pmos", process.p),
         Annotation("silicon", Surroundings(silicon.temperature_c, silicon.place)),
@@ -447,7 +472,7 @@ def to_silicon(notes: Iterable[Annotation]) -> Silicon:
     figures: ProcessFigures = found["process"]
     process = Process(
         figures.name, found["nmos"], found["pmos"], figures.v_dd, figures.pair_a_vt, figures.pair_a_beta,
-        figures.nominal_temperature_c, found["variation"],
+        figures.nominal_temperature_c, found["variation"], found.get("components"),
     )  # fmt: skip
     surroundings: Surroundings = found["silicon"]
     die = _to_die(found["die"], found.get("plan"))
@@ -475,13 +500,16 @@ def instance_notes(instance: Instance | InstanceArray) -> list[Annotation]:
     return [head, *(_parameter_note(instance.circuit, k, v) for k, v in instance.parameters.items())]
 
 
-def device_notes(device: Device, deviation: Deviation) -> list[Annotation]:
+def device_notes(device: Device, deviation: Deviation | Change) -> list[Annotation]:
     """Make the notes of a device whose lines do not say all of it; there are none for any other device.
 
-    `deviation` is what the device's place on the die adds to it: a note of its own, unless it is zero.
+    `deviation` is what the die changes of the device: a note of its own, unless it is zero.
     """
-    kind = _DEVICES.get(type(device))
-    if kind is None:
+    if isinstance(deviation, Change):
+        kind = _PASSIVES[type(device)]
+        return [Annotation("change", ChangeNote(float(deviation.value))), Annotation(kind, device)]
+    kind = _DEVICES.get(type(device), "")
+    if not kind:
         return []
     own = Annotation(kind, device)
     if not deviation.v_t0 and not deviation.beta:
@@ -521,7 +549,7 @@ def to_parameters(notes: Iterable[ParameterNote]) -> dict[str, Any]:
 
 
 def _die_notes(die: Die) -> list[Annotation]:
-    key = DieNote(die.lot, die.number, die.corner, die.mismatch, die.process)
+    key = DieNote(die.lot, die.number, die.corner, die.mismatch, die.process, die.variation)
     if die.sampling is None or die.number is None:
         return [Annotation("die", key)]
     row = die.sampling.rows[die.number - die.sampling.first]
@@ -530,12 +558,12 @@ def _die_notes(die: Die) -> list[Annotation]:
 
 
 def _to_die(key: DieNote, plan: Plan | None) -> Die:
+    plain = Die(key.lot, key.number, key.corner, key.mismatch, key.process, variation=key.variation)
     if plan is None or key.number is None:
-        return Die(key.lot, key.number, key.corner, key.mismatch, key.process)
+        return plain
     columns = {label: k for k, (label, _) in enumerate(plan.draws)}
     rows = np.array([[value for _, value in plan.draws]])
-    sampling = Sampling(plan.name, key.number, columns, rows)
-    return Die(key.lot, key.number, key.corner, key.mismatch, key.process, sampling)
+    return replace(plain, sampling=Sampling(plan.name, key.number, columns, rows))
 
 
 def _parameter_note(circuit: Circuit, key: str, value: object) -> Annotation:

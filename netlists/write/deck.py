@@ -16,7 +16,7 @@ from circuits.circuit import Circuit
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
 from circuits.lowering.flatten import flatten
-from circuits.silicon.silicon import Deviation, Silicon
+from circuits.silicon.silicon import Change, Deviation, Silicon
 from circuits.solver.beginning import held_voltages
 from circuits.testbench import Testbench
 from netlists.naming import Naming, element
@@ -35,7 +35,7 @@ from netlists.write.annotation import (
     silicon_notes,
     source_notes,
 )
-from netlists.write.traversal import Call, Definition, Design, Drive, split_path, to_design
+from netlists.write.traversal import Call, Definition, Design, Drive, as_made, split_path, to_design
 
 WIDTH = 100
 NOT_RUN = "not run here: written to the simulator's manual, checked by reading it back"
@@ -219,7 +219,8 @@ class _Walk:
         lines = [*self.writer.open(name, definition), *own]
         for device, deviation in definition.devices:
             lines += self._device(device, deviation)
-            lines += self.format_device(device, self.silicon, deviation)
+            made, local = as_made(device, deviation)
+            lines += self.format_device(made, self.silicon, local)
         for device in definition.parasitics:
             lines += self.notes([Annotation("parasitic", Parasitic(device.name))])
             lines += self.format_device(device, self.silicon)
@@ -250,7 +251,7 @@ class _Walk:
             self.circuits[id(circuit)] = (self.notes(circuit_notes(circuit)), inner)
         return self.circuits[id(circuit)]
 
-    def _device(self, device: Device, deviation: Deviation) -> list[str]:
+    def _device(self, device: Device, deviation: Deviation | Change) -> list[str]:
         notes = device_notes(device, deviation)
         if notes and device not in self.devices:
             self.devices[device] = self.notes(notes[-1:])

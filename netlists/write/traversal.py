@@ -26,7 +26,9 @@ from circuits.devices.source import Source
 from circuits.errors import TopologyError
 from circuits.lowering.flatten import FlatCircuit, flatten
 from circuits.lowering.kernel import complete_sources
-from circuits.silicon.silicon import NO_DEVIATION, Deviation, Silicon
+from circuits.lowering.made import change_of, kind_of
+from circuits.silicon.passive import QUANTITY
+from circuits.silicon.silicon import NO_DEVIATION, Change, Deviation, Silicon
 from circuits.testbench import Testbench
 from netlists.naming import element
 from netlists.write.annotation import circuit_notes, format_annotation, instance_notes
@@ -69,7 +71,7 @@ class Definition:
     ports
         Scalar ports: a port that is an array is listed element by element.
     devices
-        Devices, each with what its place on the die adds to it; that is nothing but for transistors of a die.
+        Devices as they are drawn, each with what the die changes of it; `as_made` has it as it is made.
     calls
         Calls of other definitions, grouped by instance in the circuit's order.
     parasitics
@@ -79,7 +81,7 @@ class Definition:
     name: str
     circuit: Circuit
     ports: tuple[str, ...]
-    devices: tuple[tuple[Device, Deviation], ...]
+    devices: tuple[tuple[Device, Deviation | Change], ...]
     calls: tuple[tuple[Call, ...], ...]
     parasitics: tuple[Capacitor, ...] = ()
 
@@ -188,7 +190,7 @@ class _Walk:
     A circuit lives as long as the testbench that is walked, so that its id stands for it.
     """
 
-    deviations: Mapping[Names, Deviation]  # of all copies of a device; empty for the nominal die
+    deviations: Mapping[Names, Deviation | Change]  # of all copies of a device; empty for the nominal die
     parasitics: Mapping[Names, Mapping[int, tuple[Load, ...]]]  # by path, then place
     definitions: list[Definition] = field(default_factory=list)
     plain: dict[int, int] = field(default_factory=dict)  # by circuit, without overrides and deviations
@@ -265,7 +267,7 @@ class _Walk:
     def _define(
         self,
         circuit: Circuit,
-        devices: tuple[tuple[Device, Deviation], ...],
+        devices: tuple[tuple[Device, Deviation | Change], ...],
         calls: tuple[tuple[Call, ...], ...],
         parasitics: tuple[Capacitor, ...],
     ) -> int:
@@ -325,10 +327,10 @@ def _changed(device: Device, change: Mapping[str, F64], place: int) -> Device:
     return changed
 
 
-def _at(shift: Deviation, place: int) -> Deviation:
+def _at(shift: Deviation | Change, place: int) -> Deviation | Change:
     if shift is NO_DEVIATION:
         return shift
-    return Deviation(*(float(x[place]) if isinstance(x, np.ndarray) else x for x in shift))
+    return type(shift)(*(float(x[place]) if isinstance(x, np.ndarray) else x for x in shift))
 
 
 def _connected(circuit: Circuit, instance: Instance | InstanceArray) -> list[Names]:
@@ -379,16 +381,36 @@ def _capacitors(circuit: Circuit, loads: tuple[Load, ...]) -> tuple[Capacitor, .
     )
 
 
-def _deviations(flat: FlatCircuit, silicon: Silicon) -> dict[Names, Deviation]:
-    """Deviations of all copies of each transistor, by the names on its path; empty for the nominal die."""
-    found = {}
+def _deviations(flat: FlatCircuit, silicon: Silicon) -> dict[Names, Deviation | Change]:
+    """Deviations of all copies of each device, by the names on its path; empty for the nominal die."""
+    found: dict[Names, Deviation | Change] = {}
+    circuit = flat.circuit.name
     for group in flat.groups if silicon.die.number is not None else ():
-        if isinstance(group.device, Transistor):
+        device, kind = group.device, kind_of(group.device)
+        path = (*group.path, (device.name, ()))
+        names = tuple(name for name, _ in path)
+        if isinstance(device, Transistor):
             size = group.parameters
             area = size["width"] * size["length"] * size["multiplicity"]
-            path = (*group.path, (group.device.name, ()))
-            found[tuple(name for name, _ in path)] = silicon.deviation(flat.circuit.name, path, area)
+            found[names] = silicon.deviation(circuit, path, area, device.polarity)
+        elif kind is not None:
+            change = change_of(group, kind, circuit, silicon)
+            found |= {names: change} if np.ndim(change.value) else {}
     return found
+
+
+def as_made(device: Device, deviation: Deviation | Change) -> tuple[Device, Deviation]:
+    """A device as it is made on a die, and what its line has to say of it beside that.
+
+    A capacitor or resistor has the value that the die gives it, a transistor its deviation.
+    """
+    if isinstance(deviation, Deviation):
+        return device, deviation
+    quantity = QUANTITY[kind_of(device) or "capacitor"]
+    value = device.parameters()[quantity] * (1.0 + float(deviation.value))
+    frozen: Any = device
+    made: Device = replace(frozen, **{quantity: value})
+    return made, NO_DEVIATION
 
 
 def _broadcast(reference: str, shapes: Mapping[str, Shape], outer: Shape, port: Shape) -> References:

@@ -123,7 +123,10 @@ def block_named(name: str) -> Block:
 def read_die(silicon: SiliconChoice) -> Die:
     """The die that was asked for, a study's where it is one of a plan."""
     if silicon.study is None:
-        return Die(silicon.lot, silicon.die, silicon.corner, silicon.mismatch, silicon.process_variation)
+        return Die(
+            silicon.lot, silicon.die, silicon.corner, silicon.mismatch, silicon.process_variation,
+            variation=silicon.variation,
+        )  # fmt: skip
     studied: Die = silicon.study
     return replace(studied, corner=silicon.corner)
 
@@ -134,6 +137,7 @@ die                integer?  -  its number; null for the nominal die
 corner             string    -  its corner; `random` where the die's own process is drawn
 mismatch           boolean   -  whether its devices differ from each other
 process_variation  boolean   -  whether its process differs from the nominal one
+variation          string    -  components of variation it has beside: `plain` none, `transistors`, or `full`
 """)
 SILICON_KEYS = {
     **meanings("""
@@ -177,6 +181,7 @@ def describe_die(die: Die) -> dict[str, Any]:
         "corner": die.corner,
         "mismatch": die.mismatch,
         "process_variation": die.process,
+        "variation": die.variation,
     }
 
 

@@ -17,6 +17,7 @@ class SiliconChoice:
     study : that die under the plan of a study, where it is a study's.
     corner : of the process.
     mismatch, process_variation : whether a die has local and shared deviations.
+    variation : components of variation that it has beside.
     process : its name or a file; None is the block's own.
     law : without second-order effects, or with all that the process states.
     at : place of a block on a chip, as `ranging-chip/neuron[2]`.
@@ -32,6 +33,9 @@ class SiliconChoice:
     )
     mismatch: bool = option(default=True, about="Deviations of each device on the die")
     process_variation: bool = option(default=True, about="Deviations that a die's devices share")
+    variation: Literal["plain", "transistors", "full"] = option(
+        "plain", "Lot, wafer, gradients and n with p beside; full: capacitors and resistors too"
+    )
     process: str | None = option(None, "A process, ami-1500 or rolls-180 or a .toml", metavar="NAME|FILE")
     law: Literal["ideal", "full"] = option(
         "ideal", "Without second-order effects, or with all that the process states"

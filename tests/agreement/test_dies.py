@@ -12,8 +12,11 @@ from circuits.registry import load_block
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
+from circuits.solver.transient import simulate
 from netlists.ngspice import engine
-from netlists.ngspice.agreement import USUAL, compare
+from netlists.ngspice.agreement import SOLVER_RTOL, USUAL, compare, difference
+from netlists.ngspice.form import scaled_testbench, started
+from tests.agreement.blocks import case_of, silicon_of
 
 pytestmark = pytest.mark.usefixtures("kept_ngspice")
 
@@ -34,3 +37,17 @@ def test_a_neuron_at_its_place_agrees() -> None:
     peer = engine.operating_point(testbench, silicon)
     assert all(abs(ours[n] - peer[n]) < USUAL.operating_point for n in ours)
     assert max(abs(elsewhere[n] - peer[n]) for n in ours) > 10.0 * USUAL.operating_point
+
+
+@pytest.mark.parametrize("name", ["rebound-neuron", "lso-neuron", "rolls-neuron", "latency-neuron"])
+def test_a_block_agrees_on_a_die_with_all_components(name: str) -> None:
+    block, case = load_block(name), case_of(name)
+    drawn = silicon_of(block)
+    silicon = replace(drawn, die=replace(drawn.die, variation="full"))
+    testbench = started(scaled_testbench(block, silicon, case.form), silicon)
+    ours = simulate(testbench, silicon, rtol=SOLVER_RTOL)
+    peer = engine.simulate(testbench, silicon, reltol=case.reltol, tmax=testbench.stop / case.points)
+    found = difference(ours, peer, case.allowed)
+    assert found.share <= 1.0, (found, found.worst_node, found.worst_rms)
+    plain = difference(simulate(testbench, drawn, rtol=SOLVER_RTOL), peer, case.allowed)
+    assert plain.share > 1.0, "the components change nothing that is compared"

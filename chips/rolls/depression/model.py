@@ -38,7 +38,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.model_law import check_law
+from chips.model_law import check_capacitors, check_law
 from chips.rolls.synapse.charge import charge_of, draw_of, mirror_of, pulse_length
 from chips.rolls.synapse.model import SynapseModel, model_of
 from chips.rolls.synapse.weight import BITS, branches
@@ -140,6 +140,7 @@ def depression_on(model: DepressionModel, silicon: Silicon, level: int = 1) -> D
     Raises `ParameterError` unless that is 1 to 4.
     """
     _check_level(level)
+    check_capacitors(model.circuit.name, silicon.die)
     d = standing(model.circuit, silicon)
     line = _line(d, draw_of(model.synapse, d, level, 0.0).current)
     return depression_of(model.cell, model.synapse, d, level, line, pulse_length(model.synapse, d))

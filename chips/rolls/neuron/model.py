@@ -24,6 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chips.model_law import check_capacitors
 from chips.rolls.lumped.network import pair, stack
 from chips.rolls.neuron.kernel import GRID, NEURON_COLUMNS, Neurons, advance_neurons, rest_of
 from chips.rolls.neuron.membrane import Membrane, balance, membrane_capacitance
@@ -69,6 +70,7 @@ def neurons_on(
     select: whether the slower leak, tau1, is on, bool[n], off unless given; i_nmda: current into every NMDA
     gate, A.
     """
+    check_capacitors(model.circuit.name, silicon.die)
     return neurons_of(standing(model.circuit, silicon, model.array), model.capacitance, select, i_nmda)
 
 

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chips.model_law import check_capacitors
 from chips.rolls.lumped.whole import coupling, rows_of
 from chips.rolls.synapse.kernel import FILTER_COLUMNS, Filters, WholeFilters, follow, rest_of
 from chips.rolls.synapse.weight import Weights, weights_on
@@ -95,6 +96,7 @@ def synapses_on(model: SynapseModel, silicon: Silicon, level: int) -> SynapsesOn
     """
     if level not in (-4, -3, -2, -1, 1, 2, 3, 4):
         raise ParameterError(f"level: {level}, must be -4 to 4 and not 0; 0 lets nothing in")
+    check_capacitors(model.circuit.name, silicon.die)
     return synapses_of(model, standing(model.circuit, silicon, model.array), level)
 
 

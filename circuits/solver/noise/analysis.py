@@ -31,6 +31,7 @@ from circuits.devices.noise import (
 )
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import DeviceGroup
+from circuits.lowering.made import made
 from circuits.silicon.process import kelvin
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.small_signal import ac, linearise, transistors_at
@@ -202,7 +203,8 @@ def _(device: Device, group: DeviceGroup, point: OperatingPoint) -> NoiseSources
 def _(device: Resistor, group: DeviceGroup, point: OperatingPoint) -> NoiseSources:
     machine = point.machine
     start, end = machine.column[group.nodes]
-    white = resistor_noise(group.parameters["resistance"], kelvin(machine.silicon.temperature_c))
+    resistance = made(group, machine.flat.circuit.name, machine.silicon)
+    white = resistor_noise(resistance, kelvin(machine.silicon.temperature_c))
     labels = tuple(group.label(k) for k in range(start.size))
     return NoiseSources(labels, ("resistor",) * start.size, start, end, white, np.zeros(start.size))
 

@@ -20,7 +20,7 @@ import numpy as np
 from circuits.circuit import Bias, Circuit, Node, Port
 from circuits.devices import Capacitor, Device, Source
 from circuits.errors import CircuitError, DataError, ParameterError
-from circuits.silicon.silicon import Deviation, Silicon
+from circuits.silicon.silicon import Change, Deviation, Silicon
 from circuits.testbench import Testbench
 from netlists.naming import element
 from netlists.read.card import Card, shown
@@ -34,6 +34,7 @@ from netlists.write.annotation import (
     ArrayNote,
     BenchNote,
     Biased,
+    ChangeNote,
     CircuitName,
     Header,
     InstanceNote,
@@ -46,7 +47,7 @@ from netlists.write.annotation import (
     to_source,
 )
 
-_SILICON = {"process", "variation", "nmos", "pmos", "silicon", "die", "plan"}
+_SILICON = {"process", "variation", "components", "nmos", "pmos", "silicon", "die", "plan"}
 _WAVEFORMS = {"constant", "pulse", "polyline", "sampled", "driven"}
 
 
@@ -57,7 +58,7 @@ class Annotated:
     header: Header
     testbench: Testbench
     silicon: Silicon
-    deviations: dict[str, Deviation]
+    deviations: dict[str, Deviation | Change]
     parasitics: dict[str, float]
     controls: tuple[Card, ...]
 
@@ -71,7 +72,8 @@ class _Contents:
     silicon: list[Annotation] = field(default_factory=list)
     definitions: dict[str, Definition] = field(default_factory=dict)
     here: Definition | None = None
-    shift: Deviation | None = None
+    shift: Deviation | Change | None = None
+    as_made: bool = False  # whether what comes next says again a device that a note said as drawn
     is_parasitic: bool = False  # the next device
     bench: BenchNote | None = None
     top: str | None = None
@@ -166,6 +168,8 @@ def _definition_note(contents: _Contents, here: Definition, card: Card, value: A
             kept[type(value)].append(value)
         case LocalDeviation():
             contents.shift = Deviation(value.v_t0, value.beta)
+        case ChangeNote():
+            contents.shift = Change(value.value)
         case InstanceNote() | ArrayNote():
             here.called.append(Called(card, value))
         case ParameterNote() if here.called:
@@ -176,6 +180,7 @@ def _definition_note(contents: _Contents, here: Definition, card: Card, value: A
             _simple(contents, here, value)
             if contents.shift is not None:
                 here.deviations[value.name] = contents.shift
+                contents.as_made = isinstance(contents.shift, Change)
             contents.shift = None
         case _:
             raise card.error("a note where it means nothing; write the netlist again")
@@ -203,7 +208,9 @@ def _line(contents: _Contents, card: Card) -> None:
 
 
 def _simple(contents: _Contents, here: Definition, device: Device) -> None:
-    if contents.is_parasitic and isinstance(device, Capacitor):
+    if contents.as_made:  # its line, or the dialect's own note, which say it as it is made
+        contents.as_made = False
+    elif contents.is_parasitic and isinstance(device, Capacitor):
         here.parasitics.append(device)
     else:
         here.devices.append(device)
@@ -259,7 +266,9 @@ def _extent(circuit: Circuit, known: dict[int, int]) -> int:
     return known[id(circuit)]
 
 
-def _deviations(contents: _Contents, definition: Definition, prefix: str) -> Iterator[tuple[str, Deviation]]:
+def _deviations(
+    contents: _Contents, definition: Definition, prefix: str
+) -> Iterator[tuple[str, Deviation | Change]]:
     """Deviations by instance path; the calls are known to be those of a circuit."""
     for name, deviation in definition.deviations.items():
         yield prefix + name, deviation

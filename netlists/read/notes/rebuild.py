@@ -14,7 +14,7 @@ from typing import Any
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port
 from circuits.devices import Capacitor, Device
 from circuits.errors import CircuitError, unknown_name
-from circuits.silicon.silicon import Deviation
+from circuits.silicon.silicon import Change, Deviation
 from netlists.read.card import Card, shown
 from netlists.read.limits import Limits
 from netlists.write.annotation import ArrayNote, InstanceNote, ParameterNote, to_parameters
@@ -41,7 +41,7 @@ class Definition:
     nodes: list[Node] = field(default_factory=list)
     biases: list[Bias] = field(default_factory=list)
     devices: list[Device] = field(default_factory=list)
-    deviations: dict[str, Deviation] = field(default_factory=dict)
+    deviations: dict[str, Deviation | Change] = field(default_factory=dict)
     parasitics: list[Capacitor] = field(default_factory=list)
     called: list[Called] = field(default_factory=list)
 

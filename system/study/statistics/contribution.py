@@ -35,7 +35,7 @@ Key = Callable[[str], str]
 
 UNEXPLAINED = "unexplained"
 ENOUGH_R2 = 0.9
-_PROCESS = re.compile(r"process\.([np])\.(?:shared\.)?(\w+)")
+_PROCESS = re.compile(r"(process|wafer)\.(n|p|capacitor|resistor)\.(?:shared\.)?(\w+)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,10 +141,11 @@ def standardise(column: F64) -> F64:
 def device(name: str) -> str:
     """Give the device of a label, as `chip.neuron[2].mi5`.
 
-    The label of a process parameter gives its process, as `process.n`; a name without a dot gives itself.
+    The label of a process parameter gives its process, as `process.n`, or `wafer.n` for the part of a wafer;
+    a name without a dot gives itself.
     """
     process = _PROCESS.fullmatch(name)
-    return f"process.{process.group(1)}" if process else name.rpartition(".")[0] or name
+    return ".".join(process.groups()[:2]) if process else name.rpartition(".")[0] or name
 
 
 def parameter(name: str) -> str:
@@ -153,7 +154,7 @@ def parameter(name: str) -> str:
     The label of a process parameter gives `process.n.v_t0`; a name without a dot gives itself.
     """
     process = _PROCESS.fullmatch(name)
-    return f"process.{process.group(1)}.{process.group(2)}" if process else name.rpartition(".")[2]
+    return ".".join(process.groups()) if process else name.rpartition(".")[2]
 
 
 def block(name: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
@@ -15,7 +15,7 @@ from circuits.silicon.process_file import process_of, process_under, read_proces
 def text_of(process: Process) -> str:
     """A process as a file states it."""
     whole = asdict(process)
-    tables = {name: whole.pop(name) for name in ("n", "p", "variation")}
+    tables = {name: whole.pop(name) for name in ("n", "p", "variation", "components")}
     lines = [f"{k} = {v!r}" for k, v in whole.items()]
     for name, table in tables.items():
         lines += [f"[{name}]", *(f"{k} = {v!r}" for k, v in table.items())]
@@ -39,6 +39,13 @@ def test_a_file_is_read_as_it_stands(process: Process, tmp_path: Path) -> None:
         ("v_dd = 1.8", 'v_dd = "high"', "rolls-180.v_dd"),
         ("[n]", "[q]", "process: lacks n"),
         ("v_dd = 1.8", "v_dd =", "no TOML"),
+        ("wafer_share = 0.3", "", "components: lacks wafer_share"),
+        ("wafer_share = 0.3", "wafer_share = 0.6", "components.wafer_share: 0.6 beside a lot_share of 0.5"),
+        (
+            "correlation_beta = 0.6",
+            "correlation_beta = 1.6",
+            "components.correlation_beta: 1.6, must be",
+        ),
     ],
 )
 def test_what_is_wrong_is_named(old: str, new: str, said: str, tmp_path: Path) -> None:
@@ -48,6 +55,12 @@ def test_what_is_wrong_is_named(old: str, new: str, said: str, tmp_path: Path) -
         read_process(path)
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_components_alone_may_be_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(text_of(ROLLS_180_FULL).partition("[components]")[0])
+    assert read_process(path) == replace(ROLLS_180_FULL, components=None)
 
 
 def test_a_missing_file_and_an_unknown_name_are_refused(tmp_path: Path) -> None:

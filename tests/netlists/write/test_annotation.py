@@ -13,6 +13,7 @@ from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.source import Constant, Driven, PiecewiseLinear, Pulse, Sampled
 from circuits.errors import DataError
+from circuits.silicon.components import Components
 from circuits.silicon.die import CORNERS, Die
 from circuits.silicon.process import AMI_1500, TransistorModel, Variation
 from circuits.silicon.sampling import Sampling
@@ -24,6 +25,7 @@ from netlists.write.annotation import (
     ArrayNote,
     BenchNote,
     Biased,
+    ChangeNote,
     CircuitName,
     DieNote,
     Header,
@@ -74,6 +76,10 @@ VALUES: dict[str, st.SearchStrategy[object]] = {
     "noctule": st.builds(Header, st.integers(), TEXTS, TEXTS),
     "process": st.builds(ProcessFigures, TEXTS, NUMBERS, NUMBERS, NUMBERS, NUMBERS),
     "variation": st.builds(Variation, NUMBERS, NUMBERS),
+    "components": st.builds(
+        Components, *(SIZES for _ in range(6)), *(st.floats(0.0, 0.5) for _ in range(2)),
+        *(st.floats(-1.0, 1.0) for _ in range(2)),
+    ),
     "nmos": MODELS,
     "pmos": MODELS,
     "silicon": st.builds(Surroundings, NUMBERS, PLACES),
@@ -97,6 +103,7 @@ VALUES: dict[str, st.SearchStrategy[object]] = {
         OperationalAmplifier, NAMES, *(REFERENCES for _ in range(5)), POSITIVE, SIZES, SIZES
     ),
     "deviation": st.builds(LocalDeviation, NUMBERS, NUMBERS),
+    "change": st.builds(ChangeNote, NUMBERS),
     "instance": st.builds(InstanceNote, NAMES, PAIRS),
     "array": st.builds(ArrayNote, NAMES, SHAPES, PAIRS),
     "parameter": st.builds(ParameterNote, TEXTS, MANY, NUMBERS, SHAPES),
@@ -169,8 +176,10 @@ def test_a_title_cannot_end_its_line() -> None:
         Silicon(place=(("chip", ()), ("neuron", (2,)), ("bias copy", ()))),
         Silicon(replace(AMI_1500, n=TransistorModel(0.5, 0.6, 1e-4, "ekv-gamma"))),
         Silicon(replace(AMI_1500, variation=Variation(0.1, 0.2))),
+        Silicon(die=Die("B", 1003, variation="full")),
+        Silicon(replace(AMI_1500, components=None)),
     ],
-    ids=["nominal", "die", "place", "process", "variation"],
+    ids=["nominal", "die", "place", "process", "variation", "components", "none stated"],
 )  # fmt: skip
 def test_silicon_comes_back(silicon: Silicon) -> None:
     assert to_silicon(read(format_annotation(note)) for note in silicon_notes(silicon)) == silicon

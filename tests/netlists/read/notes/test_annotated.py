@@ -14,10 +14,11 @@ from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, 
 from circuits.devices.source import Constant, Driven, PiecewiseLinear, Pulse, Sampled
 from circuits.errors import DataError
 from circuits.lowering.flatten import flatten
+from circuits.lowering.made import change_of, kind_of
 from circuits.registry import BLOCKS, load_block
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.sampling import Sampling
-from circuits.silicon.silicon import Silicon
+from circuits.silicon.silicon import Change, Silicon
 from circuits.testbench import Begin, Testbench
 from netlists.compare.circuits import compare
 from netlists.read import Imported, read_netlist
@@ -183,6 +184,36 @@ def test_the_deviations_of_a_die_come_back(dialect: str) -> None:
             for k in range(area.size):
                 expected[group.label(k)] = tuple(float(np.ravel(x)[k]) for x in shift)
     assert found.deviations == expected
+
+
+@pytest.mark.parametrize("dialect", sorted({*DIALECTS} - {"cdl"}))
+def test_what_a_die_changes_of_capacitors_and_resistors_comes_back(dialect: str) -> None:
+    bench, silicon = everything(), replace(DIE, die=replace(DIE.die, variation="full"))
+    text = write(bench, silicon, dialect)
+    found = read_netlist(text)
+    require_same(found.testbench, bench)
+    assert found.silicon == silicon
+    flat = flatten(bench.circuit)
+    changed = {
+        group.label(k): Change(float(change_of(group, kind, "chip", silicon).value[k]))  # type: ignore[index]
+        for group in flat.groups
+        if (kind := kind_of(group.device)) is not None
+        for k in range(group.nodes.shape[1])
+    }
+    assert {path: d for path, d in found.deviations.items() if isinstance(d, Change)} == changed
+    assert len({change.value for change in changed.values()}) > 2
+    assert write(found.testbench, found.silicon, dialect) == text
+
+
+def test_a_changed_value_is_the_same_without_notes() -> None:
+    silicon = Silicon(die=Die(number=1003, mismatch=False, variation="full"))
+    deck = write(bench_of("rebound-neuron"), silicon, settings=Settings(models="bsim3"))
+    noted = read_netlist(deck)
+    bare = read_netlist(deck.replace("*%", "*"), dialect="ngspice", drop=[".model"])
+    changes = {path: d for path, d in noted.deviations.items() if isinstance(d, Change)}
+    assert changes
+    assert compare(noted.circuit, bare.circuit, deviations=(changes, {})).equal
+    assert not compare(noted.circuit, bare.circuit).equal  # drawn, not made
 
 
 def test_decks_of_a_die_are_equal_and_of_different_dies_are_not() -> None:
