@@ -33,6 +33,7 @@ def document(result: Result) -> dict[str, Any]:
         "lot": silicon.lot,
         "mismatch": silicon.mismatch,
         "process_variation": silicon.process_variation,
+        "variation": silicon.variation,
         "process": silicon.process,
         "law": silicon.law,
         "at": silicon.at,

@@ -40,7 +40,8 @@ def fresh() -> Iterator[None]:
 def test_a_law_survives_its_text_and_is_today_s(process: Process) -> None:
     law = law_of(process)
     again = law_from(*law_text(law))
-    assert (again.process, again.solver, changed(again)) == (process, law.solver, "")
+    plain = replace(process, components=None)  # records are measured on dies without them
+    assert (again.process, again.solver, changed(again)) == (plain, law.solver, "")
     for name, values in law.values.items():
         assert values.size > 0
         assert np.isfinite(values).all()
@@ -66,7 +67,7 @@ def test_another_solver_and_another_lattice_are_named() -> None:
 def test_every_shipped_record_carries_the_law_of_its_process(name: str) -> None:
     law = read_record(shipped_file(name)).law
     assert law is not None
-    assert law.process == AMI_1500
+    assert law.process == replace(AMI_1500, components=None)
     assert changed(law) == ""
 
 

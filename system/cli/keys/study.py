@@ -63,6 +63,8 @@ corner             string|string[]  -     corner, likewise
 lot                string           -     lot of the dies
 mismatch           boolean          -     whether their devices differ from each other
 process_variation  boolean          -     whether their process differs from the nominal one
+variation          string           -     components of variation that they have beside: `plain` none,
+                   `transistors`, or `full`
 process            string?          -     process that was asked for; null for the block's own
 law                string           -     `full` with second-order effects of the process, `ideal` without
 at                 string?          -     place on a chip; null for a block by itself

@@ -1,0 +1,48 @@
+"""What a die must be for behavioural models: models follow gradients, or refuse what they do not follow."""
+
+import numpy as np
+
+from chips.lso.model import head_on
+from chips.model_law import check_capacitors
+from chips.rolls.parts import devices_at, row_place
+from chips.wavefront.model import axon_draws, chip_model
+from circuits.blocks.rolls import dpi_synapse
+from circuits.errors import ParameterError
+from circuits.silicon.components import ROLLS_180_COMPONENTS
+from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.floor_plan import FLOOR_PLANS
+from circuits.silicon.process import AMI_1500, ROLLS_180
+from circuits.silicon.silicon import Silicon
+from tests.refusals import refusals
+
+FULL = Silicon(die=Die(number=3, variation="full"))
+
+
+def test_what_does_not_deviate_passes() -> None:
+    passing = NOMINAL, Die(number=3), Die(number=3, variation="transistors"), Die(variation="full")
+    assert [check_capacitors("chip", die) for die in passing] == [None] * 4  # type: ignore[func-returns-value]
+
+
+test_capacitors_that_deviate_are_refused_by_name = refusals(
+    ParameterError,
+    lambda call: call(FULL),
+    [
+        (head_on, "sonar_head: die A/3 full variation, its model does not follow .* capacitors"),
+        (lambda s: axon_draws(chip_model((2, 2), AMI_1500), s), "wavefront_chip: die A/3"),
+    ],
+)
+
+
+def test_a_chip_s_transistors_have_the_gradients_of_their_places() -> None:
+    """Differences from the plain die are a plane over rows and columns, of the stated slope's size."""
+    place = row_place(256, ("synapse", (256,)))
+    circuit = dpi_synapse.synapse(dpi_synapse.Params())
+    dies = Die(number=3), Die(number=3, variation="transistors")
+    plain, more = (devices_at(circuit, place, Silicon(ROLLS_180, die=d), {}, ("me1",)) for d in dies)
+    plane = (more.fet["me1"].v_t0 - plain.fet["me1"].v_t0).reshape(256, 256)
+    down, right = np.diff(plane, axis=0), np.diff(plane, axis=1)
+    np.testing.assert_allclose(down, down[0, 0], rtol=1e-6)
+    np.testing.assert_allclose(right, right[0, 0], rtol=1e-6)
+    pitches = FLOOR_PLANS["rolls_chip"]["row"].pitch[1], FLOOR_PLANS["rolls_chip"]["synapse"].pitch[0]
+    for step, pitch in zip((down, right), pitches, strict=True):
+        assert 0.0 < abs(step[0, 0]) < 5.0 * ROLLS_180_COMPONENTS.distance_v_t0 * pitch
