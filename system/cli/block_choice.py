@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
+from circuits.lowering.coupling import coupled
 from system.cli.shared_options import BlockValues
 from system.options.begin import FREE, BeginChoice
 from system.options.block import Choice, choose
@@ -24,11 +26,12 @@ def choose_block(
     Parameters
     ----------
     name : name of the block or chip.
-    values : sizes and biases, as texts of the command line.
+    values : sizes, biases and coupling, as texts of the command line.
     silicon : die, temperature and corner that are asked for.
     stimuli : what the testbench applies, as texts `NAME=VALUE`.
     begin : state in which runs begin.
     """
-    return choose(
+    found = choose(
         name, values.param, values.bias, values.bias_kind, silicon, stimuli, values.bias_set, begin
     )  # fmt: skip
+    return replace(found, circuit=coupled(found.circuit, values.coupling))

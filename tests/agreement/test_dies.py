@@ -7,6 +7,7 @@ import pytest
 from chips.ranging import circuit as ranging_chip
 from circuits.bias import rebias
 from circuits.blocks.sonar.tuning import tuning_machine
+from circuits.lowering.coupling import coupled
 from circuits.place import circuit_at
 from circuits.registry import load_block
 from circuits.silicon.die import Die
@@ -51,3 +52,16 @@ def test_a_block_agrees_on_a_die_with_all_components(name: str) -> None:
     assert found.share <= 1.0, (found, found.worst_node, found.worst_rms)
     plain = difference(simulate(testbench, drawn, rtol=SOLVER_RTOL), peer, case.allowed)
     assert plain.share > 1.0, "the components change nothing that is compared"
+
+
+def test_a_coupled_block_agrees() -> None:
+    block, case = load_block("rebound-neuron"), case_of("rebound-neuron")
+    silicon = Silicon()
+    plain = scaled_testbench(block, silicon, case.form)
+    bench = started(replace(plain, circuit=coupled(plain.circuit, "bus")), silicon)
+    ours = simulate(bench, silicon, rtol=SOLVER_RTOL)
+    peer = engine.simulate(bench, silicon, reltol=case.reltol, tmax=bench.stop / case.points)
+    found = difference(ours, peer, case.allowed)
+    assert found.share <= 1.0, (found, found.worst_node, found.worst_rms)
+    apart = difference(simulate(plain, silicon, rtol=SOLVER_RTOL), ours, case.allowed)
+    assert apart.share > 1.0, "coupling changes nothing that is compared"

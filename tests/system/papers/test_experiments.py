@@ -82,6 +82,19 @@ def power(report: Report) -> None:
     assert any(n.startswith("Fitted: I_cmp 500 nA and I_lim 6.3 uA") for n in report.notes)
 
 
+def transients(report: Report) -> None:
+    found = {row.name: row for row in report.rows}
+    assert report.disagreeing == ()
+    assert {name for name, row in found.items() if row.agrees is None} == {
+        "transient_high_A", "input_coupling_F"
+    }  # fmt: skip
+    assert {name for name, row in found.items() if row.fitted} == {
+        "i_max_A", "decay_rate_weak_decade_per_s", "input_coupling_F", "input_coupling_transient_high_A",
+    }  # fmt: skip
+    assert found["transient_high_A"].shown < 0.01e-6  # as drawn there is none
+    assert 12e-15 < found["input_coupling_F"].shown < 20e-15
+
+
 def equations(report: Report) -> None:
     agree(report)
     assert len(report.rows) == 4
@@ -138,7 +151,7 @@ SWEEPS = {"unit": (20e-6, 100e-6), "temperature_c": (27.0,), "area": (0.25, 16.0
 FEW = {"collisions": 4, "pings": 20_000}
 SMALL: dict[str, Small] = {
     "cheely2003-fig4": Small(),
-    "cheely2003-fig5": Small(),
+    "cheely2003-fig5": Small(says=transients),
     "ranging-law": Small(ranging_law_of_a_die),
     # delays in steps of 1 ms instead of 0.25 ms, and direct runs every 5 ms
     "cheely2003-fig6": Small(
