@@ -25,7 +25,7 @@ import hashlib
 import math
 import operator
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -98,6 +98,11 @@ class Die:
         require_choice("variation", self.variation, EXTENTS)
         for name in ("mismatch", "process"):
             require_type(f"die.{name}", getattr(self, name), bool, "True or False")
+
+    def __repr__(self) -> str:
+        """As of every dataclass, but that plain variation goes unsaid: names of kept runs hold this text."""
+        told = [f.name for f in fields(self) if f.name != "variation" or self.variation != "plain"]
+        return f"Die({', '.join(f'{name}={getattr(self, name)!r}' for name in told)})"
 
     def __str__(self) -> str:
         """As in a netlist's title: `die A/1003`, with the corner where one is set."""

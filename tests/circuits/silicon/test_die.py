@@ -250,3 +250,9 @@ def test_unknown_corners_and_deep_arrays_are_refused() -> None:
 )
 def test_a_die_says_what_it_is(die: Die, text: str) -> None:
     assert str(die) == text
+
+
+def test_plain_variation_goes_unsaid_where_kept_runs_are_named() -> None:
+    plain = "Die(lot='A', number=3, corner='random', mismatch=True, process=True, sampling=None)"
+    assert repr(Die("A", 3)) == plain
+    assert repr(Die("A", 3, variation="full")) == plain.replace(")", ", variation='full')")

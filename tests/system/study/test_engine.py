@@ -227,7 +227,7 @@ def test_the_manifest_says_what_was_asked(tmp_path: Path) -> None:
 
 def test_a_stale_record_ends_a_study_before_its_first_sample(monkeypatch: pytest.MonkeyPatch) -> None:
     stale = replace(kept_record("rebound_neuron"), key="of another circuit")
-    monkeypatch.setattr(records, "kept_record", lambda _: stale)
+    monkeypatch.setattr(records, "kept_record", lambda *_: stale)
     system = {"level": "behavioural", "duration": 0.1}
     wanted = Study(
         Subject("approach", ("calls",), system=system), Plan("random", 0, 1000, 3), (CONDITION,), 1
