@@ -129,7 +129,7 @@ def _deviation(network: Network, silicon: Silicon, path: Path) -> Deviation:
     devices, copies = network.transistors(), len(network.copies)
     areas = np.repeat([d.gate_area for d in devices], copies)
     paths = [(*path, (d.name, ())) for d in devices]
-    return silicon.deviations("", paths, areas)
+    return silicon.deviations("", paths, areas, [d.polarity for d in devices])
 
 
 def _core_state(network: Network, silicon: Silicon, deviation: Deviation) -> dict[str, F64]:

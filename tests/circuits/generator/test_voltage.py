@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from circuits.arrays import F64
-from circuits.bias import bias_voltages, die_current
+from circuits.bias import bias_voltages, die_current, rebias
 from circuits.blocks.bias.generator import Params, build, output_current
 from circuits.blocks.bias.generator import testbench as block_bench
 from circuits.circuit import Bias, Circuit, Instance, Port
@@ -21,6 +21,7 @@ from circuits.generator.code import code_for
 from circuits.generator.voltage import GENERATOR, Line, line_voltages, resistor_of
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.place import circuit_at
+from circuits.registry import load_block
 from circuits.silicon.die import Die, Path
 from circuits.silicon.process import AMI_1500, AMI_1500_FULL, ROLLS_180, ROLLS_180_FULL, Polarity, Process
 from circuits.silicon.silicon import Silicon
@@ -193,3 +194,17 @@ def test_a_supply_without_room_is_told() -> None:
 def test_what_no_code_reaches_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"cell\.i: bias code: 0.001 A, must be > 0 and at most"):
         volts(cell(1e-3), Silicon())
+
+
+@pytest.mark.parametrize("variation", ["transistors", "full"])
+def test_a_die_with_components_of_variation_has_its_lines(variation: str) -> None:
+    """A block biased by the generator on such a die: its shared part moves, so its lines do."""
+    block = load_block("rebound-neuron")
+    circuit = rebias(block.build(), kind="generator")
+    bias = circuit.bias("i_rtau")
+    plain, varied = (
+        bias_voltages(circuit, bias, Silicon(block.process, die=Die("A", 2001, variation=each)))  # type: ignore[arg-type]
+        for each in ("plain", variation)
+    )
+    assert np.isfinite(varied).all()
+    assert 1e-4 < abs(float(varied) - float(plain)) < 0.3
