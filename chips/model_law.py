@@ -23,6 +23,6 @@ def check_capacitors(path: str, die: Die) -> None:
     """Raise `ParameterError` for a die whose capacitors deviate; the model at `path` does not follow them."""
     if die.number is not None and die.variation == "full":
         raise ParameterError(
-            f"{path}: {die}, its model does not follow the deviations of capacitors and resistors; take the"
-            " variation `transistors`, or the transistor level"
+            f"{path}: {die}, its model does not follow the deviations of capacitors and resistors;"
+            " leave them out by `variation=transistors`, or take the transistor level"
         )
