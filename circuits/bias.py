@@ -154,16 +154,35 @@ def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
 
 def _generated(circuit: Circuit, bias: Bias, device: Transistor, current: F64, silicon: Silicon) -> F64:
     """Voltages of the lines of the generator on the chip that the circuit is, or is a part of, V."""
-    if bias.place is None:
-        line = Line(silicon.place or ((circuit.name, ()),), bias.port, current.shape, None, device)
-    else:
-        chip, (port, index) = chip_and_line(bias.place)
-        line = Line(chip, port, (), index, device)
-    scale = kelvin(REFERENCE_C) / kelvin(bias.reference_temperature_c)
+    line = _line_of(circuit, bias, device, current.shape, silicon)
     try:
-        return line_voltages(line, current * scale, silicon)
+        return line_voltages(line, _at_reference(bias, current), silicon)
     except ParameterError as error:
         raise ParameterError(f"{circuit.name}.{bias.name}: {error}") from None
+
+
+def _line_of(
+    circuit: Circuit, bias: Bias, device: Transistor, shape: tuple[int, ...], silicon: Silicon
+) -> Line:
+    if bias.place is None:
+        return Line(silicon.place or ((circuit.name, ()),), bias.port, shape, None, device)
+    chip, (port, index) = chip_and_line(bias.place)
+    return Line(chip, port, (), index, device)
+
+
+def _at_reference(bias: Bias, current: F64) -> F64:
+    """Currents of a bias at the reference temperature of codes, A."""
+    return current * kelvin(REFERENCE_C) / kelvin(bias.reference_temperature_c)
+
+
+def lines_of(circuit: Circuit, bias: Bias, silicon: Silicon) -> tuple[Line, F64]:
+    """Lines of the generator behind a bias of that kind, and their currents at the reference temperature, A.
+
+    The currents have the shape of the bias's port. Raises `TopologyError` for a bias of kind `voltage`.
+    """
+    device, shape = _biased_device(circuit, bias), circuit.port(bias.port).shape
+    current = np.broadcast_to(np.asarray(bias.value, dtype=np.float64), shape)
+    return _line_of(circuit, bias, device, shape, silicon), _at_reference(bias, current)
 
 
 def _gates(circuit: str, bias: Bias, device: Transistor, current: F64, silicon: Silicon) -> F64:

@@ -6,7 +6,10 @@ threshold, `dt_inh = t_inh kappa_n dV_T0 / U_T` (under the
 full law by d ln I / dV_T0 of the device), by the mean over t_inh of a sum of relaxations that go on
 from call to call (`circuits.solver.noise.transient.relaxations`). The mean over T of a relaxation of rate
 lambda and variance 1 has the variance `2 (l - 1 + e^-l) / l^2`, l = lambda T; between the means of two calls
-it is taken to decay as the relaxation does. Left out: the noise of the membrane and of the comparator, kT/C
+it is taken to decay as the relaxation does. Where a line of the bias generator gives
+I_inh_tau, its noise moves the gate of mi5 likewise (`circuits.generator.noise`): what the line makes by
+itself, and what all neurons get from the masters alike, each from eight sources that are drawn once a chip.
+Left out: the noise of the membrane and of the comparator, kT/C
 at the release; against the transistors in the experiment `device-noise`.
 
 Draws are keyed by (seed, trial, neuron's place, call): the same in any order, another seed or trial is
@@ -16,6 +19,7 @@ another run of the same die.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,8 +28,10 @@ from chips.noise import SiliconNoise, mean_variance
 from chips.ranging.law import Neurons
 from chips.ranging.model import ReboundModel, devices_on, gates_on, inhibition_current, neuron_of
 from circuits.arrays import F64, I64, U32
+from circuits.bias import lines_of
 from circuits.compiled import compiled
-from circuits.devices.noise import gate_flicker
+from circuits.devices.noise import NoiseModel, gate_flicker
+from circuits.generator.noise import following, line_noise, shared_noise
 from circuits.lowering.on_die import transistor_of
 from circuits.silicon.die import philox
 from circuits.silicon.process import ELEMENTARY_CHARGE
@@ -33,7 +39,7 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.steps import normal_pair
 from circuits.solver.noise.transient import noise_keys, noise_place, relaxations
 
-_DEVICE = "inhibition.mi5"
+_DEVICE, _BIAS = "inhibition.mi5", "i_inh_tau"
 _FASTEST = 10.0  # relaxations in the shortest inhibition up to which they are told apart; ours
 _PER_BLOCK = 4  # normals of a Philox block
 _SHIFT = 1e-3  # V, of a derivative by the gate; ours
@@ -46,29 +52,59 @@ class Jitter(NamedTuple):
     """How t_inh of n neurons varies from call to call; n is 0 for neurons without noise.
 
     t_inh, white: mean, and standard deviation by white noise, s, float64[n]; amplitude: of each relaxation,
-    s, float64[n, r]; rate: of the relaxations, 1/s, float64[r]; relaxation: unit normals, float64[n, r],
-    last: time of the last call, s, float64[1], and calls: int64[1], are the state.
+    s, float64[n, r]; rate: of the relaxations, 1/s, float64[r]. follow, follow_white: s, float64[n, m], what
+    neurons get from m shared sources, whose relaxations count by `share`, float64[n, r]. relaxation: unit
+    normals of the neurons, then of the shared sources, float64[n + m, r], last: time of the last call, s,
+    float64[1], and calls: int64[1], are the state.
     """
 
     t_inh: F64
     white: F64
     amplitude: F64
     rate: F64
+    follow: F64
+    follow_white: F64
+    share: F64
     relaxation: F64
     last: F64
     calls: I64
-    keys: U32  # [2, n * blocks], the blocks of a neuron side by side
-    counters: U32  # [4, n * blocks]
-    words: U32  # [4, n * blocks]
+    keys: U32  # [2, (n + m) * blocks], the blocks of a neuron or source side by side
+    counters: U32  # [4, (n + m) * blocks]
+    words: U32  # [4, (n + m) * blocks]
 
 
 def no_jitter() -> Jitter:
     """Return the jitter of neurons without noise."""
-    none, words = np.zeros(0), np.zeros((4, 0), np.uint32)
+    none, flat, words = np.zeros(0), np.zeros((0, 0)), np.zeros((4, 0), np.uint32)
     return Jitter(
-        none, none, np.zeros((0, 0)), none, np.zeros((0, 0)), np.zeros(1), np.zeros(1, np.int64), words[:2],
-        words, words,
+        none, none, flat, none, flat, flat, flat, flat, np.zeros(1), np.zeros(1, np.int64), words[:2], words,
+        words,
     )  # fmt: skip
+
+
+class Lines(NamedTuple):
+    """Noise at the gates of all mi5 that comes by their bias lines; none for other kinds of biases.
+
+    white, flicker: of each line by itself, V^2/Hz, float64[n]; follow_white, follow: what lines get from m
+    shared sources, V/Hz^0.5, float64[n, m].
+    """
+
+    white: F64
+    flicker: F64
+    follow_white: F64
+    follow: F64
+
+
+def lines_at(model: ReboundModel, silicon: Silicon, flicker: NoiseModel, count: int) -> Lines:
+    """Return the noise of the lines behind the inhibitions of `count` neurons on a silicon."""
+    bias = next(b for b in model.circuit.biases if b.name == _BIAS)
+    if bias.kind != "generator":
+        return Lines(np.zeros(count), np.zeros(count), np.zeros((count, 0)), np.zeros((count, 0)))
+    lines, current = lines_of(model.circuit, bias, silicon)
+    own = line_noise(lines, current, silicon, flicker)
+    shared = shared_noise(lines, silicon, flicker)
+    follow = following(shared.white, own), following(shared.flicker, own)
+    return Lines(*(np.resize(x, (count, *x.shape[1:])) for x in (own.white, own.flicker, *follow)))
 
 
 def new_jitter(
@@ -82,37 +118,45 @@ def new_jitter(
     """
     gate = gates_on(model, silicon)
     devices = devices_on(model, silicon, gate)
-    current = inhibition_current(devices, gate["i_inh_tau"])
+    current = inhibition_current(devices, gate[_BIAS])
     flicker = noise.flicker_in(silicon.process)
     rate, variance = relaxations(flicker, shortest / _FASTEST)
-    mean = mean_variance(rate * neurons.t_inh[:, None])
+    mean = np.sqrt(variance * mean_variance(rate * neurons.t_inh[:, None]))
     slope = neurons.t_inh * neurons.kappa_n / silicon.thermal_voltage
     if devices.on_die.full:
-        up, down = (inhibition_current(devices, gate["i_inh_tau"] + x) for x in (_SHIFT, -_SHIFT))
+        up, down = (inhibition_current(devices, gate[_BIAS] + x) for x in (_SHIFT, -_SHIFT))
         slope = neurons.t_inh * np.log(up / down) / (2.0 * _SHIFT)
-    areas = np.full(slope.size, area * transistor_of(neuron_of(model.circuit), _DEVICE).gate_area)
-    at_gate = gate_flicker(flicker, silicon.process, np.ones(slope.size, np.bool_), areas)
-    n, blocks = slope.size, 1 + -(-rate.size // _PER_BLOCK)
-    keys = noise_keys(noise.seed, noise.trial, _paths(model, silicon))
-    counters = np.zeros((4, n * blocks), np.uint32)
-    counters[1] = np.tile(np.arange(blocks), n)
+    n = slope.size
+    areas = np.full(n, area * transistor_of(neuron_of(model.circuit), _DEVICE).gate_area)
+    lines = lines_at(model, silicon, flicker, n)
+    at_gate = gate_flicker(flicker, silicon.process, np.ones(n, np.bool_), areas) + lines.flicker
+    averaged = 0.5 / neurons.t_inh  # Hz, of white noise in the mean over an inhibition
+    sources, blocks = lines.follow.shape[1], 1 + -(-rate.size // _PER_BLOCK)
+    keys = noise_keys(noise.seed, noise.trial, [*_paths(model, silicon), *_sources(model, silicon, sources)])
+    counters = np.zeros((4, (n + sources) * blocks), np.uint32)
+    counters[1] = np.tile(np.arange(blocks), n + sources)
     return Jitter(
-        neurons.t_inh.copy(),
-        np.sqrt(ELEMENTARY_CHARGE * neurons.t_inh / current),
-        slope[:, None] * np.sqrt(at_gate[:, None] * variance * mean),
-        rate,
-        np.zeros((n, rate.size)),
-        np.full(1, -math.inf),
-        np.zeros(1, np.int64),
-        np.repeat(keys, blocks, axis=1),
-        counters,
-        np.zeros((4, n * blocks), np.uint32),
+        t_inh=neurons.t_inh.copy(),
+        white=np.sqrt(ELEMENTARY_CHARGE * neurons.t_inh / current + slope**2 * lines.white * averaged),
+        amplitude=slope[:, None] * np.sqrt(at_gate[:, None]) * mean,
+        rate=rate,
+        follow=slope[:, None] * lines.follow,
+        follow_white=(slope * np.sqrt(averaged))[:, None] * lines.follow_white,
+        share=mean,
+        relaxation=np.zeros((n + sources, rate.size)),
+        last=np.full(1, -math.inf),
+        calls=np.zeros(1, np.int64),
+        keys=np.repeat(keys, blocks, axis=1),
+        counters=counters,
+        words=np.zeros_like(counters),
     )
 
 
 def spread(jitter: Jitter) -> F64:
     """Return the standard deviation of t_inh by white noise and flicker, s, float64[n]."""
-    return np.asarray(np.sqrt(jitter.white**2 + (jitter.amplitude**2).sum(axis=1)))
+    shared = (jitter.follow_white**2).sum(axis=1)
+    shared += (jitter.follow**2).sum(axis=1) * (jitter.share**2).sum(axis=1)
+    return np.asarray(np.sqrt(jitter.white**2 + (jitter.amplitude**2).sum(axis=1) + shared))
 
 
 def copied(jitter: Jitter) -> Jitter:
@@ -132,17 +176,25 @@ def next_durations(j: Jitter, time: float, t_inh: F64) -> None:
     n, r = j.amplitude.shape
     if n == 0:
         return
+    m = j.follow.shape[1]
     j.counters[0, :] = np.uint32(j.calls[0])
     philox(j.keys, j.counters, j.words)
-    blocks = j.keys.shape[1] // n
-    for k in range(n):
-        shift = j.white[k] * normal_pair(j.words[0, k * blocks], j.words[1, k * blocks])[0]
+    blocks = j.keys.shape[1] // (n + m)
+    for k in range(n + m):
         for i in range(r):
             column, pair = k * blocks + 1 + i // 4, 2 * (i % 4 // 2)
             fresh = normal_pair(j.words[pair, column], j.words[pair + 1, column])[i % 2]
             kept = math.exp(-j.rate[i] * (time - j.last[0]))
             j.relaxation[k, i] = kept * j.relaxation[k, i] + math.sqrt(1.0 - kept * kept) * fresh
+    for k in range(n):
+        shift = j.white[k] * normal_pair(j.words[0, k * blocks], j.words[1, k * blocks])[0]
+        for i in range(r):
             shift += j.amplitude[k, i] * j.relaxation[k, i]
+        for s in range(m):
+            column = (n + s) * blocks
+            shift += j.follow_white[k, s] * normal_pair(j.words[0, column], j.words[1, column])[0]
+            for i in range(r):
+                shift += j.follow[k, s] * j.share[k, i] * j.relaxation[n + s, i]
         t_inh[k] = j.t_inh[k] + shift
     j.last[0] = time
     j.calls[0] += 1
@@ -153,3 +205,10 @@ def _paths(model: ReboundModel, silicon: Silicon) -> list[str]:
     group = model.transistors[_DEVICE]
     root = noise_place(silicon, model.circuit.name)
     return [f"{root}.{group.label(k)}" for k in range(group.nodes.shape[1])]
+
+
+def _sources(model: ReboundModel, silicon: Silicon, count: int) -> list[str]:
+    """Path of each source of noise that the lines of a chip share, the chip of a lone neuron too."""
+    place = (silicon.place or ((model.circuit.name, ()),))[:1]
+    root = noise_place(replace(silicon, place=place), model.circuit.name)
+    return [f"{root}.bias generator.shared masters.{k}" for k in range(count)]

@@ -15,6 +15,7 @@ import numpy as np
 
 from circuits.arrays import F64, I64
 from circuits.devices import Device, Resistor, Transistor
+from circuits.devices.noise import channel_noise, resistor_noise
 from circuits.devices.transistor import (
     TransistorArrays,
     TransistorWork,
@@ -24,7 +25,7 @@ from circuits.devices.transistor import (
     transistor_work,
 )
 from circuits.errors import SolverError
-from circuits.silicon.process import POLARITIES
+from circuits.silicon.process import POLARITIES, kelvin
 from circuits.silicon.silicon import Deviation, Silicon
 
 _TOLERANCE = 1e-9  # V, last update of a solve
@@ -46,6 +47,10 @@ class Network:
     def transistors(self) -> list[Transistor]:
         """The transistors of the first copy."""
         return [d for d in self.copies[0] if isinstance(d, Transistor)]
+
+    def resistors(self) -> list[Resistor]:
+        """The resistors of the first copy, which are those of all."""
+        return [d for d in self.copies[0] if isinstance(d, Resistor)]
 
     def unknown(self) -> list[str]:
         """The nodes that are solved for."""
@@ -77,22 +82,11 @@ def rest_state(
     start
         A guess of every unknown node, V, float64[copies].
     """
-    unknown, copies = network.unknown(), len(network.copies)
-    column = {name: k for k, name in enumerate([*unknown, *network.given])}
-    terminals = np.array(
-        [[[column[n] for n in d.terminals()] for d in copy if isinstance(d, Transistor)]
-         for copy in network.copies]
-    )  # fmt: skip
-    n, every = len(unknown), len(column)
-    v = np.zeros((copies, every))
-    for name, value in (*start.items(), *given.items()):
-        v[:, column[name]] = value
-    arrays = _arrays(network, silicon, deviation, terminals + every * np.arange(copies)[:, None, None])
-    flow = _Flow(terminals, n, _conductance(network, column))
-    work = transistor_work(arrays.sign.size)
+    made = _made(network, silicon, deviation, {**start, **given})
+    unknown, n, v = network.unknown(), len(network.unknown()), made.voltages
     for _ in range(_ITERATIONS):
-        drain_currents(arrays, v.ravel(), work)
-        residual, jacobian = flow.currents(v, work)
+        residual, whole = made.currents()
+        jacobian = whole[:, :, :n]
         scale = np.maximum(np.abs(jacobian).max(axis=2), 1e-300)
         try:
             step = np.linalg.solve(jacobian / scale[:, :, None], (residual / scale)[:, :, None])[:, :, 0]
@@ -104,6 +98,99 @@ def rest_state(
         if np.abs(step).max() < _TOLERANCE:
             return {name: v[:, k].copy() for k, name in enumerate(unknown)}
     raise no_room(silicon)
+
+
+@dataclass(frozen=True, slots=True)
+class Slopes:
+    """What moves one node of every copy about its rest state, and the noise that does.
+
+    by_gate : by a voltage at the gate of each transistor, V/V, float64[copies, transistors].
+    by_given : by the voltage of a given node, by its name, V/V, float64[copies].
+    by_current : by a current through each transistor, then each resistor, V/A, float64[copies, devices].
+    sources : white noise of these currents, A^2/Hz, float64[copies, devices].
+    """
+
+    by_gate: F64
+    by_given: Mapping[str, F64]
+    by_current: F64
+    sources: F64
+
+    @property
+    def white(self) -> F64:
+        """Density at the node by white noise, V^2/Hz, float64[copies]."""
+        return np.asarray((self.by_current**2 * self.sources).sum(axis=1))
+
+
+def slopes_at(
+    network: Network, silicon: Silicon, deviation: Deviation, voltages: Mapping[str, F64], node: str
+) -> Slopes:
+    """Small signals at an unknown node of all copies, by one solve of their transposed networks.
+
+    network, silicon, deviation: as in `rest_state`; voltages: its result and the given nodes but ground, V.
+    """
+    made = _made(network, silicon, deviation, voltages)
+    _, jacobian = made.currents()
+    unknown = network.unknown()
+    n, copies = len(unknown), len(network.copies)
+    wanted = np.zeros((copies, n, 1))
+    wanted[:, unknown.index(node)] = -1.0
+    back = np.linalg.solve(jacobian[:, :, :n].transpose(0, 2, 1), wanted)[:, :, 0]
+    moved = np.concatenate([back, np.zeros((copies, len(network.given)))], axis=1)  # V/A, out of each node
+    at = np.arange(copies)
+    channels = (moved[at, made.flow.drain] - moved[at, made.flow.source]).T  # [copies, transistors]
+    white = np.empty(made.arrays.sign.size)
+    channel_noise(made.arrays, made.work, white)
+    column, resistors = _columns(network), network.resistors()
+    ends = [(column[i], column[j]) for i, j in (r.terminals() for r in resistors)]
+    through = np.array([moved[:, i] - moved[:, j] for i, j in ends]).reshape(-1, copies).T
+    thermal = resistor_noise(np.array([r.resistance for r in resistors]), kelvin(silicon.temperature_c))
+    slope = made.work.conductance[1].reshape(-1, copies).T
+    return Slopes(
+        by_gate=channels * slope,
+        by_given={
+            name: np.asarray((back * jacobian[:, :, n + k]).sum(axis=1))
+            for k, name in enumerate(network.given)
+        },
+        by_current=np.concatenate([channels, through], axis=1),
+        sources=np.concatenate(
+            [white.reshape(-1, copies).T, np.broadcast_to(thermal, through.shape)], axis=1
+        ),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Made:
+    """Copies of a network with their numbers on a silicon, and the voltages of their nodes, V."""
+
+    arrays: TransistorArrays
+    work: TransistorWork
+    flow: _Flow
+    voltages: F64  # [copies, nodes], the unknown ones first
+
+    def currents(self) -> tuple[F64, F64]:
+        """Currents that leave the unknown nodes, A, and their derivatives by all nodes, S."""
+        drain_currents(self.arrays, self.voltages.ravel(), self.work)
+        return self.flow.currents(self.voltages, self.work)
+
+
+def _made(network: Network, silicon: Silicon, deviation: Deviation, voltages: Mapping[str, F64]) -> _Made:
+    column, copies = _columns(network), len(network.copies)
+    terminals = np.array(
+        [[[column[n] for n in d.terminals()] for d in copy if isinstance(d, Transistor)]
+         for copy in network.copies]
+    )  # fmt: skip
+    every = len(column)
+    v = np.zeros((copies, every))
+    for name, value in voltages.items():
+        v[:, column[name]] = value
+    arrays = _arrays(network, silicon, deviation, terminals + every * np.arange(copies)[:, None, None])
+    flow = _Flow(terminals, len(network.unknown()), _conductance(network, column))
+    return _Made(arrays, transistor_work(arrays.sign.size), flow, v)
+
+
+def _columns(network: Network) -> dict[str, int]:
+    """Place of each node among the voltages of a copy, the unknown ones first."""
+    return {name: k for k, name in enumerate([*network.unknown(), *network.given])}
 
 
 def no_room(silicon: Silicon) -> SolverError:
@@ -147,6 +234,7 @@ class _Flow:
         self.unknown, self.conductance = unknown, conductance
         self.copies, self.nodes = len(terminals), len(conductance)
         drain, gate, source, _ = terminals.transpose(2, 1, 0)  # [devices, copies] each
+        self.drain, self.source = drain, source
         self.row = [self._at(drain), self._at(source)]
         self.entry = {
             (i, j): (self._at(a) * self.nodes + b).ravel()
@@ -158,7 +246,7 @@ class _Flow:
         return np.asarray(np.arange(self.copies) * self.nodes + node)
 
     def currents(self, v: F64, w: TransistorWork) -> tuple[F64, F64]:
-        """Currents that leave the unknown nodes, A, [copies, unknown], and their derivatives, S."""
+        """Currents that leave the unknown nodes, A, [copies, unknown], and their derivatives by all, S."""
         n, size = self.unknown, self.copies * self.nodes
         residual = v @ self.conductance
         slopes: list[tuple[str, str, F64]] = []
@@ -173,4 +261,4 @@ class _Flow:
         for end, to, slope in slopes:
             jacobian += np.bincount(self.entry[end, to], slope, jacobian.size)
         square = jacobian.reshape(self.copies, self.nodes, self.nodes) + self.conductance
-        return residual[:, :n], square[:, :n, :n]
+        return residual[:, :n], square[:, :n]

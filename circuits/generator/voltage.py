@@ -29,7 +29,7 @@ GENERATOR = ("bias generator", ())
 """Part of a place on a die; with its space it cannot be the name of an instance."""
 
 _SHARED = ("shared masters", ())
-_RANGES = tuple(f"range_{k}" for k in range(len(COARSE)))
+RANGES = tuple(f"range_{k}" for k in range(len(COARSE)))
 _RESISTANCE = 148e3  # Ohm, where the search for a process's resistor begins
 _LEAST = 0.1 * _RESISTANCE  # Ohm, below which a core has no room to work; ours
 _ROUNDS = 20
@@ -51,6 +51,11 @@ class Line:
     index: tuple[int, ...] | None
     device: Transistor
 
+    @property
+    def node(self) -> str:
+        """The line's node in its network."""
+        return "v_n" if self.device.polarity == "n" else "v_p"
+
 
 def line_voltages(lines: Line, current: F64, silicon: Silicon, resistance: float | None = None) -> F64:
     """Voltages of lines whose codes are nearest to currents, V, float64 of the currents' shape.
@@ -70,18 +75,32 @@ def line_voltages(lines: Line, current: F64, silicon: Silicon, resistance: float
         The core's resistor, Ohm; the one that is chosen for the process unless given, so that a supply that
         moves must keep its own.
     """
-    codes = codes_of(current).reshape(-1, 2)
-    chosen = tuple((int(coarse), int(fine)) for coarse, fine in codes)
     own = resistor_of(silicon.process) if resistance is None else resistance
-    found = _solved(lines, chosen, replace(silicon, place=lines.place), own)
-    return np.array(found).reshape(current.shape)
+    found = lines_at_rest(lines, coded(current), replace(silicon, place=lines.place), own)
+    return found.voltages[lines.node].copy().reshape(current.shape)
+
+
+Codes = tuple[tuple[int, int], ...]  # coarse and fine
+
+
+def coded(current: F64) -> Codes:
+    """Codes nearest to currents, A; raises `ParameterError` for one that no code reaches."""
+    return tuple((int(coarse), int(fine)) for coarse, fine in codes_of(current).reshape(-1, 2))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AtRest:
+    """Copies of a network on a die, and the voltages of their nodes but ground at rest, V, by their names."""
+
+    network: Network
+    deviation: Deviation
+    voltages: Mapping[str, F64]
 
 
 @lru_cache(maxsize=4096)
-def _solved(
-    lines: Line, codes: tuple[tuple[int, int], ...], silicon: Silicon, resistance: float
-) -> tuple[float, ...]:
-    shared = _masters(silicon, resistance)
+def lines_at_rest(lines: Line, codes: Codes, silicon: Silicon, resistance: float) -> AtRest:
+    """Lines at codes on a silicon whose place is the chip's; arguments as of `line_voltages`."""
+    shared = masters_at_rest(silicon, resistance).voltages
     network = Network([line(fine, lines.device) for _, fine in codes], ("0", "vdd", "range_n"))
     if lines.index is None:
         path: Path = (GENERATOR, (lines.port, lines.shape))
@@ -91,19 +110,19 @@ def _solved(
         deviation = _deviation(network, replace(silicon, place=there), ())
     given = {
         "vdd": np.full(len(codes), silicon.process.v_dd),
-        "range_n": np.array([shared[coarse] for coarse, _ in codes]),
+        "range_n": np.array([shared[RANGES[coarse]][0] for coarse, _ in codes]),
     }
     found = rest_state(network, silicon, deviation, given, _line_start(network, codes, silicon))
-    return tuple(found["v_n" if lines.device.polarity == "n" else "v_p"].tolist())
+    return AtRest(network, deviation, {**found, **given})
 
 
 @lru_cache(maxsize=256)
-def _masters(silicon: Silicon, resistance: float) -> tuple[float, ...]:
-    """Gate voltages of the diodes of all coarse currents on a chip, V."""
+def masters_at_rest(silicon: Silicon, resistance: float) -> AtRest:
+    """What lines share on a silicon whose place is the chip's; resistance: of the core's resistor, Ohm."""
     network = Network([masters(resistance)], ("0", "vdd"))
     deviation = _deviation(network, silicon, (GENERATOR, _SHARED))
     found = _core_state(network, silicon, deviation)
-    return tuple(float(found[name][0]) for name in _RANGES)
+    return AtRest(network, deviation, {**found, "vdd": np.array([silicon.process.v_dd])})
 
 
 @lru_cache(maxsize=32)
@@ -136,7 +155,7 @@ def _core_state(network: Network, silicon: Silicon, deviation: Deviation) -> dic
     """Rest state of what lines share."""
     v_dd, n, p = silicon.process.v_dd, silicon.law("n").v_t0, silicon.law("p").v_t0
     levels = {"core_n": n, "core_p": v_dd - p, "core_r": 2.0 * silicon.thermal_voltage, "kick": 0.0}
-    levels |= {"kick_a": 0.7 * v_dd, "kick_b": 0.4 * v_dd} | dict.fromkeys(_RANGES, n)
+    levels |= {"kick_a": 0.7 * v_dd, "kick_b": 0.4 * v_dd} | dict.fromkeys(RANGES, n)
     start = {name: np.array([levels.get(name, 0.6 * v_dd)]) for name in network.unknown()}
     return rest_state(network, silicon, deviation, {"vdd": np.array([v_dd])}, start)
 

@@ -129,3 +129,23 @@ def test_wrong_numbers_are_refused() -> None:
     for wrong in ({"seed": -1}, {"trial": -2}):
         with pytest.raises(ParameterError, match="must be at least 0"):
             SiliconNoise(**wrong)
+
+
+def test_lines_of_a_generator_make_noise_that_neurons_share():
+    noise = SiliconNoise(5)
+    gate, line = (
+        RangingChip(Silicon(), noise=noise, bias_kind=k).jitter_at(27.0) for k in ("gate", "generator")
+    )
+    assert gate is not None
+    assert line is not None
+    assert gate.follow.shape == (13, 0)
+    assert (spread(line) > 1.5 * spread(gate)).all()
+    times = np.empty((2000, 13))
+    for k, row in enumerate(times):
+        next_durations(line, 0.1 * k, row)
+    np.testing.assert_allclose(times.std(axis=0), spread(line), rtol=0.08)
+    alike = np.corrcoef(times.T)[6, 8]  # of one coarse code
+    shared = (line.follow_white[6] * line.follow_white[8]).sum()
+    shared += (line.follow[6] * line.follow[8]).sum() * (line.share[6] * line.share[8]).sum()
+    assert alike == pytest.approx(shared / (spread(line)[6] * spread(line)[8]), abs=0.08)
+    assert alike > 0.1

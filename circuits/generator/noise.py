@@ -1,0 +1,119 @@
+"""Noise of the bias generator's lines: what each makes by itself, and what all get from the shared masters.
+
+A line is slow, and so are the currents that it sets. Its gate's voltage has the density
+
+    S(f) = white + flicker / f^AF,   flicker = sum_k (dV / dV_gk)^2 K_F / (m W L Cox)
+
+over the devices of the line, with the slopes of its operating point; white noise is that of channels and
+resistors. What lines share reaches them through the diode of their coarse current: lines of one coarse code
+have that noise in common, those of others a part of it, by the core.
+
+Left out: at what frequency a line stops to follow. Its conductance over the capacitance of the gates at it
+is some kHz at 100 pA, above what times of milliseconds average over; a capacitor at the line would take it
+lower.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from circuits.arrays import F64, I64
+from circuits.devices.noise import NoiseModel, gate_flicker
+from circuits.generator.solve import Slopes, slopes_at
+from circuits.generator.voltage import (
+    RANGES,
+    AtRest,
+    Line,
+    coded,
+    lines_at_rest,
+    masters_at_rest,
+    resistor_of,
+)
+from circuits.silicon.silicon import Silicon
+
+
+@dataclass(frozen=True, slots=True)
+class LineNoise:
+    """Noise of lines' voltages.
+
+    white : by each line's own devices, V^2/Hz, float64[lines].
+    flicker : likewise at 1 Hz, V^2/Hz, float64[lines].
+    coarse : code of each line's coarse current, int64[lines].
+    by_coarse : by how much a line follows its coarse current's diode, V/V, float64[lines].
+    """
+
+    white: F64
+    flicker: F64
+    coarse: I64
+    by_coarse: F64
+
+
+@dataclass(frozen=True, slots=True)
+class SharedNoise:
+    """Noise of the diodes of all coarse currents, which lines share.
+
+    white : covariance of their voltages, V^2/Hz, float64[8, 8].
+    flicker : likewise at 1 Hz, V^2/Hz, float64[8, 8].
+    """
+
+    white: F64
+    flicker: F64
+
+
+def line_noise(lines: Line, current: F64, silicon: Silicon, model: NoiseModel) -> LineNoise:
+    """Noise of lines whose codes are nearest to currents, but for what they share.
+
+    Raises as `circuits.generator.voltage.line_voltages`.
+
+    Parameters
+    ----------
+    lines
+        Where the lines stand, and for what device.
+    current
+        Currents at the reference temperature, A, above zero.
+    silicon
+        Process, supply, temperature and die.
+    model
+        Flicker noise of the devices.
+    """
+    codes, there = coded(current), replace(silicon, place=lines.place)
+    rest = lines_at_rest(lines, codes, there, resistor_of(silicon.process))
+    slopes = slopes_at(rest.network, there, rest.deviation, rest.voltages, lines.node)
+    flicker = (slopes.by_gate**2 * _at_gates(rest, silicon, model)).sum(axis=1)
+    coarse = np.array([c for c, _ in codes], np.int64)
+    return LineNoise(slopes.white, flicker, coarse, slopes.by_given["range_n"])
+
+
+def shared_noise(lines: Line, silicon: Silicon, model: NoiseModel) -> SharedNoise:
+    """Noise that all lines of a chip share; arguments as of `line_noise`."""
+    there = replace(silicon, place=lines.place)
+    rest = masters_at_rest(there, resistor_of(silicon.process))
+    each = [slopes_at(rest.network, there, rest.deviation, rest.voltages, name) for name in RANGES]
+    by_gate = np.concatenate([s.by_gate for s in each])
+    white = np.array([[_white_of(a, b) for b in each] for a in each])
+    return SharedNoise(white, by_gate @ np.diag(_at_gates(rest, silicon, model)) @ by_gate.T)
+
+
+def _white_of(one: Slopes, other: Slopes) -> float:
+    """Covariance of two nodes of the masters by white noise, V^2/Hz."""
+    return float((one.by_current * other.by_current * one.sources).sum())
+
+
+def _at_gates(rest: AtRest, silicon: Silicon, model: NoiseModel) -> F64:
+    """Flicker at the gate of each transistor of a copy at 1 Hz, V^2/Hz, float64[transistors]."""
+    devices = rest.network.transistors()
+    is_n = np.array([d.polarity == "n" for d in devices])
+    return gate_flicker(model, silicon.process, is_n, np.array([d.gate_area for d in devices]))
+
+
+def following(shared: F64, noise: LineNoise) -> F64:
+    """What lines get from independent unit sources by a covariance of the coarse diodes.
+
+    shared: float64[8, 8], V^2/Hz. The result is float64[lines, 8], V/Hz^0.5: its product with itself is the
+    covariance of the lines.
+    """
+    scale, vectors = np.linalg.eigh(shared)
+    root = vectors * np.sqrt(np.maximum(scale, 0.0))
+    return np.asarray(noise.by_coarse[:, None] * root[noise.coarse])
