@@ -10,7 +10,7 @@ its options are the scenario's too.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from functools import cache
 from inspect import get_annotations
@@ -234,7 +234,7 @@ def settings(scenario: type) -> Mapping[str, Setting]:
     return found
 
 
-def check_options(scenario: Any, no_silicon: str = "") -> None:
+def check_options(scenario: Any, no_silicon: str = "", but: Collection[str] = ()) -> None:
     """Raise `ParameterError` for a field of a scenario that breaks its option's rule.
 
     The parts of a scenario check their own fields.
@@ -246,12 +246,14 @@ def check_options(scenario: Any, no_silicon: str = "") -> None:
     no_silicon
         What puts a chip into the loop where there is none; a field that says something of a chip, and is
         not at its default, is then refused too.
+    but
+        Names of fields that say something without a chip too.
     """
     kind: Any = type(scenario)
     for one in settings(kind).values():
         if one.part is None:
             one.check(getattr(scenario, one.field))
-    for each in fields(scenario) if no_silicon else ():
+    for each in [f for f in fields(scenario) if no_silicon and f.name not in but]:
         stated = each.metadata.get(OPTION)
         value = getattr(scenario, each.name)
         if stated is not None and stated.needs_chip and value != _default(each):

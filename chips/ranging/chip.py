@@ -34,7 +34,8 @@ from chips.ranging.record import ReboundRecord
 from chips.ranging.temperature import move_releases
 from chips.validity import require_inside
 from circuits.arrays import F64, I64
-from circuits.circuit import Circuit
+from circuits.bias import rebias
+from circuits.circuit import BiasKind, Circuit
 from circuits.devices.source import Polyline
 from circuits.errors import unknown_name
 from circuits.event import LENGTH
@@ -75,8 +76,9 @@ class ChipState:
 
 
 @lru_cache(maxsize=8)
-def _shipped_model(process: Process) -> ReboundModel:
-    return model_of(ranging_chip.build(), process)
+def shipped_model(process: Process, bias_kind: BiasKind | None = None) -> ReboundModel:
+    """Return the model of the ranging chip in a process, its biases all of a kind, or as built."""
+    return model_of(rebias(ranging_chip.build(), kind=bias_kind), process)
 
 
 class RangingChip:
@@ -94,6 +96,9 @@ class RangingChip:
         Record of the model; the one in force unless given.
     noise
         What varies from call to call on one die; nothing unless given.
+    bias_kind
+        What all biases but voltages are, `gate`, `ideal` or `generator`; as built unless given. Where a
+        circuit is given its own biases hold.
     """
 
     def __init__(
@@ -103,11 +108,12 @@ class RangingChip:
         path: str = "ranging_chip",
         record: ReboundRecord | None = None,
         noise: SiliconNoise | None = None,
+        bias_kind: BiasKind | None = None,
     ) -> None:
         """Prepare the neurons; raises `ParameterError` outside the box (`chips.validity`)."""
         self.silicon, self.path, self.noise = silicon, path, noise
         if circuit is None and record is None:
-            self.model = _shipped_model(silicon.process)
+            self.model = shipped_model(silicon.process, bias_kind)
         else:
             self.model = model_of(circuit or ranging_chip.build(), silicon.process, record)
         self.spikes = self.model.circuit.port("spike").elements()

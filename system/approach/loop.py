@@ -100,7 +100,7 @@ def models_of(scenario: Scenario, temperature_c: float) -> Models:
     noise = silicon_noise(scenario.silicon_noise, scenario.seed)
     fourth = _fourth_power(silicon) if scenario.amplitude_law == "d4" else None
     return Models(
-        chip=RangingChip(silicon, noise=noise),
+        chip=RangingChip(silicon, noise=noise, bias_kind=scenario.bias_kind),
         proximity=CentroidModel(silicon),
         amplitude=None if fourth is None else CentroidModel(silicon, fourth),
         vocalization=VocalizationModel(silicon, noise=noise),
@@ -117,8 +117,9 @@ def _fourth_power(silicon: Silicon) -> tuple[float, ...]:
 
 def _chip(scenario: Scenario, silicon: Silicon) -> dict[str, Part[Any]]:
     if scenario.level_of("chip") == "behavioural":
-        return {"chip": RangingChip(silicon, noise=silicon_noise(scenario.silicon_noise, scenario.seed))}
-    chip = ranging_chip.build()
+        noise = silicon_noise(scenario.silicon_noise, scenario.seed)
+        return {"chip": RangingChip(silicon, noise=noise, bias_kind=scenario.bias_kind)}
+    chip = rebias(ranging_chip.build(), kind=scenario.bias_kind)
     held = {"v_ex_max": 4.301} if scenario.isolation else {}
     parts: dict[str, Part[Any]] = {}
     for k in range(ranging_chip.NEURONS):

@@ -81,7 +81,7 @@ def _refuse_early(scenario: Scenario) -> None:
     """Refuse, before any work, a course that leaves what the ranging chip's model was measured for."""
     course = course_through(scenario.course)
     if course is not None and scenario.level_of("chip") == "behavioural":
-        chip = RangingChip(scenario.silicon_at(course.begin))
+        chip = RangingChip(scenario.silicon_at(course.begin), bias_kind=scenario.bias_kind)
         course.check(scenario.duration, chip.neurons_at)
 
 

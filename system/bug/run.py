@@ -264,7 +264,7 @@ def account(trace: Trace) -> Account:
         on |= {
             "area": s.area,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s, s.bias_kind),
+            **describe_run(s),
         }
     return Account(
         succeeded=trace.reached or (bool(trace.verdict) and trace.shortest is None),

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 
 from chips.nef.chip import REFERENCE_C
 from chips.noise import SiliconNoise
-from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.process import check_temperature
 from system.bug.body import STEP
 from system.bug.brain import AGENTS
 from system.option import (
-    bias_kind_option,
     check_options,
     option,
 )
@@ -55,7 +53,6 @@ class Scenario(OnSilicon):
         None, "Where its decoders were solved; where biases were trimmed unless given", name="solved",
         unit="degC", study=True, silicon=True, key="solved_C",
     )  # fmt: skip
-    bias_kind: BiasKind = bias_kind_option("gate")
     area: float = option(1.0, "Of the chip's devices, relative", unit="", study=True, silicon=True)
     silicon_noise: Noisy = noise_option()
     noise_seed: int | None = noise_seed_option()

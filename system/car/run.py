@@ -31,7 +31,7 @@ from system.openspace.flight import WAY_KEYS, entries_of
 from system.openspace.moving import along_readers
 from system.openspace.reader import CALIBRATIONS, readings
 from system.openspace.reader_noise import no_reader, reader_of
-from system.options.block import AS_BUILT, describe_run
+from system.options.block import describe_run
 from system.options.noise import silicon_noise
 from system.options.outside import inside_boxes
 from system.plot import entitle, silicon_text
@@ -181,7 +181,7 @@ def account(trace: Trace) -> Account:
         on |= {
             "reader": s.reader or CALIBRATIONS[0],
             "silicon_noise": s.silicon_noise,
-            **describe_run(s, s.bias_kind or AS_BUILT),
+            **describe_run(s),
         }
     path = evenly(np.append(d.log[:, 0], d.time), trace.path, 1.0 / s.robot.ping_rate)
     return Account(

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from system.car.numbers import OpenspaceNumbers, Robot
 from system.car.world import FORESTS, check_forest, is_file, read_pipes
 from system.openspace.map import start_option
 from system.openspace.reader import CALIBRATIONS, Calibration
 from system.option import (
-    bias_kind_option,
     check_options,
     option,
 )
@@ -51,7 +49,6 @@ class Scenario(OnSilicon):
         None, "Of a chip's ranges: nominal, or calibrated on its die at 27 degC", study=True, silicon=True,
         choices=CALIBRATIONS,
     )  # fmt: skip
-    bias_kind: BiasKind | None = bias_kind_option(None)
     silicon_noise: Noisy = noise_option()
     noise_seed: int | None = noise_seed_option()
     start: tuple[float, float] | None = start_option(place)

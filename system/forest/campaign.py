@@ -24,6 +24,7 @@ from typing import NamedTuple
 
 from scipy import stats
 
+from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
@@ -51,13 +52,17 @@ def own_mismatch(seed: int) -> Die:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A configuration: a bat, the number of obstacles, senses, and silicon with a die a seed."""
+    """A configuration: a bat, the number of obstacles, senses, and silicon with a die a seed.
+
+    bias_kind: of the ranging chip's biases; fixed gate voltages, as on the paper's chip.
+    """
 
     bat: Bat = field(default_factory=Bat)
     obstacles: int = OBSTACLES
     sensing: Sensing = IDEAL
     die: Callable[[int], Die] = nominal_die
     temperature_c: float = 27.0
+    bias_kind: BiasKind = "gate"
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,13 +140,13 @@ class Flights:
         """Fly until a collision, or all pings."""
         case, seed = self.cases[key.case], (key.seed, 0)
         silicon = Silicon(temperature_c=case.temperature_c, die=case.die(key.seed))
-        senses = senses_of(case.sensing, case.bat, silicon, seed)
+        senses = senses_of(case.sensing, case.bat, silicon, seed, bias_kind=case.bias_kind)
         return fly_sample(_arcs(case.bat), planter(case.obstacles), seed, key.pings, senses=senses)[0]
 
     def campaign(self, name: str) -> Campaign[Flight, Sample]:
         """All of them under a name."""
         cases = (
-            (label, c.bat, c.obstacles, c.sensing, c.die.__qualname__, c.temperature_c)
+            (label, c.bat, c.obstacles, c.sensing, c.die.__qualname__, c.temperature_c, c.bias_kind)
             for label, c in self.cases.items()
         )
         return Campaign(name, self, Flight, Sample, (version("noctule"), *cases))

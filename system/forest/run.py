@@ -40,7 +40,7 @@ from system.openspace.picture import draw_view_of_run
 from system.openspace.senses import IDEAL, senses_of
 from system.openspace.senses_kernel import Senses
 from system.option import Option
-from system.options.block import AS_BUILT, describe_run
+from system.options.block import describe_run
 from system.options.outside import inside_boxes
 from system.plot import silicon_text
 from system.system import SUCCEEDED, Account, Output, Progress, RunTrace, System, metrics_with
@@ -114,7 +114,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     begun_c = beginning_of(s.temperature_c, s.course) if s.course else None
 
     def made(celsius: float) -> Senses:
-        return senses_of(s.sensing, s.bat, s.silicon_at(celsius), key, begun_c)
+        return senses_of(s.sensing, s.bat, s.silicon_at(celsius), key, begun_c, s.bias_kind)
 
     senses_at = along_readers(s.course, s.temperature_c, made, lambda senses: senses.reader)
     moving = Moving(senses_at, course_through(s.course))
@@ -153,7 +153,7 @@ def account(trace: Trace) -> Account:
             "ranging_area": sensing.ranging_area,
             "selection_area": sensing.selection_area,
             "silicon_noise": sensing.silicon_noise,
-            **describe_run(s, sensing.bias_kind or AS_BUILT),
+            **describe_run(s),
         }
     on_time = sample.time_s * s.bat.max_speed
     return Account(

@@ -51,7 +51,7 @@ class Scenario(OnSilicon):
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
-        check_options(self)
+        check_options(self, no_silicon(self), but=("die", "temperature_c", "course"))
         way = self.bat.max_speed / self.bat.ping_rate
         if way > self.bat.max_range:
             raise ParameterError(
@@ -63,10 +63,6 @@ class Scenario(OnSilicon):
             raise ParameterError(
                 f"temperature_c: {warm} degC, must be {ROOM_TEMPERATURE:g}: no chip is in the"
                 f" loop; {no_silicon(self)}, or leave it out"
-            )
-        if self.law != "ideal" and not self.sensing.silicon:
-            raise ParameterError(
-                f"law: {self.law}, no chip is in the loop; {no_silicon(self)}, or leave it out"
             )
         if self.map is None:
             check_count(self.obstacles)

@@ -119,7 +119,7 @@ def account(trace: Trace) -> Account:
             "wiring": s.wiring,
             "area": s.area,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s, s.bias_kind or "gate"),
+            **describe_run(s),
         },
         outside=trace.outside,
     )
@@ -129,7 +129,7 @@ def document(trace: Trace) -> dict[str, Any]:
     """Return the entries that only this system's JSON document has, by their keys."""
     s, log = trace.scenario, trace.log
     return {
-        "bias_kind": s.bias_kind or "gate",
+        "bias_kind": s.bias_kind,
         "gain_deg_a_spike": np.degrees(s.head.gain),
         "time_s": log.time,
         "target_deg": np.degrees(log.target),

@@ -7,14 +7,12 @@ from dataclasses import dataclass, field
 
 from chips.lso.model import Head, head_on
 from chips.lso.noise import LsoNoise, noise_of
-from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from system.head.ear import SPEED
 from system.head.loop import WIRINGS
 from system.head.numbers import Motion, SonarHead
 from system.head.world import MOTIONS
 from system.option import (
-    bias_kind_option,
     check_options,
     option,
 )
@@ -43,7 +41,6 @@ class Scenario(OnSilicon):
     )
     duration: float = option(DURATION, "Length of the run", unit="s", study=True)
     area: float = option(1.0, "Of the chip's devices, relative, from 1/16", unit="", above=0.0, study=True)
-    bias_kind: BiasKind | None = bias_kind_option(None)
     silicon_noise: Noisy = noise_option()
     noise_seed: int | None = noise_seed_option()
 
@@ -71,7 +68,7 @@ class Scenario(OnSilicon):
     def chip(self, temperature_c: float) -> tuple[Head, LsoNoise | None]:
         """Return the chip on its die at a temperature, degC, and its noise, None where there is none."""
         silicon = self.silicon_at(temperature_c)
-        chip = head_on(silicon, self.bias_kind or "gate", self.area)
+        chip = head_on(silicon, self.bias_kind, self.area)
         seed = self.seed if self.noise_seed is None else self.noise_seed
         noise = silicon_noise(self.silicon_noise, seed)
         return chip, None if noise is None else noise_of(chip, silicon, noise, self.area)

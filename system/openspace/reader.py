@@ -26,6 +26,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from chips.ranging import circuit as ranging_chip
+from chips.ranging.chip import shipped_model
 from chips.ranging.kernel import (
     Chip,
     Plan,
@@ -39,10 +40,9 @@ from chips.ranging.kernel import (
     take,
 )
 from chips.ranging.law import Neurons
-from chips.ranging.model import ReboundModel, check_box, model_of, neurons_on
+from chips.ranging.model import check_box, neurons_on
 from chips.validity import require_area
 from circuits.arrays import F64, I64
-from circuits.bias import rebias
 from circuits.circuit import BiasKind
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
@@ -77,38 +77,21 @@ def delays() -> F64:
     return np.asarray(STEP * np.arange(round(LONGEST / STEP) + 1, dtype=np.float64))
 
 
-def neurons_of(silicon: Silicon, area: float = 1.0, bias_kind: BiasKind | None = None) -> Neurons:
+def neurons_of(silicon: Silicon, area: float = 1.0, bias_kind: BiasKind = "generator") -> Neurons:
     """Neurons of the ranging chip on `silicon`, its drawn devices `area` times as large against mismatch.
 
     Raises `ParameterError` for silicon outside the validity box of the chip's record (`chips.validity`), and
     for an area that is none.
     """
-    model = model_of_chip(silicon.process, bias_kind)
+    model = shipped_model(silicon.process, bias_kind)
     check_chip(silicon, area, bias_kind)
-    return neurons_on(model, silicon_of(silicon, area))
+    return neurons_on(model, silicon.of_area(area))
 
 
-def check_chip(silicon: Silicon, area: float = 1.0, bias_kind: BiasKind | None = None) -> None:
+def check_chip(silicon: Silicon, area: float = 1.0, bias_kind: BiasKind = "generator") -> None:
     """Ask that the ranging chip on `silicon` is inside the validity box of its record, as `neurons_of`."""
     require_area("ranging_chip", area, 0.0)  # what smaller devices deviate by is a side of the record's box
-    check_box(model_of_chip(silicon.process, bias_kind), silicon_of(silicon, area))
-
-
-def silicon_of(silicon: Silicon, area: float) -> Silicon:
-    """The same with mismatch of devices `area` times as large."""
-    if area == 1.0:
-        return silicon
-    process = silicon.process
-    larger = replace(
-        process, pair_a_vt=process.pair_a_vt / np.sqrt(area), pair_a_beta=process.pair_a_beta / np.sqrt(area)
-    )
-    return replace(silicon, process=larger)
-
-
-@lru_cache(maxsize=4)
-def model_of_chip(process: Process, bias_kind: BiasKind | None) -> ReboundModel:
-    """The model of the ranging chip with all biases of a kind, or as built."""
-    return model_of(rebias(ranging_chip.build(), kind=bias_kind), process)
+    check_box(shipped_model(silicon.process, bias_kind), silicon.of_area(area))
 
 
 def first_neurons(neurons: Neurons) -> Table:
@@ -130,7 +113,7 @@ def lookup(table: Table, spare: F64 | None = None) -> F64:
 
 
 def readings(
-    silicon: Silicon, calibration: Calibration, area: float = 1.0, bias_kind: BiasKind | None = None
+    silicon: Silicon, calibration: Calibration, area: float = 1.0, bias_kind: BiasKind = "generator"
 ) -> tuple[F64, int]:
     """Reading (s, NaN for none) of each of `delays`, and how many of them are too near to call.
 
@@ -142,7 +125,7 @@ def readings(
 
 @lru_cache(maxsize=256)
 def _readings(
-    silicon: Silicon, calibration: Calibration, area: float, bias_kind: BiasKind | None
+    silicon: Silicon, calibration: Calibration, area: float, bias_kind: BiasKind
 ) -> tuple[F64, int]:
     table = first_neurons(neurons_of(silicon, area, bias_kind))
     values = values_of(silicon, calibration, area, bias_kind, table)
@@ -150,7 +133,7 @@ def _readings(
 
 
 def values_of(
-    silicon: Silicon, calibration: Calibration, area: float = 1.0, bias_kind: BiasKind | None = None,
+    silicon: Silicon, calibration: Calibration, area: float = 1.0, bias_kind: BiasKind = "generator",
     table: Table | None = None,
 ) -> F64:  # fmt: skip
     """Look-up value (s) of each neuron; table: of the chip on `silicon`, worked out unless given.
@@ -159,7 +142,7 @@ def values_of(
     """
     if calibration not in CALIBRATIONS:
         raise ParameterError(f"reader: {calibration}, must be {' or '.join(CALIBRATIONS)}")
-    values = _nominal_lookup(silicon.process)
+    values = _nominal_lookup(silicon.process, bias_kind)
     if calibration == "nominal":
         return values
     there = replace(silicon, temperature_c=REFERENCE)
@@ -169,8 +152,8 @@ def values_of(
 
 
 @lru_cache(maxsize=4)
-def _nominal_lookup(process: Process) -> F64:
-    return lookup(first_neurons(neurons_of(Silicon(process))))
+def _nominal_lookup(process: Process, bias_kind: BiasKind) -> F64:
+    return lookup(first_neurons(neurons_of(Silicon(process), bias_kind=bias_kind)))
 
 
 def share_alike(neurons: Neurons, table: Table, trains: list[F64]) -> tuple[int, int]:

@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chips.noise import SiliconNoise
+from chips.ranging.chip import shipped_model
 from chips.ranging.kernel import Chip, Plan, new_chip, new_plan, next_due, on_call, on_echo, start, take
 from chips.ranging.law import Neurons
 from chips.ranging.noise import Jitter, new_jitter, next_durations, no_jitter
@@ -35,9 +36,7 @@ from system.openspace.reader import (
     WINDOW,
     Calibration,
     delays,
-    model_of_chip,
     neurons_of,
-    silicon_of,
     values_of,
 )
 
@@ -64,7 +63,7 @@ def no_reader() -> Reader:
 
 def reader_of(
     silicon: Silicon, calibration: Calibration, noise: SiliconNoise | None, area: float = 1.0,
-    bias_kind: BiasKind | None = None, begun_c: float | None = None,
+    bias_kind: BiasKind = "generator", begun_c: float | None = None,
 ) -> Reader:  # fmt: skip
     """A reader before its first ping, of none for None; raises as `system.openspace.reader.readings` does.
 
@@ -75,11 +74,11 @@ def reader_of(
         return no_reader()
     value = values_of(silicon, calibration, area, bias_kind)
     neurons = neurons_of(silicon, area, bias_kind)
-    model = model_of_chip(silicon.process, bias_kind)
+    model = shipped_model(silicon.process, bias_kind)
     first = neurons
     if begun_c is not None:
         first = neurons_of(replace(silicon, temperature_c=begun_c), area, bias_kind)
-    jitter = new_jitter(model, neurons, silicon_of(silicon, area), noise, float(first.t_inh.min()), area=area)
+    jitter = new_jitter(model, neurons, silicon.of_area(area), noise, float(first.t_inh.min()), area=area)
     return Reader(_late(silicon, area, bias_kind).copy(), value, jitter, neurons.t_inh.copy())
 
 
@@ -104,7 +103,7 @@ def late_spikes(neurons: Neurons) -> F64:
 
 
 @lru_cache(maxsize=64)
-def _late(silicon: Silicon, area: float, bias_kind: BiasKind | None) -> F64:
+def _late(silicon: Silicon, area: float, bias_kind: BiasKind) -> F64:
     found = late_spikes(neurons_of(silicon, area, bias_kind))
     found.setflags(write=False)
     return found

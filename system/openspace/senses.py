@@ -39,7 +39,7 @@ from system.openspace.law import ARCS, Bat
 from system.openspace.reader import CALIBRATIONS, STEP, Calibration, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.openspace.senses_kernel import Senses
-from system.option import bias_kind_option, option
+from system.option import option
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
 from system.worlds.sound.acoustics import AIR_TEMPERATURE, CALL_DURATION, speed_of_sound
 
@@ -56,9 +56,9 @@ class Sensing:
     """What the bat senses and selects with.
 
     occlusion, multipath: of `sonar` and `chip`; azimuth_noise: rad, standard deviation; reader: look-up
-    values of the ranging chip; bias_kind: of its biases, as built unless given; ranging_area, selection_area:
-    of the chips' drawn devices over the circuits', which moves their mismatch and flicker alone;
-    silicon_noise: of both chips' devices, by noise_seed (or the run's).
+    values of the ranging chip; ranging_area, selection_area: of the chips' drawn devices over the circuits',
+    which moves their mismatch and flicker alone; silicon_noise: of both chips' devices, by noise_seed (or the
+    run's).
     """
 
     ranges: str = option("exact", "Exact places, of a sonar, or of a chip", choices=RANGES, study=True)
@@ -70,7 +70,6 @@ class Sensing:
         "nominal", "Of a chip's ranges: nominal, or calibrated on its die at 27 degC", study=True,
         silicon=True, choices=CALIBRATIONS,
     )  # fmt: skip
-    bias_kind: BiasKind | None = bias_kind_option(None)
     ranging_area: float = 1.0
     selection_area: float = 1.0
     silicon_noise: Noisy = noise_option()
@@ -97,11 +96,10 @@ class Sensing:
             "multipath": (self.multipath, self.ranges != "exact"),
             "azimuth_noise": (self.azimuth_noise > 0.0, self.ranges != "exact"),
             "reader": (self.reader != "nominal", self.ranges == "chip"),
-            "bias_kind": (self.bias_kind is not None, self.ranges == "chip"),
         }
         for name, (given, used) in asked.items():
             if given and not used:
-                wanted = "chip" if name in {"reader", "bias_kind"} else "sonar` or `ranges=chip"
+                wanted = "chip" if name == "reader" else "sonar` or `ranges=chip"
                 raise ParameterError(f"{name}: not with `ranges={self.ranges}`; give `ranges={wanted}`")
 
     @property
@@ -115,12 +113,12 @@ IDEAL = Sensing()
 
 def senses_of(
     sensing: Sensing, bat: Bat, silicon: Silicon = _NOMINAL, seed: tuple[int, ...] = (0,),
-    begun_c: float | None = None,
+    begun_c: float | None = None, bias_kind: BiasKind = "generator",
 ) -> Senses:  # fmt: skip
     """Return the arrays for the compiled loop; both chips are on one silicon.
 
     seed: of bearings, its first number of the silicon's noise too, whose state one sample overwrites;
-    begun_c: temperature of a sample's beginning where it moves.
+    begun_c: temperature of a sample's beginning where it moves; bias_kind: of the ranging chip.
 
     Raises `ParameterError` for silicon that a model does not cover; a die outside the validity box of the
     ranging chip's record warns.
@@ -131,9 +129,9 @@ def senses_of(
         sensing.silicon_noise, seed[0] if sensing.noise_seed is None else sensing.noise_seed
     )
     if sensing.ranges == "chip":
-        delays = readings(silicon, sensing.reader, sensing.ranging_area, sensing.bias_kind)[0]
+        delays = readings(silicon, sensing.reader, sensing.ranging_area, bias_kind)[0]
         reading = 0.5 * speed * delays
-        reader = reader_of(silicon, sensing.reader, noise, sensing.ranging_area, sensing.bias_kind, begun_c)
+        reader = reader_of(silicon, sensing.reader, noise, sensing.ranging_area, bias_kind, begun_c)
     chip, chip_noise = _NO_CHIP, no_selection_noise()
     if sensing.selection == "chip":
         chip = selection(silicon, projection(bat), area=sensing.selection_area)

@@ -39,7 +39,6 @@ from system.registry import load_block_or_chip
 _CODE = re.compile(r"([0-9]):([0-9]{1,3})")  # coarse and fine
 _ELEMENT = re.compile(r"(.*)\[([0-9]{1,9}(?:,[0-9]{1,9})*)\]")
 _NOMINAL = SiliconChoice()
-AS_BUILT = "as built"  # kind of a chip's biases where each has its own
 
 Value = float | tuple[float, ...]
 
@@ -185,15 +184,19 @@ def describe_die(die: Die) -> dict[str, Any]:
     }
 
 
-def describe_run(scenario: OnSilicon, bias_kind: str | None = None) -> dict[str, Any]:
+def describe_run(scenario: OnSilicon) -> dict[str, Any]:
     """Silicon that a system ran on.
 
-    That is the die, the law, the kind of its biases where it has one, and its temperature (degC), in words
-    where it follows a course.
+    That is the die, the law, the kind of its chips' biases, and its temperature (degC), in words where it
+    follows a course.
     """
-    kind = {} if bias_kind is None else {"bias_kind": bias_kind}
     said = str(Course(scenario.course)) if scenario.course else scenario.temperature_c
-    return {**describe_die(scenario.die), "law": scenario.law, **kind, "temperature_C": said}
+    return {
+        **describe_die(scenario.die),
+        "law": scenario.law,
+        "bias_kind": scenario.bias_kind,
+        "temperature_C": said,
+    }
 
 
 def _circuit_at(text: str, wanted: Circuit) -> tuple[Circuit, Place]:

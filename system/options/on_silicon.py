@@ -8,11 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from chips.validity import Answer
+from circuits.circuit import BiasKind
 from circuits.silicon.course import Points, beginning_of
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import AMI_1500_FULL, EFFECTS, Effects, Process
 from circuits.silicon.silicon import Silicon
-from system.option import course_option, die_option, option, seed_option, temperature_option
+from system.option import bias_kind_option, course_option, die_option, option, seed_option, temperature_option
 from system.options.outside import outside_option
 
 ROOM_TEMPERATURE = 27.0
@@ -35,6 +36,9 @@ class OnSilicon:
         Times, s, and temperatures, degC, that it follows instead; none unless given.
     law : str
         `full` for transistors with the second-order effects that their process states, `ideal` without.
+    bias_kind : str
+        What stands behind the bias currents of its chips: `gate`, fixed gate voltages, `ideal`, a current
+        proportional to absolute temperature, or `generator`, the bias generator's circuit on the die.
     outside : str
         Whether to refuse where a chip's model was not measured, or to warn.
     """
@@ -47,6 +51,7 @@ class OnSilicon:
         "ideal", "Transistors without second-order effects, or with all that the process states",
         choices=EFFECTS, silicon=True, study=True,
     )  # fmt: skip
+    bias_kind: BiasKind = bias_kind_option("generator")
     outside: Answer = outside_option()
 
     @property

@@ -53,6 +53,7 @@ _TOLD = (
     "target", "duration", "way", "exc", "seed", "die", "temperature_c", "bias_kind", "calibrated", "frame",
     "raise_lateral", "silicon_noise", "noise_seed",
 )  # fmt: skip
+_UNTOLD = {"law": "ideal"}  # what a name that does not tell a field means by it, where no default does
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +81,8 @@ class Drive:
         later = (
             f"{each.name}={getattr(self.scenario, each.name)!r}"
             for each in fields(self.scenario)
-            if each.name not in _TOLD and getattr(self.scenario, each.name) != each.default
+            if each.name not in _TOLD
+            and getattr(self.scenario, each.name) != _UNTOLD.get(each.name, each.default)
         )
         return f"Scenario({', '.join([*told, *later])}) {named} {self.with_path}"
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from chips.noise import SiliconNoise
-from circuits.circuit import BiasKind
 from system.option import (
-    bias_kind_option,
     check_options,
     option,
 )
@@ -57,8 +55,6 @@ class Scenario(OnSilicon):
         Way after which the run ends too, m; none unless given.
     exc : int
         How many neurons fire constantly.
-    bias_kind : str
-        Kind of the chip's biases.
     calibrated : bool
         Whether codes and neurons are those of the die's calibration at 27 degC.
     frame, raise_lateral : bool
@@ -111,7 +107,6 @@ class Scenario(OnSilicon):
         None, "After which the run ends too; none", unit="m", above=0.0, study=True, key=""
     )
     exc: int = option(16, "Neurons that fire constantly", study=True, key="")
-    bias_kind: BiasKind = bias_kind_option("ideal")
     calibrated: bool = option(
         default=True,
         about="Codes of the die's own calibration; they are",

@@ -152,7 +152,7 @@ def account(trace: Trace) -> Account:
         ran_on={
             "bias_file": s.bias_file,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s, s.bias_kind),
+            **describe_run(s),
         },
         cautions=trace.cautions,
         outside=trace.outside,
@@ -207,7 +207,7 @@ SYSTEM = System(
     draw=draw,
     metrics=metrics_with(SUMMARY),
     study_metrics=("population_rate", "rate_cv", "silent", "hot"),
-    study=lambda _: {"duration": STUDY_DURATION, "bias_kind": "gate"},
+    study=lambda _: {"duration": STUDY_DURATION},
     check_study=check_codes,
     document=document,
     meanings=of_run(SUMMARY, DOCUMENT),

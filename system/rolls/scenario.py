@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from system.option import (
-    bias_kind_option,
     check_options,
     option,
 )
@@ -36,7 +34,6 @@ class Scenario(OnSilicon):
         INPUT_RATE, "Of events a neuron, 0Hz for none", unit="Hz", least=0.0, study=True
     )
     duration: float = option(1.0, "Of the run", unit="s", study=True)
-    bias_kind: BiasKind = bias_kind_option("gate")
     silicon_noise: Noisy = noise_option()
 
     def __post_init__(self) -> None:

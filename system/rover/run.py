@@ -218,7 +218,7 @@ def account(trace: Trace) -> Account:
         on |= {
             "unit_s": s.unit,
             "silicon_noise": s.silicon_noise,
-            **describe_run(s, s.bias_kind),
+            **describe_run(s),
         }
     path = evenly(driven.time, driven.place, s.rover.gps_period)
     return Account(
@@ -326,7 +326,7 @@ SYSTEM = System(
     metrics=metrics_with(SUMMARY),
     yes_no=(SUCCEEDED, "arrived"),
     study_metrics=("regret_share", "frechet_m"),
-    study=lambda _: {"cells": "chip", "bias_kind": "gate"},
+    study=lambda _: {"cells": "chip"},
     no_silicon=no_silicon,
     document=document,
     meanings=of_run(SUMMARY, DOCUMENT),

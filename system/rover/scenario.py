@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from circuits.blocks.wavefront.axon_delay import UNIT
-from circuits.circuit import BiasKind
 from system.option import (
-    bias_kind_option,
     check_options,
     option,
 )
@@ -49,8 +47,6 @@ class Scenario(OnSilicon):
         Whether there are obstacles that no map has.
     sonar : bool
         Whether the rover sees them.
-    bias_kind : str
-        Kind of the chip's biases.
     unit : float
         Delay of a unit of cost on the chip, s.
     silicon_noise : str
@@ -83,7 +79,6 @@ class Scenario(OnSilicon):
     trips: int = option(1, "How often the way is planned and driven", least=1)
     posts: bool = option(default=False, about="Obstacles that no map has", key="")
     sonar: bool = option(default=False, about="Turn away from what sonars see", key="")
-    bias_kind: BiasKind = bias_kind_option("gate")
     unit: float = option(
         UNIT, "Of the chip: delay a unit of cost", unit="s", above=0.0, study=True, silicon=True
     )

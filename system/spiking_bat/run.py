@@ -167,7 +167,7 @@ def account(trace: Trace) -> Account:
             "transistor_units": len(s.units),
             "silicon_noise": s.silicon_noise,
             NOISELESS: "units at transistor level" if s.units and s.silicon_noise != "off" else None,
-            **describe_run(s, s.bias_kind),
+            **describe_run(s),
         }
     return Account(
         succeeded=not flown.collided and gets_on(progress(flown.path), flown.time_s * s.max_speed),

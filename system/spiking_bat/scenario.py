@@ -6,12 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from system.openspace import map as forest
 from system.openspace.law import Bat
 from system.option import (
-    bias_kind_option,
     check_options,
     option,
 )
@@ -55,7 +53,6 @@ class Scenario(OnSilicon):
     obstacles: int = forest.obstacles_option()
     start: tuple[float, float] | None = forest.start_option(forest.read_place)
     pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
-    bias_kind: BiasKind = bias_kind_option("gate")
     codes: str = option(
         CODES[0], "Of the chip's biases: usual, or calibrated on its die at 27 degC", choices=CODES,
         study=True, silicon=True,

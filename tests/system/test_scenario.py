@@ -18,7 +18,7 @@ from system.registry import SYSTEMS, load_system
 from system.rover.body import Rover
 from system.worlds.sound.targets import default_scene
 
-DIE = {"die": Die(number=1003), "seed": 3, "law": "full", "outside": "warn"}
+DIE = {"die": Die(number=1003), "seed": 3, "law": "full", "bias_kind": "gate", "outside": "warn"}
 WARM = {**DIE, "temperature_c": 30.0, "course": ((0.0, 27.0), (60.0, 44.0))}
 
 # another value than the usual one for every field of each scenario; what it needs besides is NEEDED
@@ -31,7 +31,7 @@ FIELDS: dict[str, dict[str, Any]] = {
     "rover": {
         **WARM, "map": "map2", "start": (3, 3), "goal": (4, 4), "planner": "dijkstra", "cells": "chip",
         "need": "speed", "learn": 0.5, "prior": 2.0, "trips": 2, "posts": True, "sonar": True,
-        "bias_kind": "ideal", "unit": 2e-4, "silicon_noise": "white", "rover": Rover(reach=5.0),
+        "unit": 2e-4, "silicon_noise": "white", "rover": Rover(reach=5.0),
     },
     "forest": {
         **WARM, "bat": Bat(max_speed=1.0), "sensing": Sensing(ranges="chip"), "map": "forest.csv",
@@ -40,33 +40,33 @@ FIELDS: dict[str, dict[str, Any]] = {
     "car": {
         **WARM, "robot": Robot(max_speed=0.1), "openspace": OpenspaceNumbers(retreat=0.1), "forest": "open",
         "ranges": "chip", "occlusion": False, "multipath": False, "soft_pings": False, "reader": "calibrated",
-        "bias_kind": "gate", "silicon_noise": "white", "noise_seed": 4, "start": (-0.5, 0.1), "pings": 9,
+        "silicon_noise": "white", "noise_seed": 4, "start": (-0.5, 0.1), "pings": 9,
     },
     "spiking-bat": {
         **WARM, "brain": "chip", "max_speed": 1.0, "ping_rate": 8.0, "paths": 30, "taps": 20,
-        "map": "forest.csv", "obstacles": 900, "start": (1.0, 2.0), "pings": 7, "bias_kind": "ideal",
+        "map": "forest.csv", "obstacles": 900, "start": (1.0, 2.0), "pings": 7,
         "codes": "calibrated", "area": 2.0, "units": ((16, 5),),
         "silicon_noise": "white",
     },
     "head": {
         **WARM, "head": SonarHead(ping_rate=5.0), "target": Motion(distance=2.0), "motion": "step",
-        "wiring": "one-ear", "duration": 3.0, "area": 0.5, "bias_kind": "ideal", "silicon_noise": "white",
+        "wiring": "one-ear", "duration": 3.0, "area": 0.5, "silicon_noise": "white",
         "noise_seed": 2,
     },
     "bug": {
         **WARM, "agent": "bug0", "brain": "chip", "design": "improved", "neurons": 600, "map": "bug-open",
         "start": "2,2", "goal": "3,3", "duration": 5.0, "calibrated_c": 20.0, "solved_c": 21.0,
-        "bias_kind": "ideal", "area": 2.0, "silicon_noise": "white", "noise_seed": 9,
+        "area": 2.0, "silicon_noise": "white", "noise_seed": 9,
     },
     "pushbot": {
         **WARM, "scene": "pair", "speed_factor": 1.0, "turn_factor": 1.0, "window": 0.1, "readout": "fixed",
         "modified": True, "dropped": 0.5, "colour": "red", "light": "dark", "target": True, "duration": 3.0,
-        "way": 2.0, "exc": 12, "bias_kind": "gate", "calibrated": False, "frame": True, "raise_lateral": True,
+        "way": 2.0, "exc": 12, "calibrated": False, "frame": True, "raise_lateral": True,
         "silicon_noise": "white", "noise_seed": 8,
     },
     "rolls": {
         **WARM, "bias_file": "rolls_parallella", "input_rate": 50.0, "duration": 2.0,
-        "bias_kind": "ideal", "silicon_noise": "white",
+        "silicon_noise": "white",
     },
 }  # fmt: skip
 
@@ -173,7 +173,7 @@ def test_what_is_yes_or_no_is_no_word(name: str, field: str) -> None:
 
 STUDIED = {
     "level": ("transistor", None, "transistor", {"approach"}),
-    "bias_kind": ("behavioural", "ideal", "ideal", set(SYSTEMS) - {"approach", "forest"}),
+    "bias_kind": ("behavioural", "ideal", "ideal", set(SYSTEMS) - {"forest"}),
 }
 
 

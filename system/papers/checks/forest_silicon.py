@@ -80,7 +80,7 @@ def reproduce(
         sensing = with_area(Sensing("chip", "chip", reader="calibrated"), area)
         cases |= _three(label, Case(sensing=sensing, die=own_mismatch))
     for label, (kind, celsius) in by_temperature.items():
-        cases |= _three(label, Case(sensing=Sensing("chip", "chip", bias_kind=kind), temperature_c=celsius))
+        cases |= _three(label, Case(sensing=Sensing("chip", "chip"), temperature_c=celsius, bias_kind=kind))
     found = fly_all(execution, EXPERIMENT.name, cases, Limits(collisions, pings), progress)
     study = Study(
         {area: _four(label, found) for label, area in by_area.items()},
@@ -94,7 +94,7 @@ def _three(label: str, case: Case) -> dict[str, Case]:
     both = case.sensing
     made = {
         "ranging": replace(both, selection="ideal"),
-        "selection": replace(both, ranges="exact", reader="nominal", bias_kind=None),
+        "selection": replace(both, ranges="exact", reader="nominal"),
         "both": both,
     }
     return {f"{label}, {name}": replace(case, sensing=sensing) for name, sensing in made.items()}

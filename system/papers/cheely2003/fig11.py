@@ -11,6 +11,7 @@ from system.approach.run import run
 from system.approach.scenario import Scenario
 from system.approach.trace import Trace, draw, summarise
 from system.experiment import Experiment, Progress, Report, part
+from system.papers.conditions import FIXED_GATES
 from system.rule import Measured, Rule, above, at_least, below
 from system.statement import Statement
 
@@ -51,8 +52,8 @@ def _change(name: str, way: str, summary: dict[str, float | None], rule: Rule) -
 
 def reproduce(progress: Progress, duration: float = DURATION) -> Report:
     """Run the approach with and without isolation, for `duration` s each."""
-    isolated = run(Scenario(duration=duration), part(progress, 0.0, 0.5))
-    mixed = run(Scenario(duration=duration, isolation=False), part(progress, 0.5, 1.0))
+    isolated = run(Scenario(duration=duration, **FIXED_GATES), part(progress, 0.0, 0.5))
+    mixed = run(Scenario(duration=duration, isolation=False, **FIXED_GATES), part(progress, 0.5, 1.0))
     notes = (
         f"{isolated.counts['clipped_samples']} microphone samples were clipped at the rails",
         f"{isolated.counts['merged_events']} events fell into the pulse of the one before",

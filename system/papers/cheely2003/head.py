@@ -33,6 +33,7 @@ from system.experiment import Experiment, Progress, Report, with_progress
 from system.head.loop import LOST
 from system.head.picture import draw_angles
 from system.head.run import SUMMARY, SYSTEM, Trace
+from system.papers.conditions import FIXED_GATES
 from system.plot import COLOURS, INK
 from system.rule import Measured, above, at_least, at_most
 from system.statement import Statement
@@ -65,7 +66,9 @@ CASES: Mapping[str, Mapping[str, Any]] = {
 
 def follow_all(dies: tuple[int, ...], **options: Any) -> Found:
     """Follow a target on each die, and give the numbers of the summary, float64[dies] each."""
-    runs = [SYSTEM.run(SYSTEM.scenario(die=Die(number=n), seed=n, **options)) for n in dies]
+    runs = [
+        SYSTEM.run(SYSTEM.scenario(die=Die(number=n), seed=n, **{**FIXED_GATES, **options})) for n in dies
+    ]
     found = [SYSTEM.summarise(trace) for trace in runs]
     pings = np.array([float(len(trace.log.time)) for trace in runs])
     named = {name: np.array([float(q[name] or 0.0) for q in found]) for name in SUMMARY}
@@ -77,8 +80,13 @@ def reproduce(progress: Progress, dies: tuple[int, ...] = DIES) -> Report:
     found: dict[str, Found] = {}
     for name, options in with_progress(CASES.items(), progress):
         found[name] = follow_all(dies, **options)
-    nominal = {motion: SYSTEM.run(SYSTEM.scenario(motion=motion)) for motion in ("sine", "step")}
-    shown = [SYSTEM.run(SYSTEM.scenario(motion=m, die=Die(number=dies[0]), seed=dies[0])) for m in nominal]
+    nominal = {
+        motion: SYSTEM.run(SYSTEM.scenario(motion=motion, **FIXED_GATES)) for motion in ("sine", "step")
+    }
+    shown = [
+        SYSTEM.run(SYSTEM.scenario(motion=m, die=Die(number=dies[0]), seed=dies[0], **FIXED_GATES))
+        for m in nominal
+    ]
     rows = (*nominal_rows(nominal), *die_rows(found), *wiring_rows(found), *silicon_rows(found))
     return Report(rows, lambda figure: _draw(found, shown, figure), tuple(notes(found)))
 

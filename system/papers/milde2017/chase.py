@@ -16,6 +16,7 @@ import numpy as np
 
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
+from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017.picture import draw_first
 from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, mean_sd, summaries_of
 from system.pushbot.loop import all_spikes
@@ -41,7 +42,14 @@ def reproduce(
 ) -> Report:  # fmt: skip
     """Drive after the other robot on some dies; the picture shows the first run."""
     chase = Drive(
-        Scenario(scene="chase", speed_factor=SPEED, window=WINDOW, duration=duration, silicon_noise="off"),
+        Scenario(
+            scene="chase",
+            speed_factor=SPEED,
+            window=WINDOW,
+            duration=duration,
+            silicon_noise="off",
+            **IDEAL_CURRENTS,
+        ),
         outcome,
     )
     asked, usual = Runs(count, dies), Runs(RUNS, DIES)

@@ -31,6 +31,7 @@ from scipy.stats import CensoredData, binomtest, ecdf
 
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
+from system.papers.conditions import IDEAL_CURRENTS
 from system.plot import COLOURS
 from system.pushbot.body import SPEED_OF_FACTOR
 from system.pushbot.campaign import FIRST, Drive, Runs, Summary, drive_repeats, share_of, summaries_of
@@ -52,10 +53,18 @@ SQUARE = 0.2  # m; a robot that turns in one place touches little: on how many o
 
 # what drives; without speed, scene, die and seed
 NETWORKS: Mapping[str, Scenario] = {
-    "plain": Scenario(scene="clutter", turn_factor=TURN_FACTOR, readout="fixed", silicon_noise="off"),
-    "plain_turn_factor_1": Scenario(scene="clutter", turn_factor=1.0, readout="fixed", silicon_noise="off"),
+    "plain": Scenario(
+        scene="clutter", turn_factor=TURN_FACTOR, readout="fixed", silicon_noise="off", **IDEAL_CURRENTS
+    ),
+    "plain_turn_factor_1": Scenario(
+        scene="clutter", turn_factor=1.0, readout="fixed", silicon_noise="off", **IDEAL_CURRENTS
+    ),
     "modified": Scenario(
-        scene="clutter", turn_factor=MODIFIED_TURN_FACTOR, modified=True, silicon_noise="off"
+        scene="clutter",
+        turn_factor=MODIFIED_TURN_FACTOR,
+        modified=True,
+        silicon_noise="off",
+        **IDEAL_CURRENTS,
     ),
 }
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from circuits.silicon.die import Die
 from system.experiment import Experiment, Progress, Report
+from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017.picture import draw_trace
 from system.pushbot.campaign import FIRST
 from system.pushbot.loop import rates
@@ -26,7 +27,7 @@ SLOW = 0.5  # of the fastest command; ours
 
 def reproduce(progress: Progress) -> Report:
     """Drive once towards the block."""
-    trace = run(Scenario(seed=FIRST, die=Die(number=FIRST)), progress)
+    trace = run(Scenario(seed=FIRST, die=Die(number=FIRST), **IDEAL_CURRENTS), progress)
     notes = (f"Die and seed {FIRST}, window 500 ms, sliding.",)
     return Report(rows(trace), lambda figure: draw_trace(trace, figure), notes)
 

@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from matplotlib.figure import Figure
 
 from system.experiment import Experiment, Progress, Report
+from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017.picture import SHADES
 from system.plot import INK, draw_estimates
 from system.pushbot.campaign import Drive, Runs, drive_repeats, summaries_of
@@ -36,7 +37,11 @@ def reproduce(
     lights: Sequence[str] = LIGHTS, blocks: Sequence[str] = BLOCKS,
 ) -> Report:  # fmt: skip
     """Drive towards blocks of all colours in all lights."""
-    cells = {(a, b): Drive(Scenario(light=a, colour=b, silicon_noise="off")) for a in lights for b in blocks}
+    cells = {
+        (a, b): Drive(Scenario(light=a, colour=b, silicon_noise="off", **IDEAL_CURRENTS))
+        for a in lights
+        for b in blocks
+    }
     driven = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
     free = {
         key: share_where(bool(s["crossed"]) and not s["collided"] for s in runs)

@@ -22,6 +22,7 @@ from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
+from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017.picture import draw_paths
 from system.pushbot.body import SPEED_OF_FACTOR
 from system.pushbot.campaign import Drive, Runs, Summary, World, drive_repeats, share_of, summaries_of
@@ -49,7 +50,9 @@ def reproduce(
     cases = [(world, factor) for factor in FACTORS for world in (pushed, standing)]
     cells: dict[tuple[World, float], Drive] = {
         (world, f): Drive(
-            Scenario(scene="moving", speed_factor=f, silicon_noise="off"), world=world, with_path=f == OWN
+            Scenario(scene="moving", speed_factor=f, silicon_noise="off", **IDEAL_CURRENTS),
+            world=world,
+            with_path=f == OWN,
         )
         for world, f in (*cases, (scene_of, OWN))
     }
@@ -120,8 +123,8 @@ def _past(runs: Sequence[Summary]) -> Share:
 def _draw(paths: Sequence[Sequence[F64]], figure: Figure) -> None:
     figure.set_size_inches(9.0, 3.4)
     worlds = (
-        pushed(Scenario(scene="moving", silicon_noise="off")),
-        standing(Scenario(scene="moving", silicon_noise="off")),
+        pushed(Scenario(scene="moving", silicon_noise="off", **IDEAL_CURRENTS)),
+        standing(Scenario(scene="moving", silicon_noise="off", **IDEAL_CURRENTS)),
     )
     names = ("moving", "standing")
     for ax, mine, scene, name in zip(figure.subplots(1, 2), paths, worlds, names, strict=True):

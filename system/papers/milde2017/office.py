@@ -20,6 +20,7 @@ import numpy as np
 
 from circuits.errors import ParameterError
 from system.experiment import Experiment, Progress, Report
+from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017.picture import draw_first
 from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, summaries_of
 from system.pushbot.run import Trace, stood, summarise
@@ -45,7 +46,9 @@ def reproduce(
     duration: float = DURATION, lights: Sequence[str] = tuple(LIGHTS),
 ) -> Report:  # fmt: skip
     """Drive through the office in all lights; the picture shows the first run."""
-    base = Scenario(scene="office", duration=duration, turn_factor=TURN, silicon_noise="off")
+    base = Scenario(
+        scene="office", duration=duration, turn_factor=TURN, silicon_noise="off", **IDEAL_CURRENTS
+    )
     cells = {light: Drive(replace(base, light=light), outcome, started) for light in lights}
     asked, usual = Runs(count, dies), Runs(RUNS, DIES)
     found = summaries_of(drive_repeats(execution, EXPERIMENT.name, cells, asked, usual, progress))

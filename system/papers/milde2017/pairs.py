@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
+from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017.picture import draw_paths
 from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, share_of, summaries_of
 from system.pushbot.scenario import Scenario
@@ -40,7 +41,10 @@ def reproduce(
     scenes: Sequence[str] = SCENES,
 ) -> Report:  # fmt: skip
     """Drive towards pairs and triples of blocks."""
-    cells = {name: Drive(Scenario(scene=name, silicon_noise="off"), with_path=True) for name in scenes}
+    cells = {
+        name: Drive(Scenario(scene=name, silicon_noise="off", **IDEAL_CURRENTS), with_path=True)
+        for name in scenes
+    }
     runs = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
     found = summaries_of(runs)
     paths = {name: [d.path for d in mine] for name, mine in runs.items()}

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from chips.rolls.power import TYPICAL, Power
 from system.experiment import Experiment, Progress, Report
 from system.options.rolls_power import run_power
+from system.papers.conditions import IDEAL_CURRENTS
 from system.plot import COLOURS, INK
 from system.pushbot.campaign import FIRST
 from system.pushbot.loop import all_spikes
@@ -26,7 +27,7 @@ FACTOR = 2.0  # ours
 
 def reproduce(progress: Progress) -> Report:
     """Drive once, and take the power of the chip by block."""
-    trace = run(Scenario(seed=FIRST), progress)
+    trace = run(Scenario(seed=FIRST, **IDEAL_CURRENTS), progress)
     chip, (_, neurons) = trace.brain.chip, all_spikes(trace.record)
     found = run_power(chip, neurons, {1: trace.record.inputs}, trace.drive.path[-1][0])
     return Report(rows(found), lambda figure: _draw(found, figure), notes(found))

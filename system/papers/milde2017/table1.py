@@ -16,6 +16,7 @@ from math import hypot, inf, isfinite
 from matplotlib.figure import Figure
 
 from system.experiment import Experiment, Progress, Report
+from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017.picture import SHADES
 from system.plot import INK
 from system.pushbot.campaign import (
@@ -75,7 +76,9 @@ def reproduce(
     """Drive every trial of every colour and pair of factors."""
     drives = {
         (colour, (speed, turn)): Drive(
-            Scenario(colour=colour, speed_factor=speed, turn_factor=turn, silicon_noise="off")
+            Scenario(
+                colour=colour, speed_factor=speed, turn_factor=turn, silicon_noise="off", **IDEAL_CURRENTS
+            )
         )
         for colour in colours
         for speed, turn in CELLS

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
+from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017.picture import draw_paths
 from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, summaries_of
 from system.pushbot.run import Trace
@@ -43,7 +44,8 @@ def reproduce(
 ) -> Report:  # fmt: skip
     """Drive to the target, without and with a block on the way."""
     bases = {
-        name: Scenario(scene=name, window=WINDOW, duration=duration, silicon_noise="off") for name in SCENES
+        name: Scenario(scene=name, window=WINDOW, duration=duration, silicon_noise="off", **IDEAL_CURRENTS)
+        for name in SCENES
     }
     cells = {name: Drive(base, outcome, with_path=True) for name, base in bases.items()}
     parts = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)

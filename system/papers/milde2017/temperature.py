@@ -38,7 +38,7 @@ def reproduce(
 ) -> Report:  # fmt: skip
     """Drive at all temperatures with both kinds of bias."""
     cells = {
-        (kind, t): Drive(Scenario(bias_kind=kind, temperature_c=t, silicon_noise="off"))
+        (kind, t): Drive(Scenario(bias_kind=kind, law="ideal", temperature_c=t, silicon_noise="off"))
         for kind in KINDS
         for t in temperatures
     }

@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 
 from circuits.silicon.die import Die
 from system.experiment import Experiment, Progress, Report
+from system.papers.conditions import IDEAL_CURRENTS
 from system.plot import COLOURS, PALE
 from system.pushbot.campaign import FIRST, Drive, Summary, drive_cells, summaries_of
 from system.pushbot.scenario import Scenario
@@ -52,7 +53,7 @@ def reproduce(
 
 
 def _cells(repeats: int, repeated: int, others: int) -> dict[str, list[Drive]]:
-    base = Scenario(scene="pair", silicon_noise="off")
+    base = Scenario(scene="pair", silicon_noise="off", **IDEAL_CURRENTS)
     cells: dict[str, list[Drive]] = {}
     for d in range(repeated):
         on_die = replace(base, die=Die(number=FIRST + d))

@@ -69,7 +69,7 @@ class Condition:
             self.agent, "chip", "improved" if self.agent == "bug2" else "published",
             None if self.neurons == DESIGN[self.agent] else self.neurons, map="bug-field", duration=DURATION,
             seed=number, die=Die(number=number), temperature_c=at, calibrated_c=at if whole else HOME,
-            solved_c=HOME if self.use == HELD else at, bias_kind=self.kind, area=self.area,
+            solved_c=HOME if self.use == HELD else at, bias_kind=self.kind, area=self.area, law="ideal",
         )  # fmt: skip
 
 

@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from system.bug.body import RADIUS
 from system.bug.scenario import Scenario
 from system.experiment import Experiment, Progress, Report
+from system.papers.conditions import FIXED_GATES
 from system.papers.stockel2017.drive import Drive, Drives, draw_ways, program
 from system.papers.stockel2017.fig6 import MAP as SPIRAL
 from system.papers.stockel2017.fig8 import MAP as FIELD
@@ -72,7 +73,7 @@ def reproduce(
     """Drive all agents on all dies."""
     scenarios = {
         _named(world, agent, design): Scenario(
-            agent, "chip", design, map=world, duration=duration, silicon_noise="off"
+            agent, "chip", design, map=world, duration=duration, silicon_noise="off", **FIXED_GATES
         )
         for world, agent, design in AGENTS
     }

@@ -30,6 +30,7 @@ from system.car.run import ENDS, account, run, side_share
 from system.car.scenario import Scenario
 from system.car.world import FORESTS
 from system.experiment import Experiment, Progress, Report
+from system.papers.conditions import FIXED_GATES
 from system.rule import Measured, apart_above, at_least, below
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
@@ -45,7 +46,7 @@ WAYS: Mapping[str, dict[str, Any]] = {
     FLIGHT: {},
     "without soft pings": {"soft_pings": False},
     "exact ranges": {"ranges": "exact"},
-    "ranging chip, nominal die": {"ranges": "chip"},
+    "ranging chip, nominal die": {"ranges": "chip", **FIXED_GATES},
 }
 
 

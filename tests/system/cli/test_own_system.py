@@ -83,7 +83,7 @@ def test_its_help_has_its_own_options_and_no_others(run: Run) -> None:
     assert all(
         word in out for word in ("--pace SPEED", "1m/s", "--gait walk|trot", "--load", "--no-load", "--die")
     )
-    assert all(word not in out for word in ("--targets", "--amplitude-law", "--bias-kind"))
+    assert all(word not in out for word in ("--targets", "--amplitude-law", "--cells"))
 
 
 def test_the_list_of_systems_has_its_line(run: Run) -> None:

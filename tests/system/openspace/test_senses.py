@@ -28,7 +28,6 @@ test_what_is_refused = refusals(
         ({"multipath": True}, "multipath: not with"),
         ({"azimuth_noise": 0.1}, "azimuth_noise: not with"),
         ({"ranges": "sonar", "reader": "calibrated"}, "reader: not with `ranges=sonar`; give"),
-        ({"selection": "chip", "bias_kind": "gate"}, "bias_kind: not with `ranges=exact`"),
     ],
 )
 
