@@ -15,12 +15,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from circuits.arrays import F64
 from circuits.circuit import Bias, BiasKind, Circuit
+from circuits.devices.channel import early, height_of, mobility
 from circuits.devices.softplus import inverse_softplus
 from circuits.devices.transistor import Transistor, drain_current
 from circuits.errors import ParameterError, TopologyError
@@ -54,7 +54,7 @@ def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: floa
             f"{device.name}: bias current {current:g} A, must be > 0; give a positive current"
         )
     specific = law.square_current * device.multiplicity * device.width / device.length
-    without, gate = current, 0.0  # what the device would carry without Early effect and mobility reduction
+    without = current  # what the device would carry without Early effect and mobility reduction
     for _ in range(_ROUNDS):
         v_p = 2.0 * law.u_t * inverse_softplus(math.sqrt(without / specific))
         if law.gamma > 0.0 and v_p <= -law.surface_potential:
@@ -63,8 +63,9 @@ def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: floa
                 f"{device.name}: bias current {current:g} A, must be > {least:.3g} A, the current at flat"
                 " band"
             )
-        gate, before = _gate_of(law, v_p), without
-        without = current / (_early(law, device, gate, without / specific) * _mobility(law, v_p))
+        gate, before = float(height_of(law, v_p)) + law.v_t0, without
+        effect = early(law, device.length, max(gate, 0.0), math.sqrt(without / specific))
+        without = current / float(effect * mobility(law, v_p))
         if abs(without - before) <= _ROUNDING * before:
             return gate
     raise ParameterError(
@@ -74,30 +75,6 @@ def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: floa
 
 # each round leaves less than half of the error, and its own rounding, some 1e-15; ours
 _ROUNDS, _ROUNDING = 200, 1e-14
-
-
-def _gate_of(law: TransistorAtTemperature, v_p: float) -> float:
-    """Gate voltage over the bulk, V, of a pinch-off voltage that is above flat band."""
-    if law.gamma == 0.0:
-        return law.v_t0 + v_p / law.kappa
-    # the pinch-off law inverted: with r = sqrt(v_x + gamma^2/4), v_p + phi = r^2 - gamma r + gamma^2/4
-    half = 0.5 * law.gamma
-    v_x = (half + math.sqrt(v_p + law.surface_potential)) ** 2 - half**2
-    return v_x + law.v_t0 - law.surface_potential - law.gamma * math.sqrt(law.surface_potential)
-
-
-def _early(law: TransistorAtTemperature, device: Transistor, gate: Any, coefficient: Any) -> Any:
-    """Early effect of a saturated device with its drain at its gate; coefficient: F(v_p / U_T)."""
-    if law.early_field == 0.0:
-        return 1.0
-    rise = 1.0 + law.early_rise * np.sqrt(coefficient)
-    return 1.0 + np.maximum(gate, 0.0) / (law.early_field * device.length * rise)
-
-
-def _mobility(law: TransistorAtTemperature, v_p: float) -> float:
-    if law.mobility_reduction == 0.0:
-        return 1.0
-    return 1.0 / (1.0 + 0.5 * law.mobility_reduction * (v_p + math.hypot(v_p, math.sqrt(2.0) * law.u_t)))
 
 
 def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
@@ -257,7 +234,7 @@ def _saturated(law: TransistorAtTemperature, device: Transistor, gates: F64, sil
         return np.abs(drain_current(at, device.polarity, *size, high, gates, v_dd, v_dd)).reshape(gates.shape)
 
     coefficient = carried(replace(flat, mobility_reduction=0.0)) / (law.square_current * device.square)
-    return np.asarray(carried(flat) * _early(law, device, np.abs(gates - v_dd), coefficient))
+    return np.asarray(carried(flat) * early(law, device.length, np.abs(gates - v_dd), np.sqrt(coefficient)))
 
 
 def rebias(
