@@ -14,7 +14,7 @@ the law `sigma^2 = A^2 / (W L) + S^2 D^2`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 from circuits.checks import require_real
@@ -112,15 +112,4 @@ AMI_1500_COMPONENTS = Components(
 
 # Of a 0.18 um line: 1 fF/um^2 between metals (general knowledge, unverified), and a distance term of V_T0
 # that falls with the oxide, 30 to 4.1 nm (ours); the rest as above.
-ROLLS_180_COMPONENTS = Components(
-    pair_a_capacitance=11.5e-9,
-    capacitance_density=1e-3,
-    sigma_capacitance=0.032,
-    sigma_resistance=0.036,
-    distance_v_t0=0.55,
-    distance_beta=2.0,
-    lot_share=0.5,
-    wafer_share=0.3,
-    correlation_v_t0=0.3,
-    correlation_beta=0.6,
-)
+ROLLS_180_COMPONENTS = replace(AMI_1500_COMPONENTS, capacitance_density=1e-3, distance_v_t0=0.55)

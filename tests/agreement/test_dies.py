@@ -13,11 +13,12 @@ from circuits.registry import load_block
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
-from circuits.solver.transient import simulate
+from circuits.solver.transient import Result, simulate
+from circuits.testbench import Testbench
 from netlists.ngspice import engine
 from netlists.ngspice.agreement import SOLVER_RTOL, USUAL, compare, difference
 from netlists.ngspice.form import scaled_testbench, started
-from tests.agreement.blocks import case_of, silicon_of
+from tests.agreement.blocks import Case, case_of, silicon_of
 
 pytestmark = pytest.mark.usefixtures("kept_ngspice")
 
@@ -40,16 +41,22 @@ def test_a_neuron_at_its_place_agrees() -> None:
     assert max(abs(elsewhere[n] - peer[n]) for n in ours) > 10.0 * USUAL.operating_point
 
 
+def agreed(bench: Testbench, silicon: Silicon, case: Case) -> tuple[Result, Result]:
+    """Waveforms of the solver and of ngspice, which agree."""
+    ours = simulate(bench, silicon, rtol=SOLVER_RTOL)
+    peer = engine.simulate(bench, silicon, reltol=case.reltol, tmax=bench.stop / case.points)
+    found = difference(ours, peer, case.allowed)
+    assert found.share <= 1.0, (found, found.worst_node, found.worst_rms)
+    return ours, peer
+
+
 @pytest.mark.parametrize("name", ["rebound-neuron", "lso-neuron", "rolls-neuron", "latency-neuron"])
 def test_a_block_agrees_on_a_die_with_all_components(name: str) -> None:
     block, case = load_block(name), case_of(name)
     drawn = silicon_of(block)
     silicon = replace(drawn, die=replace(drawn.die, variation="full"))
     testbench = started(scaled_testbench(block, silicon, case.form), silicon)
-    ours = simulate(testbench, silicon, rtol=SOLVER_RTOL)
-    peer = engine.simulate(testbench, silicon, reltol=case.reltol, tmax=testbench.stop / case.points)
-    found = difference(ours, peer, case.allowed)
-    assert found.share <= 1.0, (found, found.worst_node, found.worst_rms)
+    _, peer = agreed(testbench, silicon, case)
     plain = difference(simulate(testbench, drawn, rtol=SOLVER_RTOL), peer, case.allowed)
     assert plain.share > 1.0, "the components change nothing that is compared"
 
@@ -59,9 +66,6 @@ def test_a_coupled_block_agrees() -> None:
     silicon = Silicon()
     plain = scaled_testbench(block, silicon, case.form)
     bench = started(replace(plain, circuit=coupled(plain.circuit, "bus")), silicon)
-    ours = simulate(bench, silicon, rtol=SOLVER_RTOL)
-    peer = engine.simulate(bench, silicon, reltol=case.reltol, tmax=bench.stop / case.points)
-    found = difference(ours, peer, case.allowed)
-    assert found.share <= 1.0, (found, found.worst_node, found.worst_rms)
+    ours, _ = agreed(bench, silicon, case)
     apart = difference(simulate(plain, silicon, rtol=SOLVER_RTOL), ours, case.allowed)
     assert apart.share > 1.0, "coupling changes nothing that is compared"

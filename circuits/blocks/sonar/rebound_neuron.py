@@ -50,6 +50,11 @@ def _inverter(p: str, n: str, a: str, y: str, top: str = "vdd") -> tuple[Device,
     return mos(p, "p", y, a, top, 6, 1.5), mos(n, "n", y, a, "0", 3, 1.5)
 
 
+def _starved(top: str, p: str, n: str, a: str, y: str) -> tuple[Device, ...]:
+    """An inverter whose pFET gets no more than I_lim, which `top` carries from the supply to node `{y}p`."""
+    return mos(top, "p", f"{y}p", "v_ilim", "vdd", 3, 3), *_inverter(p, n, a, y, f"{y}p")
+
+
 def inhibitory_synapse(params: Params) -> Circuit:
     """The call charges C_inh through a diode and I_inh_tau empties it; until then v_mem is held down."""
     return Circuit(
@@ -61,10 +66,8 @@ def inhibitory_synapse(params: Params) -> Circuit:
             mos("mi4", "n", "nd", "nd", "v_inh", 3, 1.5),
             mos("mi5", "n", "v_inh", "v_inh_tau", "0", 6, 6),
             Capacitor("c_inh", "v_inh", "0", params.inhibition_capacitance),
-            mos("mi6", "p", "ap", "v_ilim", "vdd", 3, 3),
-            *_inverter("mi7", "mi8", "v_inh", "a", "ap"),
-            mos("mi9", "p", "bp", "v_ilim", "vdd", 3, 3),
-            *_inverter("mi10", "mi11", "a", "b", "bp"),
+            *_starved("mi6", "mi7", "mi8", "v_inh", "a"),
+            *_starved("mi9", "mi10", "mi11", "a", "b"),
             mos("mi12", "n", "v_mem", "b", "0", 3, 1.5),
         ),
     )
@@ -134,8 +137,7 @@ def axon(params: Params) -> Circuit:
         (
             Capacitor("c_ax", "v_ax", "0", params.axon_capacitance),
             Capacitor("c_fb", "spike", "v_ax", params.feedback_capacitance),
-            mos("ma1", "p", "xp", "v_ilim", "vdd", 3, 3),
-            *_inverter("ma2", "ma3", "v_ax", "x", "xp"),
+            *_starved("ma1", "ma2", "ma3", "v_ax", "x"),
             *_inverter("ma4", "ma5", "x", "spike"),
             mos("ma6", "n", "v_ax", "spike", "rm", 3, 1.5),
             mos("ma7", "n", "rm", "v_pw", "0", 6, 6),

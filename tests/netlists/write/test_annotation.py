@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,10 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
-from circuits.devices.source import Constant, Driven, PiecewiseLinear, Pulse, Sampled
+from circuits.devices import Resistor, Source, Transistor
+from circuits.devices.source import PiecewiseLinear, Pulse, Sampled
 from circuits.errors import DataError
-from circuits.silicon.components import Components
 from circuits.silicon.die import CORNERS, Die
 from circuits.silicon.process import AMI_1500, TransistorModel, Variation
 from circuits.silicon.sampling import Sampling
@@ -23,20 +23,8 @@ from netlists.write.annotation import (
     KINDS,
     Annotation,
     ArrayNote,
-    BenchNote,
-    Biased,
-    ChangeNote,
-    CircuitName,
-    DieNote,
-    Header,
-    InstanceNote,
     LocalDeviation,
     ParameterNote,
-    Parasitic,
-    Plan,
-    ProcessFigures,
-    SourceNote,
-    Surroundings,
     bench_note,
     circuit_notes,
     device_notes,
@@ -72,59 +60,59 @@ MODELS = st.builds(
     **{f.name: NUMBERS for f in fields(TransistorModel) if f.name != "law"},
     law=st.sampled_from(["ekv", "ekv-gamma"]),
 )
-VALUES: dict[str, st.SearchStrategy[object]] = {
-    "noctule": st.builds(Header, st.integers(), TEXTS, TEXTS),
-    "process": st.builds(ProcessFigures, TEXTS, NUMBERS, NUMBERS, NUMBERS, NUMBERS),
-    "variation": st.builds(Variation, NUMBERS, NUMBERS),
-    "components": st.builds(
-        Components, *(SIZES for _ in range(6)), *(st.floats(0.0, 0.5) for _ in range(2)),
+FIELDS: dict[str, tuple[st.SearchStrategy[Any], ...]] = {
+    "noctule": (st.integers(), TEXTS, TEXTS),
+    "process": (TEXTS, NUMBERS, NUMBERS, NUMBERS, NUMBERS),
+    "variation": (NUMBERS, NUMBERS),
+    "components": (
+        *(SIZES for _ in range(6)), *(st.floats(0.0, 0.5) for _ in range(2)),
         *(st.floats(-1.0, 1.0) for _ in range(2)),
     ),
-    "nmos": MODELS,
-    "pmos": MODELS,
-    "silicon": st.builds(Surroundings, NUMBERS, PLACES),
-    "die": st.builds(
-        DieNote, TEXTS, st.none() | st.integers(0, 2**63 - 1), st.sampled_from(CORNERS), FLAGS, FLAGS
+    "silicon": (NUMBERS, PLACES),
+    "die": (
+        TEXTS, st.none() | st.integers(0, 2**63 - 1), st.sampled_from(CORNERS), FLAGS, FLAGS
     ),
-    "plan": st.builds(Plan, TEXTS, st.lists(st.tuples(TEXTS, NUMBERS)).map(tuple)),
-    "circuit": st.builds(CircuitName, TEXTS),
-    "port": st.builds(
-        Port, NAMES, KINDS_OF_PORT, st.sampled_from(["in", "out"]), SHAPES
+    "plan": (TEXTS, st.lists(st.tuples(TEXTS, NUMBERS)).map(tuple)),
+    "circuit": (TEXTS,),
+    "port": (
+        NAMES, KINDS_OF_PORT, st.sampled_from(["in", "out"]), SHAPES
     ),
-    "node": st.builds(Node, NAMES, SHAPES),
-    "bias": st.builds(
-        Bias, NAMES, NAMES, KINDS_OF_BIAS, CURRENTS | st.lists(CURRENTS, max_size=20).map(tuple),
+    "node": (NAMES, SHAPES),
+    "bias": (
+        NAMES, NAMES, KINDS_OF_BIAS, CURRENTS | st.lists(CURRENTS, max_size=20).map(tuple),
         st.none() | NAMES, NUMBERS, PLACES,
     ),
-    "transistor": st.builds(
-        Transistor, NAMES, POLARITIES, REFERENCES, REFERENCES, REFERENCES, REFERENCES, SIZES, SIZES, POSITIVE
+    "transistor": (
+        NAMES, POLARITIES, REFERENCES, REFERENCES, REFERENCES, REFERENCES, SIZES, SIZES, POSITIVE
     ),
-    "amplifier": st.builds(
-        OperationalAmplifier, NAMES, *(REFERENCES for _ in range(5)), POSITIVE, SIZES, SIZES
+    "amplifier": (
+        NAMES, *(REFERENCES for _ in range(5)), POSITIVE, SIZES, SIZES
     ),
-    "deviation": st.builds(LocalDeviation, NUMBERS, NUMBERS),
-    "change": st.builds(ChangeNote, NUMBERS),
-    "instance": st.builds(InstanceNote, NAMES, PAIRS),
-    "array": st.builds(ArrayNote, NAMES, SHAPES, PAIRS),
-    "parameter": st.builds(ParameterNote, TEXTS, MANY, NUMBERS, SHAPES),
-    "testbench": st.builds(
-        BenchNote, TEXTS, NUMBERS, st.lists(REFERENCES).map(tuple),
+    "deviation": (NUMBERS, NUMBERS),
+    "change": (NUMBERS,),
+    "instance": (NAMES, PAIRS),
+    "array": (NAMES, SHAPES, PAIRS),
+    "parameter": (TEXTS, MANY, NUMBERS, SHAPES),
+    "testbench": (
+        TEXTS, NUMBERS, st.lists(REFERENCES).map(tuple),
         st.lists(st.tuples(TEXTS, NUMBERS)).map(tuple),
     ),
-    "source": st.builds(SourceNote, TEXTS, REFERENCES, st.sampled_from(["voltage", "current"])),
-    "constant": st.builds(Constant, NUMBERS),
-    "pulse": st.builds(Pulse, NUMBERS, NUMBERS, MANY, NUMBERS, NUMBERS, NUMBERS),
-    "polyline": st.builds(PiecewiseLinear, MANY, MANY),
-    "sampled": st.builds(Sampled, NUMBERS, NUMBERS, MANY.map(np.array)),
-    "driven": st.builds(Driven, NUMBERS),
-    "biased": st.builds(Biased, REFERENCES),
-    "parasitic": st.builds(Parasitic, NAMES),
-    "capacitor": st.builds(Capacitor, NAMES, REFERENCES, REFERENCES, SIZES),
-    "resistor": st.builds(Resistor, NAMES, REFERENCES, REFERENCES, SIZES),
-    "transconductor": st.builds(
-        ControlledSource, NAMES, *(REFERENCES for _ in range(4)), st.floats(-1e300, 1e300)
+    "source": (TEXTS, REFERENCES, st.sampled_from(["voltage", "current"])),
+    "constant": (NUMBERS,),
+    "pulse": (NUMBERS, NUMBERS, MANY, NUMBERS, NUMBERS, NUMBERS),
+    "polyline": (MANY, MANY),
+    "sampled": (NUMBERS, NUMBERS, MANY.map(np.array)),
+    "driven": (NUMBERS,),
+    "biased": (REFERENCES,),
+    "parasitic": (NAMES,),
+    "capacitor": (NAMES, REFERENCES, REFERENCES, SIZES),
+    "resistor": (NAMES, REFERENCES, REFERENCES, SIZES),
+    "transconductor": (
+        NAMES, *(REFERENCES for _ in range(4)), st.floats(-1e300, 1e300)
     ),
 }  # fmt: skip
+VALUES = {kind: st.builds(KINDS[kind], *fields) for kind, fields in FIELDS.items()}
+VALUES |= dict.fromkeys(("nmos", "pmos"), MODELS)
 
 
 def read(lines: list[str], comment: str = "*") -> Annotation:
