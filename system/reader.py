@@ -13,7 +13,6 @@ from circuits.errors import ParameterError
 from circuits.units import parse_quantity
 
 Reader = Callable[[str, str], Any]  # text, name of the option
-Readers = Mapping[str, Reader]
 
 YES, NO = ("yes", "true", "1"), ("no", "false", "0")
 

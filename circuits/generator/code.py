@@ -9,8 +9,6 @@ Source: codes and ranges from the control software of ROLLS (mn256r1_ncs).
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from circuits.arrays import F64, I64
@@ -20,30 +18,6 @@ COARSE = (24e-6, 3.2e-6, 0.4e-6, 50e-9, 6.5e-9, 820e-12, 105e-12, 15e-12)  # A, 
 FINE_BITS = 8
 CODES = 1 << FINE_BITS
 REFERENCE_C = 27.0  # degC at which the nominal generator gives these currents; ours
-
-
-class Code(NamedTuple):
-    """The code of a current.
-
-    coarse, fine : 0 to 7 and 0 to 255.
-    current : nominal current of the code at `REFERENCE_C`, A.
-    quantisation : by how much that is off from what was wanted, as a share of it.
-    """
-
-    coarse: int
-    fine: int
-    current: float
-    quantisation: float
-
-
-def code_for(current: float) -> Code:
-    """Return the code whose nominal current is nearest to `current`, A.
-
-    Raises `ParameterError` for a current that no code reaches.
-    """
-    codes = codes_of(np.array(current))
-    found = float(currents_of(codes))
-    return Code(int(codes[0]), int(codes[1]), found, found / current - 1.0)
 
 
 def codes_of(current: F64) -> I64:

@@ -20,7 +20,6 @@ from circuits.silicon.floor_plan import BOARDS
 from circuits.silicon.process import Process
 
 Kind = Literal["capacitor", "resistor"]
-KINDS: tuple[Kind, ...] = ("capacitor", "resistor")
 QUANTITY: dict[Kind, str] = {"capacitor": "capacitance", "resistor": "resistance"}
 """The parameter of each kind that deviates."""
 

@@ -44,11 +44,6 @@ class Sample(Generic[T]):
     reason: str = ""
 
 
-def machines(machine: Machine, dies: Iterable[Die]) -> Iterator[Machine]:
-    """The machine on each die, one after the other, as if its testbench were lowered there."""
-    return (on_die(machine, die) for die in dies)
-
-
 def rest_near(machine: Machine, neighbour: OperatingPoint) -> OperatingPoint:
     """Rest state of a machine on one die, found from that on another: some ten times faster than without it.
 

@@ -25,7 +25,6 @@ from system.openspace.choice import add_goal, aimed_arc, best, excite, inhibit, 
 
 Pose = tuple[float, float, float]  # m, m, rad
 
-COLUMNS = ("time", "x", "y", "heading", "head", "arc", "scanning", "soft")
 MARGIN = 0.15  # m beyond the forest, where a run ends; ours
 _NEVER = -1e9  # s
 
@@ -33,8 +32,9 @@ _NEVER = -1e9  # s
 class Drive(NamedTuple):
     """What a drive leaves.
 
-    ended : why it ended; log : float64[pings, COLUMNS]; end : the last pose, m, m, rad; distance : m; time :
-    s; counts : by the names of `COUNTS`.
+    ended : why it ended; log : float64[pings, 8], of each its time (s), its pose (m, m, rad), the head's
+    direction, the arc, whether it scans and whether it is soft; end : the last pose, m, m, rad; distance : m;
+    time : s; counts : by the names of `COUNTS`.
     """
 
     ended: str

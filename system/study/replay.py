@@ -7,7 +7,7 @@ our solver or in ngspice, and for a system its run is the measurement.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,17 +15,12 @@ import numpy as np
 
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.silicon import Silicon
-from circuits.solver.transient import Result
-from circuits.testbench import Testbench
 from system.options.block import Choice
 from system.study.engine import dies_of
 from system.study.folder import study_table
 from system.study.manifest import Study, read_dies, read_study
 from system.study.table import Condition, select
 from system.study.target import BlockTarget, Measurement, Target, measure_safely, open_target
-
-Engine = Callable[[Testbench, Silicon], Result]
 
 
 @dataclass(frozen=True, slots=True)

@@ -334,8 +334,6 @@ def test_corrected_peak_starts_at_the_follower_level() -> None:
 def test_overshoot_starts_where_the_condition_says() -> None:
     least = KAPPA_N * NEURON_12.i_rtau * NEURON_12.c_m / NEURON_12.c_r
     above, below = (replace(NEURON_12, i_rslope=least * factor) for factor in (1.01, 0.99))
-    assert eq.rebound_overshoots(above)
-    assert not eq.rebound_overshoots(below)
     assert eq.rebound_peak(above, 1e-3) > NEURON_12.v_rest > eq.rebound_peak(below, 1e-3)
     with pytest.raises(ParameterError, match=r"rebound\.i_rslope: .* A, must with I_ex exceed"):
         eq.rebound_peak_rounded(below, 1e-3)

@@ -272,11 +272,6 @@ def rebound_peak_rounded(p: ReboundParameters, t_reb: float) -> float:
     return rebound_peak(p, t_reb) - _rounding(p, p.i_rslope)
 
 
-def rebound_overshoots(p: ReboundParameters) -> bool:
-    """Whether v_mem can exceed V_rest, by (13) corrected: `I_rslope/C_m > kappa_n I_rtau/C_r`."""
-    return _lead(p, p.i_rslope) > 0.0
-
-
 def excited_rise_rate(p: ReboundParameters, i_ex: float) -> float:
     """(14), V/s: `dV_mem/dt = (I_ex + I_rslope) / C_m` while M1 carries nothing."""
     return (i_ex + p.i_rslope) / p.c_m

@@ -122,10 +122,6 @@ def reproduce(
     return Report(rows, lambda figure: _draw(lessons, shares, task, figure), _notes(lessons, task))
 
 
-def _lessons(taught: Sequence[Taught]) -> list[Lesson]:
-    return [x.lesson for x in taught if x.lesson is not None]
-
-
 def silicon_of(die: int, *, mismatch: bool = True, temperature_c: float = 27.0) -> Silicon:
     """Give a die with or without its local mismatch."""
     return Silicon(ROLLS_180, temperature_c, Die(number=die, mismatch=mismatch))

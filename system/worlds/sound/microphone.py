@@ -20,10 +20,9 @@ direct call at 2.4 V peak for a call of a fifth of that, 12 V, clipped at 2.5 V,
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, TypeVar
+from typing import TypeVar
 
 from circuits.errors import ParameterError
 from system.numbers import check_numbers
@@ -139,19 +138,6 @@ class MicrophoneState:
     clipped: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class SoundEdge:
-    """A path's onset or offset at `time` in s.
-
-    source : of the path: `DIRECT` or a target's name.
-    kind : whether the path begins or ends.
-    """
-
-    time: float
-    source: str
-    kind: Literal["onset", "offset"]
-
-
 def headroom(parameters: Microphone) -> float:
     """Peak in V from which on a tone is clipped."""
     return min(parameters.mid_supply, parameters.supply - parameters.mid_supply)
@@ -201,28 +187,6 @@ def hear(
             "add the call before listening past it"
         )
     return replace(state, paths=state.paths + tuple(paths))
-
-
-def next_time(state: MicrophoneState) -> float:
-    """Time in s of the next onset or offset of a path after the state's time; inf in lasting silence."""
-    edges = (edge for path in state.paths for edge in (path.onset, path.offset) if edge > state.time)
-    return min(edges, default=math.inf)
-
-
-def advance(state: MicrophoneState, until: float) -> tuple[MicrophoneState, float, tuple[SoundEdge, ...]]:
-    """Move to the next onset or offset, or to `until` in s where that is earlier; finished paths are dropped.
-
-    Returns the state, the time reached, and the edges at that time.
-    """
-    reached = max(min(until, next_time(state)), state.time)
-    edges: list[SoundEdge] = []
-    if reached > state.time:
-        for path in state.paths:
-            if path.onset == reached:
-                edges.append(SoundEdge(reached, path.source, "onset"))
-            if path.offset == reached:
-                edges.append(SoundEdge(reached, path.source, "offset"))
-    return prune(state, reached), reached, tuple(edges)
 
 
 def prune(state: MicrophoneState, time: float) -> MicrophoneState:

@@ -1,4 +1,4 @@
-"""Samples of what a microphone and its amplifier give, and their ideal envelope.
+"""Samples of what a microphone and its amplifier give.
 
 A sample lies on the grid k / sample_rate, and its value does not depend on the segment it is asked in:
 
@@ -11,15 +11,13 @@ carrier.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.worlds.sound.acoustics import baseband_noise, carrier, interpolate_noise, tone_envelope
-from system.worlds.sound.microphone import Microphone, MicrophoneState, SoundPath, merged_intervals, prune
+from system.worlds.sound.microphone import Microphone, MicrophoneState, SoundPath, merged_intervals
 
 CHUNK = 8192  # samples worked on at once, so that they stay in the cache
 _GRID_SLACK = 1e-6  # samples: a time this little past a grid point counts as on it
@@ -70,34 +68,9 @@ def waveform(
     return np.arange(first, last) / sample_rate, voltage
 
 
-def listen(
-    parameters: Microphone, state: MicrophoneState, stop_s: float, sample_rate: float
-) -> tuple[MicrophoneState, F64, F64]:
-    """Give the state at `stop_s` in s, and the `waveform` from the state's time to there.
-
-    Clipped samples are added to the state's count, and finished paths are dropped.
-    """
-    time, voltage = waveform(parameters, state, state.time, stop_s, sample_rate)
-    clipped = state.clipped + clipped_samples(parameters, voltage)
-    return prune(replace(state, clipped=clipped), stop_s), time, voltage
-
-
 def clipped_samples(parameters: Microphone, voltage: F64) -> int:
     """How many samples of `voltage` in V are at a rail."""
     return int(np.count_nonzero((voltage <= 0.0) | (voltage >= parameters.supply)))
-
-
-def envelope(parameters: Microphone, state: MicrophoneState, time: ArrayLike) -> F64:
-    """Envelope in V of the superposed paths at `time` in s, in its shape: |sum A e exp(-i 2 pi f d)|.
-
-    Before clipping and without noise; what an ideal envelope detector would follow.
-    """
-    moment = np.asarray(time, dtype=np.float64)
-    phasor = np.zeros(moment.shape, dtype=np.complex128)
-    for path in state.paths:
-        shape = tone_envelope(moment - path.onset, path.offset - path.onset, parameters.rise_time)
-        phasor += shape * complex(*_path_phasor(parameters, path))
-    return np.abs(phasor)
 
 
 def _path_phasor(parameters: Microphone, path: SoundPath) -> tuple[float, float]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from circuits.errors import ParameterError
-from circuits.generator.code import COARSE, CODES, code_for, codes_of, currents_of
+from circuits.generator.code import COARSE, CODES, codes_of, currents_of
 
 
 def test_the_nearest_code_is_near() -> None:
@@ -12,20 +12,13 @@ def test_the_nearest_code_is_near() -> None:
     found = currents_of(codes_of(wanted))
     # ranges are a factor of 8 apart, so that the fine code is at least 31: half a step is 1.6 %
     assert np.abs(found / wanted - 1.0).max() < 0.017
+    assert codes_of(np.array(100e-12)).tolist() == [6, 244]
     assert currents_of(codes_of(np.array(1e-17))) == pytest.approx(15e-12 / 256.0)
     with pytest.raises(ParameterError, match=r"bias code: 1 A, must be > 0 and at most"):
         codes_of(np.array([1e-9, 1.0]))
 
 
-def test_a_code_says_what_it_stands_for() -> None:
-    code = code_for(100e-12)
-    assert (code.coarse, code.fine) == (6, 244)
-    assert code.current == pytest.approx(105e-12 * 244 / 256)
-    assert code.quantisation == pytest.approx(code.current / 100e-12 - 1.0)
-    assert abs(code.quantisation) < 0.5 / 244
-
-
 @pytest.mark.parametrize("coarse", range(len(COARSE)))
 @pytest.mark.parametrize("fine", [200, 255])
 def test_the_code_of_a_code_s_current_is_itself(coarse: int, fine: int) -> None:
-    assert code_for(COARSE[coarse] * fine / CODES)[:2] == (coarse, fine)
+    assert codes_of(np.array(COARSE[coarse] * fine / CODES)).tolist() == [coarse, fine]

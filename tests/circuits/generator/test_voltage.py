@@ -17,7 +17,7 @@ from circuits.devices.source import Constant
 from circuits.devices.transistor import drain_current
 from circuits.errors import ParameterError, SolverError
 from circuits.generator.circuit import MASTER_CURRENT, line, masters
-from circuits.generator.code import code_for
+from circuits.generator.code import codes_of, currents_of
 from circuits.generator.voltage import GENERATOR, Line, line_voltages, resistor_of
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.place import circuit_at
@@ -56,6 +56,11 @@ def volts(circuit: Circuit, silicon: Silicon) -> F64:
 def current(wanted: float, silicon: Silicon) -> float:
     circuit = cell(wanted)
     return die_current(circuit, circuit.bias("i"), silicon)
+
+
+def code_for(wanted: float) -> tuple[int, int]:
+    coarse, fine = codes_of(np.array(wanted)).tolist()
+    return coarse, fine
 
 
 def whole(code: tuple[int, int], device: Transistor, silicon: Silicon) -> Machine:
@@ -97,7 +102,7 @@ def test_a_line_is_at_the_operating_point_of_its_circuit(
     silicon = Silicon(process, celsius, Die("A", number))
     lines = Line(CHIP, "gate", (), None, biased(polarity))
     found = float(line_voltages(lines, np.array(wanted), silicon))
-    point = operating_point(whole(code_for(wanted)[:2], biased(polarity), silicon))
+    point = operating_point(whole(code_for(wanted), biased(polarity), silicon))
     # 1e-9 V is where either solver ends
     assert found == pytest.approx(point["v_n" if polarity == "n" else "v_p"], abs=1e-8)
 
@@ -117,7 +122,7 @@ def test_the_nominal_line_gives_its_code_s_current_and_follows_the_temperature(p
     for wanted in (100e-12, 10e-9, 1e-6):
         for celsius in (-10.0, 27.0, 60.0):
             silicon = Silicon(process, celsius)
-            ptat = code_for(wanted).current * (celsius + 273.15) / 300.15
+            ptat = float(currents_of(codes_of(np.array(wanted)))) * (celsius + 273.15) / 300.15
             # 1 %: splitters and mirrors without mismatch; below 1 nA warm devices leak 4 % more and beyond
             if wanted > 1e-9 or celsius < 0.0:
                 assert current(wanted, silicon) == pytest.approx(ptat, rel=0.01)
@@ -161,9 +166,8 @@ def test_a_part_of_a_chip_has_the_line_of_its_chip() -> None:
 def test_spread_over_dies_is_the_block_s() -> None:
     # CV of the block at 100 pA over these 60 dies: 15.3 %. Two standard deviations of 60 draws differ by 13 %
     # (one sigma) of each other; within 2.5 of that
-    code = code_for(100e-12)
     ours = [current(100e-12, Silicon(die=Die("A", n))) for n in DIES]
-    circuit = build(Params(code.coarse, code.fine))
+    circuit = build(Params(*code_for(100e-12)))
     bench = block_bench(circuit, {"output": 2.5, "duration": None}, 5.0)
     block = [output_current(operating_point(bench, Silicon(die=Die("A", n)))) for n in DIES]
     assert stdev(block) / mean(block) == pytest.approx(0.153, abs=0.001)

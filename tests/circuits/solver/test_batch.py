@@ -16,7 +16,7 @@ from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
-from circuits.solver.batch import machines, map_dies, rest_near, samples
+from circuits.solver.batch import map_dies, rest_near, samples
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
 from circuits.testbench import Testbench
@@ -73,7 +73,7 @@ def test_a_machine_without_transistors_goes_to_any_die() -> None:
         (Source("in", "in", Constant(2.0)),),
         1.0,
     )
-    for machine in machines(to_kernel(bench), DIES[:2]):
+    for machine in (on_die(to_kernel(bench), die) for die in DIES[:2]):
         assert operating_point(machine)["out"] == pytest.approx(1.0)
 
 
@@ -102,7 +102,7 @@ def test_bits_are_the_same_for_any_workers_order_and_subset() -> None:
 def test_a_rest_state_near_the_nominal_one_is_the_die_s_own() -> None:
     machine = machine_of(NEURON, Silicon())
     nominal = operating_point(machine)
-    for there in machines(machine, DIES):
+    for there in (on_die(machine, die) for die in DIES):
         near, cold = rest_near(there, nominal), operating_point(there)
         np.testing.assert_allclose(near.voltage, cold.voltage, rtol=0.0, atol=1e-9)
         assert near.machine is there

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from system.worlds.sound.acoustics import CALL_DURATION, speed_of_sound, two_way
 from system.worlds.sound.ear import Ear
 from system.worlds.sound.microphone import Microphone
 from system.worlds.sound.targets import ConstantVelocity, Target
-from system.worlds.sound.waveform import envelope
+from tests.system.worlds.sound.envelope import envelope
 
 AMPLITUDE = (np.array([0.0, 1.0]), np.array([4.0, 4.0]))
 
@@ -67,3 +69,16 @@ def test_segments_join_without_a_jump(ear: Ear) -> None:
         np.abs(whole.voltage[:, 0] - 2.5).max()
         <= envelope(ear.parameters, half.microphone, whole.time).max() + 2.5
     )
+
+
+def test_a_clipped_sample_is_counted_once(ear: Ear) -> None:
+    calls = [("call", 0.0), ("call", 5e-3)]
+    whole, _, _ = ear.advance(ear.begin(), 20e-3, calls, {"amplitude": AMPLITUDE})
+    # 12 V onto 2.5 V for a full-scale call, 9.6 V here: of 0.6 ms at full height five sixths of the samples
+    assert whole.microphone.clipped > 2 * 0.8 * 600
+    state, begun = ear.begin(), 0.0
+    for stop in (0.31e-3, 0.7003e-3, 5.2e-3, 5.6e-3, 20e-3):
+        events = [call for call in calls if begun <= call[1] < stop]
+        state, _, _ = ear.advance(pickle.loads(pickle.dumps(state)), stop, events, {"amplitude": AMPLITUDE})
+        begun = stop
+    assert state.microphone == whole.microphone

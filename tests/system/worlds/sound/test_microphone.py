@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import replace
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,17 +14,14 @@ from system.worlds.sound.microphone import (
     DIRECT,
     Microphone,
     MicrophoneState,
-    SoundEdge,
     SoundPath,
-    advance,
     direct_amplitude,
     echo_amplitude,
     hear,
-    next_time,
     prune,
     sound_segments,
 )
-from system.worlds.sound.targets import ConstantVelocity, Target, default_scene
+from system.worlds.sound.targets import default_scene
 
 RATE = 1e6  # Hz
 EAR = Microphone()
@@ -83,29 +77,6 @@ def test_sound_segments_merge_what_overlaps() -> None:
     )
     assert sound_segments(MicrophoneState(paths), 0.25, 3.5) == ((0.25, 2.5), (3.0, 3.5))
     assert sound_segments(MicrophoneState(paths), 5.0, 6.0) == ()
-
-
-def test_advance_stops_at_every_edge_in_order() -> None:
-    state = hear(QUIET, MicrophoneState(), Call(0.0), [Target("wall", ConstantVelocity(SPEED / 2.0 * 5e-3))])
-    seen: list[SoundEdge] = []
-    while math.isfinite(upcoming := next_time(state)):
-        state, reached, edges = advance(state, 1.0)
-        assert reached == upcoming == state.time
-        seen += edges
-    assert [(edge.source, edge.kind) for edge in seen] == [
-        (DIRECT, "onset"),
-        (DIRECT, "offset"),
-        ("wall", "onset"),
-        ("wall", "offset"),
-    ]
-    np.testing.assert_allclose([edge.time for edge in seen], [0.1e-3, 1.1e-3, 5e-3, 6e-3], atol=1e-9)
-    assert state.paths == ()
-    assert advance(state, 2.0) == (replace(state, time=2.0), 2.0, ())
-
-
-def test_advance_stops_where_it_is_told() -> None:
-    state, reached, edges = advance(heard(QUIET, Call(0.0)), 50e-6)
-    assert (reached, edges, state.time, len(state.paths)) == (50e-6, (), 50e-6, 3)
 
 
 def test_prune_keeps_what_still_sounds() -> None:
