@@ -55,24 +55,15 @@ def synapses(s: Numbers) -> dict[str, Synapse]:
     relay = Synapse(_RELAY, _BRIEF, s.drive_latency - _SPIKES_AFTER)
     charge = Synapse(_WEAK / _BRIEF, _BRIEF)
     stop = Synapse(_RELAY, _BRIEF, _RECURRENT - _SPIKES_AFTER)
+    relays = "ping to delay line", "delay line", "tap to A", "tap to B", "to aim", "head", "body"
     return {
-        "ping to delay line": relay,
-        "delay line": relay,
-        "tap to A": relay,
-        "tap to B": relay,
-        "A to CD": charge,
-        "B to CD": charge,
-        "integrating to CD": charge,
+        **dict.fromkeys(relays, relay),
+        **dict.fromkeys(("A to CD", "B to CD", "integrating to CD"), charge),
+        **dict.fromkeys(("race", "emergency", "second race"), stop),
         "CD to INH": Synapse(-_SILENCE, s.lif_hold),
         "INH to B": Synapse(-_SILENCE, s.lif_block),
         "reset": Synapse(_RESET, _BRIEF),
         "CD to output": replace(relay, later=relay.later + _DETECTOR),
-        "to aim": relay,
-        "race": stop,
-        "emergency": stop,
-        "second race": stop,
-        "head": relay,
-        "body": relay,
         "recent ping": Synapse(-_SILENCE, s.lif_recent),
         "not recent": Synapse(-_SILENCE, s.lif_gate),
     }
