@@ -23,7 +23,6 @@ gc.disable()  # until tests are collected: of eight thousand of them nothing is 
 
 def pytest_collection_finish() -> None:
     """Collect garbage from now on, but not in what stays to the end."""
-    gc.collect()
     gc.freeze()
     gc.enable()
 

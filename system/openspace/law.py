@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -148,8 +149,9 @@ class Arcs(NamedTuple):
     emergency_below: float
 
 
+@lru_cache(maxsize=8)
 def arcs_of(bat: Bat) -> Arcs:
-    """Return geometry and weights of a bat's arcs, with all its numbers."""
+    """Return geometry and weights of a bat's arcs, with all its numbers; nothing writes into its arrays."""
     place = np.arange(ARCS, dtype=np.float64)
     share = (MIDDLE - place) / MIDDLE
     curvature = share / bat.least_radius
