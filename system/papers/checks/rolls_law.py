@@ -27,6 +27,7 @@ from system.statement import Statement
 
 INPUTS = (0.2e-9, 1e-9, 5e-9)  # A, ours: into a neuron, whose rates are compared
 LONG = 0.2  # s, of a run
+_BIASES = default_biases().with_code(DIRECT_CURRENT, *OFF)
 
 
 def run(progress: Progress) -> Report:
@@ -48,21 +49,32 @@ def run(progress: Progress) -> Report:
 
 def measured(fields: tuple[str, ...]) -> Mapping[str, float]:
     """Return what the nominal chip is like with some fields of its process's law, the others ideal."""
-    silicon = Silicon(with_effects(ROLLS_180_FULL, fields))
-    biases = default_biases().with_code(DIRECT_CURRENT, *OFF)
-    neuron = nominal_neuron(biases, silicon, "gate", Params())
+    return {**of_neuron(fields), **of_synapses(fields)}
+
+
+def of_neuron(fields: tuple[str, ...]) -> Mapping[str, float]:
+    """Return least current, refractory period and rates of the nominal neuron under some fields."""
+    neuron = nominal_neuron(_BIASES, _nominal(fields), "gate", Params())
     found = {"least_current_A": float(rheobase(neuron)[0]), "refractory_s": float(neuron.refractory[0])}
     fired = rates(neuron, np.array(INPUTS)[:, None], np.full(len(INPUTS), LONG))[:, 0]
-    found |= {f"rate_at_{1e9 * i:g}_nA_Hz": float(rate) for i, rate in zip(INPUTS, fired, strict=True)}
-    program = weight_program(biases, ())
-    built = build_tables(Params(), program, "gate", silicon, STEP)
-    found["pulse_s"] = float(built.lengths[0])
+    return found | {f"rate_at_{1e9 * i:g}_nA_Hz": float(rate) for i, rate in zip(INPUTS, fired, strict=True)}
+
+
+def of_synapses(fields: tuple[str, ...]) -> Mapping[str, float]:
+    """Return the pulse, the filters' time constants and the weights' charges under some fields."""
+    program = weight_program(_BIASES, ())
+    built = build_tables(Params(), program, "gate", _nominal(fields), STEP)
+    found = {"pulse_s": float(built.lengths[0])}
     found |= {
         f"{name}_tau_s": float(f.tau[0])
         for name, f in zip(("excitatory", "inhibitory"), built.filters, strict=False)
     }
     levels = weights(built, program)
     return found | {f"charge_of_level_{w.level}_C".replace("-", "minus_"): w.charge for w in levels}
+
+
+def _nominal(fields: tuple[str, ...]) -> Silicon:
+    return Silicon(with_effects(ROLLS_180_FULL, fields))
 
 
 EXPERIMENT = Experiment("rolls-law", "what the full law moves in a ROLLS chip", run)

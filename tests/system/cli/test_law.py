@@ -7,8 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from system.cli import mend
+from chips.rolls import portrait
+from chips.rolls.program.bias_file import write_biases
+from system.cli import mend, show_rolls
 from tests.refusals import command_refusals
+from tests.system.cli.test_show_rolls import without_plastic_biases
 from tests.system.conftest import Run, RunJson
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "mine-180.toml"
@@ -31,11 +34,20 @@ def test_a_process_of_one_s_own_is_the_file_s(run_json: RunJson) -> None:
     assert own["voltages_V"] == shipped["voltages_V"]
 
 
-def test_rolls_is_shown_and_run_under_both_laws(run_json: RunJson) -> None:
-    shown = [run_json("show", "rolls", "--law", law) for law in ("ideal", "full")]
-    assert [found["law"] for found in shown] == ["ideal", "full"]
-    curves = [np.mean(found["fi_rate_Hz"]) for found in shown]
-    assert curves[1] != pytest.approx(curves[0], rel=0.01)
+def test_rolls_is_shown_under_the_full_law(
+    run_json: RunJson, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for module in (portrait, show_rolls):
+        monkeypatch.setattr(module, "MULTIPLES", np.array([3.0]))
+    write_biases(tmp_path / "few.csv", without_plastic_biases())
+    shown = run_json("show", "rolls", "--law", "full", "--bias-file", str(tmp_path / "few.csv"))
+    assert shown["law"] == "full"
+    # 122.6 pA under the ideal law (docs/evidence/rolls.md)
+    assert shown["rheobase_A"] != pytest.approx([0.12256e-9] * 256, rel=0.01)
+    assert np.min(shown["fi_rate_Hz"]) > 0.0
+
+
+def test_rolls_is_run_under_both_laws(run_json: RunJson) -> None:
     given = ("run", "rolls", "--duration", "0.12s", "--law")
     rates = [np.mean(run_json(*given, law)["rates_Hz"]) for law in ("ideal", "full")]
     assert rates[1] != pytest.approx(rates[0], rel=0.01)

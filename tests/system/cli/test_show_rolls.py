@@ -87,11 +87,16 @@ def test_print_has_a_table_of_each(capsys: pytest.CaptureFixture[str]) -> None:
     assert "256 of 256 neurons fire by the bias I_dc of 87.5nA alone" in printed
 
 
+def without_plastic_biases() -> BiasTable:
+    """The default biases but for those of plastic weights and of depression."""
+    lacking = ("PA_W", "NPA_WEIGHT_STD")
+    return BiasTable(tuple(e for e in default_biases().entries if not e.name.startswith(lacking)))
+
+
 def test_a_bias_file_without_the_array_s_biases_is_told(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    kept = tuple(e for e in default_biases().entries if not e.name.startswith(("PA_W", "NPA_WEIGHT_STD")))
-    write_biases(tmp_path / "few.csv", BiasTable(kept))
+    write_biases(tmp_path / "few.csv", without_plastic_biases())
     assert main([*OPTIONS, "--bias-file", str(tmp_path / "few.csv")]) == 0
     printed = capsys.readouterr().out
     assert "the plastic array: not told, the bias file lacks PA_WDRIFTUP_P, PA_WDRIFTDN_N" in printed

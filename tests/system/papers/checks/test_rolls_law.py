@@ -2,12 +2,12 @@
 
 import pytest
 
-from system.papers.checks.rolls_law import measured
+from system.papers.checks.rolls_law import of_neuron, of_synapses
 from system.papers.checks.second_order import EFFECTS, percent
 
 
 def test_the_early_effect_alone_moves_charges_and_times_as_its_drains_stand() -> None:
-    ideal, early = measured(()), measured(EFFECTS["Early effect"])
+    ideal, early = of_synapses(()), of_synapses(EFFECTS["Early effect"])
     # I_pwlk's drain is further from its source than its gate, so that it is larger and the pulse shorter
     assert early["pulse_s"] < 0.98 * ideal["pulse_s"]
     # and the excitatory mirror's copy draws more than its diode gets
@@ -17,4 +17,4 @@ def test_the_early_effect_alone_moves_charges_and_times_as_its_drains_stand() ->
     )
     assert percent(ideal["pulse_s"], None) != percent(ideal["pulse_s"], early["pulse_s"])
     # 122.6 pA without: of the ideal law (docs/evidence/rolls.md)
-    assert ideal["least_current_A"] == pytest.approx(0.12256e-9, rel=1e-3)
+    assert of_neuron(())["least_current_A"] == pytest.approx(0.12256e-9, rel=1e-3)
