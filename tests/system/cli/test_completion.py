@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from chips.registry import CHIPS
 from circuits.registry import BLOCKS, METRICS
 from netlists.registry import DIALECTS
 from system.bug.map import MAPS
+from system.cli.command_line import main
 from system.cli.completion import VARIABLE, Shell, script_of
 from system.registry import EXPERIMENTS, SYSTEMS
 from tests.refusals import command_refusals
@@ -26,12 +28,16 @@ COMMAND = "import sys; from system.cli.command_line import main; status = main()
 
 
 @pytest.fixture
-def bash() -> Ask:
+def bash(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Ask:
     """What bash is answered for a line, whose cursor is at its end."""
 
     def ask(line: str) -> list[str]:
-        words = line.split(" ")
-        return _told({"COMP_WORDS": line, "COMP_CWORD": str(len(words) - 1), VARIABLE: "complete_bash"})[0]
+        words = {"COMP_WORDS": line, "COMP_CWORD": str(line.count(" ")), VARIABLE: "complete_bash"}
+        for name, value in words.items():
+            monkeypatch.setenv(name, value)
+        with suppress(SystemExit):
+            main(())
+        return capsys.readouterr().out.splitlines()
 
     return ask
 

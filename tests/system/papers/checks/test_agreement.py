@@ -13,10 +13,12 @@ import pytest
 from chips.ranging.coupling import Coupling
 from circuits.registry import load_block
 from circuits.silicon.silicon import Silicon
+from netlists.ngspice import run as ngspice
 from netlists.ngspice.agreement import Agreement, compare
 from netlists.ngspice.form import scaled_testbench, started
 from system.papers.checks import agreement
 from system.papers.checks.agreement import COUPLING, Case, compare_block, kept
+from tests.agreement.kept import KeptRuns
 from tests.system.papers.campaigns import goes_on
 from tests.system.papers.conftest import Draw
 
@@ -24,8 +26,11 @@ CASE = Case("high-threshold-neuron", -20.0)
 
 
 @pytest.fixture(scope="module")
-def found(ngspice_library: None) -> Agreement:
-    return compare_block(*CASE)
+def found(ngspice_runs: KeptRuns | None) -> Agreement:
+    with pytest.MonkeyPatch.context() as patch:
+        if ngspice_runs is not None:
+            patch.setattr(ngspice, "run", ngspice_runs)
+        return compare_block(*CASE)
 
 
 def test_rows_state_what_agrees(found: Agreement) -> None:

@@ -50,7 +50,7 @@ def test_lost_pings_are_a_share() -> None:
 
 
 def test_it_runs_on_few_dies(monkeypatch: pytest.MonkeyPatch) -> None:
-    few = {name: {**options, "duration": 1.0} for name, options in head.CASES.items()}
+    few = {name: {**options, "duration": 0.5} for name, options in head.CASES.items()}
     monkeypatch.setattr(head, "CASES", few)
     seen: list[float] = []
     report = head.reproduce(seen.append, dies=tuple(range(2)))
