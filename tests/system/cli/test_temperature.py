@@ -12,7 +12,7 @@ from tests.system.conftest import Run, RunJson
 WARMING = "0s:27,1s:29"
 # options of a run of seconds with a chip in its loop, by system
 SHORT = {
-    "approach": ("--level", "behavioural", "--duration", "0.15s"),
+    "approach": ("--level", "behavioural", "--duration", "0.08s"),
     "bug": ("--brain", "chip", "--duration", "0.1s"),
     "car": ("--ranges", "chip", "--pings", "10"),
     "forest": ("--ranges", "chip", "--selection", "chip", "--pings", "20", "--obstacles", "300"),
