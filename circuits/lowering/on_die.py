@@ -44,7 +44,7 @@ from circuits.arrays import F64, I64
 from circuits.bias import bias_voltages
 from circuits.circuit import Circuit, Instance, InstanceArray, Shape
 from circuits.compiled import compiled
-from circuits.devices import Transistor
+from circuits.devices import Device, Transistor
 from circuits.devices.channel import Terms, early, height_of, mobility, pinch_off_of, terms_of
 from circuits.devices.channel import channel as channel_law
 from circuits.devices.channel import leaked as junction_law
@@ -307,22 +307,22 @@ def on_die(
     `UnknownNameError` for a name that the circuit lacks, `ParameterError` for one of no transistor.
     """
     names = transistor_names(circuit) if wanted is None else tuple(dict.fromkeys(wanted))
-    sites = [_site(circuit, name) for name in names]
-    chip, above = (place[0][0], place[1:]) if place else (circuit.name, ())
-    paths = [(*above, *site.path, (site.device.name, ())) for site in sites]
-    shapes = [tuple(n for _, shape in path for n in shape) for path in paths]
-    areas = [_spread(s.size["width"] * s.size["length"] * s.size["multiplicity"], shape)
+    devices = [transistor_of(circuit, name) for name in names]
+    sites = [site_of(circuit, name, device) for name, device in zip(names, devices, strict=True)]
+    chip, paths = paths_of(circuit, sites, place)
+    shapes = [shape_of(path) for path in paths]
+    areas = [spread(s.size["width"] * s.size["length"] * s.size["multiplicity"], shape)
              for s, shape in zip(sites, shapes, strict=True)]  # fmt: skip
     every = np.concatenate([np.zeros(0), *areas])
-    polarities = [site.device.polarity for site in sites]
+    polarities = [device.polarity for device in devices]
     local = silicon.deviations(chip, paths, every, polarities)
     v_t0, beta = (np.broadcast_to(x, every.size) for x in local)
     laws = {polarity: silicon.law(polarity) for polarity in POLARITIES}
     fets, start = {}, 0
-    for name, site, shape, area in zip(names, sites, shapes, areas, strict=True):
+    for name, site, polarity, shape, area in zip(names, sites, polarities, shapes, areas, strict=True):
         own, start = slice(start, start + area.size), start + area.size
         own_v, own_beta = v_t0[own].reshape(shape), beta[own].reshape(shape)
-        shared, size = laws[site.device.polarity], site.size
+        shared, size = laws[polarity], site.size
         square = shared.square_current * size["multiplicity"] * size["width"] / size["length"]
         current, threshold = np.asarray(square * (1.0 + own_beta)), np.asarray(shared.v_t0 + own_v)
         width, length = (
@@ -330,7 +330,7 @@ def on_die(
             for x in (size["multiplicity"] * size["width"], size["length"])
         )
         fets[name] = Fet(current, threshold, shared.kappa, own_v, own_beta, width, length, shared)
-    copies = math.prod(n for _, shape in above for n in shape)
+    copies = math.prod(shape_of(place[1:]))
     volts = {port: np.asarray(value, dtype=np.float64) for port, value in (gate or {}).items()}
     return DieDevices(silicon.thermal_voltage, silicon.process.v_dd, copies, fets, volts)
 
@@ -399,23 +399,34 @@ def transistor_of(circuit: Circuit, name: str) -> Transistor:
     return device
 
 
-class _Site(NamedTuple):
-    """A transistor, the instances in which it stands, and its sizes (m), one or of their arrays' shape."""
+class Site(NamedTuple):
+    """A device, the instances in which it stands, and its parameters (SI), one or of their arrays' shape."""
 
-    device: Transistor
+    device: Device
     path: Path
     size: Mapping[str, F64 | float]
 
 
-def _spread(value: F64 | float, shape: Shape) -> F64:
+def paths_of(circuit: Circuit, sites: Sequence[Site], place: Path) -> tuple[str, list[Path]]:
+    """Name of the chip on which a circuit stands at `place`, and paths of the devices of `sites` on it."""
+    chip, above = (place[0][0], place[1:]) if place else (circuit.name, ())
+    return chip, [(*above, *site.path, (site.device.name, ())) for site in sites]
+
+
+def shape_of(path: Path) -> Shape:
+    """Shape of an array of all places of a path."""
+    return tuple(n for _, shape in path for n in shape)
+
+
+def spread(value: F64 | float, shape: Shape) -> F64:
     """A value at all places, row-major."""
     if isinstance(value, float):
         return np.full(math.prod(shape), value)
     return np.broadcast_to(value, shape).ravel()
 
 
-def _site(circuit: Circuit, name: str) -> _Site:
-    device = transistor_of(circuit, name)
+def site_of(circuit: Circuit, name: str, device: Device) -> Site:
+    """Where the device of a circuit called `name` stands, with the parameters that it has there."""
     *above, _ = name.split(".")
     instances: list[Instance | InstanceArray] = []
     for part in above:
@@ -432,7 +443,7 @@ def _site(circuit: Circuit, name: str) -> _Site:
             if given is not None:
                 values = np.broadcast_to(np.asarray(given, dtype=np.float64), instances[depth].shape)
                 size[key] = values.reshape(values.shape + (1,) * len(inner))
-    return _Site(device, path, size)
+    return Site(device, path, size)
 
 
 @compiled()
