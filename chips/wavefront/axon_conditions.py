@@ -1,15 +1,17 @@
 """The axons of a wavefront chip on one die at one temperature, and their record at the die's currents.
 
 Coordinates are the die's currents of the sink and of the comparator's tail, by the law, from the gate
-voltages of their biases: fixed ones, or those of the ideal biases' copies on the die. What does not depend on
-the die is made ready once a temperature (`axon_tables`), so that a thousand dies cost a thousand times
-little.
+voltages of their biases: fixed ones, or those of the ideal biases' copies on the die. They are those of a
+drain that is far, without the Early effect, which depends on the ramp and is in the record's charge. What
+does not depend on the die is made ready once a temperature (`axon_tables`), so that a thousand dies cost a
+thousand times little.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -28,10 +30,14 @@ from chips.wavefront.axon_record import (
 )
 from circuits.arrays import F64
 from circuits.bias import bias_voltages
-from circuits.blocks.wavefront.axon_delay import HIGHEST
+from circuits.blocks.wavefront.axon_delay import BITS, HIGHEST, parasitic_capacitance
 from circuits.circuit import Circuit
+from circuits.compiled import compiled
+from circuits.devices.channel import Terms, channel, terms_of
 from circuits.devices.ekv import interpolation, steepness
+from circuits.devices.ekv import law as ekv_law
 from circuits.devices.pinch_off import pinch_off
+from circuits.lowering.capacitors_on_die import capacitor_of
 from circuits.lowering.on_die import transistor_of
 from circuits.silicon.die import Shift, shared
 from circuits.silicon.process import POLARITIES, Polarity, Process, TransistorAtTemperature
@@ -42,6 +48,8 @@ Shifts = Mapping[Polarity, Shift]
 LOCAL = ("mc1", "mc2", "mc3", "mc4")  # devices beside the sink whose thresholds count
 SINK, TAIL = "ms", "mc0"
 CURRENTS = ("i_delay", "i_cmp")  # biases of SINK and TAIL
+CAPACITORS = (*(f"c{k}" for k in range(BITS)), "c_o")  # of the bits, then of the fixed charge
+_FAR = 1e3  # V, of a drain: nothing comes back from it
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +95,10 @@ class Conditions(NamedTuple):
 
     specific_current: of the sink without deviation, A; pinch, slope: kappa (v_delay - V_T0) and kappa, over 2
     U_T; log_current: ln I_0; log_charge: value and two derivatives by ln I, float64[3, 31]; tail: derivative
-    by the threshold of `TAIL`, 1/V, float64[31]; unit_charge: C; gain, offset: 1/V, float64[4].
+    by the threshold of `TAIL`, 1/V, float64[31]; unit_charge: C; gain, offset: 1/V, float64[4]; gate: of the
+    sink, V; whole: the sink's law with a specific current of 1 A where it has second-order effects, without
+    those of the drain, else None; capacitor: change of the charge by the relative change of each of
+    `CAPACITORS`, over the charge a unit, where its bit is off and on, float64[6, 2].
     """
 
     specific_current: float
@@ -99,6 +110,9 @@ class Conditions(NamedTuple):
     unit_charge: float
     gain: F64
     offset: F64
+    gate: float
+    whole: Terms | None
+    capacitor: F64
 
 
 def axon_tables(model: AxonModel, silicon: Silicon) -> AxonTables:
@@ -160,8 +174,30 @@ def conditions(tables: AxonTables, silicon: Silicon, shifts: Shifts) -> Conditio
     half = 0.5 * law.kappa / law.u_t
     return Conditions(
         specific, float(pinch_off(half, gates["i_delay"], law.v_t0)), half, float(x), log_charge,
-        tail_slope * tail, unit, gain[own], offset[own],
+        tail_slope * tail, unit, gain[own], offset[own], gates["i_delay"], _whole(law, model, SINK),
+        _capacitor_charges(model.axon, silicon.process),
     )  # fmt: skip
+
+
+@compiled(forceinline=True)
+def carried_at(c: Conditions, whole: Terms | None, shift: float) -> float:
+    """Current of a sink with the drain far over its specific current, a ratio.
+
+    whole: that of the conditions, None known when this is compiled; shift: of the sink's threshold, V.
+    """
+    if whole is None:
+        return ekv_law(2.0 * (c.pinch - c.slope * shift))[0]
+    return channel(whole, _FAR, c.gate - shift, 0.0)[0]
+
+
+@compiled()
+def carried(c: Conditions, shifts: F64, found: F64) -> None:
+    """Current of every sink with the drain far over its specific current into `found`, float64[n].
+
+    shifts: of the sinks' thresholds, V, float64[n].
+    """
+    for i in range(shifts.size):
+        found[i] = carried_at(c, c.whole, shifts[i])
 
 
 def check_local(model: AxonModel, thresholds: F64) -> None:
@@ -181,6 +217,22 @@ def _shared_change(model: AxonModel, shifts: Shifts, gain: F64, offset: F64) -> 
     return change
 
 
+@lru_cache(maxsize=16)
+def _capacitor_charges(axon: Circuit, process: Process) -> F64:
+    """What `Conditions.capacitor` is, by the charge on each plate between both ends of the ramp.
+
+    The ramp falls by V_dd - v_ref: a bit that is on adds that over C_k, one that is off over C_k C_p / (C_k +
+    C_p), and C_o takes V_dd away and gives V_dd - v_ref. A unit is C_u (V_dd - v_ref), C_u the weight of the
+    least bit.
+    """
+    parasitic = parasitic_capacitance()
+    drawn = np.array([capacitor_of(axon, name).capacitance for name in CAPACITORS])
+    found = np.stack([drawn * (parasitic / (drawn + parasitic)) ** 2, drawn], axis=1)
+    reference = float(np.asarray(axon.bias("v_ref").value))
+    found[-1] = -drawn[-1] * reference / (process.v_dd - reference)
+    return np.asarray(found * (drawn[0] + parasitic) / drawn[0] ** 2)
+
+
 def _gates(circuit: Circuit, silicon: Silicon) -> dict[str, float]:
     return {n: float(bias_voltages(circuit, circuit.bias(n), silicon)) for n in CURRENTS}
 
@@ -195,8 +247,21 @@ def _saturated(
 ) -> tuple[float, float, float]:
     """Specific current and current in saturation, A, of an nFET without deviations; d ln I / d V_T0, 1/V."""
     specific = law.square_current * transistor_of(model.axon, name).square
-    carried = float(interpolation(pinch_off(law.kappa, gate, law.v_t0) / law.u_t))
-    return specific, specific * carried, -law.kappa / law.u_t * float(steepness(carried))
+    whole = _whole(law, model, name)
+    if whole is not None:
+        share, _, by_gate, _ = channel(whole, _FAR, gate, 0.0)
+        return specific, specific * share, -by_gate / share
+    share = float(interpolation(pinch_off(law.kappa, gate, law.v_t0) / law.u_t))
+    return specific, specific * share, -law.kappa / law.u_t * float(steepness(share))
+
+
+def _whole(law: TransistorAtTemperature, model: AxonModel, name: str) -> Terms | None:
+    """The law of a device per ampere of specific current, drain far; None without second-order effects."""
+    if law == law.ideal():
+        return None
+    device = transistor_of(model.axon, name)
+    flat = replace(law.without_leakage(), early_field=0.0)
+    return terms_of(flat, device.width * device.multiplicity, device.length, 1.0, law.v_t0)
 
 
 def _check(model: AxonModel, label: str, value: float, limits: Sequence[float], unit: str) -> None:

@@ -28,7 +28,6 @@ from chips.measured.perturbation import deviating, deviations_of, slopes
 from chips.measured.search import narrowed
 from chips.measured.table_record import Quantities, check_box, measure_over, on_silicon, shifts
 from chips.model import Model
-from chips.model_law import check_law
 from chips.record import Axis, Record, Table
 from chips.wavefront.axon_conditions import Conditions, axon_tables, conditions, process_shifts
 from chips.wavefront.axon_record import (
@@ -45,7 +44,7 @@ from chips.wavefront.axon_record import (
 )
 from chips.wavefront.model import axon_delays, axon_model, cell_circuits, cell_record, input_delay
 from circuits.arrays import F64
-from circuits.bias import gate_voltage, rebias
+from circuits.bias import rebias
 from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
 from circuits.blocks.wavefront.axon_linearity import CODES, delay_at, delay_machine, delays_at
@@ -53,6 +52,7 @@ from circuits.circuit import Circuit
 from circuits.devices import Transistor
 from circuits.devices.source import vertices
 from circuits.lowering.kernel import Machine, to_kernel
+from circuits.lowering.on_die import on_die
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
@@ -75,12 +75,8 @@ def measure_axon(
     process: Process = AMI_1500,
     grid: AxonGrid = GRID,
 ) -> Record:
-    """Measure the record of an axonal delay element, without errors; it takes about a minute on one core.
-
-    Raises `ParameterError` for a process whose law the model does not follow.
-    """
+    """Measure the record of an axonal delay element, without errors; it takes about a minute on one core."""
     circuit = circuit or axon_delay.build()
-    check_law(process)
     names = tuple(d.name for d in circuit.devices if isinstance(d, Transistor) and d.name not in HELD)
     parameters = deviations_of((*names, "mc0", "mc6", *SHARED))
     charge: list[list[F64]] = []
@@ -111,14 +107,11 @@ def measure_axon(
 
 
 def _biased(machine: Machine, current: float, comparator_current: float) -> Machine:
-    """The machine with the gate voltages of these currents, A, in devices without deviations."""
+    """The machine with the gate voltages of these currents, A, with the drain far, without deviations."""
     lines = list(machine.polylines)
-    law = machine.silicon.law("n")
+    devices = on_die(machine.testbench.circuit, machine.silicon, tuple(COORDINATES.values()))
     for port, amperes in zip(COORDINATES, (current, comparator_current), strict=True):
-        device = machine.testbench.circuit.device(COORDINATES[port])
-        if not isinstance(device, Transistor):
-            raise TypeError(f"{device.name}: no transistor")
-        gate = gate_voltage(law, device, amperes)
+        gate = float(devices.gate_for(COORDINATES[port], np.asarray(amperes)))
         lines[machine.source_names.index(port)] = vertices(port, (0.0,), (gate,))
     return replace(machine, polylines=tuple(lines))
 
@@ -161,11 +154,7 @@ def axon_errors(
 
 
 def measure_cell(process: Process = AMI_1500) -> Record:
-    """Measure the record of the wavefront cell, without errors; it takes half a minute on one core.
-
-    Raises `ParameterError` for a process whose law the model does not follow.
-    """
-    check_law(process)
+    """Measure the record of the wavefront cell, without errors; it takes half a minute on one core."""
     parameters, gradient = _cell_gradient(process)
     return measure_over(_cell_at, cell_circuits(), SHIFTS, {}, process).extended(
         {"input_delay_gradient": Table((PARAMETER,), gradient)}, {PARAMETER: parameters}

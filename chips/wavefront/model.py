@@ -2,16 +2,19 @@
 
 The delay of an axon is a charge over the current of its sink on this die (`chips.wavefront.axon_record`):
 
-    D = [Q(code; T, I, I_cmp) + Q_u sum_d (offset_d + gain_d code) x_d] / I
+    D = [Q(code; T, I, I_cmp) + Q_u (sum_d (offset_d + gain_d code) x_d + sum_k a_k(code) c_k)] / I
     I = I_S (1 + beta) F(kappa (v_delay - V_T0 - dV_T) / U_T),   F(u) = ln^2(1 + e^(u/2))
 
-I is the law's, exponential in the sink's own threshold; x_d are the thresholds of the comparator's pair and
-mirror `mc1` to `mc4`, and what a die's devices share. ln Q follows I to second order about the die's current,
-and the tail's current, through the threshold of `mc0`, to first order. All deviations are those that the
-transistor level draws for `axon[r,c]` of the chip. Left out: mismatch of the axon's other devices and of the
-cells, whose input delay of nanoseconds is that of the temperature and the shared shift. Of the variance of a
-unit on 300 dies with mismatch (`noctule montecarlo axon-delay --metric unit_delay --contributions
-unit_delay`) `ms` has 99.6 %, `mc1` to `mc4` 0.1 % each, and every other device less than 0.05 %.
+I is the law's, exponential in the sink's own threshold. Under the full law it has body effect and the fall of
+the mobility, and Q, which is measured under that law, what the drain does. x_d are the thresholds of the
+comparator's pair and mirror `mc1` to `mc4`, and what a die's devices share. ln Q follows I to second order
+about the die's current, and the tail's current, through the threshold of `mc0`, to first order. c_k are the
+relative changes of the ramp's capacitors on a die whose capacitors deviate, a_k the charge on each of them.
+All deviations are those that the transistor level draws for `axon[r,c]` of the chip. Left out: mismatch of
+the axon's other devices and of the cells, whose input delay of nanoseconds is that of the temperature and the
+shared shift. Of the variance of a unit on 300 dies with mismatch (`noctule montecarlo axon-delay --metric
+unit_delay --contributions unit_delay`) `ms` has 99.6 %, `mc1` to `mc4` 0.1 % each, and every other device
+less than 0.05 %.
 """
 
 from __future__ import annotations
@@ -27,11 +30,11 @@ from scipy.interpolate import CubicSpline
 
 from chips.measured.interpolation import lagrange_weights
 from chips.measured.table_record import tables_of, temperature_weights
-from chips.model_law import check_capacitors, check_law
 from chips.record import Record
 from chips.record_file import stale
 from chips.validity import require_inside
 from chips.wavefront.axon_conditions import (
+    CAPACITORS,
     LOCAL,
     SINK,
     TAIL,
@@ -40,6 +43,7 @@ from chips.wavefront.axon_conditions import (
     Conditions,
     Shifts,
     axon_tables,
+    carried_at,
     check_local,
     conditions,
     process_shifts,
@@ -61,8 +65,8 @@ from circuits.blocks.wavefront import grid as wavefront_grid
 from circuits.blocks.wavefront.axon_delay import HIGHEST, UNIT
 from circuits.circuit import BiasKind, Circuit
 from circuits.compiled import compiled
-from circuits.devices.ekv import law
 from circuits.errors import ParameterError
+from circuits.lowering.capacitors_on_die import capacitor_changes, capacitors_deviate
 from circuits.lowering.on_die import on_die
 from circuits.silicon.die import Die, Path
 from circuits.silicon.process import AMI_1500, POLARITIES, Process
@@ -70,12 +74,16 @@ from circuits.silicon.silicon import Silicon
 
 
 class AxonDraws(NamedTuple):
-    """Local deviations of n axons, float64[n]; thresholds in V; local: of `LOCAL`, V, [n, 4]."""
+    """Local deviations of n axons, float64[n]; thresholds in V; local: of `LOCAL`, V, [n, 4].
+
+    capacitor: relative changes of `CAPACITORS`, [n, 6], [n, 0] on a die whose capacitors do not deviate.
+    """
 
     sink: F64
     beta: F64  # of the sink, relative
     tail: F64
     local: F64
+    capacitor: F64
 
 
 def axon_model(circuit: Circuit, process: Process = AMI_1500, record: Record | None = None) -> AxonModel:
@@ -98,14 +106,14 @@ def chip_model(
 ) -> AxonModel:
     """Return the model of all axons of a chip of `shape`, (rows, columns) of a grid or (cells,).
 
-    bias_kind: of the axons' currents; unit: nominal delay a unit of code at 27 degC, s; area: of the drawn
+    bias_kind: of the axons' currents; unit: nominal delay a unit of code at 27 degC, s, of the bias currents
+    under the ideal law: the same currents make one that is 2 % shorter under the full law; area: of the drawn
     devices over the circuit's. Raises as `axon_model`, and `ParameterError` for a unit or an area that is not
     above 0 and finite.
     """
     for name, value, symbol in (("unit", unit, "s"), ("area", area, "times the circuit's")):
         if not (np.isfinite(value) and value > 0.0):
             raise ParameterError(f"wavefront_chip.{name}: {value:g} {symbol}, must be > 0")
-    check_law(process)
     record = record or axon_record(process)
     chip = wavefront_grid.build(wavefront_grid.Params(1, 1))
     usual = float(np.asarray(chip.bias("i_delay").value))
@@ -118,7 +126,6 @@ def _model(
     circuit: Circuit, axon: Circuit, process: Process, record: Record | None, prefix: tuple[str, ...],
     shape: tuple[int, ...], area: float,
 ) -> AxonModel:  # fmt: skip
-    check_law(process)
     record = record or axon_record(process)
     if axon_key(axon, process, grid_of(record)) != record.key:
         raise stale("axon_delay", process=process)
@@ -127,11 +134,15 @@ def _model(
 
 def axon_draws(model: AxonModel, silicon: Silicon) -> AxonDraws:
     """Return the deviations of the model's axons on the silicon's die, as the transistor level draws them."""
-    check_capacitors(model.circuit.name, silicon.die)
     place: Path = ((model.circuit.name, ()), *((name, model.shape) for name in model.prefix))
     d = on_die(model.axon, silicon.of_area(model.area), (SINK, *LOCAL, TAIL), place).flat()
     local = np.stack([d.fet[name].v_t0 for name in LOCAL], axis=-1)
-    return AxonDraws(d.fet[SINK].v_t0.copy(), d.fet[SINK].beta.copy(), d.fet[TAIL].v_t0.copy(), local)
+    changes = np.zeros((d.copies, 0))
+    if capacitors_deviate(model.axon, silicon, place):
+        found = capacitor_changes(model.axon, silicon, CAPACITORS, place)
+        changes = np.stack([found[name].ravel() for name in CAPACITORS], axis=-1)
+    sink = d.fet[SINK]
+    return AxonDraws(sink.v_t0.copy(), sink.beta.copy(), d.fet[TAIL].v_t0.copy(), local, changes)
 
 
 def axon_delays(
@@ -262,7 +273,7 @@ def _delays(c: Conditions, draws: AxonDraws, codes: I64, found: F64) -> None:
         if code == 0:
             found[i] = np.inf
             continue
-        carried = law(2.0 * (c.pinch - c.slope * draws.sink[i]))[0]
+        carried = carried_at(c, c.whole, draws.sink[i])
         current = c.specific_current * (1.0 + draws.beta[i]) * carried
         apart = np.log(current) - c.log_current
         k = code - 1
@@ -271,4 +282,6 @@ def _delays(c: Conditions, draws: AxonDraws, codes: I64, found: F64) -> None:
         change = 0.0
         for p in range(draws.local.shape[1]):
             change += (c.offset[p] + c.gain[p] * code) * draws.local[i, p]
+        for p in range(draws.capacitor.shape[1]):
+            change += c.capacitor[p, (code >> p) & 1] * draws.capacitor[i, p]
         found[i] = (np.exp(log_charge) + c.unit_charge * change) / current

@@ -2,19 +2,29 @@
 
 An axon's delay D is a charge over the current I of its sink: shot noise moves it by `sqrt(phi q D / I)`, the
 sink's flicker by `D psi kappa dV_T0 / U_T`, the mean of its threshold's wander over D; phi and psi
-(`chips.shot_noise`) are nearly 1. All edges that leave a cell have its axon's jitter. From plan to plan the
-wander is drawn anew: plans are taken to be far apart in time. Left out: the comparator's noise, nanoseconds
-of jitter. A lone axon's circuit has the same white deviation within 0.5 % and 2 to 3 % more of flicker's by
-linear theory (`circuits.solver.noise.event_jitter`), codes 1 to 9.
+(`chips.shot_noise`) are nearly 1. Under the full law psi is the sink's `d ln I / dV_T0` over kappa / U_T, and
+the Early effect, some 3 % of the current, is left out of both. All edges that leave a cell have its axon's
+jitter. From plan to plan the wander is drawn anew: plans are taken to be far apart in time. Left out: the
+comparator's noise, nanoseconds of jitter. A lone axon's circuit has the same white deviation within 0.5 % and
+2 to 3 % more of flicker's by linear theory (`circuits.solver.noise.event_jitter`), codes 1 to 9.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from chips.noise import SiliconNoise
 from chips.shot_noise import current_wander, shot_share, steepness
-from chips.wavefront.axon_conditions import SINK, AxonModel, axon_tables, conditions, process_shifts
+from chips.wavefront.axon_conditions import (
+    SINK,
+    AxonModel,
+    axon_tables,
+    carried,
+    conditions,
+    process_shifts,
+)
 from chips.wavefront.model import axon_draws
 from circuits.arrays import F64
 from circuits.devices.ekv import interpolation
@@ -24,6 +34,20 @@ from circuits.silicon.die import philox
 from circuits.silicon.process import ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import noise_keys, noise_place
+
+_SHIFT = 1e-3  # V, of a derivative by the threshold; ours
+
+
+class Sinks(NamedTuple):
+    """Sinks of n axons on a die, float64[n].
+
+    current: A. specific: what it is the inversion's multiple of, A: I_S, times the mobility's fall under the
+    full law. steep: `d ln I / dV_T0` over kappa / U_T, a ratio.
+    """
+
+    current: F64
+    specific: F64
+    steep: F64
 
 
 def axon_jitter(model: AxonModel, silicon: Silicon, delays: F64, noise: SiliconNoise, number: int) -> F64:
@@ -51,17 +75,24 @@ def axon_spread(model: AxonModel, silicon: Silicon, delays: F64, noise: SiliconN
         return np.zeros(delays.size)
     own = np.where(open_, delays, delays[open_].min())
     area = model.area * transistor_of(model.axon, SINK).gate_area
-    current, specific = sink_currents(model, silicon)
-    steep = steepness(current, specific)
-    wander = current_wander(silicon, noise, "n", area, own, steep)
-    white = shot_share(current, specific) * ELEMENTARY_CHARGE * own / current
+    sink = sinks_on(model, silicon)
+    wander = current_wander(silicon, noise, "n", area, own, sink.steep)
+    white = shot_share(sink.current, sink.specific) * ELEMENTARY_CHARGE * own / sink.current
     return np.where(open_, np.sqrt(white + wander * own**2), 0.0)
 
 
-def sink_currents(model: AxonModel, silicon: Silicon) -> tuple[F64, F64]:
-    """Return current and specific current of each axon's sink on this die, A, float64[n]."""
+def sinks_on(model: AxonModel, silicon: Silicon) -> Sinks:
+    """Return the sink of each axon on the silicon's die, with its drain far."""
     c = conditions(axon_tables(model, silicon), silicon, process_shifts(silicon))
     draws = axon_draws(model, silicon)
-    specific = c.specific_current * (1.0 + draws.beta)
-    carried = interpolation(2.0 * (c.pinch - c.slope * draws.sink))
-    return np.asarray(specific * carried), np.asarray(specific)
+    specific = np.asarray(c.specific_current * (1.0 + draws.beta))
+    if c.whole is None:
+        current = specific * interpolation(2.0 * (c.pinch - c.slope * draws.sink))
+        return Sinks(current, specific, steepness(current, specific))
+    share, up, down, plain = (np.empty(draws.sink.size) for _ in range(4))
+    carried(c, draws.sink, share)
+    carried(c, draws.sink - _SHIFT, up)
+    carried(c, draws.sink + _SHIFT, down)
+    carried(c._replace(whole=c.whole._replace(reduction=0.0)), draws.sink, plain)
+    weak = silicon.law("n").kappa / silicon.thermal_voltage
+    return Sinks(specific * share, specific * share / plain, np.log(up / down) / (2.0 * _SHIFT * weak))

@@ -5,13 +5,12 @@ import numpy as np
 from chips.lso.model import head_on
 from chips.model_law import check_capacitors
 from chips.rolls.parts import devices_at, row_place
-from chips.wavefront.model import axon_draws, chip_model
 from circuits.blocks.rolls import dpi_synapse
 from circuits.errors import ParameterError
 from circuits.silicon.components import ROLLS_180_COMPONENTS
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.floor_plan import FLOOR_PLANS
-from circuits.silicon.process import AMI_1500, ROLLS_180
+from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from tests.refusals import refusals
 
@@ -28,7 +27,6 @@ test_capacitors_that_deviate_are_refused_by_name = refusals(
     lambda call: call(FULL),
     [
         (head_on, "sonar_head: die A/3 full variation, its model does not follow .* capacitors"),
-        (lambda s: axon_draws(chip_model((2, 2), AMI_1500), s), "wavefront_chip: die A/3"),
     ],
 )
 

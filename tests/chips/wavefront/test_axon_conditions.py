@@ -5,16 +5,39 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chips.wavefront.axon_conditions import axon_tables, check_local, conditions, process_shifts
+from chips.wavefront.axon_conditions import (
+    SINK,
+    axon_tables,
+    carried,
+    check_local,
+    conditions,
+    process_shifts,
+)
 from chips.wavefront.model import axon_model
 from circuits.bias import die_current, rebias
 from circuits.blocks.wavefront import axon_delay
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
+from circuits.lowering.on_die import standing
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_FULL
 from circuits.silicon.silicon import Silicon
 
 CIRCUIT = axon_delay.build()
+
+
+def test_under_the_full_law_both_currents_are_those_of_drains_that_are_far() -> None:
+    silicon = Silicon(AMI_1500_FULL, 60.0, Die(number=1000, mismatch=False))
+    devices = standing(CIRCUIT, silicon)
+    model = axon_model(CIRCUIT, AMI_1500_FULL)
+    found = conditions(axon_tables(model, silicon), silicon, process_shifts(silicon))
+    expected = float(devices.saturated(SINK, devices.gate["v_delay"])[0])
+    assert np.exp(found.log_current) == pytest.approx(expected, rel=1e-12)
+    share, shifts = np.empty(2), np.array([0.0, 2e-3])
+    carried(found, shifts, share)
+    assert found.specific_current * share[0] == pytest.approx(expected, rel=1e-12)
+    moved = float(devices.saturated(SINK, devices.gate["v_delay"] - 2e-3)[0])
+    assert found.specific_current * share[1] == pytest.approx(moved, rel=1e-12)
 
 
 @pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])

@@ -7,13 +7,13 @@ from chips.noise import SiliconNoise
 from chips.shot_noise import shot_share
 from chips.wavefront.chip import ChipCells, WavefrontChip
 from chips.wavefront.model import axon_delays, chip_model
-from chips.wavefront.noise import axon_jitter, axon_spread, sink_currents
+from chips.wavefront.noise import axon_jitter, axon_spread, sinks_on
 from circuits.blocks.wavefront import axon_delay
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
-from circuits.silicon.process import ELEMENTARY_CHARGE
+from circuits.silicon.process import AMI_1500, AMI_1500_FULL, ELEMENTARY_CHARGE, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.event_jitter import event_jitter
 
@@ -25,7 +25,7 @@ def test_white_jitter_is_the_sinks_shot_noise() -> None:
     model, silicon = chip_model((1, 3)), Silicon()
     delays = axon_delays(model, silicon, np.array([[1, 9, 0]])).ravel()
     found = axon_spread(model, silicon, delays, WHITE)
-    current, specific = sink_currents(model, silicon)
+    current, specific, _ = sinks_on(model, silicon)
     # 3.0046 nA of the bias, 27 degC
     np.testing.assert_allclose(current, 3.0046e-9, rtol=1e-3)
     phi = shot_share(current, specific)[:2]
@@ -40,9 +40,10 @@ def test_white_jitter_is_the_sinks_shot_noise() -> None:
     assert 6.0 < extra[1] / extra[0] < 9.5
 
 
+@pytest.mark.parametrize("process", [AMI_1500, AMI_1500_FULL], ids=lambda p: p.effects)
 @pytest.mark.parametrize("code", [1, 9])
-def test_jitter_is_that_of_the_axon_s_circuit(code: int) -> None:
-    model, silicon = chip_model((1, 2)), Silicon()
+def test_jitter_is_that_of_the_axon_s_circuit(code: int, process: Process) -> None:
+    model, silicon = chip_model((1, 2), process), Silicon(process)
     delays = axon_delays(model, silicon, np.array([[code, 0]])).ravel()
     white, both = (axon_spread(model, silicon, delays, n) for n in (WHITE, SiliconNoise(3)))
     stimuli = {"code": float(code), "duration": None}
@@ -76,7 +77,7 @@ def test_draws_have_the_spread_and_follow_seed_and_plan() -> None:
 
 def test_a_die_has_currents_of_its_own() -> None:
     model = chip_model((4, 4))
-    nominal, die = (sink_currents(model, s)[0] for s in (Silicon(), Silicon(die=Die(number=1003))))
+    nominal, die = (sinks_on(model, s).current for s in (Silicon(), Silicon(die=Die(number=1003))))
     np.testing.assert_allclose(nominal, nominal[0])
     assert np.unique(die).size == 16
 

@@ -46,6 +46,13 @@ def test_chips_are_named_with_their_silicon(run_json: RunJson, run: Run) -> None
     )
 
 
+def test_a_chip_plans_under_the_full_law_and_with_capacitors_that_deviate(run_json: RunJson) -> None:
+    options = ("--cells", "chip", "--die", "1000", "--law", "full", "--variation", "full")
+    found = run_json("run", "rover", *options, "--bias-kind", "generator", "--temperature", "0s:0,60s:60")
+    assert found["law"] == "full"
+    assert (found["variation"], found["summary"]["arrived"]) == ("full", 1)
+
+
 def test_a_study_of_the_rover(run_json: RunJson) -> None:
     route = [f"--param={text}" for text in ("map=map2", "start=16,3", "goal=10,10", "unit=10us")]
     found = run_json("montecarlo", "rover", "-n", "3", *route, "--metric", "cost", "--metric", "regret")

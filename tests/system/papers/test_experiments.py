@@ -10,6 +10,9 @@ from dataclasses import dataclass
 
 import pytest
 
+from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_FULL
+from circuits.silicon.silicon import Silicon
 from system.experiment import Progress, Report
 from system.papers.checks import (
     forest_silicon,
@@ -18,6 +21,7 @@ from system.papers.checks import (
     latency_loops,
     latency_recall,
     ranging_law,
+    wavefront_law,
 )
 from system.papers.cheely2003 import fig6 as cheely2003_fig6
 from system.papers.cheely2003 import fig9 as cheely2003_fig9
@@ -50,6 +54,14 @@ def ranging_law_of_a_die(progress: Progress) -> Report:
     """One die of the twenty."""
     found = ranging_law.compare((1003,), progress)
     return Report(ranging_law.statements(found), lambda figure: ranging_law.draw(found, figure))
+
+
+def wavefront_law_of_a_die(progress: Progress) -> Report:
+    """One die of the twenty, one of its waves, and the jitter of one code."""
+    found = wavefront_law.compare((1003,), progress)
+    wave = wavefront_law.wave_of("gate", Silicon(AMI_1500_FULL, die=Die(number=1003)))
+    rows = wavefront_law.statements(found, [wavefront_law.jitter_of(1)], [wave])
+    return Report(rows, lambda figure: wavefront_law.draw(found, figure))
 
 
 def nothing(_: Report) -> None:
@@ -153,6 +165,7 @@ SMALL: dict[str, Small] = {
     "cheely2003-fig4": Small(),
     "cheely2003-fig5": Small(says=transients),
     "ranging-law": Small(ranging_law_of_a_die),
+    "wavefront-law": Small(wavefront_law_of_a_die),
     # delays in steps of 1 ms instead of 0.25 ms, and direct runs every 5 ms
     "cheely2003-fig6": Small(
         middle_checked,

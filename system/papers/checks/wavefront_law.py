@@ -1,0 +1,180 @@
+"""The wavefront chip under the full law, held against its transistors on unseen dies.
+
+No figure of a paper. Dies A/1000 to A/1019 with mismatch and process variation, at -10, 27 and 60 degC, with
+fixed gates and with the bias generator: what the solver makes of axons of the chip at their places under the
+full law of its process, and what the behavioural model does. Compared are
+
+- the delays of the axons;
+- contests: of two neighbouring axons of one code, which spike comes first. The model leaves one undecided
+  whose ends are nearer than twice its record's own error, and the window of a cell's inputs;
+- the jitter of an axon by its devices' noise, on the nominal die;
+- whole waves over two by three cells, on four of the dies: when every cell fires.
+
+The margins are those that every model of a chip is held to. No value is fitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from chips.noise import SiliconNoise
+from chips.wavefront.chip import ChipCells, WavefrontChip
+from chips.wavefront.model import axon_delays, cell_record, chip_model
+from chips.wavefront.noise import axon_spread
+from circuits.arrays import F64, I64
+from circuits.bias import rebias
+from circuits.blocks.wavefront import axon_delay
+from circuits.blocks.wavefront.axon_linearity import delay_at, delay_machine
+from circuits.blocks.wavefront.grid import CHIP, Params, build, firing_times, plan_testbench
+from circuits.circuit import BiasKind
+from circuits.lowering.kernel import to_kernel
+from circuits.place import circuit_at
+from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_FULL
+from circuits.silicon.silicon import Silicon
+from circuits.solver.noise.event_jitter import event_jitter
+from circuits.solver.transient import simulate
+from system.experiment import Experiment, Progress, Report, with_progress
+from system.plot import COLOURS
+from system.rule import Rule, at_least, at_most
+from system.statement import Statement
+
+DIES = range(1000, 1020)
+WAVE_DIES = DIES[:4]
+TEMPERATURES = (-10.0, 27.0, 60.0)  # degC
+KINDS: tuple[BiasKind, ...] = ("gate", "generator")
+CODES = (1, 1, 9, 9, 9, 31, 31, 31)  # of the axons of the chip's first row
+SHAPE = (20, 20)
+WAVE = np.array([[1, 2, 1], [1, 2, 1]])  # codes; two ways of one cost to the last column
+NOISY_CODES = (1, 9)
+CLASS_SHARE, UNDECIDED_SHARE, TIME_SHARE, NOISE_SHARE = 0.99, 0.02, 0.03, 0.05  # margins; ours
+SURE = 2.0  # errors of the record, of each delay, beyond which a contest is decided
+
+
+@dataclass(frozen=True, slots=True)
+class Axons:
+    """Axons of one die: their delays by circuit and by model, s, and by how much a contest is sure, s."""
+
+    kind: BiasKind
+    temperature_c: float
+    codes: I64
+    circuit: F64
+    model: F64
+    sure: F64
+
+    def contests(self) -> list[tuple[bool, bool]]:
+        """Of neighbours of one code: whether the model decides, and whether it says what the circuit does."""
+        found = []
+        for k in np.flatnonzero(np.diff(self.codes) == 0):
+            ours, theirs = self.model[k + 1] - self.model[k], self.circuit[k + 1] - self.circuit[k]
+            found.append((bool(abs(ours) > self.sure[k]), bool(ours * theirs > 0.0)))
+        return found
+
+
+def axons_of(kind: BiasKind, silicon: Silicon, codes: Sequence[int] = CODES) -> Axons:
+    """Return axons of the chip's first row on both levels."""
+    given, chip = np.array(codes), rebias(CHIP.build(), kind=kind)
+    model = chip_model(SHAPE, silicon.process, bias_kind=kind)
+    whole = np.zeros(SHAPE, dtype=np.int64)
+    whole[0, : given.size] = given
+    delays = axon_delays(model, silicon, whole)[0, : given.size]
+    solved = []
+    for k, code in enumerate(codes):
+        circuit, place = circuit_at(chip, (("axon", (0, k)),))
+        solved.append(delay_at(delay_machine(circuit, replace(silicon, place=place)), code))
+    sure = SURE * np.hypot(delays[1:], delays[:-1]) * model.record.errors["delay_rms_relative"]
+    sure += float(cell_record(silicon.process)["window_s"].max())
+    return Axons(kind, silicon.temperature_c, given, np.array(solved), delays, sure)
+
+
+def wave_of(kind: BiasKind, silicon: Silicon) -> tuple[F64, F64]:
+    """Return when the cells of a small grid fire after the first, s, by circuit and by model."""
+    rows, columns = WAVE.shape
+    chip = WavefrontChip(rows, columns, cells=ChipCells(silicon, kind))
+    model = chip.plan(chip.program(WAVE), (0, 0)).arrivals
+    circuit = rebias(build(Params(rows, columns)), kind=kind)
+    stop = 1.2 * float(model.max()) + 100e-6
+    times = firing_times(simulate(plan_testbench(circuit, WAVE, (0, 0), stop, silicon.process.v_dd), silicon))
+    return times - times[0, 0], model
+
+
+def jitter_of(code: int) -> tuple[float, float]:
+    """Return the jitter of the nominal axon at a code by circuit and by model, s."""
+    silicon, circuit = Silicon(AMI_1500_FULL), axon_delay.build()
+    bench = axon_delay.testbench(circuit, {"code": float(code), "duration": None}, silicon.process.v_dd)
+    found = event_jitter(to_kernel(bench, silicon), "delayed", rest=axon_delay.FIRE_TIME)
+    model = chip_model((1,), silicon.process)
+    delays = axon_delays(model, silicon, np.array([code]))
+    ours = float(axon_spread(model, silicon, delays, SiliconNoise(0))[0])
+    return float(np.sqrt(found.white.sum() + found.flicker.sum())), ours
+
+
+def compare(dies: Iterable[int], progress: Progress = lambda _: None) -> list[Axons]:
+    """Return axons of every die at every temperature with every kind of bias, under the full law."""
+    every = [
+        (kind, Silicon(AMI_1500_FULL, celsius, Die(number=number)))
+        for kind in KINDS
+        for celsius in TEMPERATURES
+        for number in dies
+    ]
+    return [axons_of(*each) for each in with_progress(every, progress)]
+
+
+def waves(dies: Iterable[int]) -> list[tuple[F64, F64]]:
+    """Return waves on dies, each at every temperature with every kind of bias."""
+    return [
+        wave_of(kind, Silicon(AMI_1500_FULL, t, Die(number=n)))
+        for n in dies
+        for t in TEMPERATURES
+        for kind in KINDS
+    ]
+
+
+def statements(
+    found: list[Axons], jitter: list[tuple[float, float]], grids: list[tuple[F64, F64]]
+) -> tuple[Statement, ...]:
+    """Return how far the model is off, a row a margin."""
+    contests = [c for axons in found for c in axons.contests()]
+    decided = [same for sure, same in contests if sure]
+    rows: tuple[tuple[str, float, Rule], ...] = (
+        ("delay_error_max", max(_largest(a.circuit, a.model) for a in found), at_most(TIME_SHARE)),
+        ("first_of_two_share", sum(decided) / len(decided), at_least(CLASS_SHARE)),
+        ("undecided_share", 1.0 - len(decided) / len(contests), at_most(UNDECIDED_SHARE)),
+        ("jitter_error_max", max(abs(m / c - 1.0) for c, m in jitter), at_most(NOISE_SHARE)),
+        ("wave_error_max", max(_largest(*grid) for grid in grids), at_most(TIME_SHARE)),
+    )
+    return tuple(Statement(name, None, value, rule) for name, value, rule in rows)
+
+
+def _largest(circuit: F64, model: F64) -> float:
+    """Largest relative difference of times that are above 0."""
+    later = circuit > 0.0
+    return float(np.abs(model[later] / circuit[later] - 1.0).max())
+
+
+def run(progress: Progress) -> Report:
+    """Compare both levels on all dies."""
+    found = compare(DIES, lambda share: progress(0.5 * share))
+    jitter, grids = [jitter_of(code) for code in NOISY_CODES], waves(WAVE_DIES)
+    progress(1.0)
+    return Report(statements(found, jitter, grids), lambda figure: draw(found, figure))
+
+
+def draw(found: list[Axons], figure: Figure) -> None:
+    """Draw the error of each delay over its length."""
+    ax = figure.add_subplot()
+    for kind, colour in zip(KINDS, COLOURS, strict=False):
+        own = [a for a in found if a.kind == kind]
+        circuit, model = (np.concatenate([getattr(a, level) for a in own]) for level in ("circuit", "model"))
+        ax.loglog(1e3 * circuit, 1e2 * np.abs(model / circuit - 1.0), "o", color=colour, label=kind)
+    ax.axhline(1e2 * TIME_SHARE, color="grey", lw=0.8)
+    ax.set_xlabel("delay of the circuit, ms")
+    ax.set_ylabel("error of the model, %")
+    ax.legend()
+
+
+EXPERIMENT = Experiment("wavefront-law", "the wavefront chip under the full law against its transistors", run)
