@@ -45,7 +45,7 @@ from circuits.silicon.silicon import Silicon
 
 Shifts = Mapping[Polarity, Shift]
 
-LOCAL = ("mc1", "mc2", "mc3", "mc4")  # devices beside the sink whose thresholds count
+LOCAL = ("mc1", "mc2", "mc3", "mc4")  # devices beside the sink whose thresholds count, pair by pair
 SINK, TAIL = "ms", "mc0"
 CURRENTS = ("i_delay", "i_cmp")  # biases of SINK and TAIL
 CAPACITORS = (*(f"c{k}" for k in range(BITS)), "c_o")  # of the bits, then of the fixed charge
@@ -201,9 +201,16 @@ def carried(c: Conditions, shifts: F64, found: F64) -> None:
 
 
 def check_local(model: AxonModel, thresholds: F64) -> None:
-    """Raise `ParameterError` for thresholds (V) of a comparator's devices outside the record's box."""
-    worst = float(np.abs(thresholds).max(initial=0.0))
-    _check(model, "axon.mc.v_t0_shift", worst, model.record.limits(LOCAL_SHIFT), "V")
+    """Raise `ParameterError` for comparators whose devices are outside the record's box.
+
+    What the two devices of a pair share, as of a gradient across the chip, has the room that a polarity has;
+    how far each is from it has that of local deviations. thresholds: of `LOCAL`, V, float64[n, 4].
+    """
+    pairs = thresholds.reshape(-1, 2, 2)
+    common = pairs.mean(axis=-1, keepdims=True)
+    for name, shift, side in (("pair", common, SHARED_SHIFT), ("mc", pairs - common, LOCAL_SHIFT)):
+        worst = float(np.abs(shift).max(initial=0.0))
+        _check(model, f"axon.{name}.v_t0_shift", worst, model.record.limits(side), "V")
 
 
 def _shared_change(model: AxonModel, shifts: Shifts, gain: F64, offset: F64) -> F64:

@@ -79,5 +79,8 @@ def test_what_lies_outside_the_record_is_refused_by_name() -> None:
         conditions(axon_tables(model, Silicon()), Silicon(), process_shifts(Silicon()))
     with pytest.raises(ParameterError, match=r"axon_delay\.temperature: -40 degC, must be -10 to 65 degC"):
         axon_tables(model, Silicon(temperature_c=-40.0))
-    with pytest.raises(ParameterError, match=r"v_t0_shift: 0\.05 V, must be -0\.04 to 0\.04 V"):
-        check_local(model, np.array([0.0, 0.05]))
+    check_local(model, np.array([[0.05, 0.05, -0.05, -0.05]]))  # both of a pair, by a gradient
+    with pytest.raises(ParameterError, match=r"mc\.v_t0_shift: 0\.05 V, must be -0\.04 to 0\.04 V"):
+        check_local(model, np.array([[0.0, 0.1, 0.0, 0.0]]))
+    with pytest.raises(ParameterError, match=r"pair\.v_t0_shift: 0\.13 V, must be -0\.12 to 0\.12 V"):
+        check_local(model, np.array([[0.0, 0.0, 0.13, 0.13]]))
