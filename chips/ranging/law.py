@@ -100,8 +100,8 @@ class Neurons(NamedTuple):
     echo_step: F64  # V, of v_ex when an echo's pulse ends
     margin: F64  # V, within which a threshold is too near to call
     rebound_bound: F64  # s, C_r V_dd / I_rtau, of the nominal device or, where it is smaller, of this one
-    inverse_capacitance: F64  # float64[4, 3, 3], 1/F: by what is held (1: v_mem, 2: v_ex)
-    follow: F64  # float64[3, 3]: step of a free node (row) for one of a held node (column)
+    inverse_capacitance: F64  # float64[n, 4, 3, 3], 1/F: by what is held (1: v_mem, 2: v_ex)
+    follow: F64  # float64[n, 3, 3]: step of a free node (row) for one of a held node (column)
     effects: F64 | None = None  # float64[n, fields of Effects], None under the ideal law
 
 
@@ -162,9 +162,9 @@ def numbers_of(m: Neurons, k: int) -> Numbers:
 
 
 @_inlined
-def matrix_of(m: Neurons, mode: int) -> Nine:
-    """Return C^-1 row by row, 1/F, while the nodes of `mode` are held (1: v_mem, 2: v_ex)."""
-    c = m.inverse_capacitance[mode]
+def matrix_of(m: Neurons, k: int, mode: int) -> Nine:
+    """Return C^-1 of neuron k row by row, 1/F, while the nodes of `mode` are held (1: v_mem, 2: v_ex)."""
+    c = m.inverse_capacitance[k, mode]
     return c[0, 0], c[0, 1], c[0, 2], c[1, 0], c[1, 1], c[1, 2], c[2, 0], c[2, 1], c[2, 2]
 
 

@@ -24,9 +24,15 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from chips.measured.interpolation import lagrange_weights
-from chips.model_law import check_capacitors
 from chips.ranging.law import Effects, Neurons, Pull, pull_low
-from chips.ranging.record import ReboundRecord, rebound_key, record_of
+from chips.ranging.record import (
+    CAPACITORS,
+    ReboundRecord,
+    capacitor_shares,
+    rebound_key,
+    record_of,
+    with_capacitors,
+)
 from chips.record_file import stale
 from chips.validity import require_inside
 from circuits.arrays import F64
@@ -38,7 +44,8 @@ from circuits.devices.channel import mobility
 from circuits.devices.ekv import argument, interpolation
 from circuits.devices.pinch_off import pinch_off
 from circuits.devices.source import Constant
-from circuits.lowering.capacitance import capacitance_matrix
+from circuits.lowering.capacitance import added_capacitances, capacitance_matrix
+from circuits.lowering.capacitors_on_die import capacitor_changes, capacitors_deviate
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.lowering.on_die import DieDevices, on_die, transistor_of
@@ -51,7 +58,6 @@ from circuits.testbench import Testbench
 RESETS = ("inhibition.mi12", "axon.ma8")  # which pull v_mem low, and are off else
 _HALVINGS = 40  # of v_rest: far below a nanovolt
 NODES = ("v_mem", "membrane.v_r", "excitation.v_ex")
-
 # Devices whose gate is a bias port: the port's difference from the record's counts as their threshold's.
 GATED = {
     "inhibition.mi6": "i_lim",
@@ -67,9 +73,10 @@ class ReboundModel:
     """The model of a circuit: a rebound neuron, or an array of them, with its record.
 
     transistors: by path inside the neuron; reference: gate voltages (V) of the biases in the record;
-    inverse_capacitance, follow: as in `Neurons`; rebound_capacitance: C_r, F; fixed: gate voltages, V, of
-    the biases that neither temperature nor die moves; tables: value, gradient and curvature of the record's
-    quantities side by side, float64[currents or 1, temperatures, 1 + 2 parameters].
+    capacitance: matrix of `NODES` as drawn, F, float64[3, 3]; rebound_capacitance: C_r, F; shares: of
+    `CAPACITORS`, in what they move; fixed: gate voltages, V, of the biases that neither temperature nor die
+    moves; tables: value, gradient and curvature of the record's quantities side by side, float64[currents or
+    1, temperatures, 1 + 2 parameters].
     """
 
     circuit: Circuit
@@ -77,9 +84,9 @@ class ReboundModel:
     record: ReboundRecord
     transistors: Mapping[str, DeviceGroup]
     reference: Mapping[str, float]
-    inverse_capacitance: F64
-    follow: F64
+    capacitance: F64
     rebound_capacitance: float
+    shares: Mapping[str, float]
     fixed: Mapping[str, F64]
     tables: Mapping[str, F64]
 
@@ -119,7 +126,6 @@ def model_of(circuit: Circuit, process: Process, record: ReboundRecord | None = 
     groups = [g for g in flatten(circuit).groups if not array or g.path[0][0] == array]
     lone = rebound_neuron.build()
     nominal = Silicon(process)
-    inverse, follow = _capacitances(neuron, process)
     ports = {b.port: b.name for b in neuron.biases}
     return ReboundModel(
         circuit,
@@ -131,9 +137,9 @@ def model_of(circuit: Circuit, process: Process, record: ReboundRecord | None = 
             if isinstance(g.device, Transistor)
         },
         {b.name: float(bias_voltages(lone, b, nominal)) for b in lone.biases},
-        inverse,
-        follow,
+        _capacitance(neuron, process),
         next(float(g.parameters["capacitance"][0]) for g in groups if g.device.name == "c_r"),
+        capacitor_shares(neuron, process),
         {
             ports[b.port]: bias_voltages(circuit, b, nominal)
             for b in circuit.biases
@@ -167,7 +173,9 @@ def neurons_on(model: ReboundModel, silicon: Silicon) -> Neurons:
     off = sum(d.on_die.saturated(r, 0.0) for r in RESETS)
     i_rslope, i_rtau = saturated("membrane.mr1", "i_rslope"), saturated("membrane.mr2", "i_rtau")
     i_inh = inhibition_current(d, gate["i_inh_tau"])
-    smooth = evaluate(model, d, gate["v_th"], i_inh, silicon)
+    changes = _capacitor_changes(model, silicon)
+    smooth = with_capacitors(model.shares, changes, evaluate(model, d, gate["v_th"], i_inh, silicon))
+    inverse, follow = _inverse_and_follow(_capacitances(model, changes), i_inh.size)
     nominal_rtau = saturation_current(model.circuit, model.circuit.bias("i_rtau"), silicon)
     neurons = Neurons(
         inverse_2ut=every / (2.0 * u_t),
@@ -194,9 +202,9 @@ def neurons_on(model: ReboundModel, silicon: Silicon) -> Neurons:
         v_held=_held(d, every * gate["v_rest"], i_rslope, i_rtau, silicon),
         echo_step=smooth["echo_step"],
         margin=every * model.record.margin,
-        rebound_bound=model.rebound_capacitance * v_dd / np.minimum(i_rtau, nominal_rtau),
-        inverse_capacitance=model.inverse_capacitance,
-        follow=model.follow,
+        rebound_bound=_rebound_capacitance(model, changes) * v_dd / np.minimum(i_rtau, nominal_rtau),
+        inverse_capacitance=inverse,
+        follow=follow,
     )
     if not d.on_die.full:
         return neurons
@@ -291,7 +299,6 @@ def gates_on(model: ReboundModel, silicon: Silicon) -> dict[str, F64]:
 
 def devices_on(model: ReboundModel, silicon: Silicon, gate: Mapping[str, F64]) -> Devices:
     """Return the transistors of all neurons of the model on a silicon; gate: of the bias ports, V."""
-    check_capacitors(model.circuit.name, silicon.die)
     typical = Silicon(silicon.process, silicon.temperature_c)
     neuron = neuron_of(model.circuit)
     array = "" if neuron is model.circuit else f"{model.circuit.instances[0].name}."
@@ -384,8 +391,8 @@ def _held_by_law(m: Neurons, d: Devices, silicon: Silicon) -> F64:
     return 0.5 * (low + high)
 
 
-def _capacitances(neuron: Circuit, process: Process) -> tuple[F64, F64]:
-    """Inverse capacitance for each set of held nodes, and how free nodes follow a step of a held one.
+def _capacitance(neuron: Circuit, process: Process) -> F64:
+    """Capacitance matrix of `NODES` as drawn, F, float64[3, 3].
 
     The comparator's tail follows v_mem as a source follower by kappa_p while mc1 conducts, and takes that
     share off the overlap between them.
@@ -394,13 +401,43 @@ def _capacitances(neuron: Circuit, process: Process) -> tuple[F64, F64]:
     mc1 = neuron.device("comparator.mc1")
     if isinstance(mc1, Transistor):
         c[0, 0] -= process.p.kappa * process.p.overlap_capacitance * mc1.width * mc1.multiplicity
-    inverse = np.zeros((4, 3, 3))
+    return c
+
+
+def _capacitor_changes(model: ReboundModel, silicon: Silicon) -> dict[str, F64]:
+    """Relative changes of `CAPACITORS` on a die by name, float64[n]; none where they do not deviate."""
+    neuron = neuron_of(model.circuit)
+    if not capacitors_deviate(model.circuit, silicon):
+        return {}
+    array = "" if neuron is model.circuit else f"{model.circuit.instances[0].name}."
+    found = capacitor_changes(model.circuit, silicon, [f"{array}{name}" for name in CAPACITORS])
+    return {name.removeprefix(array): np.ravel(x) for name, x in found.items()}
+
+
+def _capacitances(model: ReboundModel, changes: Mapping[str, F64]) -> F64:
+    """Capacitance matrices of `NODES`, F, float64[n, 3, 3], or one for all neurons."""
+    if not changes:
+        return model.capacitance[None]
+    return model.capacitance + added_capacitances(neuron_of(model.circuit), changes, NODES)
+
+
+def _inverse_and_follow(c: F64, count: int) -> tuple[F64, F64]:
+    """Inverse capacitance for each set of held nodes, and how free nodes follow a step of a held one."""
+    inverse = np.zeros((len(c), 4, 3, 3))
     for held in range(4):
         free = [i for i in range(3) if not (i == 0 and held & 1) and not (i == 2 and held & 2)]
-        inverse[held][np.ix_(free, free)] = np.linalg.inv(c[np.ix_(free, free)])
-    follow = -c / c.diagonal()[:, None]
-    np.fill_diagonal(follow, 0.0)
-    return inverse, follow
+        rows = np.ix_(range(len(c)), free, free)
+        inverse[:, held][rows] = np.linalg.inv(c[rows])
+    follow = -c / np.diagonal(c, axis1=1, axis2=2)[:, :, None]
+    follow[:, range(3), range(3)] = 0.0
+    return np.tile(inverse, (count // len(c), 1, 1, 1)), np.tile(follow, (count // len(c), 1, 1))
+
+
+def _rebound_capacitance(model: ReboundModel, changes: Mapping[str, F64]) -> F64 | float:
+    """C_r on a die, or as drawn where that is larger, F: a bound is no shorter for it."""
+    if not changes:
+        return model.rebound_capacitance
+    return model.rebound_capacitance * np.maximum(1.0 + changes["membrane.c_r"], 1.0)
 
 
 def stimulated(neuron: Circuit, silicon: Silicon, extra: Sequence[Source] = ()) -> Machine:

@@ -42,7 +42,7 @@ _compiled = compiled(fastmath={"contract"})
 @_compiled
 def excitation(m: Neurons, k: int, s: F64) -> float:
     """Return the rate at which me5 raises a free v_mem, V/s."""
-    return float(_excitation(m, m.effects, k, s) * m.inverse_capacitance[0, 0, 0])
+    return float(_excitation(m, m.effects, k, s) * m.inverse_capacitance[k, 0, 0, 0])
 
 
 @_compiled
@@ -63,13 +63,13 @@ def copy_state(source: F64, target: F64) -> None:
 
 
 @_compiled
-def _hold(m: Neurons, s: F64, column: int, level: float) -> None:
+def _hold(m: Neurons, k: int, s: F64, column: int, level: float) -> None:
     """Move a node to a level; the free ones follow through the coupling capacitances."""
     move = level - s[column]
     s[column] = level
     for row in range(3):
         if row != column:
-            s[row] += m.follow[row, column] * move
+            s[row] += m.follow[k, row, column] * move
 
 
 @_compiled
@@ -104,7 +104,7 @@ def call(m: Neurons, k: int, s: F64) -> None:
     """Take a call now: v_mem is held low for t_inh."""
     s[RELEASE] = s[NOW] + m.t_inh[k]
     s[CHARGE], s[CHARGE_LOW] = 0.0, 0.0
-    _hold(m, s, V_MEM, m.v_held[k])
+    _hold(m, k, s, V_MEM, m.v_held[k])
     s[STEP] = _PULLED_STEP
 
 
@@ -128,7 +128,7 @@ def advance(m: Neurons, k: int, s: F64, until: float) -> float:
         mode = (1 if held else 0) + (2 if s[ECHO_START] <= t < s[ECHO_END] else 0)
         spike = _integrate(m, k, mode, s, stop)
         if spike < np.inf:
-            _hold(m, s, V_MEM, m.v_held[k])
+            _hold(m, k, s, V_MEM, m.v_held[k])
             s[RESET_END] = spike + m.pulse_width[k]
             s[CHARGE], s[CHARGE_LOW], s[NEAR], s[STEP] = 0.0, 0.0, 0.0, _PULLED_STEP
             return spike
@@ -138,7 +138,7 @@ def advance(m: Neurons, k: int, s: F64, until: float) -> float:
         if stop == s[RELEASE] or stop == s[RESET_END]:
             s[STEP] = _RELEASED_STEP
         if stop == s[ECHO_START]:
-            _hold(m, s, V_EX, s[ECHO_LEVEL])
+            _hold(m, k, s, V_EX, s[ECHO_LEVEL])
             if held:
                 s[V_MEM] = m.v_held[k]
             s[STEP] = _EXCITED_STEP
@@ -153,7 +153,7 @@ def _integrate(m: Neurons, k: int, mode: int, s: F64, stop: float) -> float:  # 
     """Integrate in one mode to `stop` or to a spike (its time, else inf)."""
     y = (s[V_MEM], s[V_R], s[V_EX])
     t, h = s[NOW], s[STEP]
-    numbers, matrix = numbers_of(m, k), matrix_of(m, mode)
+    numbers, matrix = numbers_of(m, k), matrix_of(m, k, mode)
     i = currents(numbers, y[0], y[1], y[2])
     d = rates(matrix, i)
     threshold, enough, margin = m.v_threshold[k], m.axon_charge[k], m.margin[k]

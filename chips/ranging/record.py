@@ -16,6 +16,8 @@ import numpy as np
 from chips.record import WITHOUT_BIASES, Record, Table, content, current_record, record_key
 from circuits.arrays import F64
 from circuits.circuit import Circuit
+from circuits.lowering.capacitance import node_capacitances
+from circuits.lowering.capacitors_on_die import capacitor_of
 from circuits.silicon.process import AMI_1500, Process
 
 NAME = "rebound_neuron"
@@ -24,6 +26,11 @@ CURRENT, TEMPERATURE = "i_inh_tau", "temperature"  # axes
 _ANY_CURRENT = "any_i_inh_tau"  # in the place of the current's axis: one value for all
 _GRADIENT, _CURVATURE, _PARAMETER = "_gradient", "_curvature", "_parameter"
 _MARGIN = "margin_rms_V"  # the error that the margin follows from
+CAPACITORS = {
+    "membrane.c_m": "", "membrane.c_r": "", "excitation.c_ex": "excitation.v_ex",
+    "inhibition.c_inh": "inhibition.v_inh", "axon.c_ax": "v_ax", "axon.c_fb": "v_ax",
+}  # fmt: skip
+"""Capacitors of a neuron, and the nodes of those by which quantities of the record go."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,3 +138,35 @@ def _quantity(record: Record, name: str) -> Quantity:
 def record_of(process: Process = AMI_1500) -> ReboundRecord:
     """Return the record in force for a process as the model uses it; raises `DataError` without one."""
     return rebound_record(current_record(NAME, process))
+
+
+def capacitor_shares(neuron: Circuit, process: Process) -> dict[str, float]:
+    """Return the share of each of `CAPACITORS` in the capacitance of its node, where it has one there."""
+    total = node_capacitances(neuron, process)
+    return {
+        name: capacitor_of(neuron, name).capacitance / total[node]
+        for name, node in CAPACITORS.items()
+        if node
+    }
+
+
+def with_capacitors(
+    shares: Mapping[str, float], changes: Mapping[str, F64], smooth: Mapping[str, F64]
+) -> Mapping[str, F64]:
+    """Return the smooth quantities of n neurons, float64[n], on a die whose capacitors deviate.
+
+    A charge goes as the capacitance of its node, of which a capacitor has its share, and a step by coupling
+    as its inverse. A spike lasts while I_pw takes away C_fb V_dd, by which v_ax has risen as it began.
+    shares: of capacitors in their nodes; changes: of capacitors, relative, float64[n], none where they do not
+    deviate; smooth: with capacitors as drawn.
+    """
+    if not changes:
+        return smooth
+    moved = {name: changes[name] * share for name, share in shares.items()}
+    axon = np.log1p(moved["axon.c_ax"] + moved["axon.c_fb"])
+    return dict(smooth) | {
+        "log_charge": smooth["log_charge"] + np.log1p(moved["inhibition.c_inh"]),
+        "log_axon_charge": smooth["log_axon_charge"] + axon,
+        "log_pulse_width": smooth["log_pulse_width"] + np.log1p(changes["axon.c_fb"]),
+        "echo_step": smooth["echo_step"] / (1.0 + moved["excitation.c_ex"]),
+    }

@@ -70,9 +70,8 @@ class Response(NamedTuple):
 
 def join(parts: Sequence[Neurons]) -> Neurons:
     """Return neurons of several dies of one model as one array of neurons."""
-    shared = {n: getattr(parts[0], n) for n in ("inverse_capacitance", "follow")}
-    names = [n for n in Neurons._fields if n not in shared and getattr(parts[0], n) is not None]
-    return Neurons(**{n: np.concatenate([getattr(p, n) for p in parts]) for n in names}, **shared)
+    names = [n for n in Neurons._fields if getattr(parts[0], n) is not None]
+    return Neurons(**{n: np.concatenate([getattr(p, n) for p in parts]) for n in names})
 
 
 def tune(neurons: Neurons) -> Tunings:

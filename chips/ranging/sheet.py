@@ -35,14 +35,14 @@ def rebound_sheet(circuit: Circuit, silicon: Silicon) -> Sheet:
     check_law(silicon.process)  # its equations are those of the ideal law
     chip = RangingChip(silicon, circuit, circuit.name)
     neurons = chip.neurons_at(silicon.temperature_c)
-    shared = _branches(np.linalg.inv(neurons.inverse_capacitance[0])) | {"call_width": _CALL_WIDTH}
-    figures = tuple(_figures(neurons, k) | shared for k in range(neurons.t_inh.size))
+    figures = tuple(_figures(neurons, k) for k in range(neurons.t_inh.size))
     return Sheet(circuit.port("spike").shape, figures, _remarks(chip.model.record, silicon))
 
 
 def _figures(neurons: Neurons, k: int) -> dict[str, float]:
     names = [name for name in Neurons._fields if name not in _NO_NUMBERS]
-    return {name: float(getattr(neurons, name)[k]) for name in names}
+    branches = _branches(np.linalg.inv(neurons.inverse_capacitance[k, 0]))
+    return {name: float(getattr(neurons, name)[k]) for name in names} | branches | {"call_width": _CALL_WIDTH}
 
 
 def _branches(matrix: F64) -> dict[str, float]:

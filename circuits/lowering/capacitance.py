@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -29,6 +29,28 @@ def capacitance_matrix(circuit: Circuit, process: Process, nodes: Sequence[str])
                     if other is not None:
                         matrix[row, other] -= value
     return matrix
+
+
+def added_capacitances(circuit: Circuit, changes: Mapping[str, F64], nodes: Sequence[str]) -> F64:
+    """What changes of capacitors add to the capacitance matrix of `nodes`, float64[copies, nodes, nodes], F.
+
+    changes: relative, by the capacitor's name, float64[copies] of as many copies of the circuit.
+    """
+    flat = flatten(circuit)
+    number = {flat.node(n): k for k, n in enumerate(nodes)}
+    copies = max((x.size for x in changes.values()), default=0)
+    added = np.zeros((copies, len(nodes), len(nodes)))
+    for group in flat.groups:
+        name = ".".join((*(n for n, _ in group.path), group.device.name))
+        if name in changes:
+            value = changes[name] * float(group.parameters["capacitance"][0])
+            a, b = (number.get(int(node)) for node in group.nodes[:2, 0])
+            for row, other in ((a, b), (b, a)):
+                if row is not None:
+                    added[:, row, row] += value
+                    if other is not None:
+                        added[:, row, other] -= value
+    return added
 
 
 def node_capacitances(circuit: Circuit, process: Process) -> dict[str, float]:

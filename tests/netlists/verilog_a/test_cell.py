@@ -104,7 +104,4 @@ def test_the_compiled_cell_spikes_when_the_behavioural_neuron_does(
 
 def only(neurons: Neurons, k: int) -> Neurons:
     """Neuron k alone."""
-    shared = ("inverse_capacitance", "follow", "effects")
-    return Neurons(
-        **{n: getattr(neurons, n) if n in shared else getattr(neurons, n)[k : k + 1] for n in Neurons._fields}
-    )
+    return Neurons(**{n: None if n == "effects" else getattr(neurons, n)[k : k + 1] for n in Neurons._fields})
