@@ -73,10 +73,10 @@ class ReboundModel:
     """The model of a circuit: a rebound neuron, or an array of them, with its record.
 
     transistors: by path inside the neuron; reference: gate voltages (V) of the biases in the record;
-    capacitance: matrix of `NODES` as drawn, F, float64[3, 3]; rebound_capacitance: C_r, F; shares: of
-    `CAPACITORS`, in what they move; fixed: gate voltages, V, of the biases that neither temperature nor die
-    moves; tables: value, gradient and curvature of the record's quantities side by side, float64[currents or
-    1, temperatures, 1 + 2 parameters].
+    capacitance: matrix of `NODES` as drawn, F, float64[3, 3]; inverse_capacitance, follow: of that, as in
+    `Neurons`; rebound_capacitance: C_r, F; shares: of `CAPACITORS`, in what they move; fixed: gate voltages,
+    V, of the biases that neither temperature nor die moves; tables: value, gradient and curvature of the
+    record's quantities side by side, float64[currents or 1, temperatures, 1 + 2 parameters].
     """
 
     circuit: Circuit
@@ -85,6 +85,8 @@ class ReboundModel:
     transistors: Mapping[str, DeviceGroup]
     reference: Mapping[str, float]
     capacitance: F64
+    inverse_capacitance: F64
+    follow: F64
     rebound_capacitance: float
     shares: Mapping[str, float]
     fixed: Mapping[str, F64]
@@ -126,6 +128,7 @@ def model_of(circuit: Circuit, process: Process, record: ReboundRecord | None = 
     groups = [g for g in flatten(circuit).groups if not array or g.path[0][0] == array]
     lone = rebound_neuron.build()
     nominal = Silicon(process)
+    drawn = _capacitance(neuron, process)
     ports = {b.port: b.name for b in neuron.biases}
     return ReboundModel(
         circuit,
@@ -137,7 +140,8 @@ def model_of(circuit: Circuit, process: Process, record: ReboundRecord | None = 
             if isinstance(g.device, Transistor)
         },
         {b.name: float(bias_voltages(lone, b, nominal)) for b in lone.biases},
-        _capacitance(neuron, process),
+        drawn,
+        *_inverse_and_follow(drawn[None]),
         next(float(g.parameters["capacitance"][0]) for g in groups if g.device.name == "c_r"),
         capacitor_shares(neuron, process),
         {
@@ -175,7 +179,7 @@ def neurons_on(model: ReboundModel, silicon: Silicon) -> Neurons:
     i_inh = inhibition_current(d, gate["i_inh_tau"])
     changes = _capacitor_changes(model, silicon)
     smooth = with_capacitors(model.shares, changes, evaluate(model, d, gate["v_th"], i_inh, silicon))
-    inverse, follow = _inverse_and_follow(_capacitances(model, changes), i_inh.size)
+    inverse, follow = _coupled(model, changes, i_inh.size)
     nominal_rtau = saturation_current(model.circuit, model.circuit.bias("i_rtau"), silicon)
     neurons = Neurons(
         inverse_2ut=every / (2.0 * u_t),
@@ -414,14 +418,15 @@ def _capacitor_changes(model: ReboundModel, silicon: Silicon) -> dict[str, F64]:
     return {name.removeprefix(array): np.ravel(x) for name, x in found.items()}
 
 
-def _capacitances(model: ReboundModel, changes: Mapping[str, F64]) -> F64:
-    """Capacitance matrices of `NODES`, F, float64[n, 3, 3], or one for all neurons."""
+def _coupled(model: ReboundModel, changes: Mapping[str, F64], count: int) -> tuple[F64, F64]:
+    """Inverse capacitance and follow of `count` neurons on a die, as in `Neurons`."""
     if not changes:
-        return model.capacitance[None]
-    return model.capacitance + added_capacitances(neuron_of(model.circuit), changes, NODES)
+        return np.tile(model.inverse_capacitance, (count, 1, 1, 1)), np.tile(model.follow, (count, 1, 1))
+    added = added_capacitances(neuron_of(model.circuit), changes, NODES)
+    return _inverse_and_follow(model.capacitance + added)
 
 
-def _inverse_and_follow(c: F64, count: int) -> tuple[F64, F64]:
+def _inverse_and_follow(c: F64) -> tuple[F64, F64]:
     """Inverse capacitance for each set of held nodes, and how free nodes follow a step of a held one."""
     inverse = np.zeros((len(c), 4, 3, 3))
     for held in range(4):
@@ -430,7 +435,7 @@ def _inverse_and_follow(c: F64, count: int) -> tuple[F64, F64]:
         inverse[:, held][rows] = np.linalg.inv(c[rows])
     follow = -c / np.diagonal(c, axis1=1, axis2=2)[:, :, None]
     follow[:, range(3), range(3)] = 0.0
-    return np.tile(inverse, (count // len(c), 1, 1, 1)), np.tile(follow, (count // len(c), 1, 1))
+    return inverse, follow
 
 
 def _rebound_capacitance(model: ReboundModel, changes: Mapping[str, F64]) -> F64 | float:
