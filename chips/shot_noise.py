@@ -22,12 +22,14 @@ from chips.noise import SiliconNoise, mean_variance
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices import ekv
+from circuits.devices.channel import height_of, mobility, pinch_off_of
 from circuits.devices.noise import gate_flicker
-from circuits.silicon.process import Polarity
+from circuits.silicon.process import Polarity, TransistorAtTemperature
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import relaxations
 
 _WEAK = 0.05  # L below which three terms of the series are exact to 1e-5
+_SHIFT = 1e-4  # V, of a derivative by the gate; ours
 _FASTEST = 0.1  # of the shortest time: a grid up to whose band flicker is summed
 
 _compiled = compiled()
@@ -56,6 +58,30 @@ def steepness(current: ArrayLike, specific: ArrayLike) -> F64:
     current, specific: of the devices, A; the result has the shape of both.
     """
     return ekv.steepness(np.asarray(current, dtype=np.float64) / np.asarray(specific, dtype=np.float64))
+
+
+def steepness_under(law: TransistorAtTemperature, current: ArrayLike, specific: ArrayLike) -> F64:
+    """Return psi with body effect and mobility reduction in it, so that `psi kappa / U_T` is the slope.
+
+    Parameters
+    ----------
+    law
+        What the devices' polarity shares at its temperature; without these effects it is `steepness`.
+    current, specific
+        Currents and specific currents of the devices, A; the result has the shape of both.
+    """
+    if law.gamma == 0.0 and law.mobility_reduction == 0.0:
+        return steepness(current, specific)
+    share = np.asarray(current, dtype=np.float64) / np.asarray(specific, dtype=np.float64)
+    height = height_of(law, law.u_t * ekv.argument(share))
+    low, high = (_saturated(law, height + x) for x in (-_SHIFT, _SHIFT))
+    return np.asarray(np.log(high / low) / (2.0 * _SHIFT) * law.u_t / law.kappa)
+
+
+def _saturated(law: TransistorAtTemperature, height: F64) -> F64:
+    """A saturated current over the specific one, at a gate's voltage (V) above V_T0."""
+    pinch = pinch_off_of(law, height)
+    return np.asarray(ekv.interpolation(pinch / law.u_t) * mobility(law, pinch))
 
 
 def _root(current: ArrayLike, specific: ArrayLike) -> F64:

@@ -67,7 +67,7 @@ def calibrated(
     for part in parts:
         if part not in PARTS:
             raise ParameterError(f"latency_chip.calibration: {part}, must be one of {', '.join(PARTS)}")
-    biases = usual_biases(design, kind)
+    biases = usual_biases(design, kind, silicon.process)
     wanted = lumped(design, biases, Silicon(silicon.process))
     for _ in range(ROUNDS):
         found = lumped(design, biases, silicon, area)

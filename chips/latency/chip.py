@@ -156,8 +156,8 @@ class LatencyChip:
 
         Raises `ParameterError` for silicon outside the record's box, and for units that the chip lacks.
         """
-        self.design, self.biases = design, biases or usual_biases(design)
-        self.silicon, self.area, self.bus = silicon or Silicon(), area, bus or Bus()
+        self.design, self.silicon, self.area, self.bus = design, silicon or Silicon(), area, bus or Bus()
+        self.biases = biases or usual_biases(design, process=self.silicon.process)
         self.lumped = numbers or lumped(design, self.biases, self.silicon, area)
         self.units = dict(units or {})
         self.noise = noise

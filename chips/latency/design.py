@@ -211,7 +211,7 @@ def gate_voltages(biases: Biases, silicon: Silicon) -> dict[str, F64]:
 
     Copies of ideal biases stand on the silicon's die; a fixed gate knows neither die nor temperature.
     """
-    circuit = _bias_circuit(biases)
+    circuit = bias_circuit(biases)
     v_dd = silicon.process.v_dd
     found = {}
     for bias in circuit.biases:
@@ -221,8 +221,8 @@ def gate_voltages(biases: Biases, silicon: Silicon) -> dict[str, F64]:
     return found
 
 
-def _bias_circuit(biases: Biases) -> Circuit:
-    """A device and a port for each line, which stand for all of it."""
+def bias_circuit(biases: Biases) -> Circuit:
+    """Return a circuit with a port and a device `m_LINE` for each line, which stand for all of it."""
     ports, devices, made = [Port("vdd", "supply")], [], []
     kind: PortKind = "bias"
     for name, line in biases.lines.items():

@@ -2,9 +2,9 @@
 
 A part a die, at a place that follows from the die's number, at its chip's own biases; both kinds of bias and
 0, 27 and 60 degC in turn. Relative errors of times, rms and largest: a tap's delay, an integrating neuron's
-latency of two inputs, INH's period, its silence after an event, a first-layer cell's latency with a charge
-and an inhibition. Of a unit's detector, whether it spikes 8 % inside and outside of its window: the model's
-answer against the circuit's.
+latency of two inputs, INH's first spike after a reset, its period, its silence after an event, a first-layer
+cell's latency with a charge and an inhibition. Of a unit's detector, whether it spikes 8 % inside and outside
+of its window: the model's answer against the circuit's.
 """
 
 from __future__ import annotations
@@ -67,10 +67,10 @@ def held_out_errors(process: Process = AMI_1500, dies: Sequence[int] = HELD_OUT)
     wrong = decisions = 0
     design = usual_design()
     for number, kind, silicon in silicon_in_turn(dies, process):
-        chip = LatencyChip(design, usual_biases(design, kind), silicon)
-        for name, ours, theirs in _times(chip, number % 33, number % 15):
+        chip = LatencyChip(design, usual_biases(design, kind, process), silicon)
+        for name, ours, theirs in times_at(chip, number % 33, number % 15):
             rows.setdefault(name, []).append(ours / theirs - 1.0)
-        for ours, theirs in _decisions(chip, number % 33, number % 15):
+        for ours, theirs in decisions_at(chip, number % 33, number % 15):
             decisions += 1
             wrong += ours != theirs
     found = of_dies(dies)
@@ -79,8 +79,8 @@ def held_out_errors(process: Process = AMI_1500, dies: Sequence[int] = HELD_OUT)
     return found | {"detections": float(decisions), "detections_wrong": float(wrong)}
 
 
-def _times(chip: LatencyChip, p: int, u: int) -> list[tuple[str, float, float]]:
-    """Name, the model's and the circuit's time (s) of each quantity at a memory and unit."""
+def times_at(chip: LatencyChip, p: int, u: int) -> list[tuple[str, float, float]]:
+    """Return name, the model's and the circuit's time (s) of each quantity at memory p and its unit u."""
     return [
         ("tap", *tap_delays(chip, u + 1)),
         ("integrating", *neuron_latencies(chip, p)),
@@ -119,9 +119,9 @@ def input_latencies(chip: LatencyChip, p: int, times: F64) -> tuple[float, float
 
 
 def inhibition_times(chip: LatencyChip, p: int, u: int) -> list[tuple[str, float, float]]:
-    """Return the period of a unit's tonic neuron, and how long an event silences it.
+    """Return when a unit's tonic neuron spikes after a reset, its period, and how long an event silences it.
 
-    Each is a name with the model's and the circuit's time, s.
+    The period is the circuit's second one. Each is a name with the model's and the circuit's time, s.
     """
     tonic, hold = float(chip.lumped.tonic[p, u]), float(chip.lumped.hold[p, u])
     at = START + 2.5 * tonic
@@ -132,6 +132,7 @@ def inhibition_times(chip: LatencyChip, p: int, u: int) -> list[tuple[str, float
     spikes = result.spikes["spike"]
     before, after = spikes[spikes < at], spikes[spikes > at]
     return [
+        ("release", tonic, float(before[0]) - START - WIDTH),
         ("tonic", tonic, float(before[1] - before[0])),
         ("hold", hold + tonic, float(after[0]) - at - WIDTH),
     ]
@@ -189,8 +190,8 @@ def weighted_cell(distances: Mapping[int, int]) -> Circuit:
     return replace(cell, ports=tuple(ports), instances=tuple(instances), biases=())
 
 
-def _decisions(chip: LatencyChip, p: int, u: int) -> list[tuple[bool, bool]]:
-    """Whether a unit spikes for an integrating neuron just inside and outside its window: ours, theirs."""
+def decisions_at(chip: LatencyChip, p: int, u: int) -> list[tuple[bool, bool]]:
+    """Return whether unit u of memory p spikes just inside and outside its window: model, and circuit."""
     return [
         unit_spikes(chip, p, u, share * float(chip.lumped.window[p, u, 0])) for share in (INSIDE, OUTSIDE)
     ]
@@ -223,8 +224,7 @@ def _run(
 
 
 def _usual_chip(silicon: Silicon) -> LatencyChip:
-    design = usual_design()
-    return LatencyChip(design, usual_biases(design), silicon)
+    return LatencyChip(usual_design(), silicon=silicon)
 
 
 MODEL = plain_model("latency-chip", circuits, measure, held_out_errors, _usual_chip)

@@ -93,6 +93,8 @@ def integrate(c: Lumped, m: Memory, arrive: F64, memory: I64, spike: F64) -> Non
     synapses = c.synapse.shape[1]
     for p in range(spike.size):
         used, count = 0, 0
+        if c.leak[p] > 0.0:
+            m.time[0], m.change[0], count = 0.0, -c.leak[p], 1
         for k in range(arrive.size):
             if memory[k] != p:
                 continue

@@ -8,8 +8,9 @@ a membrane that takes up a charge Q takes it up as if it were Q (1 + xi sqrt(phi
 cell, which as much excitation has to make up for, is off by sqrt(2 phi q / (I T)). Flicker of the current's
 device, drawn anew for every ping as for the wavefront chip's axons, moves each by psi kappa / U_T of the mean
 of its gate's wander over T. phi and psi, 1 in weak inversion (`chips.shot_noise`), are 0.81 and 0.77 for the
-3 nA of a tap. Left out: the comparators' noise, currents that a detector compares, and how the
-flicker of one ping goes on in the next.
+3 nA of a tap; under the full law psi has body effect and mobility reduction in it. Left out: the comparators'
+noise, currents that a detector compares, those that switches leak, and how the flicker of one ping goes on in
+the next.
 
 Draws are keyed by (seed, trial, quantity, ping): a ping is known by the microsecond in which it begins.
 """
@@ -24,7 +25,7 @@ from chips.latency.design import NAME
 from chips.latency.model import Lumped, charges_on
 from chips.noise import SiliconNoise, die_name
 from chips.noise_draw import Draws, new_draws, normals
-from chips.shot_noise import current_wander, shot_share, steepness
+from chips.shot_noise import current_wander, shot_share, steepness_under
 from circuits.arrays import F64
 from circuits.blocks.latency.parts import lone_cell
 from circuits.lowering.on_die import transistor_of
@@ -91,8 +92,9 @@ def charge_spread(
     current: A; length: for which they flow, s; area: as of `noise_of`; polarity: of the device; devices: how
     many make the shot noise, as two of a mirror.
     """
-    specific = silicon.law(polarity).square_current * SOURCE.square
+    law = silicon.law(polarity)
+    specific = law.square_current * SOURCE.square
     shot = devices * ELEMENTARY_CHARGE * shot_share(current, specific) / (current * length)
-    steep = steepness(current, specific)
+    steep = steepness_under(law, current, specific)
     slow = current_wander(silicon, noise, polarity, SOURCE.gate_area * area, length, steep)
     return np.asarray(np.sqrt(shot + slow))

@@ -168,7 +168,8 @@ def chip_brain(
     """A chip with its maps and motors, settled for a period; raises as `check_timing` and the chip."""
     check_timing(arcs, numbers)
     design = design_of(arcs, numbers)
-    chip = LatencyChip(design, biases or usual_biases(design, kind), silicon, area=area)
+    made = silicon or Silicon()
+    chip = LatencyChip(design, biases or usual_biases(design, kind, made.process), made, area=area)
     return brain_with(chip, arcs, numbers)
 
 

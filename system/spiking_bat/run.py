@@ -127,7 +127,7 @@ def chip_of(design: Design, scenario: Scenario) -> LatencyChip:
         at = replace(silicon, temperature_c=ROOM_TEMPERATURE)
         biases = calibrated(design, at, s.bias_kind, area=s.area)
     else:
-        biases = usual_biases(design, s.bias_kind)
+        biases = usual_biases(design, s.bias_kind, silicon.process)
     bare = LatencyChip(design, biases, silicon, area=s.area)
     for memory, unit in s.units:
         bare.check_unit(memory, unit)

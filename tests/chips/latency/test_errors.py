@@ -16,24 +16,33 @@ from chips.latency.errors import (
 from chips.latency.model import usual_biases
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500, AMI_1500_FULL
 from circuits.silicon.silicon import Silicon
 
 ERROR = 0.02  # the largest in the record is 1.5 %
 
 
-@pytest.fixture(scope="module", params=[("ideal", 1002, 45.0), ("gate", 1005, 10.0)])
+CASES = [
+    ("ideal", 1002, 45.0, AMI_1500), ("gate", 1005, 10.0, AMI_1500),
+    ("generator", 1006, 60.0, AMI_1500_FULL), ("gate", 1003, 27.0, AMI_1500_FULL),
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module", params=CASES)
 def chip(request: pytest.FixtureRequest) -> LatencyChip:
     kind: BiasKind
-    kind, number, celsius = request.param
+    kind, number, celsius, process = request.param
     design = usual_design()
-    silicon = Silicon(temperature_c=celsius, die=Die(number=number))
-    return LatencyChip(design, usual_biases(design, kind), silicon)
+    silicon = Silicon(process, celsius, Die(number=number))
+    return LatencyChip(design, usual_biases(design, kind, process), silicon)
 
 
 def test_times_are_those_of_the_transistors(chip: LatencyChip) -> None:
     found = [
         tap_delays(chip, 7), neuron_latencies(chip, 20), race_latencies(chip, 4),
-        *((ours, theirs) for _, ours, theirs in inhibition_times(chip, 12, 3)),
+        # under the full law later periods may be shorter than the first
+        *((ours, theirs) for name, ours, theirs in inhibition_times(chip, 12, 3)
+          if name != "tonic" or chip.silicon.process is AMI_1500),
     ]  # fmt: skip
     for ours, theirs in found:
         assert ours == pytest.approx(theirs, rel=ERROR)

@@ -14,7 +14,7 @@ from circuits.blocks.latency import tap as latency_tap
 from circuits.devices.noise import WHITE_ONLY
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, ELEMENTARY_CHARGE
+from circuits.silicon.process import AMI_1500, AMI_1500_FULL, ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.event_jitter import event_jitter
 from tests.chips.latency.test_chip import CHIP, DESIGN, told
@@ -71,16 +71,18 @@ def test_a_cell_alone_races_with_shot_noise():
     assert free.std(axis=0).mean() == pytest.approx(expected.mean(), rel=0.03)
 
 
-def test_a_tap_jitters_as_the_transistors():
+@pytest.mark.parametrize("process", [AMI_1500, AMI_1500_FULL])
+def test_a_tap_jitters_as_the_transistors(process):
     """Linear theory of the whole tap, within 5 %: its comparator and mirrors make that much."""
-    circuit = latency_tap.build(latency_tap.Params(taps=1))
-    machine = to_kernel(latency_tap.testbench(circuit, {"duration": 3.3e-3}, AMI_1500.v_dd), SILICON)
+    circuit, silicon = latency_tap.build(latency_tap.Params(taps=1)), Silicon(process)
+    machine = to_kernel(latency_tap.testbench(circuit, {"duration": 3.3e-3}, AMI_1500.v_dd), silicon)
     for noise in (WHITE, SiliconNoise(1)):
         jitter = event_jitter(machine, "out[0]", noise.flicker)
         delay = np.array([jitter.time - latency_tap.START])
-        charge = charges_on(SILICON)["tap"]
-        assert delay == pytest.approx(charge / 3.34e-9, rel=0.01)
-        spread = charge_spread(SILICON, noise, charge / delay, delay)
+        charge = charges_on(silicon)["tap"]
+        # under the full law the current is 1.5 % above that of a drain at its gate
+        assert delay == pytest.approx(charge / 3.34e-9, rel=0.01 if process is AMI_1500 else 0.02)
+        spread = charge_spread(silicon, noise, charge / delay, delay)
         assert delay * spread / jitter.deviation == pytest.approx(1.0, abs=0.05)
 
 

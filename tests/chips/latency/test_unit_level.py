@@ -11,14 +11,16 @@ from chips.latency.unit_level import TransistorUnit
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500, AMI_1500_FULL, Process
 from circuits.silicon.silicon import Silicon
 
 PLACE = (16, 4)
 
 
-def test_the_unit_stores_repeats_and_forgets_as_the_model_does() -> None:
+@pytest.mark.parametrize("process", [AMI_1500, AMI_1500_FULL])
+def test_the_unit_stores_repeats_and_forgets_as_the_model_does(process: Process) -> None:
     design = usual_design()
-    biases, silicon = usual_biases(design, "ideal"), Silicon(die=Die(number=1003))
+    biases, silicon = usual_biases(design, "ideal", process), Silicon(process, die=Die(number=1003))
     both = []
     for units in ({}, {PLACE: TransistorUnit(biases, silicon, *PLACE)}):
         chip = LatencyChip(design, biases, silicon, units=units)

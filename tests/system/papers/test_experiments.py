@@ -18,6 +18,7 @@ from system.papers.checks import (
     forest_silicon,
     forest_weights,
     latency_agreement,
+    latency_law,
     latency_loops,
     latency_recall,
     ranging_law,
@@ -62,6 +63,16 @@ def wavefront_law_of_a_die(progress: Progress) -> Report:
     wave = wavefront_law.wave_of("gate", Silicon(AMI_1500_FULL, die=Die(number=1003)))
     rows = wavefront_law.statements(found, [wavefront_law.jitter_of(1)], [wave])
     return Report(rows, lambda figure: wavefront_law.draw(found, figure))
+def latency_law_of_a_die(progress: Progress) -> Report:
+    """One die of the ten."""
+    found = latency_law.compare((1003,), progress)
+    return Report(latency_law.statements(found), lambda figure: latency_law.draw(found, figure))
+
+
+def judged(report: Report) -> None:
+    """Every row with a rule agrees."""
+    assert report.disagreeing == ()
+    assert {row.agrees for row in report.rows} == {True, None}
 
 
 def nothing(_: Report) -> None:
@@ -166,6 +177,7 @@ SMALL: dict[str, Small] = {
     "cheely2003-fig5": Small(says=transients),
     "ranging-law": Small(ranging_law_of_a_die),
     "wavefront-law": Small(wavefront_law_of_a_die),
+    "latency-law": Small(latency_law_of_a_die, judged),
     # delays in steps of 1 ms instead of 0.25 ms, and direct runs every 5 ms
     "cheely2003-fig6": Small(
         middle_checked,

@@ -28,6 +28,18 @@ def test_a_chip_flies_and_says_what_was_lost() -> None:
     assert {"lost", "overflowed", "undecided"} <= set(found)
 
 
+def test_a_chip_flies_under_the_full_law_with_every_kind_of_bias() -> None:
+    """Its process is the scenario's; usual codes give the design's times, so that ways begin alike."""
+    given = {"seed": 1003, "pings": 4, "die": Die(number=1003)}
+    ways = [
+        run(Scenario("chip", bias_kind=kind, codes=codes, law="full", **given)).flown
+        for kind, codes in (("gate", "usual"), ("ideal", "calibrated"), ("generator", "calibrated"))
+    ]
+    assert [flown.pings for flown in ways] == [4, 4, 4]
+    ideal = run(Scenario("chip", bias_kind="gate", codes="usual", law="ideal", **given)).flown
+    assert not np.array_equal(ways[0].path, ideal.path)
+
+
 test_what_is_refused = refusals(
     CircuitError,
     lambda given: SYSTEM.scenario(**given),

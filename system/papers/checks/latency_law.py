@@ -1,0 +1,122 @@
+"""The latency chip under the full law, held against the transistors of its parts on unseen dies.
+
+No figure of a paper. Dies A/1000 to A/1009 with mismatch and process variation, at -10, 27 and 60 degC, with
+fixed gates and with the bias generator: what the solver makes of the chip's parts at their places under the
+full law of their process, and what the behavioural model does. Compared are whether a unit's detector spikes
+just inside and outside its window, and times: of a tap, of an integrating neuron with two inputs, of INH
+after a reset and after an event, of a first-layer cell with a charge and an inhibition. The margins are those
+that every model of a chip is held to. No value is fitted.
+
+Told beside, and not judged: units whose INH has later periods that are shorter than its first, because its
+spike leaves part of the membrane's charge. The model's are all the first; a unit answers alike as long as
+they are shorter than the block that each spike begins.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from chips.latency.chip import LatencyChip
+from chips.latency.errors import decisions_at, times_at, usual_design
+from chips.latency.kernel import MARGIN
+from chips.latency.model import usual_biases
+from circuits.circuit import BiasKind
+from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_FULL
+from circuits.silicon.silicon import Silicon
+from system.experiment import Experiment, Progress, Report, with_progress
+from system.plot import COLOURS
+from system.rule import Rule, at_least, at_most, unjudged
+from system.statement import Statement
+
+DIES = range(1000, 1010)
+KINDS: tuple[BiasKind, ...] = ("gate", "generator")
+TEMPERATURES = (-10.0, 27.0, 60.0)  # degC
+CLASS_SHARE, UNDECIDED_SHARE, TIME_SHARE = 0.99, 0.02, 0.03  # margins; ours
+TIMES = ("tap", "integrating", "release", "hold", "race")
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """Parts of a chip on both levels, the model's first.
+
+    times: name and both times (s) of each quantity; detected: whether a detector spiked, at each lag;
+    undecided: whether the model is too near a tie to say.
+    """
+
+    temperature_c: float
+    times: tuple[tuple[str, float, float], ...]
+    detected: tuple[tuple[bool, bool], ...]
+    undecided: bool
+
+
+def beside(kind: BiasKind, silicon: Silicon) -> Beside:
+    """Return both levels of a memory and of a unit, which follow from the die's number."""
+    design = usual_design()
+    chip = LatencyChip(design, usual_biases(design, kind, silicon.process), silicon)
+    number = silicon.die.number or 0
+    p, u = number % design.paths, number % design.taps
+    return Beside(
+        silicon.temperature_c,
+        tuple(times_at(chip, p, u)),
+        tuple(decisions_at(chip, p, u)),
+        _undecided(chip, p, u),
+    )
+
+
+def _undecided(chip: LatencyChip, p: int, u: int) -> bool:
+    """Whether what one input gives, or two, is nearly what the detector takes away."""
+    tap, _, spoken = chip.lumped.seen[p, u]
+    return any(abs(math.log(x / chip.lumped.taken[p, u])) < MARGIN for x in (tap, tap + spoken))
+
+
+def compare(dies: Iterable[int], progress: Progress = lambda _: None) -> list[Beside]:
+    """Return parts on every die at every temperature with every kind of bias, under the full law."""
+    every = [(kind, t, number) for kind in KINDS for t in TEMPERATURES for number in dies]
+    return [beside(k, Silicon(AMI_1500_FULL, t, Die(number=n))) for k, t, n in with_progress(every, progress)]
+
+
+def statements(found: list[Beside]) -> tuple[Statement, ...]:
+    """Return how far the model is off, a row a margin."""
+    decided = [pair for b in found if not b.undecided for pair in b.detected]
+    same = sum(ours == theirs for ours, theirs in decided) / len(decided)
+    rows: list[tuple[str, float, Rule]] = [
+        ("detection_share", same, at_least(CLASS_SHARE)),
+        ("undecided_share", sum(b.undecided for b in found) / len(found), at_most(UNDECIDED_SHARE)),
+        *((f"{name}_error_max", float(np.abs(errors(found, name)).max()), at_most(TIME_SHARE))
+          for name in TIMES),
+        ("short_period_share", float((errors(found, "tonic") > TIME_SHARE).mean()),
+         unjudged("units whose later periods are shorter than the first")),
+    ]  # fmt: skip
+    return tuple(Statement(name, None, value, rule) for name, value, rule in rows)
+
+
+def errors(found: list[Beside], name: str) -> np.ndarray:
+    """Return the relative errors of a quantity, float64[parts]."""
+    return np.array([ours / theirs - 1.0 for b in found for own, ours, theirs in b.times if own == name])
+
+
+def run(progress: Progress) -> Report:
+    """Compare both levels on all dies."""
+    found = compare(DIES, progress)
+    return Report(statements(found), lambda figure: draw(found, figure))
+
+
+def draw(found: list[Beside], figure: Figure) -> None:
+    """Draw the error of each time over the circuit's time."""
+    ax = figure.add_subplot()
+    for name, colour in zip(TIMES, COLOURS, strict=False):
+        theirs = np.array([t for b in found for own, _, t in b.times if own == name])
+        ax.loglog(1e3 * theirs, 1e2 * np.abs(errors(found, name)), "o", color=colour, label=name)
+    ax.axhline(1e2 * TIME_SHARE, color="grey", lw=0.8)
+    ax.set_xlabel("time of the circuit, ms")
+    ax.set_ylabel("error of the model, %")
+    ax.legend()
+
+
+EXPERIMENT = Experiment("latency-law", "the latency chip under the full law against its transistors", run)
