@@ -6,9 +6,10 @@ A time is a charge over a current, T = Q / I. The current is the law's own for t
 
 saturated; under the full law it is that of a drain halfway less what switches leak (`chips.latency.swing`).
 The charge is the record's (`chips.latency.measure`) with the offset of the comparator that ends it,
-`Q = Q_0 (1 + sum_d g_d x_d)` over the deviations of its seven devices. All deviations are those that the
-transistor level draws for the same devices at the same places of the chip. Left out: mismatch of switches but
-for what they leak, of inverters and gates, and of what makes a tap's event. With devices an eighth as large
+`Q = (Q_0 + V_ref dC) (1 + sum_d g_d x_d)` over the deviations of its seven devices, where its capacitor has
+dC more than drawn. All deviations are those that the transistor level draws for the same devices at the same
+places of the chip. Left out: mismatch of switches but for what they leak, of inverters and gates, and of what
+makes a tap's event. With devices an eighth as large
 the errors are those of the record (dies A/500 to A/517, no time more than 1.7 % off); with a 16th INH's
 period is up to 51 % off. Under the full law INH's spike may leave its membrane part of its charge, so that
 later periods are shorter than the first one, which is the model's: as long as they are shorter than a block,
@@ -30,6 +31,7 @@ import numpy as np
 from chips.latency.design import (
     NAME,
     REACH,
+    REFERENCE,
     Biases,
     Charges,
     Design,
@@ -48,7 +50,6 @@ from chips.latency.swing import (
 )
 from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from chips.measured.timer import COMPARATOR
-from chips.model_law import check_capacitors
 from chips.validity import require_area
 from circuits.arrays import F64, I64
 from circuits.blocks.latency import neuron, unit
@@ -57,9 +58,11 @@ from circuits.blocks.latency.layer import RECURRENT_CAPACITANCE, recurrent_inhib
 from circuits.blocks.latency.parts import TIMER, following_cell, lone_cell, racing_cell
 from circuits.blocks.latency.tap import delay_tap
 from circuits.circuit import BiasKind, Circuit
+from circuits.devices import Capacitor
 from circuits.errors import ParameterError
 from circuits.event import WIDTH
-from circuits.lowering.on_die import on_die, transistor_names
+from circuits.lowering.capacitors_on_die import added_capacitance
+from circuits.lowering.on_die import device_names, on_die, transistor_names
 from circuits.silicon.die import Path
 from circuits.silicon.process import AMI_1500, Polarity, Process
 from circuits.silicon.silicon import Silicon
@@ -175,7 +178,6 @@ def lumped(design: Design, biases: Biases, silicon: Silicon, area: float = 1.0) 
     for silicon outside the record's box, and `DataError` where the record is of other circuits.
     """
     require_area(NAME, area, LEAST_AREA)
-    check_capacitors(NAME, silicon.die)
     check_box(NAME, silicon, tables_of(NAME, circuits, silicon.process))
     return _Maker(design, biases, silicon, area).make()
 
@@ -208,6 +210,10 @@ class _Maker:
             "recurrent": (("recurrent", (2,)),),
             "emergency": (("emergency", ()),),
         }
+        self.capacitor = {
+            name: added_capacitance(circuit, silicon, _capacitors(circuit), ((NAME, ()), *places[name]))
+            for name, circuit in _parts(n).items()
+        }
         self.part = {
             name: on_die(circuit, silicon.of_area(area), _used(circuit, silicon), ((NAME, ()), *places[name]))
             for name, circuit in _parts(n).items()
@@ -229,12 +235,12 @@ class _Maker:
             ),
         )
         return Lumped(
-            tap=ends + self.time("tap", "mt", "tap", "tap", "timer", "mr"),
+            tap=ends + self.time("tap", "mt", "tap", self.held("tap", "tap", "timer", "ct"), "mr"),
             synapse=self.each(SYNAPSES, lambda k: self.current(
                 "neuron", f"synapse{k}.me", self.gate["integrating"])),
             step=WIDTH + self.each(SYNAPSES, lambda k: self.step("neuron", f"synapse{k}.", "step")),
             leak=np.ascontiguousarray(np.zeros(n) + self.idle("neuron", "mz")),
-            integrating=q["integrating"] * self.offset("neuron", "threshold"),
+            integrating=self.held("neuron", "integrating", "threshold", "cm"),
             seen=self.each(len(INPUTS), lambda k: self.seen(f"cd.input{k}.me")),
             window=q["pulse_width"] + self.each(
                 len(INPUTS), lambda k: self.step("unit", f"cd.input{k}.", "window")),
@@ -242,12 +248,13 @@ class _Maker:
             sum=q["sum"],
             hold=self.step("unit", "inh.hold.", "hold"),
             tonic=self.time(
-                "unit", "inh.cell.mp", "tonic", "tonic", "inh.cell.threshold",
+                "unit", "inh.cell.mp", "tonic",
+                self.held("unit", "tonic", "inh.cell.threshold", "inh.cell.cm"),
                 *(f"inh.cell.{name}" for name in ("mz", "mx", "mq"))),
             block=self.step("unit", "gate.", "block"),
             passive=self.current("first", "mp", self.gate["passive"]) - (
                 self.idle("first", "mz", "mx") + off.sum(axis=-1)),
-            race=q["race"] * self.offset("first", "threshold"),
+            race=self.held("first", "race", "threshold", "cm"),
             goal=np.ascontiguousarray(goal),
             direction=self.current("first", "excite1.me", self.gate["direction"]),
             goal_pulse=WIDTH + self.step("first", "excite0.", "pulse"),
@@ -257,9 +264,12 @@ class _Maker:
             inhibition=self.each(spans, lambda k: self.step("first", f"inhibit{k}.", "inhibition")),
             second=self.current("second", "excite0.me", self.gate["second"][np.array(d.group)])
             - self.idle("second", "mz", "mx"),
-            second_charge=q["second"] * self.offset("second", "threshold"),
-            recurrent=self.time("recurrent", "mt", "recurrent", "recurrent", "timer", "mz"),
-            emergency=float(self.time("emergency", "mp", "emergency", "race", "threshold", "mz", "mx")),
+            second_charge=self.held("second", "second", "threshold", "cm"),
+            recurrent=self.time(
+                "recurrent", "mt", "recurrent", self.held("recurrent", "recurrent", "timer", "cr"), "mz"),
+            emergency=float(self.time(
+                "emergency", "mp", "emergency", self.held("emergency", "race", "threshold", "cm"),
+                "mz", "mx")),
             group=np.array(d.group, dtype=np.int64),
         )  # fmt: skip
 
@@ -269,17 +279,23 @@ class _Maker:
 
     def step(self, part: str, inside: str, line: str) -> F64:
         """Length of a step: of the timer inside a part, s."""
-        return self.time(part, f"{inside}mt", line, "timer", f"{inside}timer", f"{inside}mr")
+        held = self.held(part, "timer", f"{inside}timer", f"{inside}ct")
+        return self.time(part, f"{inside}mt", line, held, f"{inside}mr")
 
-    def time(self, part: str, device: str, line: str, charge: str, comparator: str, *idle: str) -> F64:
-        """Charge over current of a part's device, the charge ended by a comparator, s.
+    def held(self, part: str, charge: str, comparator: str, capacitor: str) -> F64:
+        """A charge of the record that a comparator ends, with what the capacitor has on the die, C."""
+        more = self.capacitor[part][capacitor]
+        return (self.charge[charge] + REFERENCE * more) * self.offset(part, comparator)
+
+    def time(self, part: str, device: str, line: str, charge: F64, *idle: str) -> F64:
+        """A charge (C) over what flows of the current of a part's device, s.
 
         idle: devices that are off and take some of the current. Where they take all but `_LEAST` of it, so
         much is left: the step is beyond any run.
         """
         current = self.current(part, device, self.gate[line])
         left = np.maximum(current - self.idle(part, *idle), _LEAST * current)
-        return np.asarray(self.charge[charge] * self.offset(part, comparator) / left)
+        return np.asarray(charge / left)
 
     def idle(self, part: str, *devices: str) -> F64 | float:
         """What devices of a part that are off take, A."""
@@ -326,6 +342,11 @@ def _parts(paths: int) -> Mapping[str, Circuit]:
         "recurrent": recurrent_inhibition(RECURRENT_CAPACITANCE, paths + 1),
         "emergency": lone_cell(),
     }
+
+
+def _capacitors(circuit: Circuit) -> tuple[str, ...]:
+    """Capacitors that a current fills up to the reference."""
+    return tuple(n for n in device_names(circuit, Capacitor) if n.rpartition(".")[2] in ("ct", "cm", "cr"))
 
 
 def _used(circuit: Circuit, silicon: Silicon) -> tuple[str, ...]:

@@ -5,10 +5,9 @@ effect of its device, in a straight line, so that the charge over the time is th
 halfway; what is left out of `T = Q / I` is a twelfth of the square of the change, below 1e-5. A detector
 compares currents where its node turns the inverter, and its mirror's diode stands at its own gate.
 
-Switches that are off take some of the current: by the channel, which with body effect is steeper in its gate
-the lower it is, and by the junction. At 60 degC that is a picoampere of a switch, and 30 where the die's
-thresholds are low by three standard deviations: as much as INH's hold is made of. pFETs give a hundredth of
-that, which is left out.
+Switches that are off take some of the current: by the channel, which with body effect is flatter in its gate
+the lower it is, and by the junction. At 60 degC that is 1.3 pA of a switch, and 11 where the die's thresholds
+are low by three standard deviations, of the 63 that make INH's hold. What pFETs give is left out.
 """
 
 from __future__ import annotations

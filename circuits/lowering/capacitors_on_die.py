@@ -47,13 +47,34 @@ def capacitor_changes(
     ParameterError
         A name is that of no capacitor.
     """
+    changes, _ = _changes(circuit, silicon, wanted, place)
+    return changes
+
+
+def added_capacitance(
+    circuit: Circuit, silicon: Silicon, wanted: Sequence[str], place: Path = ()
+) -> dict[str, F64]:
+    """What capacitors of a circuit have on the silicon's die beyond what is drawn, F, by name.
+
+    Arguments, shapes and errors are those of `capacitor_changes`.
+    """
+    changes, drawn = _changes(circuit, silicon, wanted, place)
+    return {name: change * drawn[name].reshape(change.shape) for name, change in changes.items()}
+
+
+def _changes(
+    circuit: Circuit, silicon: Silicon, wanted: Sequence[str], place: Path
+) -> tuple[dict[str, F64], dict[str, F64]]:
+    """Relative changes of capacitors in the shapes of their arrays, and what is drawn of each, F, flat."""
     sites = [site_of(circuit, name, capacitor_of(circuit, name)) for name in wanted]
     chip, paths = paths_of(circuit, sites, place)
-    drawn = [spread(s.size["capacitance"], shape_of(p)) for s, p in zip(sites, paths, strict=True)]
+    shapes = [shape_of(path) for path in paths]
+    drawn = [spread(s.size["capacitance"], shape) for s, shape in zip(sites, shapes, strict=True)]
     change = silicon.change(chip, paths, "capacitor", np.concatenate([np.zeros(0), *drawn])).value
     ends = np.cumsum([x.size for x in drawn])
     each = np.split(np.broadcast_to(change, ends[-1] if ends.size else 0), ends[:-1])
-    return {name: x.reshape(shape_of(path)) for name, path, x in zip(wanted, paths, each, strict=True)}
+    changes = {name: x.reshape(shape) for name, shape, x in zip(wanted, shapes, each, strict=True)}
+    return changes, dict(zip(wanted, drawn, strict=True))
 
 
 def capacitors_deviate(circuit: Circuit, silicon: Silicon, place: Path = ()) -> bool:

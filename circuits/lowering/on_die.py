@@ -387,8 +387,13 @@ def bias_lines(circuit: Circuit, silicon: Silicon) -> dict[str, F64]:
 
 def transistor_names(circuit: Circuit) -> tuple[str, ...]:
     """Names of all transistors of a circuit, its own before those of its instances."""
-    own = [d.name for d in circuit.devices if isinstance(d, Transistor)]
-    return (*own, *(f"{i.name}.{n}" for i in circuit.instances for n in transistor_names(i.circuit)))
+    return device_names(circuit, Transistor)
+
+
+def device_names(circuit: Circuit, kind: type[Device]) -> tuple[str, ...]:
+    """Names of all devices of a type in a circuit, its own before those of its instances."""
+    own = [d.name for d in circuit.devices if isinstance(d, kind)]
+    return (*own, *(f"{i.name}.{n}" for i in circuit.instances for n in device_names(i.circuit, kind)))
 
 
 def transistor_of(circuit: Circuit, name: str) -> Transistor:

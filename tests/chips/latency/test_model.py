@@ -59,6 +59,19 @@ def test_warm_switches_leak_under_the_full_law_alone() -> None:
     assert full.hold.mean() / hold == pytest.approx(1.0 + full.leak[0] / 63e-12, abs=0.005)
 
 
+def test_times_follow_the_capacitors_of_the_die() -> None:
+    plain, full = (lumped(DESIGN, IDEAL, Silicon(die=Die(number=1003, process=False, variation=extent)))
+                   for extent in ("transistors", "full"))  # fmt: skip
+    silicon = Silicon(die=Die(number=1003, process=False, variation="full"))
+    own = silicon.change("latency_chip", ((("second", (33,)), ("cm", ())),), "capacitor", np.full(33, 10e-12))
+    # 10 pF of a charge of 2 V on 10.1 pF
+    expected = 1.0 + np.asarray(own.value) * 20e-12 / lumped(DESIGN, IDEAL, Silicon()).second_charge
+    assert full.second_charge / plain.second_charge == pytest.approx(expected, rel=1e-5)
+    assert np.ptp(expected) > 1e-4
+    assert np.array_equal(full.second, plain.second)
+    assert (full.hold != plain.hold).all()
+
+
 def test_a_timer_whose_switch_leaks_all_of_its_current_is_beyond_any_run() -> None:
     low = Silicon(AMI_1500_FULL, 65.0)
     biases = usual_biases(DESIGN, "ideal", AMI_1500_FULL)

@@ -12,7 +12,9 @@ from circuits.circuit import Circuit, Instance, InstanceArray, Port
 from circuits.devices import Capacitor, Transistor
 from circuits.devices.transistor import drain_current
 from circuits.errors import ParameterError, UnknownNameError
+from circuits.lowering.capacitors_on_die import added_capacitance
 from circuits.lowering.kernel import to_kernel
+from circuits.lowering.made import made
 from circuits.lowering.on_die import DieDevices, bias_lines, on_die
 from circuits.silicon.die import Die, Path
 from circuits.silicon.process import AMI_1500, AMI_1500_FULL
@@ -174,6 +176,27 @@ def test_what_is_no_transistor_is_refused() -> None:
         on_die(PAIR, SILICON, ("c",))
     with pytest.raises(UnknownNameError, match="nothing"):
         on_die(CHIP, SILICON, ("rows.nothing",))
+
+
+def test_capacitors_have_what_the_solver_gives_them() -> None:
+    silicon = replace(SILICON, die=Die(number=1003, variation="full"))
+    names = ("rows.each.c", "alone.each.c")
+    found, flat = (
+        added_capacitance(CHIP, silicon, names),
+        to_kernel(Testbench("t", CHIP, (), 1.0), silicon).flat,
+    )
+    for group in (g for g in flat.groups if isinstance(g.device, Capacitor)):
+        name = ".".join((*(n for n, _ in group.path), group.device.name))
+        expected = made(group, "chip", silicon) - 1e-12
+        assert np.ravel(found[name]) == pytest.approx(expected, rel=1e-9)
+        assert np.ptp(expected) > 0.0
+    assert np.shape(found["rows.each.c"]) == (2, 3, 4)
+    place: Path = (("chip", ()), ("rows", (2, 3)))
+    there = added_capacitance(ROW, silicon, ("each.c",), place)["each.c"]
+    assert np.array_equal(there, found["rows.each.c"])
+    assert not any(x.any() for x in added_capacitance(CHIP, SILICON, names).values())
+    with pytest.raises(ParameterError, match=r"pair\.a: must be a capacitor"):
+        added_capacitance(PAIR, silicon, ("a",))
 
 
 FULL = replace(SILICON, process=AMI_1500_FULL)
