@@ -20,7 +20,7 @@ CASES: dict[str, tuple[Process, str]] = {
     "lso_neuron_mine-0.8-um_full": (MINE, "noctule characterise lso-neuron law=full process=FILE"),
 }
 # models that do not carry the full law yet
-WITHOUT = ("winner-take-all", "latency-chip", "lso-neuron")
+WITHOUT = ("winner-take-all", "lso-neuron")
 FULL = tuple(name for name in MODELS if name not in WITHOUT)
 
 
