@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chips.selection.whole_kernel import NOBODY, Whole, decide_whole
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.ekv import argument_of_root, law, steepness_of_root
 
-NOBODY = -1  # the winner where no cell has a current above 0
 _ITERATIONS = 60
 
 
@@ -40,6 +40,7 @@ class Selection(NamedTuple):
     kappa: float  # of the nFETs
     input_capacitance: float  # C, F
     line_charge: float  # C, that turns the line
+    whole: Whole  # the law with second-order effects, by which it decides then
 
 
 @compiled()
@@ -76,12 +77,8 @@ def _rise(s: Selection, winner: int, best: float, joined: float) -> float:
 
 
 @compiled()
-def decide(s: Selection, excite: F64, risk: F64, scratch: F64) -> tuple[int, float, float]:
-    """Return the winner (-1 for nobody), the time from the release (s) and the margin of a decision.
-
-    excite, risk: currents at the cells' ports, A, float64[N]; scratch: float64[4, N], whose first row has the
-    merits (A) afterwards.
-    """
+def decide_plain(s: Selection, excite: F64, risk: F64, scratch: F64) -> tuple[int, float, float]:
+    """Return what `decide` does by the closed form, whatever the law."""
     n = s.excite_beta.size
     merit, rate, behind = scratch[0], scratch[1], scratch[2]
     joined = _merits(s, excite, risk, scratch)
@@ -103,6 +100,18 @@ def decide(s: Selection, excite: F64, risk: F64, scratch: F64) -> tuple[int, flo
     if not turned < np.inf:
         return winner, np.inf, margin
     return winner, turned + _charging(s, winner, growth), margin
+
+
+@compiled()
+def decide(s: Selection, excite: F64, risk: F64, scratch: F64) -> tuple[int, float, float]:
+    """Return the winner (-1 for nobody), the time from the release (s) and the margin of a decision.
+
+    excite, risk: currents at the cells' ports, A, float64[N]; scratch: float64[4, N], whose first row has the
+    merits (A) afterwards.
+    """
+    if s.whole.own.shape[0] > 0:
+        return decide_whole(s.whole, excite, risk, scratch)
+    return decide_plain(s, excite, risk, scratch)
 
 
 @compiled()

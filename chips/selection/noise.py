@@ -9,8 +9,8 @@ are off, in squares, by
 I_x the excitation, whose mirror makes noise on both sides (mx, my), mg the projection's mirrors, I_k what m1
 takes away; phi and psi of `chips.shot_noise`; k T C is what `equalise` leaves on each v_in, <V_G^2>(t) the
 variance of the mean of a gate's wander. A risk's diode mk is off by q phi I / t itself, in all cells that it
-inhibits at once. A decision is made twice: without noise for its t (`LONGEST` where it has none), then with
-the currents that are drawn. Flicker is drawn anew for each decision.
+inhibits at once. A decision is made twice: without noise for its t (`LONGEST` where it has none), by the
+closed form under any law, then with the currents that are drawn. Flicker is drawn anew for each decision.
 
 Left out: the comparators (m2, mo, ms, mr and the tail make 1 to 3 % of the variance), and what a device's
 mismatch does to its noise. Draws are keyed by (seed, trial, place, decision).
@@ -26,7 +26,8 @@ import numpy as np
 from chips.measured.interpolation import table_at
 from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
-from chips.selection.kernel import NOBODY, Selection, decide
+from chips.selection.kernel import Selection, decide, decide_plain
+from chips.selection.whole_kernel import NOBODY
 from chips.shot_noise import current_wander, share_at
 from circuits.arrays import F64
 from circuits.blocks.selection import winner_take_all as circuit_of
@@ -107,11 +108,20 @@ def noisy_decide(
     s: Selection, n: SelectionNoise, number: int, excite: F64, risk: F64, scratch: F64
 ) -> tuple[int, float, float]:
     """Return decision `number` as `chips.selection.kernel.decide` does, with noise if there is any."""
-    winner, time, margin = decide(s, excite, risk, scratch)
+    if n.moved.shape[1] > 0:
+        winner, time, _ = decide_plain(s, excite, risk, scratch)
+        if winner != NOBODY:
+            _move(s, n, number, excite, risk, scratch, min(max(time, SHORTEST), LONGEST))
+            excite, risk = n.moved[0], n.moved[1]
+    return decide(s, excite, risk, scratch)
+
+
+@_compiled
+def _move(
+    s: Selection, n: SelectionNoise, number: int, excite: F64, risk: F64, scratch: F64, span: float
+) -> None:
+    """Draw the currents of decision `number`, of `span` s; scratch: of the decision without noise."""
     cells = n.moved.shape[1]
-    if cells == 0 or winner == NOBODY:
-        return winner, time, margin
-    span = min(max(time, SHORTEST), LONGEST)
     draw(n.draws, number, 0)
     at = math.log(span)
     slow = table_at(n.knots, n.risk, at)
@@ -131,7 +141,6 @@ def noisy_decide(
             variance += weight * found
         variance += n.thermal / (span * span)
         n.moved[0, k] = max(excite[k] + math.sqrt(variance) * n.draws.normal[k], 0.0)
-    return decide(s, n.moved[0], n.moved[1], scratch)
 
 
 @_compiled

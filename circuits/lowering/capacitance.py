@@ -17,17 +17,16 @@ from circuits.silicon.process import Process
 def capacitance_matrix(circuit: Circuit, process: Process, nodes: Sequence[str]) -> F64:
     """Capacitance matrix of `nodes` with all other nodes held, float64[nodes, nodes], F."""
     flat = flatten(circuit)
-    number = {flat.node(n): k for k, n in enumerate(nodes)}
+    number = np.full(flat.count, -1)
+    number[[flat.node(n) for n in nodes]] = np.arange(len(nodes))
     matrix = np.zeros((len(nodes), len(nodes)))
     for group in flat.groups:
         for (a, b), values in _pairs(group, process).items():
-            value = float(values[0])
-            rows = [number.get(int(group.nodes[t, 0])) for t in (a, b)]
-            for row, other in (rows, rows[::-1]):
-                if row is not None:
-                    matrix[row, row] += value
-                    if other is not None:
-                        matrix[row, other] -= value
+            ends = number[group.nodes[[a, b]]]
+            for row, other in (ends, ends[::-1]):
+                own, both = row >= 0, (row >= 0) & (other >= 0)
+                np.add.at(matrix, (row[own], row[own]), values[own])
+                np.add.at(matrix, (row[both], other[both]), -values[both])
     return matrix
 
 

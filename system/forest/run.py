@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 
 from chips.selection.model import selection_errors
 from circuits.silicon.course import beginning_of, course_through
+from circuits.silicon.process import AMI_1500_FULL
 from system.forest.animation import check_animation, save_animation
 from system.forest.scenario import AREA, KINDS, Scenario, make, no_silicon, of_study
 from system.forest.weights import WEIGHTS
@@ -200,11 +201,16 @@ def document(trace: Trace) -> dict[str, Any]:
         "ping_bias": s.bat.ping_bias,
         "immediacy_range_m": s.bat.immediacy_range,
         **({AREA: sensing.ranging_area} if sensing.silicon else {}),
-        **({"selection_errors": dict(selection_errors())} if sensing.selection == "chip" else {}),
+        **({"selection_errors": _errors(s)} if sensing.selection == "chip" else {}),
         **flight_entries(first.forest, s.bat.zone, first.start, account(trace).reason, log, trace.path),
         "arc": log[:, 5].astype(int),
         "scanning": log[:, 7].astype(bool),
     }
+
+
+def _errors(scenario: Scenario) -> dict[str, float]:
+    """Errors of the selection's model under the law of a scenario."""
+    return dict(selection_errors(AMI_1500_FULL.under(scenario.law)))
 
 
 def title(trace: Trace) -> str:

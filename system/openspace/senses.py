@@ -30,6 +30,7 @@ import numpy as np
 from chips.selection.kernel import Selection
 from chips.selection.model import MARGIN, selection
 from chips.selection.noise import no_selection_noise, selection_noise
+from chips.selection.whole import no_whole
 from circuits.arrays import F64
 from circuits.blocks.selection.winner_take_all import Params
 from circuits.circuit import BiasKind
@@ -172,9 +173,8 @@ def _noise(sigma: float, seed: tuple[int, ...]) -> F64:
 def _no_chip() -> Selection:
     """Of the same type for the compiled loop."""
     row, table = np.zeros(0), np.zeros((0, 0))
-    return Selection(
-        row, row, row, table, table, row, row, row, row, row, row, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    )
+    lines = (row, row, row, table, table, row, row, row, row, row, row)
+    return Selection(*lines, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, no_whole())
 
 
 _NO_CHIP = _no_chip()

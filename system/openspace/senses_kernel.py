@@ -24,8 +24,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from chips.selection.kernel import NOBODY, Selection
+from chips.selection.kernel import Selection
 from chips.selection.noise import SelectionNoise, noisy_decide
+from chips.selection.whole_kernel import NOBODY
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from system.openspace.law import ARCS, Arcs

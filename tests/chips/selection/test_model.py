@@ -1,13 +1,12 @@
 """The model chooses what the transistors choose, on the same devices of the same dies."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from chips.selection.kernel import NOBODY, Selection, decide
+from chips.selection.kernel import Selection, decide
 from chips.selection.measure import random_profile
 from chips.selection.model import MARGIN, decision, selection, selection_errors
+from chips.selection.whole_kernel import NOBODY
 from circuits.bias import rebias
 from circuits.blocks.selection import winner_take_all as block
 from circuits.devices import Transistor
@@ -146,9 +145,6 @@ def test_what_is_none_is_refused() -> None:
         selection(Silicon(), area=0.0)
     with pytest.raises(ParameterError, match=r"selection\.currents: .* must be \(8,\) both"):
         decision(selection(Silicon(), SMALL), np.ones(6), np.ones(8))
-    early = replace(AMI_1500, n=replace(AMI_1500.n, early_field=5e6))
-    with pytest.raises(ParameterError, match="or the transistor level"):
-        selection(Silicon(early), SMALL)
 
 
 def test_temperatures_at_which_nothing_was_measured_are_refused() -> None:

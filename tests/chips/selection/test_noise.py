@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from chips.noise import SiliconNoise
-from chips.selection.kernel import NOBODY
 from chips.selection.model import selection
 from chips.selection.noise import no_selection_noise, noisy_decide, selection_noise
+from chips.selection.whole_kernel import NOBODY
 from circuits.blocks.selection.winner_take_all import RELEASE, STANDING, Params, build, decision_testbench
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError

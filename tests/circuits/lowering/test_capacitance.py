@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from circuits.arrays import F64
+from circuits.blocks.selection import winner_take_all
 from circuits.blocks.sonar import rebound_neuron
 from circuits.devices import Source
 from circuits.devices.source import Constant
@@ -53,6 +54,16 @@ def test_a_capacitor_between_two_nodes_counts_at_both_and_between_them() -> None
     added = added_capacitances(neuron, {"axon.c_fb": np.array([0.1, -0.2])}, ("spike", "v_ax"))
     own = np.array([[1.0, -1.0], [-1.0, 1.0]]) * capacitor_of(neuron, "axon.c_fb").capacitance
     np.testing.assert_allclose(added, np.array([0.1, -0.2])[:, None, None] * own, rtol=1e-14)
+
+
+def test_every_copy_in_an_array_counts() -> None:
+    circuit = winner_take_all.build(winner_take_all.Params(cells=3))
+    own = node_capacitances(circuit, AMI_1500)
+    nodes = [f"{name}[{k}]" for name in ("v_in", "share") for k in range(3)]
+    found = capacitance_matrix(circuit, AMI_1500, nodes)
+    assert np.diag(found) == pytest.approx([own[n] for n in nodes], rel=1e-12)
+    # the overlap of m2 is between a cell's own two nodes
+    assert found[:3, 3:] == pytest.approx(-0.2e-9 * 12e-6 * np.eye(3), rel=1e-12, abs=1e-30)
 
 
 def test_a_node_that_is_not_there_is_refused() -> None:
