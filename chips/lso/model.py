@@ -25,11 +25,11 @@ from typing import NamedTuple
 import numpy as np
 
 from chips.lso.law import Membrane, Steps, lso_spikes, ramp_delay, rest_depth
-from chips.lso.measure import LEVEL_COMPARATOR, LEVELS, QUANTITIES, circuits
+from chips.lso.measure import LEVEL_COMPARATOR, LEVELS, QUANTITIES, circuits, pair_kappa
 from chips.lso.place import NAME, line_volts
 from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from chips.measured.timer import COMPARATOR
-from chips.model_law import check_capacitors, check_law
+from chips.model_law import check_capacitors
 from chips.validity import require_area
 from circuits.arrays import F64
 from circuits.blocks.latency.synapse import REFERENCE
@@ -89,7 +89,6 @@ def head_on(silicon: Silicon, kind: BiasKind = "gate", area: float = 1.0) -> Hea
     a silicon outside the record's box, and `DataError` where the record is of other circuits.
     """
     require_area(NAME, area, LEAST_AREA)
-    check_law(silicon.process)
     check_capacitors(NAME, silicon.die)
     check_box(NAME, silicon, tables_of(RECORD, circuits, silicon.process))
     return _Maker(silicon, kind, area).make()
@@ -151,7 +150,7 @@ class _Maker:
         self.shared = on_die(self.lso, alone, (_TAIL,), ((NAME, ()),), lines)
 
     def make(self) -> Head:
-        q, law = self.charge, self.silicon.law("p")
+        q = self.charge
         comparator = float(self.current(self.shared, self.lso, _TAIL))
         currents = {name: self.synapses(name, "me") for name in ("excite", "inhibit")}
         steps = {name: WIDTH + self.times(name) for name in currents}
@@ -169,14 +168,22 @@ class _Maker:
             turn=q["turn"],
             mirror_in=np.asarray(mirror.given),
             mirror_out=np.asarray(q["mirror"] * mirror.taken),
-            mirror_shift=np.asarray(mirror.shift),
+            mirror_shift=self.mirror_shift(currents["inhibit"]),
             offset=q["level_offset"] + levels @ self.slopes("level"),
             rest=self.rest(),
             level_current=self.current(self.units, self.level, f"{_PART}.mc3"),
             level_charge=q["level_charge"],
-            kappa=law.kappa,
-            u_t=law.u_t,
+            kappa=pair_kappa(self.silicon),
+            u_t=self.silicon.thermal_voltage,
         )
+
+    def mirror_shift(self, current: F64) -> F64:
+        """`(v_p,out - v_p,in) / 2 U_T` of the mirror, [SIDES], at the gate that one inhibition gives it.
+
+        current: of the synapses, A, [SIDES, LEVELS].
+        """
+        gate = self.sides.gate_for("md", current.mean(axis=-1))
+        return np.asarray(0.5 * (self.sides.pinch("mk", gate) - self.sides.pinch("md", gate)))
 
     def synapses(self, name: str, device: str) -> F64:
         """Currents of a device of each synapse of an input, [SIDES, LEVELS]."""
@@ -200,7 +207,7 @@ class _Maker:
         pair = law.square_current * transistor_of(self.level, f"{_PART}.mc1").square
         own = self.units.offset(*(f"{_PART}.{d}" for d in LEVEL_COMPARATOR[:2])) @ self.slopes("level")[:4]
         mirror = self.units.mirror(f"{_PART}.mc4", f"{_PART}.mc6")
-        return rest_depth(tail, least, mirror, pair, law.kappa, law.u_t) - own
+        return rest_depth(tail, least, mirror, pair, pair_kappa(self.silicon), law.u_t) - own
 
     def current(self, d: DieDevices, circuit: Circuit, name: str) -> F64:
         """Saturated current of a device whose gate is a line of the chip, A."""

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from chips.lso.law import Membrane, Steps, mirrored, moved, rise_time, segments
-from chips.lso.measure import circuits
+from chips.lso.measure import circuits, pair_kappa
 from chips.lso.model import RECORD, SIDES, Head, side_inputs
 from chips.lso.place import NAME
 from chips.measured.table_record import all_on_silicon, tables_of
@@ -222,7 +222,8 @@ def _offsets(head: Head, silicon: Silicon, noise: SiliconNoise, area: float) -> 
     for polarity, name in (("p", "mc1"), ("n", "mc4")):
         law = silicon.law("p" if polarity == "p" else "n")
         specific = law.square_current * transistor_of(level, f"{_COMPARATOR}.{name}").square
-        steep.append(law.kappa * steepness(half, specific))
+        kappa = pair_kappa(silicon) if name == "mc1" else law.kappa
+        steep.append(kappa * steepness(half, specific))
     own, turned = gate_wander(silicon, noise, "p", pair, time), gate_wander(silicon, noise, "n", mirror, time)
     return np.asarray(np.sqrt(2.0 * own + 2.0 * turned * (steep[1] / steep[0]) ** 2))
 
@@ -242,6 +243,5 @@ def level_grain(whole: float, silicon: Silicon) -> LevelGrain:
     pair, mirror, tail = (
         float(shot_share(i, specific[name])) for name, i in (("mc1", half), ("mc4", half), ("mc3", whole))
     )
-    law = silicon.law("p")
-    steep = float(steepness(half, specific["mc1"])) * law.kappa / silicon.thermal_voltage
+    steep = float(steepness(half, specific["mc1"])) * pair_kappa(silicon) / silicon.thermal_voltage
     return LevelGrain(pair, mirror, tail, steep)

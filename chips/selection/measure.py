@@ -19,6 +19,7 @@ from chips.record import Record, Table
 from chips.selection.kernel import Selection
 from chips.selection.model import MEASURED, circuits, decision, selection
 from circuits.arrays import F64
+from circuits.bias import rebias
 from circuits.blocks.selection.winner_take_all import (
     CELLS,
     RELEASE,
@@ -27,6 +28,7 @@ from circuits.blocks.selection.winner_take_all import (
     build,
     decision_testbench,
 )
+from circuits.circuit import BiasKind
 from circuits.devices.source import vertices
 from circuits.errors import SolverError
 from circuits.lowering.kernel import Machine, on_die, to_kernel
@@ -90,12 +92,15 @@ def random_profile(generator: np.random.Generator, cells: int = CELLS, scale: fl
     return Profile(scale * excite, np.maximum(scale * np.minimum(risk, 0.4), STANDING))
 
 
-def selection_machine(silicon: Silicon, params: Params | None = None) -> Machine:
-    """Return the circuit on a silicon lowered for the solver, with currents that `with_profile` sets."""
+def selection_machine(silicon: Silicon, params: Params | None = None, kind: BiasKind = "gate") -> Machine:
+    """Return the circuit on a silicon lowered for the solver, with currents that `with_profile` sets.
+
+    kind: of its biases.
+    """
     params = params or Params(CELLS)
     n = int(params.cells)
     bench = decision_testbench(
-        build(params), np.full(n, 50e-9), np.zeros(n), RELEASE + DEADLINE, silicon.process.v_dd
+        rebias(build(params), kind=kind), np.full(n, 50e-9), np.zeros(n), RELEASE + DEADLINE, silicon.process.v_dd
     )
     return to_kernel(bench, silicon)
 
@@ -170,19 +175,21 @@ def held_out_errors(process: Process) -> dict[str, float]:
 def measure_pairs(
     dies: Sequence[int], profiles: int, temperature_c: float = 27.0, *, seed: int = 1000,
     scale: float = 50e-9, process: bool = True, made_in: Process = AMI_1500,
+    kind: BiasKind = "gate",
 ) -> list[Pair]:  # fmt: skip
     """Decide random profiles on every die at both levels; profiles: how many a die.
 
     The generator of a die's profiles is seeded with (seed, die); scale: as in `random_profile`; process:
-    whether dies have process variation beside mismatch; made_in: the process that they are made in.
+    whether dies have process variation beside mismatch; made_in: the process that they are made in; kind: of
+    the biases.
     """
-    nominal = selection_machine(Silicon(made_in, temperature_c))
+    nominal = selection_machine(Silicon(made_in, temperature_c), kind=kind)
     near = operating_point(nominal)
     pairs = []
     for number in dies:
         die = Die(number=number, process=process)
         machine = on_die(nominal, die)
-        chip = selection(machine.silicon)
+        chip = selection(machine.silicon, circuit=machine.testbench.circuit)
         generator = np.random.default_rng((seed, number))
         for _ in range(profiles):
             profile = random_profile(generator, scale=scale)

@@ -15,6 +15,7 @@ from circuits.silicon.process import AMI_1500_FULL
 from circuits.silicon.silicon import Silicon
 from system.experiment import Progress, Report
 from system.papers.checks import (
+    choice_law,
     forest_silicon,
     forest_weights,
     latency_agreement,
@@ -73,6 +74,10 @@ def judged(report: Report) -> None:
     """Every row with a rule agrees."""
     assert report.disagreeing == ()
     assert {row.agrees for row in report.rows} == {True, None}
+def choice_law_of_a_die(progress: Progress) -> Report:
+    """One die of the twenty."""
+    found = choice_law.compare((1003,), progress)
+    return Report(choice_law.statements(*found), lambda figure: choice_law.draw(*found, figure))
 
 
 def nothing(_: Report) -> None:
@@ -178,6 +183,7 @@ SMALL: dict[str, Small] = {
     "ranging-law": Small(ranging_law_of_a_die),
     "wavefront-law": Small(wavefront_law_of_a_die),
     "latency-law": Small(latency_law_of_a_die, judged),
+    "choice-law": Small(choice_law_of_a_die),
     # delays in steps of 1 ms instead of 0.25 ms, and direct runs every 5 ms
     "cheely2003-fig6": Small(
         middle_checked,

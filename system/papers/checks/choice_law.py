@@ -1,0 +1,127 @@
+"""The selection and the sonar head's neurons under the full law, held against their transistors on unseen dies.
+
+No figure of a paper. Dies A/1000 to A/1019 with mismatch and process variation, at -10, 27 and 60 degC, with
+gates and with the bias generator: what the solver makes of the circuits under the full law of their process,
+and what the behavioural models do. Of the selection two random profiles each (`chips.selection.measure`):
+who wins within a millisecond, where the model does not call it a tie, and when. Of the head a neuron with a
+draw of inputs of both sides, and a level unit on ramps of two slopes (`chips.lso.errors`): how many spikes,
+when, and whether the unit hears. The margins are those that every model of a chip is held to. No value is
+fitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from chips.lso.errors import AT, RAMPS, inputs, level_delays, neuron_spikes
+from chips.lso.measure import FROM, LEVELS
+from chips.lso.model import SIDES, head_on
+from chips.selection.measure import UNDECIDED, Pair, measure_pairs
+from chips.selection.model import MARGIN
+from circuits.circuit import BiasKind
+from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_FULL
+from circuits.silicon.silicon import Silicon
+from system.experiment import Experiment, Progress, Report, with_progress
+from system.plot import COLOURS
+from system.rule import Rule, at_least, at_most
+from system.statement import Statement
+
+DIES = range(1000, 1020)
+TEMPERATURES = (-10.0, 27.0, 60.0)  # degC
+KINDS: tuple[BiasKind, ...] = ("gate", "generator")
+PROFILES = 2  # a die, temperature and kind
+CLASS_SHARE, UNDECIDED_SHARE, TIME_SHARE = 0.99, 0.02, 0.03  # margins; ours
+
+Times = list[tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """A neuron and a level unit of the head on both levels, the circuit's number first.
+
+    counts: spikes of the neuron; spikes: their times since the first input, s; delays: of the level unit on
+    both ramps, s, inf in the circuit for no spike; hears: whether the model lets it spike.
+    """
+
+    counts: tuple[int, int]
+    spikes: Times
+    delays: Times
+    hears: bool
+
+
+def heard(kind: BiasKind, silicon: Silicon, number: int) -> Heard:
+    """Return what both levels say of the head's parts on die `number`, whose places follow from the number."""
+    head, side, unit = head_on(silicon, kind), number % SIDES, number % LEVELS
+    model, circuit = neuron_spikes(head, silicon, kind, side, inputs(number))
+    spikes = [(float(a - AT), float(b - AT)) for a, b in zip(circuit, model, strict=False)]
+    pairs = (level_delays(head, silicon, kind, (side, unit), slope) for slope in RAMPS)
+    delays = [(theirs, ours) for ours, theirs in pairs]
+    return Heard((circuit.size, model.size), spikes, delays, bool(head.rest[side, unit] < -FROM))
+
+
+def compare(dies: Iterable[int], progress: Progress = lambda _: None) -> tuple[list[Pair], list[Heard]]:
+    """Return decisions and the head's parts on every die at every temperature with both kinds of bias."""
+    pairs: list[Pair] = []
+    every = [(kind, t, number) for kind in KINDS for t in TEMPERATURES for number in dies]
+    found = []
+    for kind, t, number in with_progress(every, progress):
+        pairs += measure_pairs((number,), PROFILES, t, made_in=AMI_1500_FULL, kind=kind)
+        found.append(heard(kind, Silicon(AMI_1500_FULL, t, Die(number=number)), number))
+    return pairs, found
+
+
+def statements(pairs: list[Pair], found: list[Heard]) -> tuple[Statement, ...]:
+    """Return how far the models are off, a row a margin."""
+    certain = [p for p in pairs if p.margin > MARGIN]
+    same = [p for p in certain if p.solved == p.modelled]
+    times = [(p.solved_time, p.modelled_time) for p in same if p.solved != UNDECIDED]
+    delays = [pair for each in found for pair in each.delays if np.isfinite(pair[0]) and each.hears]
+    hears = [np.isfinite(theirs) == each.hears for each in found for theirs, _ in each.delays]
+    rows: tuple[tuple[str, float, Rule], ...] = (
+        ("winner_share", len(same) / len(certain), at_least(CLASS_SHARE)),
+        ("tie_share", 1.0 - len(certain) / len(pairs), at_most(UNDECIDED_SHARE)),
+        ("decision_error_max", _largest(times), at_most(TIME_SHARE)),
+        ("count_share", float(np.mean([a == b for a, b in (h.counts for h in found)])), at_least(CLASS_SHARE)),
+        ("spike_error_max", _largest([t for h in found for t in h.spikes]), at_most(TIME_SHARE)),
+        ("hears_share", float(np.mean(hears)), at_least(CLASS_SHARE)),
+        ("level_error_max", _largest(delays), at_most(TIME_SHARE)),
+    )
+    return tuple(Statement(name, None, value, rule) for name, value, rule in rows)
+
+
+def _largest(pairs: Times) -> float:
+    """Largest relative difference of pairs of times, s."""
+    circuit, model = np.array(pairs).reshape(-1, 2).T
+    return float(np.abs(model / circuit - 1.0).max(initial=0.0))
+
+
+def run(progress: Progress) -> Report:
+    """Compare both levels on all dies."""
+    found = compare(DIES, progress)
+    return Report(statements(*found), lambda figure: draw(*found, figure))
+
+
+def draw(pairs: list[Pair], found: list[Heard], figure: Figure) -> None:
+    """Draw the error of each decision, spike and level unit over its time."""
+    ax = figure.add_subplot()
+    decided = [(p.solved_time, p.modelled_time) for p in pairs if p.solved == p.modelled != UNDECIDED]
+    spikes = [t for h in found for t in h.spikes]
+    delays = [t for h in found for t in h.delays if np.isfinite(t[0])]
+    named = (("decisions", decided), ("spikes of neurons", spikes), ("level units", delays))
+    for (name, times), colour in zip(named, COLOURS, strict=False):
+        circuit, model = np.array(times).reshape(-1, 2).T
+        ax.loglog(1e3 * circuit, 1e2 * np.abs(model / circuit - 1.0), "o", color=colour, label=name)
+    ax.axhline(1e2 * TIME_SHARE, color="grey", lw=0.8)
+    ax.set_xlabel("time of the circuit, ms")
+    ax.set_ylabel("error of the model, %")
+    ax.legend()
+
+
+EXPERIMENT = Experiment(
+    "choice-law", "the selection and the head's neurons under the full law against their transistors", run
+)
