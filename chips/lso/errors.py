@@ -3,7 +3,8 @@
 On each die an LSO neuron and a level unit, at places that follow from the die's number, at the chip's own
 bias voltages; both kinds of bias and 0, 27 and 60 degC in turn. The neuron gets a draw of inputs of both
 sides within 0.15 ms, as an echo makes them: how far the number of spikes is off, and the time of each spike,
-relative to the time since the inputs. The level unit rests 50 mV below its threshold and gets ramps of two
+relative to the time since the inputs. The level unit rests 50 mV below its threshold, where it must end the
+refractory period after a spike (under the full law it can also rest as if it had), and gets ramps of two
 slopes: whether it spikes, which not all do, and how far its spike is off. All of it again on dies whose
 devices have a sixteenth of the area, so four times the mismatch.
 """
@@ -44,6 +45,7 @@ from circuits.testbench import Testbench
 HELD_OUT = tuple(range(500, 524))  # dies; none is used to build
 SMALL = tuple(range(524, 540))  # likewise, with devices of the least area
 AT, SPREAD = 0.5e-3, 0.15e-3  # s, of the first input after the reset, and of all
+QUIET = 10e-3  # s, ours: before a ramp, three refractory periods
 RAMPS = 800.0, 10e3  # V/s, between those that the record is of and beyond
 
 
@@ -147,13 +149,14 @@ def level_delays(
     at[place] = head.offset[place] / slope
     ours = float(level_times(head, at, np.full(at.shape, slope))[place])
     level = replace(circuits()[1], biases=())
-    bench = ramp_bench(level, slope, silicon.process.v_dd)
+    bench = ramp_bench(level, slope, silicon.process.v_dd, QUIET)
     lines = dict(line_volts(silicon, kind)) | {"v_threshold": THRESHOLD}
     held = tuple(Source(p.name, p.name, Constant(lines[p.name])) for p in level.ports if p.name in lines)
     placed = replace(silicon, place=((NAME, ()), ("ear", (side,)), ("level", (k,))))
     bench = replace(bench, sources=(*bench.sources, *held))
     spikes = simulate(bench, placed, rtol=RTOL, record=()).spikes["spike"]
-    return ours, float(spikes[0]) - crossing(slope) if spikes.size else np.inf
+    spikes = spikes[spikes > QUIET]
+    return ours, float(spikes[0]) - QUIET - crossing(slope) if spikes.size else np.inf
 
 
 MODEL = plain_model("lso-neuron", circuits, measure, held_out_errors, head_on)

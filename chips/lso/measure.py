@@ -40,7 +40,7 @@ from circuits.devices import Source
 from circuits.devices.channel import pinched, terms_of
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import SolverError
-from circuits.event import WIDTH
+from circuits.event import EDGE, WIDTH
 from circuits.lowering.kernel import to_kernel
 from circuits.lowering.on_die import on_die, transistor_of
 from circuits.silicon.process import Process
@@ -84,9 +84,7 @@ def measure(process: Process) -> Record:
 def quantities(silicon: Silicon) -> Quantities:
     """Return the quantities of the circuits on a silicon, with ideal biases, by name."""
     lso, level = (rebias(c, {}, "ideal") for c in circuits())
-    current, comparator, step = (
-        own_current(lso, name, silicon) for name in ("i_exc", "i_cmp", "i_step")
-    )
+    current, comparator, step = (own_current(lso, name, silicon) for name in ("i_exc", "i_cmp", "i_step"))
     at = 0.5e-3
     one = _heard(lso, silicon, excite_1=at)
     two = _heard(lso, silicon, excite_1=at, excite_2=at)
@@ -181,13 +179,19 @@ def level_delay(
     return float(spikes[0]) - crossing(slope)
 
 
-def ramp_bench(level: Circuit, slope: float, v_dd: float) -> Testbench:
-    """Return the testbench of a level unit whose envelope passes `THRESHOLD` at `crossing(slope)`.
+def ramp_bench(level: Circuit, slope: float, v_dd: float, quiet: float = 0.0) -> Testbench:
+    """Return the testbench of a level unit whose envelope passes `THRESHOLD` at `quiet + crossing(slope)`.
 
-    slope: of the envelope, V/s; v_dd: supply, V.
+    slope: of the envelope, V/s; v_dd: supply, V; quiet: for how long before the envelope has been low after
+    it was high, s, so that the unit must have ended a refractory period; 0 leaves that to where it rests.
     """
-    start, end = crossing(slope) + FROM / slope, crossing(slope) + TO / slope
-    wave = PiecewiseLinear((0.0, start, end), (THRESHOLD + FROM, THRESHOLD + FROM, THRESHOLD + TO))
+    start, end = quiet + crossing(slope) + FROM / slope, quiet + crossing(slope) + TO / slope
+    low, high = THRESHOLD + FROM, THRESHOLD + TO
+    before: tuple[tuple[float, float], ...] = ((0.0, low),)
+    if quiet > 0.0:
+        before = ((0.0, high), (0.1 * quiet, high), (0.1 * quiet + EDGE, low))
+    times, volts = zip(*before, (start, low), (end, high), strict=True)
+    wave = PiecewiseLinear(times, volts)
     sources = (Source("vdd", "vdd", Constant(v_dd)), Source("envelope", "envelope", wave))
     return Testbench("level unit", level, sources, end + 1e-4, watch=("spike",))
 

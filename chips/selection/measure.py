@@ -100,7 +100,11 @@ def selection_machine(silicon: Silicon, params: Params | None = None, kind: Bias
     params = params or Params(CELLS)
     n = int(params.cells)
     bench = decision_testbench(
-        rebias(build(params), kind=kind), np.full(n, 50e-9), np.zeros(n), RELEASE + DEADLINE, silicon.process.v_dd
+        rebias(build(params), kind=kind),
+        np.full(n, 50e-9),
+        np.zeros(n),
+        RELEASE + DEADLINE,
+        silicon.process.v_dd,
     )
     return to_kernel(bench, silicon)
 

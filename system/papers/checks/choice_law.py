@@ -1,4 +1,4 @@
-"""The selection and the sonar head's neurons under the full law, held against their transistors on unseen dies.
+"""The selection and the head's neurons under the full law, held against their transistors on unseen dies.
 
 No figure of a paper. Dies A/1000 to A/1019 with mismatch and process variation, at -10, 27 and 60 degC, with
 gates and with the bias generator: what the solver makes of the circuits under the full law of their process,
@@ -55,7 +55,7 @@ class Heard:
 
 
 def heard(kind: BiasKind, silicon: Silicon, number: int) -> Heard:
-    """Return what both levels say of the head's parts on die `number`, whose places follow from the number."""
+    """Return what both levels say of the head's parts on die `number`, which also chooses their places."""
     head, side, unit = head_on(silicon, kind), number % SIDES, number % LEVELS
     model, circuit = neuron_spikes(head, silicon, kind, side, inputs(number))
     spikes = [(float(a - AT), float(b - AT)) for a, b in zip(circuit, model, strict=False)]
@@ -82,11 +82,12 @@ def statements(pairs: list[Pair], found: list[Heard]) -> tuple[Statement, ...]:
     times = [(p.solved_time, p.modelled_time) for p in same if p.solved != UNDECIDED]
     delays = [pair for each in found for pair in each.delays if np.isfinite(pair[0]) and each.hears]
     hears = [np.isfinite(theirs) == each.hears for each in found for theirs, _ in each.delays]
+    counts = [a == b for a, b in (each.counts for each in found)]
     rows: tuple[tuple[str, float, Rule], ...] = (
         ("winner_share", len(same) / len(certain), at_least(CLASS_SHARE)),
         ("tie_share", 1.0 - len(certain) / len(pairs), at_most(UNDECIDED_SHARE)),
         ("decision_error_max", _largest(times), at_most(TIME_SHARE)),
-        ("count_share", float(np.mean([a == b for a, b in (h.counts for h in found)])), at_least(CLASS_SHARE)),
+        ("count_share", float(np.mean(counts)), at_least(CLASS_SHARE)),
         ("spike_error_max", _largest([t for h in found for t in h.spikes]), at_most(TIME_SHARE)),
         ("hears_share", float(np.mean(hears)), at_least(CLASS_SHARE)),
         ("level_error_max", _largest(delays), at_most(TIME_SHARE)),

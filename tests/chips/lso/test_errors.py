@@ -9,6 +9,7 @@ from chips.lso.model import RECORD, head_on
 from chips.record import kept_record
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_FULL
 from circuits.silicon.silicon import Silicon
 
 ERROR = 0.025  # of a spike's time, the largest in the record
@@ -35,11 +36,31 @@ def test_spikes_are_those_of_the_transistors(kind: BiasKind, number: int, celsiu
     assert mine == pytest.approx(its, abs=LATE)
 
 
+@pytest.mark.parametrize(("kind", "number", "celsius"), [("gate", 1000, 27.0), ("generator", 1003, -10.0)])
+def test_under_the_full_law_too(kind: BiasKind, number: int, celsius: float) -> None:
+    silicon = Silicon(AMI_1500_FULL, celsius, Die(number=number))
+    head, side = head_on(silicon, kind), number % 2
+    ours, theirs = neuron_spikes(head, silicon, kind, side, inputs(number))
+    assert ours.size == theirs.size > 0
+    assert ours - AT == pytest.approx(theirs - AT, rel=ERROR)
+    place = (side, number % 10)
+    mine, its = level_delays(head, silicon, kind, place, 2e3)
+    assert (head.rest[place] < -FROM) == np.isfinite(its)
+    assert mine == pytest.approx(its, abs=5e-6)
+
+
 def test_a_deaf_level_unit_is_deaf_in_the_circuit() -> None:
     silicon = Silicon(die=Die(number=515))
     head, place = head_on(silicon, "ideal"), (1, 5)
     assert head.rest[place] > -FROM
     assert level_delays(head, silicon, "ideal", place, 2e3)[1] == np.inf
+
+
+def test_under_the_full_law_a_unit_that_rests_as_if_it_heard_is_still_deaf() -> None:
+    silicon, place = Silicon(AMI_1500_FULL, 60.0, Die(number=102)), (0, 2)
+    head = head_on(silicon)
+    assert head.rest[place] > -FROM
+    assert level_delays(head, silicon, "gate", place, 800.0)[1] == np.inf
 
 
 def test_errors_on_other_dies_are_in_the_record() -> None:

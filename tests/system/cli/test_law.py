@@ -74,7 +74,7 @@ test_what_has_no_such_law_refuses_it = command_refusals(
         ),
         ("show rolls --process ami-1500", "rolls is a model of rolls-180; leave it out"),
         (
-            "characterise lso-neuron --law full --update-package",
+            "characterise latency-chip --law full --update-package",
             "must be ekv without second-order effects; take the law",
         ),
         ("characterise rebound-neuron --process rolls-180 --update-package", "records of ami-1500 alone"),

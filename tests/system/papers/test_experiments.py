@@ -184,6 +184,7 @@ SMALL: dict[str, Small] = {
     "wavefront-law": Small(wavefront_law_of_a_die),
     "latency-law": Small(latency_law_of_a_die, judged),
     "choice-law": Small(choice_law_of_a_die),
+    "choice-law": Small(choice_law_of_a_die, nothing),
     # delays in steps of 1 ms instead of 0.25 ms, and direct runs every 5 ms
     "cheely2003-fig6": Small(
         middle_checked,
