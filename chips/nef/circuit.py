@@ -23,6 +23,7 @@ from circuits.circuit import Bias, Circuit, InstanceArray, Node, Port
 NAME = "nef_chip"
 NEURONS, COLUMNS, FILTERS = 8192, 64, 512
 SUPPLY = Port("vdd", "supply")
+LINE_PORTS = ("v_ref", "v_split", "v_cas_n", "v_cas_p")
 
 
 def converter_filter() -> Circuit:
@@ -35,12 +36,12 @@ def converter_filter() -> Circuit:
         whole,
         name="nef_filter",
         ports=(
-            *(p for p in whole.ports if p.name not in ("v_pos", "v_neg", "v_ref", "v_split")),
+            *(p for p in whole.ports if p.name not in ("v_pos", "v_neg", *LINE_PORTS)),
             Port("v_syn", "analog", "out"),
             Port("i_sum", "analog", "out"),
         ),
         instances=(replace(filter_, connections=connections),),
-        biases=tuple(b for b in whole.biases if b.name not in ("i_ref", "v_split")),
+        biases=tuple(b for b in whole.biases if b.port not in LINE_PORTS),
     )
 
 
@@ -87,11 +88,11 @@ def lines(count: int) -> Circuit:
     part = nef_synapse.line()
     nodes = tuple(Node(name, (count,)) for name in ("i_sum", "v_pos", "v_neg"))
     array = InstanceArray("line", part, (count,), part.wired())
-    ports = (SUPPLY, *(Port(name, "bias") for name in ("v_ref", "v_split")))
+    ports = (SUPPLY, *(Port(name, "bias") for name in LINE_PORTS))
     biases = tuple(
         replace(b, device=f"line.{b.device.removeprefix('line.')}" if b.device else None)
         for b in nef_synapse.BIASES
-        if b.name in ("i_ref", "v_split")
+        if b.port in LINE_PORTS
     )
     return Circuit(NAME, ports, (), (array,), nodes, biases=biases)
 

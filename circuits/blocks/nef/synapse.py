@@ -37,7 +37,7 @@ from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, OperationalAmplifier, Transistor
 from circuits.errors import ParameterError
 from circuits.event import rising_crossing
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180, Polarity
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -69,10 +69,13 @@ class Params:
     mirror_length: float = quantity(4.0, "um")
     split_width: float = quantity(0.5, "um")
     split_length: float = quantity(0.5, "um")
+    cascode_width: float = quantity(0.5, "um")  # 0 for a line without cascodes
+    cascode_length: float = quantity(0.5, "um")
     load_capacitance: float = quantity(100e-12, "F")  # F, of the stages' gates on a line; ours
 
     def __post_init__(self) -> None:
         require_positive(self, "synapse_capacitance")
+        require_positive(self, "cascode_length")
 
 
 def low_pass(params: Params = Params()) -> Circuit:
@@ -92,7 +95,8 @@ def low_pass(params: Params = Params()) -> Circuit:
 def line(params: Params = Params()) -> Circuit:
     """What adds up filters and splits their sum: ports i_sum (current in), v_pos, v_neg, v_ref, v_split."""
     mirror, split = (params.mirror_width, params.mirror_length), (params.split_width, params.split_length)
-    unit = EncoderParams()
+    unit, held = EncoderParams(), params.cascode_width > 0.0
+    gates = ("v_cas_n", "v_cas_p") if held else ()
 
     def diode(name: str, node: str) -> Transistor:
         one = mos(name, "p", node, node, "vdd", unit.unit_width, unit.unit_length)
@@ -101,17 +105,26 @@ def line(params: Params = Params()) -> Circuit:
     def driver(name: str, node: str, out: str) -> OperationalAmplifier:
         return OperationalAmplifier(name, node, out, out, "vdd", "0", DRIVER_GAIN, DRIVER_RESISTANCE, 0.0)
 
+    def copy(name: str, polarity: Polarity, gate: str, out: str) -> tuple[Transistor, ...]:
+        """What a mirror gives, through its cascode if there is one."""
+        rail = "0" if polarity == "n" else "vdd"
+        if not held:
+            return (mos(name, polarity, out, gate, rail, *mirror),)
+        size = (params.cascode_width, params.cascode_length)
+        cascode = mos(f"{name}c", polarity, out, f"v_cas_{polarity}", f"{name}d", *size)
+        return (mos(name, polarity, f"{name}d", gate, rail, *mirror), cascode)
+
     return Circuit(
         "nef_line",
-        (SUPPLY, *analog_in("i_sum"), *analog_out("v_pos", "v_neg"), *bias_in("v_ref", "v_split")),
+        (SUPPLY, *analog_in("i_sum"), *analog_out("v_pos", "v_neg"), *bias_in("v_ref", "v_split", *gates)),
         (
             mos("ml1", "n", "i_sum", "i_sum", "0", *mirror),
-            mos("ml2", "n", "difference", "i_sum", "0", *mirror),
-            mos("mr1", "p", "difference", "v_ref", "vdd", *mirror),
+            *copy("ml2", "n", "i_sum", "difference"),
+            *copy("mr1", "p", "v_ref", "difference"),
             mos("mw1", "n", "above", "v_split", "difference", *split),
             mos("mw2", "p", "under", "v_split", "difference", *split),
             mos("mr2", "n", "under", "under", "0", *mirror),
-            mos("mr3", "n", "below", "under", "0", *mirror),
+            *copy("mr3", "n", "under", "below"),
             diode("mu1", "above"),
             diode("mu2", "below"),
             driver("u1", "above", "v_pos"),
@@ -122,24 +135,30 @@ def line(params: Params = Params()) -> Circuit:
     )
 
 
+CASCODES = (  # V: the drains of the mirrors are then 0.3 V from their rails, as their diodes' are
+    Bias("v_cas_n", "v_cas_n", "voltage", 0.7),
+    Bias("v_cas_p", "v_cas_p", "voltage", 1.1),
+)
 BIASES = (
     Bias("i_mid", "v_mid", "gate", MIDDLE, "mv1"),
     Bias("i_tau", "v_tau", "gate", TAU_CURRENT, "filter.md3"),
     Bias("i_thr", "v_thr", "gate", GAIN_CURRENT, "filter.md4"),
     Bias("i_ref", "v_ref", "gate", REFERENCE, "line.mr1"),
     Bias("v_split", "v_split", "voltage", 0.9),  # V, half the supply
+    *CASCODES,
 )
 
 
 def build(params: Params = Params()) -> Circuit:
     """Filter, converter and line: ports i_in (drawn beside the middle), v_pos, v_neg, biases, the supply."""
-    ports = (SUPPLY, *analog_in("i_in"), *analog_out("v_pos", "v_neg"), *bias_ports(BIASES))
+    biases = tuple(b for b in BIASES if params.cascode_width > 0.0 or b not in CASCODES)
+    ports = (SUPPLY, *analog_in("i_in"), *analog_out("v_pos", "v_neg"), *bias_ports(biases))
     parts = (
         low_pass(params).instance("filter", line="i_in", i_out="i_sum"),
         line(params).instance("line"),
     )
     middle = mos("mv1", "n", "i_in", "v_mid", "0", params.converter_width, params.converter_length)
-    return Circuit("nef_synapse", ports, (middle,), parts, biases=BIASES)
+    return Circuit("nef_synapse", ports, (middle,), parts, biases=biases)
 
 
 STEP_TIME = 1e-3  # s
