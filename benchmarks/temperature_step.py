@@ -25,7 +25,8 @@ import numpy as np
 from _report import Row, parser_of, report
 from chips.cell import Cell
 from chips.nef.circuit import chip_biases
-from chips.nef.model import PLACE, neurons_on
+from chips.nef.devices import PLACE
+from chips.nef.model import neurons_on
 from chips.nef.temperature import moved_neurons
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.chip import RangingChip

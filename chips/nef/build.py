@@ -20,8 +20,9 @@ from chips.nef.network.kernel import DT, Net
 from chips.nef.network.network import Connection, Ensemble, EnsembleArray, Network, Neurons, Probe, label
 from chips.nef.noise import noise_of
 from chips.nef.noise_kernel import NefNoise
-from chips.nef.place import Placed, Row, at, place, row_of_currents, with_decoders
+from chips.nef.place import Placed, Row, at, bends_of, place, row_of_currents, with_decoders
 from chips.nef.population import Population, evaluate, populate
+from chips.nef.whole.kernel import Bends
 from circuits.arrays import F64, I64
 from circuits.errors import ParameterError, TopologyError
 
@@ -52,6 +53,8 @@ class Built:
         What these are where it is run; None of ideal neurons.
     noise : NefNoise or None
         Noise of the chip's devices there.
+    bends : Bends or None
+        What the law with second-order effects bends there; None without such effects.
     where : Conditions or None
         Where it is run; None of ideal neurons.
     """
@@ -66,6 +69,7 @@ class Built:
     chip: ChipNet | None = None
     noise: NefNoise | None = None
     where: Conditions | None = None
+    bends: Bends | None = None
 
     def neurons(self, name: str) -> slice:
         """Return the numbers of the neurons of the ensemble or array that is called `name`."""
@@ -153,7 +157,14 @@ def exchanged(built: Built, other: Built) -> Built:
 def _on(built: Built, placed: Placed, held: list[Population], where: Conditions) -> Built:
     """A network with its codes on a chip as it is `where`."""
     chip = at(placed, held, where)
-    return replace(built, placed=placed, chip=chip, noise=noise_of(chip, where), where=where)
+    return replace(
+        built,
+        placed=placed,
+        chip=chip,
+        noise=noise_of(chip, where),
+        where=where,
+        bends=bends_of(placed, where),
+    )
 
 
 def _members(part: Ensemble | EnsembleArray) -> list[Ensemble]:
@@ -307,7 +318,7 @@ class _Wiring:
     def _currents(self, values: F64) -> Row:
         """Stages of a slot of currents; ideal neurons have no limit."""
         if isinstance(self.curves, Conditions):
-            return row_of_currents(values, self.curves.unit)
+            return row_of_currents(values, self.curves)
         return Row(values, math.inf, 1)
 
     def _uniform(self, k: int, *, scaled: bool) -> int:

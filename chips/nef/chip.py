@@ -28,8 +28,8 @@ from functools import lru_cache
 import numpy as np
 
 from chips.nef.circuit import COLUMNS, FILTERS, NEURONS, chip_biases
+from chips.nef.devices import POWER, Biases
 from chips.nef.model import (
-    Biases,
     Column,
     Filters,
     Lines,
@@ -45,7 +45,7 @@ from chips.noise import SiliconNoise
 from circuits.arrays import F64, I64
 from circuits.blocks.nef.encoder import BITS
 from circuits.blocks.nef.neuron import LEAK, REFRACTORY_CURRENT
-from circuits.circuit import BiasKind
+from circuits.circuit import Bias, BiasKind
 from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import ROLLS_180, Process
@@ -60,6 +60,7 @@ EVENTS = 1000  # that the router passes a ms
 FIFO = 256  # events that wait for it
 WINDOW = 1.0  # s, in which spikes are counted where curves are measured
 TRIM_STEP = 0.01  # of a bias, in its logarithm
+LOWEST_TRIM = 0.05  # of the design's value, below which no bias is trimmed
 FASTEST, SLOWEST = 0.5e-3, 0.5  # s, time constants of filters; a shorter one is set to the fastest
 _SAMPLED = 1024  # neurons whose median is trimmed
 
@@ -174,9 +175,37 @@ class Conditions:
         """Return filters that are set to the time constants `taus`, float64[n], s."""
         return filters_on(self.silicon, np.clip(taus, FASTEST, SLOWEST), self.biases)
 
-    def rates(self, first: int, current: F64) -> F64:
-        """Return rates from neuron `first` on at a `current`, Hz, float64[points, neurons], as `Curves`."""
-        return self.law.rates(first, current)
+    @property
+    def full(self) -> bool:
+        """Whether its transistors have second-order effects."""
+        return self.chip.process.effects == "full"
+
+    @property
+    def typical(self) -> Filters:
+        """A filter without deviations of its own."""
+        return _typical(self.silicon, self.biases)
+
+    @property
+    def power(self) -> float:
+        """What a stage with code 1 gives of z near 0, units of its current at y = 1."""
+        if not self.full:
+            return POWER
+        slopes = 0.5 * (self.lines.above + self.lines.below)
+        return float(self.typical.power * np.median(slopes))
+
+    def rates(self, first: int, current: F64, sunk: F64 | float = 0.0) -> F64:
+        """Return rates from neuron `first` on at a `current`, Hz, float64[points, neurons], as `Curves`.
+
+        Parameters
+        ----------
+        first
+            Number of the first neuron.
+        current
+            Currents in thresholds of an ideal neuron (dimensionless), float64[points, neurons].
+        sunk
+            What of it mirrors draw, a magnitude, in the same unit and shape.
+        """
+        return self.law.rates(first, current, sunk)
 
     def currents(self, first: int, rate: F64) -> F64:
         """Return the currents at which the median neuron of the die fires at given rates.
@@ -191,7 +220,7 @@ class Conditions:
         rate
             Rates, Hz, float64 of any shape.
         """
-        typical = NeuronLaw(*(np.asarray(np.median(a[:_SAMPLED])) for a in self.law))
+        typical = self.law.each(lambda a: np.asarray(np.median(a[:_SAMPLED])))
         charging = 1.0 / np.maximum(rate, 1e-9) - typical.refractory
         reached = charging > 0.0
         found = typical.leak + typical.charge / np.where(reached, charging, 1.0)
@@ -214,9 +243,13 @@ class Conditions:
         z
             Its steady value, a share of its full scale, of any shape; converters clip it at 1.
         """
-        own = Lines(*(a[line] for a in self.lines))
-        total = own.zero * ((1.0 + np.clip(z, -1.0, 1.0)) ** POWER - 1.0)
-        return own.above * np.maximum(total, 0.0), own.below * np.maximum(-total, 0.0)
+        s, lines = 1.0 + np.clip(z, -1.0, 1.0), self.lines
+        if not self.full:
+            total = lines.zero[line] * (s**POWER - 1.0)
+            return lines.above[line] * np.maximum(total, 0.0), lines.below[line] * np.maximum(-total, 0.0)
+        typical = self.typical
+        middle = float(typical.scale_for(lines.zero[line : line + 1])[0])
+        return lines.given(line, typical.outputs(middle * s))
 
     def highest_gain(self, headroom: float) -> float:
         """Return the highest gain of a stage, a number of thresholds for each radius.
@@ -226,7 +259,7 @@ class Conditions:
         headroom
             Full scale of the stage, a number of radii.
         """
-        return float(CODE * POWER * self.unit / headroom)
+        return float(CODE * self.power * self.unit / headroom)
 
     def codes(self, row: F64, full: float, columns: int) -> I64:
         """Return the codes of stages for currents, int64[columns, n].
@@ -240,7 +273,7 @@ class Conditions:
         columns
             Number of columns of stages that the slot takes.
         """
-        wanted = np.rint(row * full / (POWER * self.unit))
+        wanted = np.rint(row * full / (self.power * self.unit))
         most = CODE * columns
         total = np.clip(wanted, -most, most)
         share = [np.trunc(total * (k + 1) / columns) - np.trunc(total * k / columns) for k in range(columns)]
@@ -283,8 +316,10 @@ class Conditions:
 
         `codes` are those of column 0 from the neuron number `first` on, int64[n].
         """
-        a, _, mirror = self._banks(first, 0, codes)
-        return np.where(codes >= 0, a, -mirror * a)
+        a, b, mirror = self._banks(first, 0, codes)
+        # the other bank's gate is at the supply
+        rest = self.column(0).off * b
+        return np.where(codes >= 0, a - mirror * rest, rest - mirror * a)
 
     def _banks(self, first: int, column: int, codes: I64) -> tuple[F64, F64, F64]:
         stages, own = self.column(column), slice(first, first + len(codes))
@@ -292,9 +327,6 @@ class Conditions:
         signal = np.where(on, stages.signal[own], 0.0).sum(axis=1)
         reference = np.where(on, stages.reference[own], 0.0).sum(axis=1)
         return signal, reference, stages.mirror[own]
-
-
-POWER = ROLLS_180.p.kappa / ROLLS_180.n.kappa  # of a filter's output
 
 
 def check_room(name: str, neurons: int, columns: int, chip: NefChip) -> None:
@@ -327,7 +359,9 @@ def _trimmed_cached(
         replace(b, value=given.get(b.name, b.value), kind=b.kind if b.kind == "voltage" else kind)
         for b in chip_biases()
     )  # fmt: skip
-    for _ in range(4):  # a gate voltage that stands for 27 degC gives a power of its current elsewhere
+    # a gate voltage that stands for 27 degC gives a power of its current elsewhere, and a generator's line
+    # with leakage follows a small current weakly
+    for _ in range(4 if silicon.process.effects == "ideal" else 8):
         law = neurons_on(silicon, min(_SAMPLED, neurons), biases)
         filter_ = filters_on(silicon, np.full(16, 5e-3), biases)
         unit = unit_of(silicon, biases)
@@ -339,7 +373,12 @@ def _trimmed_cached(
             "i_ref": 1.0 / float(np.median(lines_on(silicon, 64, biases).zero)),
             "i_tau": float(np.median(filter_.tau)) / (_design()[2] / _over_usual("i_tau", given)),
         }
-        biases = tuple(replace(b, value=_scaled(b.value, wanted.get(b.name, 1.0))) for b in biases)
+        before, biases = (
+            biases,
+            tuple(_trimmed_by(b, wanted.get(b.name, 1.0)) for b in biases),
+        )
+        if biases == before:
+            break
     return biases
 
 
@@ -348,10 +387,12 @@ def _trimmed(chip: NefChip) -> Biases:
     return _trimmed_cached(chip.silicon(chip.calibration_c), chip.bias_kind, values, chip.neurons)
 
 
-def _scaled(value: float | tuple[float, ...], by: float) -> float:
-    """A bias times a factor that the trim's steps can give."""
-    step = round(math.log(by) / TRIM_STEP)
-    return float(np.ravel(value)[0]) * math.exp(TRIM_STEP * step)
+def _trimmed_by(bias: Bias, by: float) -> Bias:
+    """A bias times a factor that the trim's steps can give, at least its lowest."""
+    value = float(np.ravel(bias.value)[0])
+    new = value * math.exp(TRIM_STEP * round(math.log(by) / TRIM_STEP))
+    # a line that leaks never comes down to what is asked for
+    return replace(bias, value=max(new, min(value, LOWEST_TRIM * _usual(bias.name))))
 
 
 @lru_cache(maxsize=1)
@@ -370,8 +411,13 @@ def _refractory(current: float) -> float:
 
 def _over_usual(name: str, given: Mapping[str, float]) -> float:
     """The current that is given for a bias, over the design's."""
-    usual = float(np.ravel(next(b for b in chip_biases() if b.name == name).value)[0])
+    usual = _usual(name)
     return given.get(name, usual) / usual
+
+
+def _usual(name: str) -> float:
+    """The design's value of a bias, A or V."""
+    return float(np.ravel(next(b for b in chip_biases() if b.name == name).value)[0])
 
 
 @lru_cache(maxsize=8)
@@ -382,6 +428,12 @@ def _law(silicon: Silicon, neurons: int, biases: Biases) -> NeuronLaw:
 @lru_cache(maxsize=8)
 def _lines(silicon: Silicon, biases: Biases) -> Lines:
     return lines_on(silicon, FILTERS, biases)
+
+
+@lru_cache(maxsize=8)
+def _typical(silicon: Silicon, biases: Biases) -> Filters:
+    """A filter without deviations of its own."""
+    return filters_on(replace(silicon, die=replace(silicon.die, mismatch=False)), np.array([5e-3]), biases)
 
 
 @lru_cache(maxsize=8)

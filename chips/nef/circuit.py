@@ -97,6 +97,46 @@ def lines(count: int) -> Circuit:
     return Circuit(NAME, ports, (), (array,), nodes, biases=biases)
 
 
+def chain(count: int) -> Circuit:
+    """Return a neuron with `count` filters, lines and stages, of as many columns, and nothing else.
+
+    All voltages of biases are ports, and the bits and signs of the stages and the inputs of the filters are
+    arrays of ports.
+    """
+    parts = {
+        "filter": replace(converter_filter(), biases=()),
+        "line": nef_synapse.line(),
+        "column": _one_stage(),
+        "neuron": replace(nef_neuron.build(), biases=()),
+    }
+    own = {"filter": ("i_in",), "column": tuple(b.port for b in nef_encoder.BIASES if b.kind == "voltage")}
+    inside = ("i_sum", "v_syn", "v_pos", "v_neg", "v_mem", "spike", "i_out")
+    ports = {p.name: p for part in parts.values() for p in part.ports if p.name not in inside}
+    arrays = [name for names in own.values() for name in names]
+    outer = tuple(replace(p, shape=(count,)) if p.name in arrays else p for p in ports.values())
+    return Circuit(
+        NAME,
+        (*outer, Port("spike", "event", "out")),
+        (),
+        tuple(
+            InstanceArray(name, part, (1 if name == "neuron" else count,), _wired_to_membrane(part))
+            for name, part in parts.items()
+        ),
+        tuple(Node(name, (count,)) for name in ("i_sum", "v_syn", "v_pos", "v_neg")),
+    )
+
+
+def _one_stage() -> Circuit:
+    """A column of one stage whose ports are the column's."""
+    part = replace(nef_encoder.build(), biases=())
+    stage = InstanceArray("stage", part, (1,), part.wired())
+    return Circuit("nef_column", part.ports, (), (stage,))
+
+
+def _wired_to_membrane(part: Circuit) -> dict[str, str]:
+    return {**part.wired(), **({"i_out": "v_mem"} if part.name == "nef_column" else {})}
+
+
 def chip_biases() -> tuple[Bias, ...]:
     """Return the biases of the chip, named as in its blocks, without a stage's bits and signs."""
     return (

@@ -23,11 +23,13 @@ import numpy as np
 from chips.nef.network import kernel as nef_kernel
 from chips.nef.network.kernel import DT, Net, State
 from chips.nef.noise_kernel import NefNoise, begin_noise, disturb_filters, disturb_neurons
+from chips.nef.whole.kernel import Bends, add_bent, bent, position, read, risen, since, until
 from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 
 SPIKES, DROPPED, WAITING, CLIPPED, LOST = range(5)  # of the counters: events, and most that ever waited
 COUNTERS = ("spikes", "dropped", "most_waiting", "clipped", "lost")
+_SLOWEST = 1e-3  # 1/s, at a threshold that a membrane has crossed; ours
 _compiled = compiled()
 
 
@@ -86,23 +88,25 @@ def new_chip_state(chip: ChipNet, ring: int) -> ChipState:
 
 
 @_compiled
-def advance_chip(c: ChipNet, s: ChipState, steps: int, noise: NefNoise | None = None) -> None:
-    """Take time steps of `DT`; of a noise that is None numba compiles nothing."""
+def advance_chip(
+    c: ChipNet, s: ChipState, steps: int, noise: NefNoise | None = None, bends: Bends | None = None
+) -> None:
+    """Take time steps of `DT`; of a noise or bends that are None numba compiles nothing."""
     for _ in range(steps):
         if noise is not None:
             begin_noise(noise)
             disturb_filters(noise, s.s)
-        convert(c, s)
+        convert(c, s, bends)
         left = deliver(c, s)
         for p in range(c.net.begin.size - 1):
-            draw(c, s, p)
+            draw(c, s, p, bends)
             if noise is not None:
                 disturb_neurons(noise, c.net, s.base, c.lines, c.leak, c.speed, c.refractory, p)
-            left = fire(c, s, p, left)
+            left = fire(c, s, p, left, bends)
 
 
 @_compiled
-def convert(c: ChipNet, s: ChipState) -> None:
+def convert(c: ChipNet, s: ChipState, bends: Bends | None) -> None:
     """Step converters, filters and lines, and add them up in slots."""
     b = s.base
     for k in range(b.x.size):
@@ -126,25 +130,43 @@ def convert(c: ChipNet, s: ChipState) -> None:
             s.counters[LOST] += 1
         s.rest[k] = rest
         z = c.scale[k] * (1.0 + level / (c.levels + 1.0))
-        s.s[k] = z + c.net.keep[k] * (s.s[k] - z)
-        b.y[k] = c.gain[k] * math.exp(c.power * math.log(max(s.s[k], 1e-9)))
+        if bends is None:
+            s.s[k] = z + c.net.keep[k] * (s.s[k] - z)
+            b.y[k] = c.gain[k] * math.exp(c.power * math.log(max(s.s[k], 1e-9)))
+        else:
+            s.s[k] = z + read(bends.keep[k], position(s.s[k])) * (s.s[k] - z)
+            b.y[k] = math.exp(read(bends.output[k], position(s.s[k])))
         b.x[c.net.goes[k]] += b.y[k] if c.first[k] else b.y[k] - 1.0
 
 
 @_compiled
-def draw(c: ChipNet, s: ChipState, p: int) -> None:
+def draw(c: ChipNet, s: ChipState, p: int, bends: Bends | None) -> None:
     """Fill the currents of a population's neurons: their biases, and of each slot what its line gives."""
     n, b = c.net, s.base
     begin, count = n.begin[p], n.begin[p + 1] - n.begin[p]
     current, bias = b.current[begin : begin + count], n.bias[begin : begin + count]
     for i in range(count):
         current[i] = bias[i]
+    if bends is not None:
+        sunk = bends.sunk[begin : begin + count]
+        for i in range(count):
+            sunk[i] = max(-bias[i], 0.0)
     for k in range(n.slot[p], n.slot[p + 1]):
         y = b.x[k] - c.lines[0, k]
-        if y > 0.0:
-            add_scaled(current, n.encoder[n.row[k] : n.row[k] + count], c.lines[1, k] * y)
+        if bends is not None:
+            y = bent(bends.shape, y)
+        row = (n.encoder if y > 0.0 else c.below)[n.row[k] : n.row[k] + count]
+        x = c.lines[1, k] * y if y > 0.0 else -c.lines[2, k] * y
+        if bends is None:
+            add_scaled(current, row, x)
         else:
-            add_scaled(current, c.below[n.row[k] : n.row[k] + count], -c.lines[2, k] * y)
+            add_bent(current, bends.sunk[begin : begin + count], row, x)
+
+
+@_compiled
+def fall(bends: Bends, speed: F64, first: int, i: int) -> float:
+    """Return the rise of what draws from neuron i of a population, 1/s, as of `chips.nef.whole.kernel`."""
+    return float((bends.rise[first + i] + bends.mirrored * bends.sunk[first + i]) * speed[i])
 
 
 @_compiled
@@ -167,7 +189,7 @@ def deliver(c: ChipNet, s: ChipState) -> int:
 
 
 @_compiled
-def fire(c: ChipNet, s: ChipState, p: int, left: int) -> int:
+def fire(c: ChipNet, s: ChipState, p: int, left: int, bends: Bends | None) -> int:
     """Step a population's neurons and send its spikes; return what is left of the budget."""
     b, first, last = s.base, c.net.begin[p], c.net.begin[p + 1]
     count = last - first
@@ -175,7 +197,12 @@ def fire(c: ChipNet, s: ChipState, p: int, left: int) -> int:
     leak, speed, floor = c.leak[first:last], c.speed[first:last], c.floor[first:last]
     for i in range(count):
         free = min(max(DT - r[i], 0.0), DT)
-        v[i] = max(v[i] + (j[i] - leak[i]) * speed[i] * free, floor[i])
+        slope = (j[i] - leak[i]) * speed[i]
+        if bends is None:
+            v[i] = max(v[i] + slope * free, floor[i])
+        else:
+            g = fall(bends, speed, first, i)
+            v[i] = max(v[i] + risen(slope - g * (v[i] - 0.5), g, free), floor[i])
         r[i] -= DT
     found = 0
     for i in range(count):
@@ -185,18 +212,26 @@ def fire(c: ChipNet, s: ChipState, p: int, left: int) -> int:
     for k in range(found):
         i = b.fired[k]
         slope = (j[i] - leak[i]) * speed[i]
-        over = (v[i] - 1.0) / slope  # s since the spike, at the end of the step
+        g = 0.0
+        if bends is None:
+            over = (v[i] - 1.0) / slope  # s since the spike, at the end of the step
+            rising = 1.0 / slope
+        else:
+            g = fall(bends, speed, first, i)
+            over = since(max(slope - g * (v[i] - 0.5), _SLOWEST), g, v[i] - 1.0)
+            slope += 0.5 * g
+            rising = until(slope, g)
         left = send(c, s, first + i, left)
         while over >= c.refractory[first + i]:
             over -= c.refractory[first + i]
-            if over * slope < 1.0:
+            if over < rising:
                 break
-            over -= 1.0 / slope
+            over -= rising
             left = send(c, s, first + i, left)
         else:
             v[i], r[i] = 0.0, c.refractory[first + i] - over
             continue
-        v[i], r[i] = over * slope, 0.0
+        v[i], r[i] = over * slope if bends is None else risen(slope, g, over), 0.0
     return left
 
 

@@ -18,32 +18,46 @@ off let through, the feedback of the neuron's threshold, and the time in which a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from chips.model_law import check_capacitors, check_law
-from chips.nef import circuit as nef_circuit
-from circuits.arrays import F64
-from circuits.blocks.nef.encoder import BITS
+from chips.nef import devices
+from chips.nef.circuit import chip_biases
+from chips.nef.devices import (
+    POWER,
+    Biases,
+    design_tau,
+    filter_capacitances,
+    neuron_capacitances,
+    on_chip,
+    plain_stage,
+    set_tau,
+    without_mismatch,
+)
+from chips.nef.whole.filter import LOG_S, Curves, curves_of
+from chips.nef.whole.line import APART, HALF, line_numbers
+from chips.nef.whole.neuron import neuron_numbers
+from chips.nef.whole.stage import bank, drains, mirror, unit_current, units
+from circuits.arrays import F64, I64
+from circuits.blocks.nef.encoder import BITS, MEMBRANE
 from circuits.blocks.nef.neuron import LEAK
 from circuits.blocks.nef.synapse import LINE_UNITS
-from circuits.circuit import Bias, Circuit
 from circuits.devices.ekv import of_weak
 from circuits.devices.pinch_off import pinch_off
-from circuits.lowering.capacitance import capacitance_matrix
-from circuits.lowering.on_die import DieDevices, array_of, mirror_of, standing
-from circuits.silicon.die import Place
-from circuits.silicon.process import ROLLS_180
+from circuits.lowering.on_die import DieDevices, mirror_of
+from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
-Biases = tuple[Bias, ...]
-
-PLACE: Place = ((nef_circuit.NAME, ()),)
+LEAST = 1e-12  # of s, from which its logarithm is taken; ours
+NEAR = 1.1  # of s, by which the output's power at the middle is taken; ours
+SPAN = 0.4  # of s about its middle, over which a filter's output is compared with another's; ours
+NUDGE = 1e-3  # V, of a gate, for a slope; ours
+BIAS_COLUMN = 0
 _NEURON_DEVICES = ("mf1", "mc1", "mc2", "mk5", "mk6p", "mk6n")
+_WHOLE_NEURON_DEVICES = (*_NEURON_DEVICES, "mc4", "mk4", "mk8")
 _STAGE_DEVICES = (*(f"m{bank}{k}" for bank in "dr" for k in range(BITS)), "mm1", "mm2")
 
 
@@ -51,41 +65,75 @@ class NeuronLaw(NamedTuple):
     """Neurons on a die, float64[n] each.
 
     leak: current, thresholds; charge: of a spike, thresholds s; refractory: period, s; floor: of the
-    membrane, 1.
+    membrane, 1; rise: of the leak from reset to threshold, thresholds, 0 without Early effect; mirrored: the
+    same of a mirrored current, a share of it.
     """
 
     leak: F64
     charge: F64
     refractory: F64
     floor: F64
+    rise: F64
+    mirrored: float
 
-    def rates(self, first: int, current: F64) -> F64:
-        """Return the rates of neurons from `first` on, Hz; current: thresholds, float64[..., n]."""
+    def rates(self, first: int, current: F64, sunk: F64 | float = 0.0) -> F64:
+        """Return the rates of neurons from `first` on, Hz.
+
+        current: thresholds, float64[..., n]; sunk: how much of it, in magnitude, mirrors draw.
+        """
         own = slice(first, first + current.shape[-1])
         above = current - self.leak[own]
+        if self.mirrored:
+            above = self._effective(above, self.rise[own] + self.mirrored * sunk)
         fires = above > 0.0
         period = self.refractory[own] + self.charge[own] / np.where(fires, above, 1.0)
         return np.where(fires, 1.0 / period, 0.0)
 
+    @staticmethod
+    def _effective(above: F64, rise: F64) -> F64:
+        """What charges as fast as a current that falls by `rise` from half above `above` to half below it."""
+        end = above - 0.5 * rise
+        return np.where(end > 0.0, rise / np.log1p(rise / np.where(end > 0.0, end, 1.0)), 0.0)
+
     def head(self, count: int) -> NeuronLaw:
         """Return the first `count` neurons."""
-        return NeuronLaw(*(a[:count] for a in self))
+        return self.each(lambda a: a[:count])
+
+    def each(self, made: Callable[[F64], F64]) -> NeuronLaw:
+        """Return neurons whose arrays are what `made` makes of these."""
+        leak, charge, refractory, floor, rise = (made(a) for a in self[:5])
+        return NeuronLaw(leak, charge, refractory, floor, rise, self.mirrored)
 
 
 class Column(NamedTuple):
-    """Stages of a column: currents of the bits, thresholds, float64[n, bits], and the mirror's ratio."""
+    """Stages of a column: currents of the bits, thresholds, float64[n, bits], and the mirror's ratio.
+
+    off: of a bank's current, what is left of it with its gate at the supply, 0 without leakage in the model.
+    """
 
     signal: F64
     reference: F64
     mirror: F64
+    off: float = 0.0
 
 
 class Lines(NamedTuple):
-    """Lines: where a sum is the reference, and slopes of what they give above and below, float64[n] each."""
+    """Lines: where a sum is the reference, and slopes of what they give above and below, float64[n] each.
+
+    shape: of what they give, over `chips.nef.whole.line.APART`, None where it is straight.
+    """
 
     zero: F64
     above: F64
     below: F64
+    shape: F64 | None = None
+
+    def given(self, line: I64 | int, total: F64) -> tuple[F64, F64]:
+        """Return what lines give above and below at a sum, full scales; both broadcast."""
+        apart = total - self.zero[line]
+        if self.shape is not None:
+            apart = np.interp(apart, APART, self.shape)
+        return self.above[line] * np.maximum(apart, 0.0), self.below[line] * np.maximum(-apart, 0.0)
 
 
 class Filters(NamedTuple):
@@ -93,7 +141,8 @@ class Filters(NamedTuple):
 
     tau: time constant, s; gain: output at the middle, full scales; power: of the output; middle: how far
     v_syn is below the supply at the middle, V; fold: how much farther it is an e-fold of s above it, V.
-    Arrays are float64[n].
+    Arrays are float64[n]. Under the law with second-order effects power is that at the middle, there is no
+    fold, and curves have the output in full scales.
     """
 
     tau: F64
@@ -101,12 +150,60 @@ class Filters(NamedTuple):
     power: float
     middle: F64
     fold: float
+    curves: Curves | None = None
+
+    def slopes(self) -> F64:
+        """Return by what share each filter's s follows v_syn at the middle, 1/V, float64[n]."""
+        if self.curves is not None:
+            near, one = np.full(len(self.tau), NEAR), np.ones(len(self.tau))
+            moved = self.curves.at(self.curves.volts, near) - self.curves.at(self.curves.volts, one)
+            return np.asarray(np.log(NEAR) / moved)
+        return np.full(len(self.tau), 1.0 / self.fold)
+
+    def outputs(self, s: F64) -> F64:
+        """Return what the first filter gives at s, full scales, in its shape."""
+        if self.curves is not None:
+            return np.asarray(np.exp(np.interp(np.log(np.maximum(s, LEAST)), LOG_S, self.curves.output[0])))
+        return np.asarray(self.gain[0] * s**self.power)
+
+    def scale_for(self, output: F64) -> F64:
+        """Return the s at which each filter gives an output, full scales, float64[n]."""
+        if self.curves is not None:
+            return self.curves.inverse(self.curves.output, np.log(output))
+        return np.asarray((output / self.gain) ** (1.0 / self.power))
+
+    def swing(self, s: F64) -> F64:
+        """Return how far each filter's output goes about its s, full scales, float64[n]; there are curves."""
+        if self.curves is None:
+            raise TypeError("filters without curves")
+        more, less = (self.curves.at(self.curves.output, x * s) for x in (1.0 + SPAN, 1.0 - SPAN))
+        return np.asarray(np.exp(more) - np.exp(less))
+
+    def repeated(self, count: int) -> Filters:
+        """Return so many filters like the first."""
+        first = np.zeros(count, dtype=np.int64)
+        curves = None if self.curves is None else self.curves.taken(first)
+        return Filters(self.tau[first], self.gain[first], self.power, self.middle[first], self.fold, curves)
+
+    def volts(self, s: F64) -> F64:
+        """Return how far v_syn is below the supply at each filter's s, V, float64[n]."""
+        if self.curves is not None:
+            return self.curves.at(self.curves.volts, s)
+        return np.asarray(self.middle + self.fold * np.log(np.maximum(s, LEAST)))
+
+    def of_volts(self, volts: F64) -> F64:
+        """Return each filter's s, where v_syn is so far below the supply, V, float64[n]."""
+        if self.curves is not None:
+            return self.curves.inverse(self.curves.volts, volts)
+        return np.asarray(np.exp((volts - self.middle) / self.fold))
 
 
 def neurons_on(silicon: Silicon, count: int, biases: Biases) -> NeuronLaw:
     """Return the chip's first `count` neurons on a silicon with these biases."""
-    d = _on_chip("neuron", _neurons(count), silicon, biases, _NEURON_DEVICES)
-    matrix = _neuron_capacitances()
+    if silicon.process.effects == "full":
+        return _whole_neurons(silicon, count, biases)
+    d = on_chip("neuron", devices.neurons(count), silicon, biases, _NEURON_DEVICES)
+    matrix = neuron_capacitances()
     buffer = d.saturated("mc2", d.below("v_buf"))
     reset = float(np.ravel(d.gate["v_reset"])[0])
     swing = d.gate_for("mc1", buffer) - reset
@@ -116,25 +213,65 @@ def neurons_on(silicon: Silicon, count: int, biases: Biases) -> NeuronLaw:
         matrix[0, 0] * swing / LEAK,
         matrix[1, 1] * fall / d.saturated("mk5", d.gate["v_rfr"]),
         -reset / swing,
+        np.zeros_like(swing),
+        0.0,
+    )
+
+
+def _whole_neurons(silicon: Silicon, count: int, biases: Biases) -> NeuronLaw:
+    """The same under the law with second-order effects."""
+    d = on_chip("neuron", devices.neurons(count), silicon, biases, _WHOLE_NEURON_DEVICES)
+    matrix, found = neuron_capacitances(), neuron_numbers(d)
+    reset = float(np.ravel(d.gate["v_reset"])[0])
+    ends = [reset, reset + float(np.median(found.swing))]
+    stage, unit = plain_stage(silicon, biases), _unit_current(silicon, biases)
+    low, middle, high = (float(mirror(stage, unit, v)[0]) for v in (ends[0], float(np.mean(ends)), ends[1]))
+    return NeuronLaw(
+        found.leak / LEAK,
+        matrix[0, 0] * found.swing / LEAK,
+        matrix[1, 1] * found.refractory,
+        -reset / found.swing,
+        found.rise / LEAK,
+        (high - low) / middle,
     )
 
 
 def neuron_charges(silicon: Silicon, count: int, biases: Biases) -> tuple[float, F64]:
     """Return a membrane's capacitance, F, and what a refractory period takes from C_ref, C, float64[n]."""
-    d = _on_chip("neuron", _neurons(count), silicon, biases, _NEURON_DEVICES)
-    matrix = _neuron_capacitances()
+    d = on_chip("neuron", devices.neurons(count), silicon, biases, _NEURON_DEVICES)
+    matrix = neuron_capacitances()
     return float(matrix[0, 0]), np.asarray(matrix[1, 1] * (d.v_dd - d.inverter_threshold("mk6")))
+
+
+def flicker_slopes(silicon: Silicon, biases: Biases) -> F64:
+    """Return by what share the currents of mf1 and of mk5 follow their gates, 1/V, float64[2]."""
+    if silicon.process.effects == "ideal":
+        return np.full(2, silicon.law("n").kappa / silicon.thermal_voltage)
+    d = on_chip("neuron", devices.neurons(1), without_mismatch(silicon), biases, ("mf1", "mk5"))
+    found = [
+        np.log(d.saturated(name, d.gate[port] + NUDGE) / d.saturated(name, d.gate[port] - NUDGE))
+        for name, port in (("mf1", "v_leak"), ("mk5", "v_rfr"))
+    ]
+    return np.ravel(found) / (2.0 * NUDGE)
 
 
 def filter_capacitance() -> float:
     """Return the capacitance of a filter's v_syn, F."""
-    return float(_filter_capacitances()[0, 0])
+    return float(filter_capacitances()[0, 0])
 
 
 def column_on(silicon: Silicon, column: int, count: int, biases: Biases) -> Column:
     """Return the first `count` stages of a column on a silicon with these biases."""
-    d = _on_chip("stage", _column(count), silicon, biases, _STAGE_DEVICES, (("column", (column,)),))
+    d = on_chip("stage", devices.column(count), silicon, biases, _STAGE_DEVICES, (("column", (column,)),))
     gate = d.below("v_pos")
+    if d.full:
+        unit, stage = _unit_current(silicon, biases), plain_stage(silicon, biases)
+        # a signal's gate is not the bias's: its bits are at that at which a unit is defined
+        gate = gate if column == BIAS_COLUMN else stage.below("v_pos")
+        there = drains(stage, unit * np.exp2(np.arange(BITS, dtype=np.float64)), MEMBRANE)
+        signal, reference = (bank(d, letter, gate, there) / LEAK for letter in "dr")
+        off = float(unit_current(stage, np.zeros(1), MEMBRANE)[0])
+        return Column(signal, reference, mirror(d, unit, MEMBRANE), off / unit)
     signal, reference = (
         np.stack([d.saturated(f"m{bank}{k}", gate) for k in range(BITS)], axis=1) / LEAK for bank in "dr"
     )
@@ -146,11 +283,13 @@ def filters_on(silicon: Silicon, taus: F64, biases: Biases) -> Filters:
     count = len(taus)
     gain, tau, middle = np.empty((3, count))
     unit = _unit_current(silicon, biases)
-    capacitance = float(_filter_capacitances()[0, 0])
+    capacitance = float(filter_capacitances()[0, 0])
+    if silicon.process.effects == "full":
+        return _whole_filters(silicon, taus, biases, LINE_UNITS * unit)
     power = fold = 1.0
     for value in np.unique(taus):
-        set_to = tuple(_set_tau(b, float(value)) for b in biases)
-        d = _on_chip("filter", _filters(count), silicon, set_to)
+        set_to = tuple(set_tau(b, float(value)) for b in biases)
+        d = on_chip("filter", devices.filters(count), silicon, set_to)
         own = taus == value
         found = _filter(d, capacitance, unit)
         tau[own], gain[own], middle[own] = found.tau[own], found.gain[own], found.middle[own]
@@ -158,15 +297,61 @@ def filters_on(silicon: Silicon, taus: F64, biases: Biases) -> Filters:
     return Filters(tau, gain, power, middle, fold)
 
 
+def _whole_filters(silicon: Silicon, taus: F64, biases: Biases, scale: float) -> Filters:
+    """The same under the law with second-order effects; scale: full, A."""
+    diode = on_chip("line", devices.lines(1), without_mismatch(silicon), biases, ("ml1",)).fet["ml1"]
+    shape = (len(taus), LOG_S.size)
+    curves = Curves(np.empty(shape), np.empty(shape), np.empty(shape))
+    for value in np.unique(taus):
+        own = np.flatnonzero(taus == value)
+        set_to = filter_biases(silicon.process, biases, float(value))
+        d = on_chip("filter", devices.filters(len(taus)), silicon, set_to).taken(own)
+        for whole, part in zip(curves, curves_of(d, filter_capacitance(), diode), strict=True):
+            whole[own] = part
+    curves.output[:] -= np.log(scale)
+    one = np.ones(len(taus))
+    output, volts = curves.at(curves.output, one), curves.at(curves.volts, one)
+    power = float(np.mean(curves.at(curves.output, NEAR * one) - output) / np.log(NEAR))
+    return Filters(curves.at(curves.tau, one), np.exp(output), power, volts, np.nan, curves)
+
+
+def filter_biases(process: Process, biases: Biases, tau: float) -> Biases:
+    """Return the biases that set a filter to a time constant, s, nominal at 27 degC."""
+    power = POWER if process.effects == "ideal" or tau == design_tau() else _power(process)
+    return tuple(set_tau(b, tau, power) for b in biases)
+
+
+@lru_cache(maxsize=4)
+def _power(process: Process) -> float:
+    """That of the output of the nominal filter at its middle, 27 degC."""
+    return filters_on(Silicon(process), np.array([design_tau()]), chip_biases()).power
+
+
 def lines_on(silicon: Silicon, count: int, biases: Biases) -> Lines:
     """Return the chip's first `count` lines on a silicon with these biases."""
-    d = _on_chip("line", _lines(count), silicon, biases)
+    d = on_chip("line", devices.lines(count), silicon, biases)
     scale = LINE_UNITS * _unit_current(silicon, biases)
-    laws = _on_chip("line", _lines(count), _without_mismatch(silicon), biases)
+    if d.full:
+        return _whole_lines(d, on_chip("line", devices.lines(1), without_mismatch(silicon), biases),
+                            units(plain_stage(silicon, biases), MEMBRANE), scale)  # fmt: skip
+    laws = on_chip("line", devices.lines(count), without_mismatch(silicon), biases)
     up, down = (mirror_of(d.fet[name], laws.fet["mu1"], d.u_t).weak for name in ("mu1", "mu2"))
     copied = d.mirror("ml1", "ml2").weak
     taken = d.saturated("mr1", d.below("v_ref")) / scale
     return Lines(taken / copied, copied * up, copied * d.mirror("mr2", "mr3").weak * down)
+
+
+def _whole_lines(d: DieDevices, plain: DieDevices, unit: Callable[[F64], F64], scale: float) -> Lines:
+    """Lines under the law with second-order effects.
+
+    plain: without deviations; unit: as of `units`; scale: full scale, A.
+    """
+    ends = np.array([HALF, -HALF])
+    found, like = line_numbers(d, unit, scale, ends), line_numbers(plain, unit, scale, np.append(APART, ends))
+    slopes = like.given[0, -2:] / ends
+    shape = like.given[0, :-2] / np.where(APART < 0.0, slopes[1], slopes[0])
+    own = found.given / ends * LINE_UNITS / scale
+    return Lines(found.zero / scale, own[:, 0], own[:, 1], shape)
 
 
 def unit_of(silicon: Silicon, biases: Biases) -> float:
@@ -193,62 +378,7 @@ def _filter(d: DieDevices, capacitance: float, unit: float) -> Filters:
 
 
 def _unit_current(silicon: Silicon, biases: Biases) -> float:
-    d = _on_chip("stage", _column(1), _without_mismatch(silicon), biases, ("md0",), (("column", (0,)),))
+    d = plain_stage(silicon, biases)
+    if d.full:
+        return float(unit_current(d, np.reshape(d.below("v_pos"), 1), MEMBRANE)[0])
     return float(d.saturated("md0", d.below("v_pos"))[0])
-
-
-def _set_tau(bias: Bias, tau: float) -> Bias:
-    """I_tau of a time constant, and the I_th that leaves the middle where it is."""
-    share = design_tau() / tau
-    if bias.name == "i_tau":
-        return replace(bias, value=_number(bias.value) * share)
-    if bias.name == "i_thr":
-        return replace(bias, value=_number(bias.value) * share ** (ROLLS_180.p.kappa / ROLLS_180.n.kappa))
-    return bias
-
-
-@lru_cache(maxsize=1)
-def design_tau() -> float:
-    """Return the time constant of a filter with the block's own I_tau, nominal at 27 degC, s."""
-    d = standing(_filters(1), Silicon(ROLLS_180, place=PLACE), "filter")
-    leak = float(d.saturated("filter.md3", d.below("v_tau"))[0])
-    return float(_filter_capacitances()[0, 0]) * d.u_t / (ROLLS_180.n.kappa * leak)
-
-
-def _number(value: float | tuple[float, ...]) -> float:
-    return float(np.ravel(value)[0])
-
-
-def _on_chip(
-    array: str, circuit: Circuit, silicon: Silicon, biases: Biases, wanted: Sequence[str] | None = None,
-    inside: Place = (),
-) -> DieDevices:  # fmt: skip
-    """Devices of an array of a part of the chip, with the chip's biases on the ports that it has."""
-    check_law(silicon.process)
-    check_capacitors(nef_circuit.NAME, silicon.die)
-    given = {b.name: b for b in biases}
-    own = tuple(
-        replace(b, kind=given[b.name].kind, value=given[b.name].value) if b.name in given else b
-        for b in circuit.biases
-    )
-    return standing(replace(circuit, biases=own), replace(silicon, place=(*PLACE, *inside)), array, wanted)
-
-
-def _without_mismatch(silicon: Silicon) -> Silicon:
-    return replace(silicon, die=replace(silicon.die, mismatch=False))
-
-
-_neurons = lru_cache(maxsize=8)(nef_circuit.neurons)
-_column = lru_cache(maxsize=8)(nef_circuit.column)
-_filters = lru_cache(maxsize=8)(nef_circuit.filters)
-_lines = lru_cache(maxsize=8)(nef_circuit.lines)
-
-
-@lru_cache(maxsize=1)
-def _neuron_capacitances() -> F64:
-    return capacitance_matrix(array_of(_neurons(1), "neuron").circuit, ROLLS_180, ["v_mem", "v_ref"])
-
-
-@lru_cache(maxsize=1)
-def _filter_capacitances() -> F64:
-    return capacitance_matrix(array_of(_filters(1), "filter").circuit, ROLLS_180, ["v_syn"])

@@ -6,6 +6,8 @@
   squared, which forgets with the filter's time constant;
 * flicker of leak and refractory current, of relative density `(kappa / U_T)^2 K_F / (W L Cox f)`.
 
+Under the law with second-order effects kappa / U_T is how a device follows its gate where it stands.
+
 Left out: the comparator (0.5 us at 40 V/s), lines and drivers (a tenth of the filter's density), flicker of
 stages and filters (0.02 to 0.03 %); decoders and curves are those of a chip without noise.
 """
@@ -17,7 +19,7 @@ import numpy as np
 from chips.nef.chip import Conditions
 from chips.nef.circuit import NAME
 from chips.nef.kernel import ChipNet
-from chips.nef.model import filter_capacitance, neuron_charges
+from chips.nef.model import filter_capacitance, flicker_slopes, neuron_charges
 from chips.nef.network.kernel import DT
 from chips.nef.noise_kernel import NefNoise
 from chips.noise import SiliconNoise, die_name
@@ -28,6 +30,7 @@ from circuits.devices.noise import gate_flicker
 from circuits.lowering.on_die import transistor_of
 from circuits.silicon.process import ELEMENTARY_CHARGE
 
+USUAL = 5e-3  # s, time constant of a filter whose slope stands for all
 MIRRORED = 3.0  # noise currents of a current that passes a mirror, each like its own
 
 
@@ -40,7 +43,7 @@ def noise_of(chip: ChipNet, where: Conditions) -> NefNoise | None:
     capacitance, emptied = neuron_charges(silicon, neurons, where.biases)
     grain = ELEMENTARY_CHARGE / LEAK
     keep = chip.net.keep
-    filters = ELEMENTARY_CHARGE * silicon.law("n").kappa / (filter_capacitance() * silicon.thermal_voltage)
+    filters = ELEMENTARY_CHARGE * _following(where) / filter_capacitance()
     analog = (chip.step > 0.0) & (keep > 0.0)
     name = die_name(NAME, silicon.die)
     return NefNoise(
@@ -76,11 +79,17 @@ def _shots(current: F64) -> F64:
     return np.where(current >= 0.0, current, -MIRRORED * current)
 
 
+def _following(where: Conditions) -> float:
+    """By what share a filter's state follows its voltage, 1/V."""
+    if where.full:
+        return float(where.filters(np.array([USUAL])).slopes()[0])
+    return where.silicon.law("n").kappa / where.silicon.thermal_voltage
+
+
 def _slow(noise: SiliconNoise, where: Conditions, neurons: int) -> Slow:
     """Flicker of mf1 and of mk5."""
-    silicon, neuron = where.silicon, build()
-    model = noise.flicker_in(silicon.process)
+    neuron = build()
+    model = noise.flicker_in(where.silicon.process)
     area = np.array([transistor_of(neuron, name).gate_area for name in ("mf1", "mk5")]) * where.chip.area
-    gates = gate_flicker(model, silicon.process, np.ones(2, np.bool_), area)
-    slope = silicon.law("n").kappa / silicon.thermal_voltage
-    return new_slow(slope**2 * gates, model, DT, neurons)
+    gates = gate_flicker(model, where.silicon.process, np.ones(2, np.bool_), area)
+    return new_slow(flicker_slopes(where.silicon, where.biases) ** 2 * gates, model, DT, neurons)

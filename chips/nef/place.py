@@ -17,15 +17,17 @@ from chips.nef.chip import (
     EVENTS,
     INPUT_BITS,
     MOST_COLUMNS,
-    POWER,
     WEIGHT_BITS,
     Conditions,
     check_filters,
     check_room,
 )
+from chips.nef.devices import POWER
 from chips.nef.kernel import ChipNet
 from chips.nef.network.kernel import DT, Net
 from chips.nef.population import Population
+from chips.nef.whole.filter import LOG_S
+from chips.nef.whole.kernel import Bends
 from circuits.arrays import F64, I64, Bools
 
 _LEVELS = 2 ** (INPUT_BITS - 1)
@@ -49,7 +51,8 @@ class Placed:
 
     calibrated: the chip for which they were chosen; net: with the decoders as quantised; tau: s,
     float64[lanes]; analog: whether a lane is a filter of the chip; full: full scale, float64[lanes]; line: of
-    a slot, int64[slots]; cut: how many stages should give more than their highest code does.
+    a slot, int64[slots]; cut: how many stages should give more than their highest code does; span: of a
+    filter's output over that of one without deviations, by which its converter's step is set, float64[lanes].
     """
 
     calibrated: Conditions
@@ -61,12 +64,14 @@ class Placed:
     full: F64
     line: I64
     cut: int
+    span: F64
 
 
-def row_of_currents(values: F64, unit: float) -> Row:
+def row_of_currents(values: F64, chip: Conditions) -> Row:
     """Return the stages of a slot of currents; at its full scale the neuron that takes most is full."""
     most = float(np.abs(values).max(initial=0.0))
-    return Row(values, CODE * MOST_COLUMNS * POWER * unit / most if most else 1.0, MOST_COLUMNS)
+    full = CODE * MOST_COLUMNS * chip.power * chip.unit / most if most else 1.0
+    return Row(values, full, MOST_COLUMNS)
 
 
 def place(
@@ -81,16 +86,17 @@ def place(
     check_filters(int(analog.sum()))
     stages = tuple(tuple(chip.codes(r.values, r.full, r.columns) for r in held) for held in rows)
     cut = sum(
-        int((np.abs(r.values) * r.full > (CODE * r.columns + 0.5) * POWER * chip.unit).sum())
+        int((np.abs(r.values) * r.full > (CODE * r.columns + 0.5) * chip.power * chip.unit).sum())
         for held in rows
         for r in held
     )
     full_of_slot = np.array([r.full for held in rows for r in held])
     full = np.where(analog, full_of_slot[np.maximum(net.goes, 0)] if full_of_slot.size else 1.0, 1.0)
-    return Placed(
+    placed = Placed(
         chip, net._replace(decoder=_quantised(net)), tuple(chip.bias_codes(p.bias) for p in populations),
-        stages, tau, analog, full, _lines_of(populations, stages), cut,
+        stages, tau, analog, full, _lines_of(populations, stages), cut, np.ones(len(analog)),
     )  # fmt: skip
+    return replace(placed, span=_spans(placed)) if chip.full else placed
 
 
 def at(placed: Placed, populations: Sequence[Population], chip: Conditions) -> ChipNet:
@@ -111,7 +117,7 @@ def at(placed: Placed, populations: Sequence[Population], chip: Conditions) -> C
     now = chip.filters(placed.tau[where])
     tau[where], gain[where] = now.tau, now.gain
     scale[where] = _middles(placed)
-    lines = np.stack([part[placed.line] for part in chip.lines])
+    lines = np.stack([part[placed.line] for part in chip.lines[:3]])
     lines[1:, np.setdiff1d(np.arange(lines.shape[1]), net.goes)] = 0.0  # of no signal: switched off
     return ChipNet(
         net=net._replace(bias=bias, encoder=above, keep=np.where(where, np.exp(-DT / tau), net.keep)),
@@ -122,7 +128,7 @@ def at(placed: Placed, populations: Sequence[Population], chip: Conditions) -> C
         speed=1.0 / law.charge,
         refractory=law.refractory,
         floor=law.floor,
-        step=np.where(where, placed.full / _LEVELS, 0.0),
+        step=np.where(where, placed.span * placed.full / _LEVELS, 0.0),
         levels=_LEVELS - 1.0,
         scale=scale,
         gain=gain,
@@ -158,11 +164,39 @@ def _middles(placed: Placed) -> F64:
 
     A slot's first filter makes up for the line as well; lines and filters are as they were calibrated.
     """
+    filters = placed.calibrated.filters(placed.tau[placed.analog])
+    return np.asarray(np.rint(filters.scale_for(_references(placed)) * _FINE) / _FINE)
+
+
+def _references(placed: Placed) -> F64:
+    """What each filter's middle is set to, full scales, float64[filters]."""
     where, chip = placed.analog, placed.calibrated
-    gain = chip.filters(placed.tau[where]).gain
     number = placed.line[placed.net.goes[where]]
-    wanted = np.where(_firsts(placed.net.goes)[where], chip.lines.zero[number], 1.0)
-    return np.asarray(np.rint((wanted / gain) ** (1.0 / POWER) * _FINE) / _FINE)
+    return np.where(_firsts(placed.net.goes)[where], chip.lines.zero[number], 1.0)
+
+
+def _spans(placed: Placed) -> F64:
+    """By what each filter's output swings more than one without deviations, float64[lanes].
+
+    A die's filters bend unlike each other, by some per mille, and a memory drifts by as much each time
+    constant. So the converters' steps make up for it, as they do for the middles.
+    """
+    chip, wanted, found = placed.calibrated, _references(placed), np.ones(len(placed.analog))
+    pair = (chip.filters(placed.tau[placed.analog]), chip.typical.repeated(len(wanted)))
+    own, usual = (f.swing(f.scale_for(wanted)) for f in pair)
+    found[placed.analog] = own / usual
+    return found
+
+
+def bends_of(placed: Placed, chip: Conditions) -> Bends | None:
+    """Return what the law bends in a network on a chip, None under the law without second-order effects."""
+    where, law = placed.analog, chip.law.head(len(placed.net.bias))
+    curves, shape = chip.filters(placed.tau[where]).curves, chip.lines.shape
+    if curves is None or shape is None:
+        return None
+    output, keep = np.zeros((2, len(where), LOG_S.size))
+    output[where], keep[where] = curves.output, np.exp(-DT / curves.tau)
+    return Bends(output, keep, shape, law.rise, law.mirrored, np.zeros_like(law.rise))
 
 
 def with_decoders(placed: Placed, net: Net) -> Placed:

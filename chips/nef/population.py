@@ -104,11 +104,14 @@ def _measured(
     """Rates of a chip's neurons at points, as spikes counted for `WINDOW` s tell them."""
     full = HEADROOM * ensemble.radius
     current = np.broadcast_to(chip.bias(first, chip.bias_codes(bias)), (len(x), len(bias))).copy()
+    sunk = np.maximum(-current, 0.0) if chip.full else 0.0
     for d, row in enumerate(rows):
         pos, neg = chip.split(line + d, x[:, d] / full)
         above, below = chip.stage(first, 1 + d, chip.codes(row, full, 1))
         current += pos[:, None] * above + neg[:, None] * below
-    rates = chip.rates(first, current)
+        if chip.full:
+            sunk = sunk + pos[:, None] * np.maximum(-above, 0.0) + neg[:, None] * np.maximum(-below, 0.0)
+    rates = chip.rates(first, current, sunk)
     return np.asarray(np.floor(rates * WINDOW + random.random(rates.shape)) / WINDOW)
 
 

@@ -88,7 +88,7 @@ class Simulation:
             if self.built.chip is None or self._chip is None:
                 advance(self.built.net, self.state, self._steps)
             else:
-                advance_chip(self.built.chip, self._chip, self._steps, self._noise)
+                advance_chip(self.built.chip, self._chip, self._steps, self._noise, self.built.bends)
             self.time += self.interval
 
     def move(self, built: Built) -> None:

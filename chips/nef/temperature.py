@@ -11,14 +11,10 @@ hold, and the spikes that wait, are numbers and events, which have no temperatur
 
 from __future__ import annotations
 
-import numpy as np
-
 from chips.nef.build import Built
 from chips.nef.kernel import ChipNet, ChipState
 from chips.nef.model import Filters, NeuronLaw
 from circuits.arrays import F64
-
-_LEAST = 1e-12  # of s, from which its logarithm is taken; ours
 
 
 def carried(state: ChipState, old: Built, new: Built) -> ChipState:
@@ -53,5 +49,4 @@ def _filtered(s: F64, old: Built, new: Built) -> F64:
 
 def moved_filters(s: F64, old: Filters, new: Filters) -> F64:
     """Return the state of the same filters elsewhere, by the voltages of v_syn, which stay."""
-    volts = old.middle + old.fold * np.log(np.maximum(s, _LEAST))
-    return np.asarray(np.exp((volts - new.middle) / new.fold))
+    return new.of_volts(old.volts(s))

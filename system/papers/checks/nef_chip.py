@@ -22,7 +22,8 @@ from matplotlib.figure import Figure
 
 from chips.nef.build import Built, build, exchanged
 from chips.nef.chip import NefChip
-from chips.nef.model import PLACE, neurons_on
+from chips.nef.devices import PLACE
+from chips.nef.model import neurons_on
 from chips.nef.network.network import Connection, Ensemble, Network, Node, Probe
 from chips.nef.simulation import Simulation
 from circuits.arrays import F64
@@ -32,7 +33,7 @@ from circuits.blocks.nef.neuron import LEAK
 from circuits.circuit import BiasKind
 from circuits.place import bias_path
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from system.experiment import Experiment, Progress, Report
@@ -66,9 +67,12 @@ class Found:
     other: F64
 
 
-def rate_errors(die: int, temperature: float, kind: BiasKind, shares: tuple[float, ...] = SHARES) -> F64:
+def rate_errors(
+    die: int, temperature: float, kind: BiasKind, shares: tuple[float, ...] = SHARES,
+    process: Process = ROLLS_180,
+) -> F64:  # fmt: skip
     """Rates of the model over those of the transistor circuit, less 1, of the chip's neuron number `die`."""
-    number, silicon = die % 4096, Silicon(ROLLS_180, temperature, Die(number=die))
+    number, silicon = die % 4096, Silicon(process, temperature, Die(number=die))
     circuit = rebias(nef_neuron.build(), {}, kind)
     # the biases' copies are the chip's
     biases = tuple(replace(b, place=(*PLACE, *bias_path(b.port, ()))) for b in circuit.biases)
@@ -76,7 +80,7 @@ def rate_errors(die: int, temperature: float, kind: BiasKind, shares: tuple[floa
     law = neurons_on(silicon, number + 1, circuit.biases)
     speed = law.leak[number] / (law.charge[number] * nef_rate_unit())
     highest = HIGHEST * speed
-    there = Silicon(ROLLS_180, temperature, Die(number=die), (*PLACE, ("neuron", (number,))))
+    there = replace(silicon, place=(*PLACE, ("neuron", (number,))))
     found = []
     for share in shares:
         rate = share * highest / (1.0 + share * highest * law.refractory[number])
@@ -84,7 +88,8 @@ def rate_errors(die: int, temperature: float, kind: BiasKind, shares: tuple[floa
         stimuli = {"current": current * LEAK, "duration": 3.5 / rate + 2.0 * nef_neuron.STEP_TIME}
         bench = nef_neuron.testbench(circuit, stimuli, ROLLS_180.v_dd)
         spikes = simulate(bench, there, record=("v_mem",)).spikes["spike"]
-        found.append(rate * float(spikes[-1] - spikes[-2]) - 1.0)
+        told = float(law.rates(number, np.array([current]))[0])
+        found.append(told * float(spikes[-1] - spikes[-2]) - 1.0)
     return np.array(found)
 
 

@@ -11,7 +11,8 @@ from chips.nef.build import build as build_network
 from chips.nef.build import moved
 from chips.nef.chip import NefChip
 from chips.nef.circuit import chip_biases
-from chips.nef.model import PLACE, Filters, design_tau, filters_on, neurons_on
+from chips.nef.devices import PLACE, design_tau
+from chips.nef.model import Filters, filters_on, neurons_on
 from chips.nef.network.network import Connection, Ensemble, Network, Node, Probe
 from chips.nef.simulation import Simulation
 from chips.nef.temperature import moved_filters, moved_neurons

@@ -1,0 +1,92 @@
+"""Devices of the NEF chip on a die, with the chip's biases on the lines of each of its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from chips.model_law import check_capacitors
+from chips.nef import circuit as nef_circuit
+from chips.nef.whole.stage import ALONE
+from circuits.arrays import F64
+from circuits.circuit import Bias, Circuit
+from circuits.lowering.capacitance import capacitance_matrix
+from circuits.lowering.on_die import DieDevices, array_of, standing
+from circuits.silicon.die import Place
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+
+Biases = tuple[Bias, ...]
+
+POWER = ROLLS_180.p.kappa / ROLLS_180.n.kappa  # of a filter's output under the ideal law
+PLACE: Place = ((nef_circuit.NAME, ()),)
+
+
+neurons = lru_cache(maxsize=8)(nef_circuit.neurons)
+column = lru_cache(maxsize=8)(nef_circuit.column)
+filters = lru_cache(maxsize=8)(nef_circuit.filters)
+lines = lru_cache(maxsize=8)(nef_circuit.lines)
+
+
+def plain_stage(silicon: Silicon, biases: Biases) -> DieDevices:
+    """Return a stage without deviations of its own."""
+    return on_chip("stage", column(1), without_mismatch(silicon), biases, ALONE, (("column", (0,)),))
+
+
+def set_tau(bias: Bias, tau: float, power: float = POWER) -> Bias:
+    """Return I_tau for a time constant, s, and the I_th that leaves the middle where it is.
+
+    power: of a filter's output.
+    """
+    share = design_tau() / tau
+    if bias.name == "i_tau":
+        return replace(bias, value=_number(bias.value) * share)
+    if bias.name == "i_thr":
+        return replace(bias, value=_number(bias.value) * share**power)
+    return bias
+
+
+@lru_cache(maxsize=1)
+def design_tau() -> float:
+    """Return the time constant of a filter with the block's own I_tau, nominal at 27 degC, s."""
+    d = standing(filters(1), Silicon(ROLLS_180, place=PLACE), "filter")
+    leak = float(d.saturated("filter.md3", d.below("v_tau"))[0])
+    return float(filter_capacitances()[0, 0]) * d.u_t / (ROLLS_180.n.kappa * leak)
+
+
+def _number(value: float | tuple[float, ...]) -> float:
+    return float(np.ravel(value)[0])
+
+
+def on_chip(
+    array: str, circuit: Circuit, silicon: Silicon, biases: Biases, wanted: Sequence[str] | None = None,
+    inside: Place = (),
+) -> DieDevices:  # fmt: skip
+    """Return devices of an array of a part of the chip, with the chip's biases on the ports that it has."""
+    check_capacitors(nef_circuit.NAME, silicon.die)
+    given = {b.name: b for b in biases}
+    own = tuple(
+        replace(b, kind=given[b.name].kind, value=given[b.name].value) if b.name in given else b
+        for b in circuit.biases
+    )
+    return standing(replace(circuit, biases=own), replace(silicon, place=(*PLACE, *inside)), array, wanted)
+
+
+def without_mismatch(silicon: Silicon) -> Silicon:
+    """Return the silicon whose devices have no deviations of their own."""
+    return replace(silicon, die=replace(silicon.die, mismatch=False))
+
+
+@lru_cache(maxsize=1)
+def neuron_capacitances() -> F64:
+    """Return the capacitances of a neuron's v_mem and v_ref, F, float64[2, 2]."""
+    return capacitance_matrix(array_of(neurons(1), "neuron").circuit, ROLLS_180, ["v_mem", "v_ref"])
+
+
+@lru_cache(maxsize=1)
+def filter_capacitances() -> F64:
+    """Return the capacitance of a filter's v_syn, F, float64[1, 1]."""
+    return capacitance_matrix(array_of(filters(1), "filter").circuit, ROLLS_180, ["v_syn"])
