@@ -14,6 +14,7 @@ convolutional transforms, solvers for weights, another time step, probes of anyt
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import nengo
@@ -162,4 +163,4 @@ class Simulator:
 
 def _calibrated(chip: NefChip, temperature_c: float) -> NefChip:
     """The chip, calibrated where it runs."""
-    return NefChip(chip.die, chip.bias_kind, chip.biases, temperature_c, chip.neurons, chip.area)
+    return replace(chip, calibration_c=temperature_c)
