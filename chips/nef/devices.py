@@ -8,7 +8,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from chips.model_law import check_capacitors
 from chips.nef import circuit as nef_circuit
 from chips.nef.whole.stage import ALONE
 from circuits.arrays import F64
@@ -66,7 +65,6 @@ def on_chip(
     inside: Place = (),
 ) -> DieDevices:  # fmt: skip
     """Return devices of an array of a part of the chip, with the chip's biases on the ports that it has."""
-    check_capacitors(nef_circuit.NAME, silicon.die)
     given = {b.name: b for b in biases}
     own = tuple(
         replace(b, kind=given[b.name].kind, value=given[b.name].value) if b.name in given else b
@@ -78,6 +76,22 @@ def on_chip(
 def without_mismatch(silicon: Silicon) -> Silicon:
     """Return the silicon whose devices have no deviations of their own."""
     return replace(silicon, die=replace(silicon.die, mismatch=False))
+
+
+def more_capacitance(silicon: Silicon, array: str, circuit: Circuit, name: str) -> F64 | float:
+    """Return what the die makes of a capacitor in each part of an array more than was drawn, F, float64[n].
+
+    name: of the capacitor in a part, behind those of the instances in it; 0 where the die's capacitors do not
+    deviate.
+    """
+    part = array_of(circuit, array)
+    *inside, own = name.split(".")
+    inner = part.circuit
+    for step in inside:
+        inner = next(i for i in inner.instances if i.name == step).circuit
+    drawn = np.full(part.shape, inner.device(own).parameters()["capacitance"])
+    path = ((array, part.shape), *((step, ()) for step in inside), (own, ()))
+    return drawn * replace(silicon, place=PLACE).change(circuit.name, (path,), "capacitor", drawn).value
 
 
 @lru_cache(maxsize=1)

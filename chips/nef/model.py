@@ -31,6 +31,7 @@ from chips.nef.devices import (
     Biases,
     design_tau,
     filter_capacitances,
+    more_capacitance,
     neuron_capacitances,
     on_chip,
     plain_stage,
@@ -203,15 +204,15 @@ def neurons_on(silicon: Silicon, count: int, biases: Biases) -> NeuronLaw:
     if silicon.process.effects == "full":
         return _whole_neurons(silicon, count, biases)
     d = on_chip("neuron", devices.neurons(count), silicon, biases, _NEURON_DEVICES)
-    matrix = neuron_capacitances()
+    membrane, timer = _own_capacitances(silicon, count)
     buffer = d.saturated("mc2", d.below("v_buf"))
     reset = float(np.ravel(d.gate["v_reset"])[0])
     swing = d.gate_for("mc1", buffer) - reset
     fall = d.v_dd - d.inverter_threshold("mk6")
     return NeuronLaw(
         d.saturated("mf1", d.gate["v_leak"]) / LEAK,
-        matrix[0, 0] * swing / LEAK,
-        matrix[1, 1] * fall / d.saturated("mk5", d.gate["v_rfr"]),
+        membrane * swing / LEAK,
+        timer * fall / d.saturated("mk5", d.gate["v_rfr"]),
         -reset / swing,
         np.zeros_like(swing),
         0.0,
@@ -221,26 +222,34 @@ def neurons_on(silicon: Silicon, count: int, biases: Biases) -> NeuronLaw:
 def _whole_neurons(silicon: Silicon, count: int, biases: Biases) -> NeuronLaw:
     """The same under the law with second-order effects."""
     d = on_chip("neuron", devices.neurons(count), silicon, biases, _WHOLE_NEURON_DEVICES)
-    matrix, found = neuron_capacitances(), neuron_numbers(d)
+    (membrane, timer), found = _own_capacitances(silicon, count), neuron_numbers(d)
     reset = float(np.ravel(d.gate["v_reset"])[0])
     ends = [reset, reset + float(np.median(found.swing))]
     stage, unit = plain_stage(silicon, biases), _unit_current(silicon, biases)
     low, middle, high = (float(mirror(stage, unit, v)[0]) for v in (ends[0], float(np.mean(ends)), ends[1]))
     return NeuronLaw(
         found.leak / LEAK,
-        matrix[0, 0] * found.swing / LEAK,
-        matrix[1, 1] * found.refractory,
+        membrane * found.swing / LEAK,
+        timer * found.refractory,
         -reset / found.swing,
         found.rise / LEAK,
         (high - low) / middle,
     )
 
 
+def _own_capacitances(silicon: Silicon, count: int) -> tuple[F64 | float, F64 | float]:
+    """Capacitances of v_mem and v_ref of neurons, F, float64[n] where the die's capacitors deviate."""
+    matrix, circuit = neuron_capacitances(), devices.neurons(count)
+    more = (more_capacitance(silicon, "neuron", circuit, name) for name in ("c_mem", "c_ref"))
+    membrane, timer = (own + extra for own, extra in zip(np.diag(matrix), more, strict=True))
+    return membrane, timer
+
+
 def neuron_charges(silicon: Silicon, count: int, biases: Biases) -> tuple[float, F64]:
     """Return a membrane's capacitance, F, and what a refractory period takes from C_ref, C, float64[n]."""
     d = on_chip("neuron", devices.neurons(count), silicon, biases, _NEURON_DEVICES)
-    matrix = neuron_capacitances()
-    return float(matrix[0, 0]), np.asarray(matrix[1, 1] * (d.v_dd - d.inverter_threshold("mk6")))
+    membrane, timer = _own_capacitances(silicon, count)
+    return float(np.mean(membrane)), np.asarray(timer * (d.v_dd - d.inverter_threshold("mk6")))
 
 
 def flicker_slopes(silicon: Silicon, biases: Biases) -> F64:
@@ -283,9 +292,10 @@ def filters_on(silicon: Silicon, taus: F64, biases: Biases) -> Filters:
     count = len(taus)
     gain, tau, middle = np.empty((3, count))
     unit = _unit_current(silicon, biases)
-    capacitance = float(filter_capacitances()[0, 0])
+    circuit = devices.filters(count)
+    capacitance = filter_capacitance() + more_capacitance(silicon, "filter", circuit, "filter.c_syn")
     if silicon.process.effects == "full":
-        return _whole_filters(silicon, taus, biases, LINE_UNITS * unit)
+        return _whole_filters(silicon, taus, biases, LINE_UNITS * unit, np.broadcast_to(capacitance, count))
     power = fold = 1.0
     for value in np.unique(taus):
         set_to = tuple(set_tau(b, float(value)) for b in biases)
@@ -297,8 +307,8 @@ def filters_on(silicon: Silicon, taus: F64, biases: Biases) -> Filters:
     return Filters(tau, gain, power, middle, fold)
 
 
-def _whole_filters(silicon: Silicon, taus: F64, biases: Biases, scale: float) -> Filters:
-    """The same under the law with second-order effects; scale: full, A."""
+def _whole_filters(silicon: Silicon, taus: F64, biases: Biases, scale: float, capacitance: F64) -> Filters:
+    """The same under the law with second-order effects; scale: full, A; capacitance: F, float64[n]."""
     diode = on_chip("line", devices.lines(1), without_mismatch(silicon), biases, ("ml1",)).fet["ml1"]
     shape = (len(taus), LOG_S.size)
     curves = Curves(np.empty(shape), np.empty(shape), np.empty(shape))
@@ -306,7 +316,7 @@ def _whole_filters(silicon: Silicon, taus: F64, biases: Biases, scale: float) ->
         own = np.flatnonzero(taus == value)
         set_to = filter_biases(silicon.process, biases, float(value))
         d = on_chip("filter", devices.filters(len(taus)), silicon, set_to).taken(own)
-        for whole, part in zip(curves, curves_of(d, filter_capacitance(), diode), strict=True):
+        for whole, part in zip(curves, curves_of(d, capacitance[own], diode), strict=True):
             whole[own] = part
     curves.output[:] -= np.log(scale)
     one = np.ones(len(taus))
@@ -359,7 +369,7 @@ def unit_of(silicon: Silicon, biases: Biases) -> float:
     return _unit_current(silicon, biases) / LEAK
 
 
-def _filter(d: DieDevices, capacitance: float, unit: float) -> Filters:
+def _filter(d: DieDevices, capacitance: F64 | float, unit: float) -> Filters:
     """Filters with devices `d`; unit: A, of a stage without mismatch."""
     md1, md2, md5 = (d.fet[f"filter.{name}"] for name in ("md1", "md2", "md5"))
     middle = d.saturated("mv1", d.gate["v_mid"])

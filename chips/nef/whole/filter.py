@@ -50,8 +50,8 @@ class Curves(NamedTuple):
         return np.asarray(np.exp(np.array(logs)))
 
 
-def curves_of(d: DieDevices, capacitance: float, diode: Fet) -> Curves:
-    """Return the curves of filters `d`; capacitance: at v_syn, F; diode: of the line, alone."""
+def curves_of(d: DieDevices, capacitance: F64, diode: Fet) -> Curves:
+    """Return the curves of filters `d`; capacitance: at v_syn, F, float64[n]; diode: of the line, alone."""
     over = d.columns()
     leak = d.saturated("filter.md3", d.below("v_tau"))
     span = np.log(np.median(d.saturated("mv1", d.gate["v_mid"]) / leak)) + _ABOVE
@@ -64,7 +64,7 @@ def curves_of(d: DieDevices, capacitance: float, diode: Fet) -> Curves:
     drawn = charged + over.current("filter.md1", over.gate["v_thr"], d.v_dd, source)
     log = np.log(drawn / over.current("mv1", over.gate["v_mid"], source))
     output = _output(over, depth, diode)
-    tau = capacitance * (np.gradient(depth) / np.gradient(log, axis=1)) / charged
+    tau = capacitance[:, None] * (np.gradient(depth) / np.gradient(log, axis=1)) / charged
     found = (np.log(output), tau, np.broadcast_to(depth, shape.shape))
     return Curves(*(np.array([np.interp(LOG_S, x, y) for x, y in zip(log, c, strict=True)]) for c in found))
 

@@ -32,6 +32,7 @@ from circuits.blocks.nef import neuron as nef_neuron
 from circuits.blocks.nef.neuron import LEAK
 from circuits.circuit import BiasKind
 from circuits.place import bias_path
+from circuits.silicon.components import Extent
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180, Process
 from circuits.silicon.silicon import Silicon
@@ -69,10 +70,10 @@ class Found:
 
 def rate_errors(
     die: int, temperature: float, kind: BiasKind, shares: tuple[float, ...] = SHARES,
-    process: Process = ROLLS_180,
+    process: Process = ROLLS_180, variation: Extent = "plain",
 ) -> F64:  # fmt: skip
     """Rates of the model over those of the transistor circuit, less 1, of the chip's neuron number `die`."""
-    number, silicon = die % 4096, Silicon(process, temperature, Die(number=die))
+    number, silicon = die % 4096, Silicon(process, temperature, Die(number=die, variation=variation))
     circuit = rebias(nef_neuron.build(), {}, kind)
     # the biases' copies are the chip's
     biases = tuple(replace(b, place=(*PLACE, *bias_path(b.port, ()))) for b in circuit.biases)
