@@ -121,13 +121,15 @@ class Column(NamedTuple):
 class Lines(NamedTuple):
     """Lines: where a sum is the reference, and slopes of what they give above and below, float64[n] each.
 
-    shape: of what they give, over `chips.nef.whole.line.APART`, None where it is straight.
+    shape: of what they give, over `chips.nef.whole.line.APART`, None where it is straight; rest: what either
+    half lets through always, full scales.
     """
 
     zero: F64
     above: F64
     below: F64
     shape: F64 | None = None
+    rest: float = 0.0
 
     def given(self, line: I64 | int, total: F64) -> tuple[F64, F64]:
         """Return what lines give above and below at a sum, full scales; both broadcast."""
@@ -361,7 +363,8 @@ def _whole_lines(d: DieDevices, plain: DieDevices, unit: Callable[[F64], F64], s
     slopes = like.given[0, -2:] / ends
     shape = like.given[0, :-2] / np.where(APART < 0.0, slopes[1], slopes[0])
     own = found.given / ends * LINE_UNITS / scale
-    return Lines(found.zero / scale, own[:, 0], own[:, 1], shape)
+    rest = float(like.rest[0]) * LINE_UNITS / scale
+    return Lines(found.zero / scale, own[:, 0], own[:, 1], shape, rest)
 
 
 def unit_of(silicon: Silicon, biases: Biases) -> float:

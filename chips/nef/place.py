@@ -110,6 +110,8 @@ def at(placed: Placed, populations: Sequence[Population], chip: Conditions) -> C
         for stage in held:
             own = slice(at_row, at_row + n)
             above[own], below[own] = chip.stage(p.first, column, stage)
+            if chip.full:
+                bias[p.first : p.first + n] += chip.lines.rest * (above[own] + below[own])
             at_row += n
             column += len(stage)
     where = placed.analog

@@ -110,6 +110,7 @@ def _measured(
         above, below = chip.stage(first, 1 + d, chip.codes(row, full, 1))
         current += pos[:, None] * above + neg[:, None] * below
         if chip.full:
+            current += chip.lines.rest * (above + below)
             sunk = sunk + pos[:, None] * np.maximum(-above, 0.0) + neg[:, None] * np.maximum(-below, 0.0)
     rates = chip.rates(first, current, sunk)
     return np.asarray(np.floor(rates * WINDOW + random.random(rates.shape)) / WINDOW)

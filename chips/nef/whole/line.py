@@ -7,7 +7,8 @@ counts of a line is what its two halves give a unit, less each other:
 
     J = unit(pos) - unit(neg)
 
-One half is off where the other is at work. `chips.nef.model.Lines` has the shape of this difference over the
+One half is off where the other is at work, and what both let through anyway is left where a stage's mirror is
+not exactly 1. `chips.nef.model.Lines` has the shape of this difference over the
 sum less the reference, of a line without deviations, over its slopes at half a full scale; a line's own are
 its reference and these slopes.
 """
@@ -32,10 +33,14 @@ _OUTPUT = 0.4  # V below the supply, ours: where the diodes of the outputs are
 
 
 class LineNumbers(NamedTuple):
-    """The sum that is the reference, A, float64[n], and what a sum gives a unit, A, float64[n, k]."""
+    """The sum that is the reference, A, float64[n], and what a sum gives a unit, A, float64[n, k].
+
+    rest: what a half without a current gives a unit, A, float64[n].
+    """
 
     zero: F64
     given: F64
+    rest: F64
 
 
 def held(d: DieDevices, copy: str, gate: F64, cascode: F64 | float, outside: float) -> F64:
@@ -84,4 +89,5 @@ def line_numbers(d: DieDevices, unit: Callable[[F64], F64], scale: float, apart:
     left = copied("ml1", "ml2", zero + scale * apart, split) - taken
     # without a current mr3 still draws its off current
     turned = copied("mr2", "mr3", np.maximum(-left, 0.0), d.v_dd - _OUTPUT)
-    return LineNumbers(zero[:, 0], given("mu1", np.maximum(left, 0.0)) - given("mu2", turned))
+    net = given("mu1", np.maximum(left, 0.0)) - given("mu2", turned)
+    return LineNumbers(zero[:, 0], net, given("mu1", np.zeros_like(zero))[:, 0])

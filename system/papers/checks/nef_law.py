@@ -70,7 +70,8 @@ class Chain:
 
 def told(here: Conditions, codes: tuple[int, int], inputs: tuple[float, float]) -> Chain:
     """Return what the model says of an input."""
-    filters, lines, parts = here.filters(np.full(COUNT, TAU)), here.lines, []
+    filters, lines, parts = here.filters(np.full(COUNT, TAU)), here.lines, list[float]()
+    rest = 0.0
     if filters.curves is None:
         raise TypeError("a chip under the ideal law")
     sums = np.exp(filters.curves.at(filters.curves.output, 1.0 + np.array([0.0, *inputs])))
@@ -78,7 +79,8 @@ def told(here: Conditions, codes: tuple[int, int], inputs: tuple[float, float]) 
         halves = lines.given(column, sums[column])
         rows = here.stage(0, column, np.array([[code]]))
         parts += [float(row[0] * half) for row, half in zip(rows, halves, strict=True)]
-    current, sunk = sum(parts), -sum(min(p, 0.0) for p in parts)
+        rest += float(lines.rest * (rows[0][0] + rows[1][0]))
+    current, sunk = sum(parts) + rest, -sum(min(p, 0.0) for p in parts)
     rate = float(here.law.rates(0, np.array([current]), sunk)[0])
     return Chain(codes, inputs, current, sunk, rate)
 
