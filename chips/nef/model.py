@@ -14,6 +14,9 @@ places; currents are in units of the design's threshold, `LEAK`, voltages in vol
 
 Left out, all measured small beside the circuits in `system.papers.checks.nef_chip`: what switches that are
 off let through, the feedback of the neuron's threshold, and the time in which a spike resets its membrane.
+
+Under the law with second-order effects each part is solved where its devices stand (`chips.nef.whole`); a
+filter and a line are then curves, and a membrane leaks.
 """
 
 from __future__ import annotations
@@ -294,6 +297,10 @@ def filters_on(silicon: Silicon, taus: F64, biases: Biases) -> Filters:
     count = len(taus)
     gain, tau, middle = np.empty((3, count))
     unit = _unit_current(silicon, biases)
+    if not count:
+        none = np.empty((0, LOG_S.size))
+        curves = None if silicon.process.effects == "ideal" else Curves(none, none, none)
+        return Filters(tau, gain, 1.0, middle, 1.0, curves)
     circuit = devices.filters(count)
     capacitance = filter_capacitance() + more_capacitance(silicon, "filter", circuit, "filter.c_syn")
     if silicon.process.effects == "full":

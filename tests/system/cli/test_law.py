@@ -54,7 +54,19 @@ def test_rolls_is_run_under_both_laws(run_json: RunJson) -> None:
 
 
 def test_a_bug_on_the_nef_chip_runs_under_both_laws(run_json: RunJson) -> None:
-    given = ("run", "bug", "--brain", "chip", "--neurons", "500", "--duration", "0.3s", "--die", "4001", "--law")
+    given = (
+        "run",
+        "bug",
+        "--brain",
+        "chip",
+        "--neurons",
+        "500",
+        "--duration",
+        "0.3s",
+        "--die",
+        "4001",
+        "--law",
+    )
     spikes = [run_json(*given, law)["chip"]["spikes"] for law in ("ideal", "full")]
     assert spikes[1] == pytest.approx(spikes[0], rel=0.2)
     assert spikes[1] != spikes[0]

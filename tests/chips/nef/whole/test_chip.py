@@ -13,6 +13,7 @@ from chips.nef.circuit import chip_biases
 from chips.nef.devices import design_tau, filters, on_chip
 from chips.nef.kernel import SPIKES, advance_chip, new_chip_state
 from chips.nef.model import filters_on, flicker_slopes, lines_on, neurons_on
+from chips.nef.network.network import Ensemble, Network
 from chips.nef.simulation import Simulation
 from chips.nef.temperature import moved_filters
 from chips.noise import SiliconNoise
@@ -136,3 +137,11 @@ def test_noise_is_that_of_how_devices_follow_their_gates() -> None:
         run.advance(0.3)
     assert (quiet.state.u != noisy.state.u).any()
     assert noisy.read("x?") == pytest.approx(quiet.read("x?"), abs=0.05)
+
+
+def test_a_network_without_signals_has_no_filters() -> None:
+    built = build(Network((Ensemble("x", 3),)), CHIP.at(27.0), 1)
+    run = Simulation(built)
+    run.advance(0.1)
+    assert built.bends is not None
+    assert built.bends.output.shape[0] == 0
