@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from chips.model import MODELS, load_model
+from chips.model import MODELS
 from chips.record import read_record
 from chips.record_file import ENVIRONMENT, cached_file, measured_by, record_name, shipped_file, stale
-from circuits.errors import ParameterError
 from circuits.silicon.process import AMI_1500, AMI_1500_FULL, ROLLS_180, ROLLS_180_FULL, Process
 
 MINE = replace(AMI_1500_FULL, name="mine 0.8/um")
@@ -19,9 +18,6 @@ CASES: dict[str, tuple[Process, str]] = {
     "lso_neuron_rolls-180_ideal": (ROLLS_180, "noctule characterise lso-neuron process=rolls-180"),
     "lso_neuron_mine-0.8-um_full": (MINE, "noctule characterise lso-neuron law=full process=FILE"),
 }
-# models that do not carry the full law yet
-WITHOUT = ("winner-take-all", "lso-neuron")
-FULL = tuple(name for name in MODELS if name not in WITHOUT)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -41,15 +37,9 @@ def test_every_process_and_law_has_a_file_of_its_own() -> None:
     assert len({record_name("a", process) for process in processes}) == len(processes)
 
 
-@pytest.mark.parametrize("name", FULL)
+@pytest.mark.parametrize("name", MODELS)
 def test_a_record_under_the_full_law_is_shipped_with_that_law(name: str) -> None:
     record = read_record(shipped_file(name, AMI_1500_FULL))
     assert record.law is not None
     assert record.law.process == replace(AMI_1500_FULL, components=None)
     assert record.errors
-
-
-@pytest.mark.parametrize("name", WITHOUT)
-def test_a_model_that_does_not_carry_the_full_law_refuses_it_by_name(name: str) -> None:
-    with pytest.raises(ParameterError, match="must be ekv without second-order effects; take the law"):
-        load_model(name).measure(lambda _: None, AMI_1500_FULL)

@@ -64,6 +64,8 @@ def wavefront_law_of_a_die(progress: Progress) -> Report:
     wave = wavefront_law.wave_of("gate", Silicon(AMI_1500_FULL, die=Die(number=1003)))
     rows = wavefront_law.statements(found, [wavefront_law.jitter_of(1)], [wave])
     return Report(rows, lambda figure: wavefront_law.draw(found, figure))
+
+
 def latency_law_of_a_die(progress: Progress) -> Report:
     """One die of the ten."""
     found = latency_law.compare((1003,), progress)
@@ -74,6 +76,8 @@ def judged(report: Report) -> None:
     """Every row with a rule agrees."""
     assert report.disagreeing == ()
     assert {row.agrees for row in report.rows} == {True, None}
+
+
 def choice_law_of_a_die(progress: Progress) -> Report:
     """One die of the twenty."""
     found = choice_law.compare((1003,), progress)
@@ -183,7 +187,6 @@ SMALL: dict[str, Small] = {
     "ranging-law": Small(ranging_law_of_a_die),
     "wavefront-law": Small(wavefront_law_of_a_die),
     "latency-law": Small(latency_law_of_a_die, judged),
-    "choice-law": Small(choice_law_of_a_die),
     "choice-law": Small(choice_law_of_a_die, nothing),
     # delays in steps of 1 ms instead of 0.25 ms, and direct runs every 5 ms
     "cheely2003-fig6": Small(
