@@ -128,14 +128,14 @@ def entitle(text: str, ax: Axes) -> None:
 
 
 def silicon_text(
-    die: Die, temperature_c: float, bias_kind: str | None = None, course: Points = (), law: str = "ideal"
+    die: Die, temperature_c: float, bias_kind: str | None = None, course: Points = (), law: str = "full"
 ) -> str:
     """Die, temperature (degC) and kind of biases for a title: `die A/1003, 27 °C, biases of kind gate`.
 
-    Of a course of temperature, its lowest and highest points; the law is named where it is not the ideal one.
+    Of a course of temperature, its lowest and highest points; the law is named where it is not the full one.
     """
     kind = "" if bias_kind is None else f", biases of kind {bias_kind}"
-    named = "" if law == "ideal" else f", {law} law"
+    named = "" if law == "full" else f", {law} law"
     return f"{die}, {temperature_text(temperature_c, course)} °C{kind}{named}"
 
 

@@ -82,7 +82,7 @@ class Head(NamedTuple):
     u_t: float
 
 
-def head_on(silicon: Silicon, kind: BiasKind = "gate", area: float = 1.0) -> Head:
+def head_on(silicon: Silicon, kind: BiasKind = "generator", area: float = 1.0) -> Head:
     """Return the numbers of the head on a silicon.
 
     kind: of its biases; area: of the drawn devices over the circuits'. Raises `ParameterError` for an area or

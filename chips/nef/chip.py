@@ -48,7 +48,7 @@ from circuits.blocks.nef.neuron import LEAK, REFRACTORY_CURRENT
 from circuits.circuit import Bias, BiasKind
 from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.die import NOMINAL, Die
-from circuits.silicon.process import ROLLS_180, Process
+from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL, Process
 from circuits.silicon.silicon import Silicon
 
 REFERENCE_C = 27.0  # degC, where a chip is calibrated unless said
@@ -98,13 +98,13 @@ class NefChip:
     """
 
     die: Die = NOMINAL
-    bias_kind: BiasKind = "gate"
+    bias_kind: BiasKind = "generator"
     biases: Mapping[str, float] = field(default_factory=dict)
     calibration_c: float = REFERENCE_C
     neurons: int = NEURONS
     area: float = 1.0
     noise: SiliconNoise | None = None
-    process: Process = ROLLS_180
+    process: Process = ROLLS_180_FULL
 
     def __post_init__(self) -> None:
         known = [b.name for b in chip_biases()]

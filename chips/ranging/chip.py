@@ -97,8 +97,8 @@ class RangingChip:
     noise
         What varies from call to call on one die; nothing unless given.
     bias_kind
-        What all biases but voltages are, `gate`, `ideal` or `generator`; as built unless given. Where a
-        circuit is given its own biases hold.
+        What all biases but voltages are, `gate`, `ideal` or `generator`. Where a circuit is given its own
+        biases hold.
     """
 
     def __init__(
@@ -108,14 +108,15 @@ class RangingChip:
         path: str = "ranging_chip",
         record: ReboundRecord | None = None,
         noise: SiliconNoise | None = None,
-        bias_kind: BiasKind | None = None,
+        bias_kind: BiasKind = "generator",
     ) -> None:
         """Prepare the neurons; raises `ParameterError` outside the box (`chips.validity`)."""
         self.silicon, self.path, self.noise = silicon, path, noise
         if circuit is None and record is None:
             self.model = shipped_model(silicon.process, bias_kind)
         else:
-            self.model = model_of(circuit or ranging_chip.build(), silicon.process, record)
+            built = circuit or rebias(ranging_chip.build(), kind=bias_kind)
+            self.model = model_of(built, silicon.process, record)
         self.spikes = self.model.circuit.port("spike").elements()
         self.analog: tuple[str, ...] = ()
         self._at: dict[float, Neurons] = {}

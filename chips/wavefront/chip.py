@@ -116,7 +116,7 @@ class ChipCells:
     """
 
     silicon: Silicon = field(default_factory=Silicon)
-    bias_kind: BiasKind = "gate"
+    bias_kind: BiasKind = "generator"
     area: float = 1.0
     noise: SiliconNoise | None = None
 

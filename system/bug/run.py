@@ -318,7 +318,8 @@ def told(trace: Trace) -> Iterator[str]:
 def draw(trace: Trace, figure: Figure) -> None:
     """Fill an empty figure with a run."""
     s = trace.scenario
-    chip = f" on {silicon_text(s.die, s.temperature_c, s.bias_kind, s.course)}" if s.brain == "chip" else ""
+    on = silicon_text(s.die, s.temperature_c, s.bias_kind, s.course, s.law)
+    chip = f" on {on}" if s.brain == "chip" else ""
     title = f"{s.agent}, {s.brain}{chip}, {trace.world.map.name}\n{account(trace).headline}"
     draw_run(trace.world, trace.path, trace.shortest, title, figure)
 

@@ -57,7 +57,7 @@ def export_rolls(asked: Export) -> None:
             f"--die: {silicon.die}, {dialect} is the drawing, which no die changes; leave it out"
         )
     program = read_program(asked.program, bias_table(values.bias_file))
-    cut = cut_row(program, neuron, values.bias_kind or "gate")
+    cut = cut_row(program, neuron, values.bias_kind or "generator")
     on_chip = silicon_of_chip(replace(silicon, at=None))
     bench, rests = row_testbench(cut, read_stimuli(STIMULI, asked.stimulus))
     text = written.write(bench, silicon_of(cut, on_chip), settings_of(asked, cut.circuit))

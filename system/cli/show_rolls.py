@@ -39,7 +39,7 @@ def show_rolls(asked: Show) -> None:
     values = asked.values
     check_picture(asked.plot)
     refuse_block_options(values.param, values.bias, values.bias_set)
-    table, on, kind = bias_table(values.bias_file), silicon_of(asked.silicon), values.bias_kind or "gate"
+    table, on, kind = bias_table(values.bias_file), silicon_of(asked.silicon), values.bias_kind or "generator"
     with working("measuring the die"):
         found = portrait(table, on, kind)
         power = energies(table, on, float(found.currents[0] / MULTIPLES[0]), kind)

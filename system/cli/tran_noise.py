@@ -80,7 +80,9 @@ def tran_noise_command(asked: Simulate) -> None:
         write_netcdf_atomic(
             asked.netcdf, _trial_dataset(trials).assign_attrs(block=choice.block.name, seed=run.seed)
         )
-    said = f"{choice.block.name}, {silicon_text(choice.silicon.die, choice.silicon.temperature_c)}"
+    silicon = choice.silicon
+    on = silicon_text(silicon.die, silicon.temperature_c, law=silicon.process.effects)
+    said = f"{choice.block.name}, {on}"
     save_picture(asked.plot, lambda figure: _draw_trials(trials, shown, figure, said))
     grid = grid_step(machine, run)
     if asked.as_json:

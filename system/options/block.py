@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from chips.registry import Chip
+from chips.registry import Chip, chip_names
 from circuits.bias import rebias
 from circuits.blocks.block import Block, Stimulus
 from circuits.checks import implausible_allowed
@@ -87,11 +87,15 @@ def choose(
 
     params, biases, stimuli: texts `NAME=VALUE`; bias_set: name of one of the block's sets, over which
     `biases` go; begin: where its runs begin. A block at its place on a chip has the sizes and biases that
-    the chip gives it, unless `params`, `bias_set` or `biases` say otherwise. Raises `ParameterError` or
+    the chip gives it, unless `params`, `bias_set` or `biases` say otherwise. Biases of a chip, and of a block
+    on one, come from its generator where no kind is asked for; those of a lone block are of their own kind.
+    Raises `ParameterError` or
     `UnknownNameError` naming what is wrong.
     """
     params = list(params)
     block = block_named(name)
+    if bias_kind is None and (silicon.at is not None or name in chip_names()):
+        bias_kind = "generator"
     values = read_params(block.params(), params)
     with implausible_allowed(silicon.allow_implausible):
         circuit, place = block.build(values), None
@@ -162,14 +166,14 @@ def describe_silicon(silicon: Silicon) -> dict[str, Any]:
 
 
 def silicon_line(silicon: Silicon) -> str:
-    """Silicon in a line: `27 degC, die nominal`, and the process where its law has second-order effects."""
+    """Silicon in a line: `27 degC, die nominal`, and the process where its law is the ideal one."""
     return f"{silicon.temperature_c:g} degC, {silicon.die}{law_text(silicon)}"
 
 
 def law_text(silicon: Silicon) -> str:
-    """End of a title, `, rolls-180 under the full law`; empty under the ideal law."""
+    """End of a title, `, rolls-180 under the ideal law`; empty under the full law."""
     process = silicon.process
-    return "" if process.effects == "ideal" else f", {process.name} under the full law"
+    return "" if process.effects == "full" else f", {process.name} under the ideal law"
 
 
 def describe_die(die: Die) -> dict[str, Any]:

@@ -48,7 +48,7 @@ class OnSilicon:
     temperature_c: float = temperature_option(ROOM_TEMPERATURE)
     course: Points = course_option()
     law: Effects = option(
-        "ideal", "Transistors without second-order effects, or with all that the process states",
+        "full", "Transistors without second-order effects, or with all that the process states",
         choices=EFFECTS, silicon=True, study=True,
     )  # fmt: skip
     bias_kind: BiasKind = bias_kind_option("generator")

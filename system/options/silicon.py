@@ -38,7 +38,7 @@ class SiliconChoice:
     )
     process: str | None = option(None, "A process, ami-1500 or rolls-180 or a .toml", metavar="NAME|FILE")
     law: Literal["ideal", "full"] = option(
-        "ideal", "Without second-order effects, or with all that the process states"
+        "full", "Without second-order effects, or with all that the process states"
     )
     at: str | None = option(None, "Place on a chip, as ranging-chip/neuron[2]", metavar="CHIP/INSTANCE")
     allow_implausible: bool = option(

@@ -53,7 +53,8 @@ def draw_run(
     draw_path(path, above, moments)
     draw_key(above, axes["paths"])
     said = f"{scene.name}: {scene.summary}" if scene.summary else scene.name
-    on = silicon_text(chip.silicon.die, chip.silicon.temperature_c, chip.kind, course)
+    silicon = chip.silicon
+    on = silicon_text(silicon.die, silicon.temperature_c, chip.kind, course, silicon.process.effects)
     entitle(f"{said}; {end:.3g} s\nROLLS on {on}\n{ended}", above)
     _frames(record, moments, axes)
     draw_events_key(axes["key"])

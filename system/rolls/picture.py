@@ -27,9 +27,8 @@ def draw_portrait(p: Portrait, figure: Figure) -> None:
     _draw_constants(p, constants)
     _draw_weights(p, table)
     _draw_periods(p, periods)
-    at = silicon_text(p.silicon.die, p.silicon.temperature_c, p.kind)
-    law = ", full law" if p.silicon.process.effects == "full" else ""
-    figure.suptitle(f"ROLLS, {at}{law}", fontsize=10)
+    at = silicon_text(p.silicon.die, p.silicon.temperature_c, p.kind, law=p.silicon.process.effects)
+    figure.suptitle(f"ROLLS, {at}", fontsize=10)
 
 
 def draw_curves(currents: F64, rates: F64, nominal: F64, ax: Axes) -> None:

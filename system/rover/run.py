@@ -260,7 +260,8 @@ def draw(trace: Trace, figure: Figure) -> None:
     ax.set_ylabel("north (m)")
     s = trace.scenario
     title = f"{trace.cost_map.name}, {s.planner}: {trip.plan.length} cells, cost {trip.plan.cost}"
-    chip = "" if s.cells == "ideal" else f", {silicon_text(s.die, s.temperature_c, s.bias_kind, s.course)}"
+    on = silicon_text(s.die, s.temperature_c, s.bias_kind, s.course, s.law)
+    chip = "" if s.cells == "ideal" else f", {on}"
     entitle(f"{title}{chip}\n{account(trace).headline}", ax)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
 

@@ -299,12 +299,10 @@ class SystemTarget(Target):
     def __init__(self, subject: Subject) -> None:
         """Load the system; raises `UnknownNameError` for a metric that is not a number of its summary."""
         self._system = load_system(subject.target)
-        if subject.silicon.process is not None or subject.silicon.law != "ideal":
-            raise ParameterError(
-                f"process, law: {subject.target} runs on models of its own process under the ideal law; leave"
-                " them out"
-            )
-        self._options = dict(subject.system)
+        if subject.silicon.process is not None:
+            raise ParameterError(f"process: {subject.target} runs on models of its own process; leave it out")
+        law = {"law": subject.silicon.law} if "law" in self._system.settings else {}
+        self._options = {**law, **subject.system}
         self._names = tuple(name.replace("-", "_") for name in subject.metrics)
         for name in self._names:
             if name not in self._system.metrics:

@@ -18,7 +18,7 @@ from system.registry import SYSTEMS, load_system
 from system.rover.body import Rover
 from system.worlds.sound.targets import default_scene
 
-DIE = {"die": Die(number=1003), "seed": 3, "law": "full", "bias_kind": "gate", "outside": "warn"}
+DIE = {"die": Die(number=1003), "seed": 3, "law": "ideal", "bias_kind": "gate", "outside": "warn"}
 WARM = {**DIE, "temperature_c": 30.0, "course": ((0.0, 27.0), (60.0, 44.0))}
 
 # another value than the usual one for every field of each scenario; what it needs besides is NEEDED
