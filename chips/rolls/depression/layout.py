@@ -90,8 +90,8 @@ class Depressing(NamedTuple):
 class BuiltDepression:
     """Tables, and of each weight device its step (V) and its time constant (s), float64[devices].
 
-    u_t: V; electrons: of shot noise that an electron of a step has, float64[devices]; noise: of the cells,
-    None for none.
+    u_t: V; electrons: of shot noise that an electron of a step has, rest: where its gate rests above its
+    bias, V, float64[devices]; noise: of the cells, None for none.
     """
 
     tables: DepressionTables
@@ -99,4 +99,5 @@ class BuiltDepression:
     tau: F64
     u_t: float
     electrons: F64
+    rest: F64
     noise: DepressionNoise | None = None

@@ -38,10 +38,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.model_law import check_capacitors, check_law
-from chips.rolls.synapse.charge import charge_of, draw_of, mirror_of, pulse_length
+from chips.model_law import check_capacitors
+from chips.rolls.depression.whole_cell import currents_of, slope_of, whole_rises
+from chips.rolls.lumped.whole import middle_of
+from chips.rolls.lumped.whole_filter import held_line
+from chips.rolls.synapse.charge import QUIET, charge_of, draw_of, mirror_of, pulse_length
 from chips.rolls.synapse.model import SynapseModel, model_of
 from chips.rolls.synapse.weight import BITS, branches
+from chips.rolls.synapse.whole_weight import HELD
 from circuits.arrays import F64
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls.depressing_synapse import WEIGHTS, Params, build
@@ -85,7 +89,7 @@ class Branches(NamedTuple):
 
     path: x above that before the pulse at POINTS of it, V, float64[points, devices, n]; electrons: of shot
     noise that an electron of a step has, `1 + 2 [1 - (T / t)(1 - e^(-t / T))]`, as T takes some off those of
-    its diode and bias.
+    its diode and bias; rest: of the gate above its bias, which leaks let it rest at, V.
     """
 
     step: F64  # V
@@ -96,6 +100,7 @@ class Branches(NamedTuple):
     u_t: float  # V
     path: F64
     electrons: F64
+    rest: F64
 
     @property
     def mean(self) -> F64:
@@ -120,7 +125,6 @@ class Depression(NamedTuple):
 
 def cell_model(params: Params, process: Process) -> CellModel:
     """Return the capacitances of a cell in a process."""
-    check_law(process)
     c = capacitance_matrix(build(params), process, ("depression_exc.step", "depression_exc.s"))
     gate = capacitance_matrix(build(params), process, ("w_exc", "synapse.es", "synapse.em"))
     lifts = -float(gate[0, 1]), -float(gate[0, 2])
@@ -142,12 +146,15 @@ def depression_on(model: DepressionModel, silicon: Silicon, level: int = 1) -> D
     _check_level(level)
     check_capacitors(model.circuit.name, silicon.die)
     d = standing(model.circuit, silicon)
-    line = _line(d, draw_of(model.synapse, d, level, 0.0).current)
+    line = _line(d, draw_of(model.synapse, d, level, HELD * d.v_dd).current)
     return depression_of(model.cell, model.synapse, d, level, line, pulse_length(model.synapse, d))
 
 
 def _line(d: DieDevices, current: F64) -> float:
     """Where the filter's line stands while `current` (A) passes through its pair, V."""
+    if d.full:
+        gate = float(d.gate["v_ethr"])
+        return held_line(middle_of(d, "excitatory.md1"), gate, d.v_dd, float(np.mean(current)))
     held = d.pinch("excitatory.md1", d.gate["v_ethr"])
     return d.u_t * float(np.mean(held - argument(current / d.fet["excitatory.md1"].current)))
 
@@ -163,7 +170,12 @@ def depression_of(
     _check_level(level)
     on = (True, *BITS[level - 1])
     names = [name for name, each in zip(WEIGHTS, on, strict=True) if each]
-    step, tau, moved, electrons = zip(*(_cell(cell, d, name, length) for name in names), strict=True)
+    cells = [_cell(cell, d, name, length) for name in names]
+    step, tau, moved, electrons, rest = zip(*cells, strict=True)
+    slope = slope_of(d)
+    if d.full:
+        resting = {f"v_{name}": d.gate[f"v_{name}"] + x for name, x in zip(names, rest, strict=True)}
+        d = d._replace(gate={**d.gate, **resting})
     path = np.array(moved).swapaxes(0, 1) + _lift(cell, synapse, d, level)
     own = [f"synapse.{DEVICES[name]}" for name in names]
     pinch = [
@@ -171,8 +183,8 @@ def depression_of(
     ]
     current = [d.fet[each].current for each in own]
     found = Branches(
-        np.array(step), np.array(tau), np.array(pinch), np.array(current), d.fet[own[0]].kappa, d.u_t, path,
-        np.array(electrons),
+        np.array(step), np.array(tau), np.array(pinch), np.array(current), slope, d.u_t, path,
+        np.array(electrons), np.array(rest),
     )  # fmt: skip
     return Depression(found, _curve(found, synapse, d, level, line, length))
 
@@ -182,32 +194,33 @@ def _check_level(level: int) -> None:
         raise ParameterError(f"level: {level}, must be 1 to 4; inhibitory weights are not depressed")
 
 
-def _cell(cell: CellModel, d: DieDevices, name: str, length: F64) -> tuple[F64, F64, F64, F64]:
-    """Step (V) and time constant (s) of a weight's cells, the step at POINTS (V), and its electrons."""
-    path = f"depression_{name}"
-    drawn = d.saturated(f"{path}.ms1", d.gate["v_std"])
-    current = drawn * d.mirror(f"{path}.ms2", f"{path}.ms3").weak
-    recovering = d.saturated(f"{path}.mr1", d.gate["v_rec"])
-    back = recovering * d.mirror(f"{path}.mr2", f"{path}.mr3").weak
-    constant = cell.mirror * d.u_t / (d.fet[f"{path}.ms2"].kappa * drawn)
+def _cell(cell: CellModel, d: DieDevices, name: str, length: F64) -> tuple[F64, F64, F64, F64, F64]:
+    """Step (V) and time constant (s) of a weight's cells, the step at POINTS (V), its electrons, the rest."""
+    own = currents_of(d, name)
+    constant = cell.mirror * d.u_t / (own.kappa * own.drawn)
     # the source comes from the weight's bias to the supply
-    lift = cell.coupling * d.below(f"v_{name}") / (drawn * constant)
+    lift = cell.coupling * d.below(f"v_{name}") / (own.drawn * constant)
     # ln(e^lift - 1 + e^(t / T)) - lift, of which the exponentials may be beyond a float
     shares = np.array((*(0.5 + 0.5 * POINTS), 1.0))[:, None]
     late = np.logaddexp(np.log(-np.expm1(-lift)), shares * length / constant - lift)
-    moved = current * constant * late / cell.gate
+    moved = own.step * constant * late / cell.gate
     slow = length / constant
     electrons = 1.0 + MIRRORED * (1.0 + np.expm1(-slow) / slow)
-    return moved[-1], cell.gate * d.u_t / back, moved[:-1], electrons
+    tau, rest = cell.gate * d.u_t / (own.recovery + own.leak), d.u_t * np.log1p(own.leak / own.recovery)
+    return moved[-1], tau, moved[:-1], electrons, rest
 
 
 def _lift(cell: CellModel, synapse: SynapseModel, d: DieDevices, level: int) -> F64:
     """What the gates of the weights are higher by in a pulse, V."""
-    pairs = branches(d, "e", BITS[level - 1])
+    bits = BITS[level - 1]
+    if d.full:
+        es, em = whole_rises(d, bits, QUIET, synapse.mirror_capacitance)
+        return np.asarray((cell.lifts[0] * es + cell.lifts[1] * em) / cell.gate)
+    pairs = branches(d, "e", bits)
     mirror = mirror_of(synapse, d, np.array([x for pair in pairs for x in pair]))
-    es = _source(pairs, mirror.off) - _source(pairs, mirror.given)
+    y = _source(pairs, mirror.off) - _source(pairs, mirror.given)
     em = mirror.high - mirror.before
-    return np.asarray((cell.lifts[0] * d.u_t * es + cell.lifts[1] * em) / cell.gate)
+    return np.asarray((cell.lifts[0] * d.u_t * y + cell.lifts[1] * em) / cell.gate)
 
 
 def _source(pairs: list[tuple[F64, F64]], total: F64) -> F64:

@@ -70,6 +70,8 @@ def converted_depression(
         return None
     recover(depressing, now)
     kept = depressing.arrays.resource ** np.float32(old.u_t / new.u_t)
+    # R is over that at rest, which is another voltage then
+    kept = kept * np.exp((new.rest - old.rest) / new.u_t).astype(np.float32)
     arrays = depressing.arrays._replace(resource=kept)
     return depressing._replace(tables=new.tables, arrays=arrays, noise=new.noise)
 

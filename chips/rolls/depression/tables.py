@@ -130,7 +130,8 @@ class _Rows:
     """Devices and synapses of all levels, filled a level at a time."""
 
     def __init__(self, devices: int, synapses: int) -> None:
-        self.step, self.tau, self.electrons, self.bend, self.scale, self.part = np.zeros((6, devices))
+        self.step, self.tau, self.electrons, self.rest = np.zeros((4, devices))
+        self.bend, self.scale, self.part = np.zeros((3, devices))
         self.shape = np.zeros((synapses, COEFFICIENTS))
         self.kappa, self.u_t = 1.0, 1.0
 
@@ -142,7 +143,8 @@ class _Rows:
         rest = (b.current * interpolation(b.pinch)).sum(axis=0)
         for j in range(b.step.shape[0]):
             at = first + j
-            self.step[at], self.tau[at], self.electrons[at] = b.step[j], b.tau[j], b.electrons[j]
+            self.step[at], self.tau[at] = b.step[j], b.tau[j]
+            self.electrons[at], self.rest[at] = b.electrons[j], b.rest[j]
             self.scale[at] = np.exp(0.5 * (b.pinch[j] - slope * mean[j]))
             self.bend[at] = 0.25 * slope**2 * variance[j]
             self.part[at] = b.current[j] / rest
@@ -156,4 +158,4 @@ class _Rows:
                 np.array([0.5 * self.kappa]), self.shape,
             )),
         )  # fmt: skip
-        return BuiltDepression(tables, self.step, self.tau, self.u_t, self.electrons)
+        return BuiltDepression(tables, self.step, self.tau, self.u_t, self.electrons, self.rest)

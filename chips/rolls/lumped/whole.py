@@ -116,11 +116,11 @@ def diode_voltage(t: Terms, current: float, highest: float) -> float:
 
 
 @compiled()
-def diode_from(t: Terms, current: float, highest: float, y: float) -> float:
-    """Return what `diode_voltage` does, from a guess `y`, V."""
+def diode_from(t: Terms, current: float, highest: float, y: float, foot: float = 0.0) -> float:
+    """Return what `diode_voltage` does, from a guess `y`, V; foot: where its source is, V."""
     low, high = 0.0, highest
     for _ in range(_ITERATIONS):
-        carried, by_drain, by_gate, _ = channel(t, y, y, 0.0)
+        carried, by_drain, by_gate, _ = channel(t, y, y, foot)
         leak, by_junction, by_induced = leaked(t, y, y)
         f = carried + leak - current
         if f > 0.0:
@@ -207,19 +207,21 @@ def pair(
 
 
 @compiled()
-def fed_diode(drawing: F64, mirror: F64, gate: F64, source: F64, supply: float, out: F64) -> None:
-    """Fill `out` with the voltage across a diode-connected pFET that an nFET draws its current from, V.
+def fed_diode(
+    drawing: F64, mirror: F64, gate: F64, source: F64, supply: float, out: F64, foot: float = 0.0
+) -> None:
+    """Fill `out` with the gate of a diode-connected pFET that an nFET draws its current from, V.
 
-    gate, source: of the nFET, V; its drain is at the diode.
+    gate, source: of the nFET, V; its drain is at the diode; foot: source of the diode, V below the supply.
     """
     for k in range(out.shape[0]):
         n, p = terms_at(drawing, k), terms_at(mirror, k)
         for j in range(out.shape[1]):
-            y = 0.3 * supply
+            y = foot + 0.3 * (supply - foot)
             for _ in range(_ROUNDS):
                 drain = supply - y
                 current = channel(n, drain, gate[k, j], source[k, j])[0] + leaked(n, drain, gate[k, j])[0]
-                new = diode_voltage(p, current, supply)
+                new = diode_from(p, current, supply, 0.5 * (foot + supply), foot)
                 if abs(new - y) < 1e-10:
                     break
                 y = new
@@ -261,14 +263,30 @@ def _between(
     return y
 
 
+@compiled(forceinline=True)
+def _branch(
+    lower: Terms, upper: Terms, gates: tuple[float, float], ends: tuple[float, float], y: float
+) -> tuple[float, float, float]:
+    """Current of two devices in series, A, its derivative by the lower source, S, and what is between them.
+
+    ends, y: as in `_between`.
+    """
+    y = _between(lower, upper, gates, ends, y)
+    below, by_below, _, by_source = channel(lower, y, gates[0], ends[0])
+    above, _, _, by_above = channel(upper, ends[1], gates[1], y)
+    # of the transistor that limits, as in `series_current`
+    current = below if by_below < -by_above else above
+    return current, by_source * by_above / (by_above - by_below), y
+
+
 @compiled()
 def mirrored_sum(top: F64, lines: F64, gates: F64, mirror: F64, at: tuple[float, float], out: F64) -> None:
     """Fill `out` with the sum of three currents whose common source hangs on a switch, and their diode.
 
     top: the switch, a pFET whose source is at the supply, its gate `at[0]` V below it; lines: the first
     device, and of the others each device before its own switch, float64[5, TERMS, n]; gates: below the
-    supply, V, float64[5, n]; mirror: the nFET that they feed; at[1]: the supply, V; out: float64[2, n], the
-    current, A, and the voltage across the diode, V.
+    supply, V, float64[5, n]; mirror: the nFET that they feed; at[1]: the supply, V; out: float64[3, n], the
+    current, A, the voltage across the diode, and that of the common source below the supply, V.
     """
     switch, supply = at
     for k in range(out.shape[1]):
@@ -284,8 +302,8 @@ def mirrored_sum(top: F64, lines: F64, gates: F64, mirror: F64, at: tuple[float,
             for _ in range(_ITERATIONS):
                 given, by_given, _, _ = channel(t, y, switch, 0.0)
                 a, _, _, by_a = channel(first, drain, gates[0, k], y)
-                b, _, _, by_b = channel(second, e0, gates[1, k], y)
-                c, _, _, by_c = channel(third, e1, gates[3, k], y)
+                b, by_b, e0 = _branch(second, behind, (gates[1, k], gates[2, k]), (y, drain), e0)
+                c, by_c, e1 = _branch(third, last, (gates[3, k], gates[4, k]), (y, drain), e1)
                 total = a + b + c
                 f = given - total
                 if f > 0.0:
@@ -297,13 +315,11 @@ def mirrored_sum(top: F64, lines: F64, gates: F64, mirror: F64, at: tuple[float,
                 if abs(new - y) < _CLOSE:
                     break
                 y = new
-            e0 = _between(second, behind, (gates[1, k], gates[2, k]), (y, drain), e0)
-            e1 = _between(third, last, (gates[3, k], gates[4, k]), (y, drain), e1)
             new = diode_from(n, total, supply, gate)
             if abs(new - gate) < _SETTLED:
                 break
             gate = new
-        out[0, k], out[1, k] = total, gate
+        out[0, k], out[1, k], out[2, k] = total, gate, y
 
 
 @compiled()

@@ -144,7 +144,12 @@ def _fill(f: WholeFilter, depth: F64, source: F64, found: F64) -> None:
 
 def whole_line_voltage(f: WholeFilter, current: float) -> float:
     """Return where the line stands while `current` (A) passes through md1, V."""
+    return held_line(f.rows[MD1], f.gates[THR, 0], f.ends[0], current)
+
+
+def held_line(md1: F64, gate: float, supply: float, current: float) -> float:
+    """Return what `whole_line_voltage` does; md1: its numbers at one place; gate, supply: V."""
     one, out = np.ones((1, 1)), np.empty((1, 1))
-    gates, drains = (f.gates[THR, 0] * one, CUT_OFF * one), (f.ends[0] * one, f.ends[0] * one)
-    pair(f.rows[MD1], f.rows[MD1], gates, drains, current * one, out)
+    gates, drains = (gate * one, CUT_OFF * one), (supply * one, supply * one)
+    pair(md1, md1, gates, drains, current * one, out)
     return float(out[0, 0])

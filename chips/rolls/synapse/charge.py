@@ -14,7 +14,7 @@ import numpy as np
 from chips.rolls.lumped.network import degenerated_sum, diode, sink_over_line
 from chips.rolls.synapse.model import SynapseModel, pulse_of
 from chips.rolls.synapse.weight import BITS, branches
-from chips.rolls.synapse.whole_weight import drawn_by, fall, idle, sinks, sourced, sources, sunk
+from chips.rolls.synapse.whole_weight import before, drawn_by, idle, sinks, sourced, sources, sunk
 from circuits.arrays import F64
 from circuits.lowering.on_die import DieDevices
 
@@ -106,11 +106,9 @@ def _inhibitory(d: DieDevices, lines: F64, line: float) -> tuple[F64, F64]:
 def _whole_excitatory(model: SynapseModel, d: DieDevices, bits: Bits, line: float) -> tuple[F64, F64]:
     """The same under the law with second-order effects, at the line's voltage, V."""
     given = drawn_by(d, sources(d, bits))
-    (high, rest), (slope, own) = given.gate, fall(d, given.gate[0])
-    falls = np.exp(-slope * high) + slope * own * QUIET / model.mirror_capacitance
-    before = np.maximum(-np.log(falls) / slope, rest)
+    high, low = given.gate[0], before(d, given, QUIET, model.mirror_capacitance)
     lifted = d.pinch("synapse.me9", d.v_dd) * d.u_t - d.gate["v_shift"]
-    late = model.mirror_capacitance * (high - before) - model.mirror_coupling * lifted
+    late = model.mirror_capacitance * (high - low) - model.mirror_coupling * lifted
     return sourced(d, high, np.array([line]))[:, 0].copy(), np.asarray(late / given.current[0])
 
 

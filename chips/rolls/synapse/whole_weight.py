@@ -27,10 +27,14 @@ class Lines(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """What an excitatory level's diode gets, A, and its voltage, V: in a pulse and between, float64[2, n]."""
+    """What an excitatory level's diode gets, A, and its voltage, V: in a pulse and between, float64[2, n].
+
+    source: of the weights, V below the supply, likewise.
+    """
 
     current: F64
     gate: F64
+    source: F64
 
 
 def sources(d: DieDevices, bits: tuple[bool, bool]) -> Lines:
@@ -60,11 +64,11 @@ def sinks(d: DieDevices, bits: tuple[bool, bool]) -> Lines:
 
 def drawn_by(d: DieDevices, lines: Lines) -> Drawn:
     """Return what the mirror of excitatory weights gets of `lines`."""
-    found = np.empty((2, 2, d.copies))
+    found = np.empty((2, 3, d.copies))
     top, mirror = rows_of(d.fet["synapse.me1"]), rows_of(d.fet["synapse.me7"])
     for k, switch in enumerate((d.v_dd, 0.0)):
         mirrored_sum(top, *lines, mirror, (switch, d.v_dd), found[k])
-    return Drawn(found[:, 0], found[:, 1])
+    return Drawn(found[:, 0], found[:, 1], found[:, 2])
 
 
 def sourced(d: DieDevices, gate: F64, grid: F64) -> F64:
@@ -98,6 +102,14 @@ def idle(d: DieDevices, *, inhibitory: bool) -> F64:
     """Return what each synapse leaks from a line between pulses, A."""
     switch = "synapse.mi1" if inhibitory else "synapse.me9"
     return d.current(switch, 0.0, HELD * d.v_dd, d.gate["v_shift"])
+
+
+def before(d: DieDevices, drawn: Drawn, quiet: float, capacitance: float) -> F64:
+    """Return where the mirror's gate is `quiet` s after a pulse, V; capacitance: at that gate, F."""
+    high, rest = drawn.gate
+    slope, own = fall(d, high)
+    falls = np.exp(-slope * high) + slope * own * quiet / capacitance
+    return np.asarray(np.maximum(-np.log(falls) / slope, rest))
 
 
 def fall(d: DieDevices, gate: F64) -> tuple[F64, F64]:

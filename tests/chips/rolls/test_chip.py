@@ -8,7 +8,6 @@ import pytest
 from chips.aer import Bus
 from chips.rolls.chip import Inputs, RollsChip
 from chips.rolls.circuit import Params, chip, row
-from chips.rolls.depression.program import ShortTermDepression
 from chips.rolls.layout import Z
 from chips.rolls.neuron.model import respond
 from chips.rolls.plastic.program import PlasticArray
@@ -83,9 +82,7 @@ def test_rates_are_the_behavioural_neurons_under_the_full_law():
         assert np.diff(ours).mean() == pytest.approx(np.diff(theirs).mean(), rel=1.5e-2)
 
 
-@pytest.mark.parametrize(
-    "parts", [{"plastic": PlasticArray(SILENT > 0, SILENT > 0)}, {"depression": ShortTermDepression()}]
-)
+@pytest.mark.parametrize("parts", [{"plastic": PlasticArray(SILENT > 0, SILENT > 0)}])
 def test_parts_of_the_ideal_law_refuse_the_full_one(parts):
     table = learning_biases().with_code("IF_DC_P", 7, 0).with_code("NPA_WEIGHT_STD_N", 6, 100)
     levels = SILENT.copy()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,25 +15,32 @@ from circuits.blocks.rolls.dpi_synapse import FIRST_EVENT
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL, Process
 from circuits.silicon.silicon import Silicon
+from circuits.solver.operating_point import operating_point
 from circuits.solver.power import drain_current
 from circuits.solver.transient import simulate
 
 
 def model_on(silicon: Silicon, kind: BiasKind = "gate", level: int = 1, **biases: float) -> Depression:
     changed = rebias(build(), biases, kind)
-    return depression_on(depression_model(Params(), changed.biases, ROLLS_180), silicon, level)
+    return depression_on(depression_model(Params(), changed.biases, silicon.process), silicon, level)
 
 
 @pytest.mark.parametrize(
-    ("kind", "temperature", "die", "level"),
-    [("ideal", 0.0, 1000, 1), ("ideal", 60.0, 1001, 3), ("gate", 27.0, 1001, 4)],
+    ("process", "kind", "temperature", "die", "level"),
+    [
+        (ROLLS_180, "ideal", 0.0, 1000, 1),
+        (ROLLS_180, "ideal", 60.0, 1001, 3),
+        (ROLLS_180, "gate", 27.0, 1001, 4),
+        (ROLLS_180_FULL, "ideal", 0.0, 1000, 1),
+        (ROLLS_180_FULL, "gate", 27.0, 1001, 4),
+    ],
 )
 def test_pulses_of_a_train_are_the_transistors(
-    kind: BiasKind, temperature: float, die: int, level: int
+    process: Process, kind: BiasKind, temperature: float, die: int, level: int
 ) -> None:
-    silicon = Silicon(ROLLS_180, temperature, Die(number=die))
+    silicon = Silicon(process, temperature, Die(number=die))
     events, rate = 8, 100.0
     values = {"level": float(level), "events": float(events), "rate": rate, "duration": None}
     result = simulate(BLOCK.testbench(rebias(build(), {}, kind), values, 1.8), silicon, rtol=1e-5)
@@ -45,10 +54,12 @@ def test_pulses_of_a_train_are_the_transistors(
     windows = [(result.time > t) & (result.time < t + 1e-3) for t in times]
     drawn = np.array([np.trapezoid(current[w], result.time[w]) for w in windows])
     modelled = charges(on, resources(on.branches, tuple(times)))[0]
-    # 0.6 % seen, the most at 60 degC
-    assert modelled == pytest.approx(drawn, rel=0.01)
-    # 0.002 seen: that is the same in all pulses
-    assert modelled / modelled[0] == pytest.approx(drawn / drawn[0], abs=0.004)
+    # 0.6 % seen, the most at 60 degC; under the full law 2.9 %, since the mirror's copy feels where the line
+    # is, which is higher while the filter is nearly empty: 5 % is what a charge may be off
+    off, relative = (0.01, 0.004) if process is ROLLS_180 else (0.035, 0.01)
+    assert modelled == pytest.approx(drawn, rel=off)
+    # 0.002 and 0.006 seen
+    assert modelled / modelled[0] == pytest.approx(drawn / drawn[0], abs=relative)
 
 
 def test_a_long_train_settles_at_the_closed_form() -> None:
@@ -76,9 +87,14 @@ def test_without_the_bias_nothing_is_spent() -> None:
     assert found / found[0] == pytest.approx(np.ones(20), abs=5e-3)
 
 
-@pytest.mark.parametrize(("level", "temperature"), [(1, 0.0), (4, 27.0)])
-def test_the_gates_are_lifted_as_the_transistors_are(level: int, temperature: float) -> None:
-    silicon = Silicon(ROLLS_180, temperature, Die(number=1000))
+@pytest.mark.parametrize(
+    ("process", "level", "temperature"),
+    [(ROLLS_180, 1, 0.0), (ROLLS_180, 4, 27.0), (ROLLS_180_FULL, 1, 27.0)],
+)
+def test_the_gates_are_lifted_as_the_transistors_are(
+    process: Process, level: int, temperature: float
+) -> None:
+    silicon = Silicon(process, temperature, Die(number=1000))
     off = {"i_std": OFF_CURRENT}
     values = {"level": float(level), "events": 1.0, "rate": 100.0, "duration": 3e-3}
     result = simulate(BLOCK.testbench(rebias(build(), off, "ideal"), values, 1.8), silicon, rtol=1e-5)
@@ -86,7 +102,8 @@ def test_the_gates_are_lifted_as_the_transistors_are(level: int, temperature: fl
     lifted = float(np.interp(begin + 18e-6, result.time, gate) - np.interp(begin, result.time, gate))
     found = model_on(silicon, "ideal", level, **off).branches
     # 0.7 and 1.1 mV; 1.2 % seen: what the mirror of a step that is off leaks
-    assert lifted == pytest.approx(found.path[-1, 0, 0], rel=0.025)
+    # under the full law 5 %, of the same
+    assert lifted == pytest.approx(found.path[-1, 0, 0], rel=0.025 if process is ROLLS_180 else 0.06)
 
 
 def test_every_weight_device_of_a_level_has_its_own_cell() -> None:
@@ -102,3 +119,15 @@ def test_every_weight_device_of_a_level_has_its_own_cell() -> None:
 def test_levels_that_do_not_excite_are_refused(level: int) -> None:
     with pytest.raises(ParameterError, match=rf"level: {level}, must be 1 to 4; inhibitory"):
         model_on(Silicon(ROLLS_180), level=level)
+
+
+def test_leaks_let_a_gate_rest_above_its_bias_as_the_transistors_do() -> None:
+    """With a recovery of a quarter of a femtoampere the junctions leak a twentieth of it."""
+    silicon = Silicon(ROLLS_180_FULL, 60.0, Die(number=1000))
+    weak = {"i_rec": 40e-16}
+    values = {"level": 1.0, "events": 1.0, "rate": 100.0, "duration": 1e-3}
+    point = operating_point(BLOCK.testbench(rebias(build(), weak, "ideal"), values, 1.8), silicon)
+    volts = point.voltages()
+    found = model_on(silicon, "ideal", **weak).branches.rest[0, 0]
+    assert 5e-4 < found == pytest.approx(volts["w_exc"] - volts["v_exc"], rel=0.02)
+    assert model_on(replace(silicon, process=ROLLS_180), "ideal").branches.rest.max() == 0.0

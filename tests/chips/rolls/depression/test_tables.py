@@ -25,7 +25,7 @@ from circuits.devices.ekv import interpolation
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL, Process
 from circuits.silicon.silicon import Silicon
 
 TABLE = default_biases().with_code("IF_DC_P", 7, 0).with_code("NPA_WEIGHT_STD_N", 5, 36)
@@ -36,8 +36,8 @@ STD = ShortTermDepression()
 TRIALS = 400
 
 
-def chip_of(depression: ShortTermDepression | None = STD) -> RollsChip:
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=1000))
+def chip_of(depression: ShortTermDepression | None = STD, process: Process = ROLLS_180) -> RollsChip:
+    silicon = Silicon(process, 27.0, Die(number=1000))
     return RollsChip(Program(LEVELS, TABLE, depression=depression), silicon, "ideal")
 
 
@@ -50,16 +50,24 @@ def train(column: int, times: np.ndarray, neuron: int = 5) -> Inputs:
     return Inputs(times, np.full(times.size, neuron), np.full(times.size, NEURONS + column))
 
 
-def test_charges_of_every_level_are_the_transistors(chip: RollsChip) -> None:
+@pytest.fixture(scope="module")
+def whole() -> RollsChip:
+    """Under the full law."""
+    return chip_of(process=ROLLS_180_FULL)
+
+
+@pytest.mark.parametrize("law", ["chip", "whole"])
+def test_charges_of_every_level_are_the_transistors(law: str, request: pytest.FixtureRequest) -> None:
+    chip: RollsChip = request.getfixturevalue(law)
     events = {17 + k: chip.step * (3 + 25 * np.arange(3) + 6 * k) for k in range(4)}  # 100 Hz
     cut, result = simulated(chip, 5, events)
     theirs, ours = drawn(cut, result, events), stepped(chip, 5, events)
     for column in events:
-        # 0.3 % seen
-        assert ours[column] == pytest.approx(theirs[column], rel=0.006)
-        # 6e-4 seen
+        # 0.3 % seen; under the full law 2 %: the line stands higher while the filter is nearly empty
+        assert ours[column] == pytest.approx(theirs[column], rel=0.006 if law == "chip" else 0.03)
+        # 6e-4 and 0.011 seen
         relative = theirs[column] / theirs[column][0]
-        assert ours[column] / ours[column][0] == pytest.approx(relative, abs=2e-3)
+        assert ours[column] / ours[column][0] == pytest.approx(relative, abs=2e-3 if law == "chip" else 0.015)
         assert relative[-1] < 0.85
 
 
@@ -149,6 +157,21 @@ def test_voltages_stay_where_the_temperature_changes(chip: RollsChip) -> None:
     x = [t * np.log(s.depression.resource[0]) for s, t in ((cold, 300.15), (hot, 320.15))]
     # U_T is 7 % more; a step of 0.4 ms of the recovery's 54 ms takes 1 % of two pulses
     assert x[1] == pytest.approx(x[0], rel=0.02)
+
+
+def test_a_gate_s_rest_stays_out_of_what_a_temperature_changes(whole: RollsChip) -> None:
+    """Weights that rest go on at rest; a voltage above it stays."""
+    _, cold = whole.run(whole.at_rest(), whole.step, train(17, np.array([0.25]) * whole.step))
+    _, hot = whole.run(cold, whole.step, temperature=47.0)
+    assert cold.depression is not None
+    assert hot.depression is not None
+    old, new = whole.built().depression, whole.built(47.0).depression
+    assert old is not None
+    assert new is not None
+    assert 0.0 < old.rest[0] < new.rest[0]
+    x = [b.rest[0] - b.u_t * np.log(s.depression.resource[0]) for b, s in ((old, cold), (new, hot))]
+    # a step of 0.4 ms of the recovery's time constant
+    assert x[1] == pytest.approx(x[0], rel=0.03)
 
 
 def test_noise_of_an_event_is_that_of_its_equation(chip: RollsChip) -> None:
