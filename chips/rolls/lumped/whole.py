@@ -221,7 +221,7 @@ def fed_diode(
             for _ in range(_ROUNDS):
                 drain = supply - y
                 current = channel(n, drain, gate[k, j], source[k, j])[0] + leaked(n, drain, gate[k, j])[0]
-                new = diode_from(p, current, supply, 0.5 * (foot + supply), foot)
+                new = diode_from(p, current, supply, y, foot)
                 if abs(new - y) < 1e-10:
                     break
                 y = new

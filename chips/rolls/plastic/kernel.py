@@ -78,6 +78,15 @@ def _drifted(
 
 
 @step_inlined
+def _moved(effect: F32 | None, w: np.float32, up: np.float32, down: np.float32) -> np.float32:
+    """By how much a weight at w moves, V; up, down: at the voltage of `effect`."""
+    if effect is None:
+        return up - down
+    over = w - effect[2]
+    return up * (ONE - effect[0] * over) - down * (ONE + effect[1] * over)
+
+
+@step_inlined
 def _column(p: Plastic, pre: int) -> None:
     """An event of every synapse of a column."""
     c, a, s = p.tables, p.arrays, p.scratch
@@ -91,7 +100,7 @@ def _column(p: Plastic, pre: int) -> None:
         lift = s.lift[k]
         x = _drifted(w[k], gone * (rise[k] + lift), gone * (fall[k] - lift), middle[k], supply)
         brought[k] += charge[k] if x > middle[k] else ZERO
-        x += s.up[k] * up[k] - s.down[k] * down[k]
+        x += _moved(c.effect, x, s.up[k] * up[k], s.down[k] * down[k])
         w[k] = min(max(x, ZERO), supply)
         seen[k] = now
 
@@ -104,7 +113,7 @@ def _synapse(p: Plastic, pre: int, k: int) -> None:
     rise, fall = c.rise[pre, k] + s.lift[k], c.fall[pre, k] - s.lift[k]
     x = _drifted(a.weights[pre, k], gone * rise, gone * fall, middle, supply)
     s.filters.charge[SLOW, k] += c.charge[pre, k] if x > middle else ZERO
-    x += s.up[k] * c.up[pre, k] - s.down[k] * c.down[pre, k]
+    x += _moved(c.effect, x, s.up[k] * c.up[pre, k], s.down[k] * c.down[pre, k])
     a.weights[pre, k] = min(max(x, ZERO), supply)
     a.seen[pre, k] = np.int32(a.clock[0])
 

@@ -37,6 +37,8 @@ class PlasticTables(NamedTuple):
     middle: F32  # float32[pre, post], V: threshold of a weight
     charge: F32  # float32[pre, post]: what an event brings the filter where the weight is high, in z
     active: F32  # float32[2], V: what the drift has more in a step while weights may go up, and down
+    # under the full law: shares by w of `up` and `down`, 1/V, and the voltage of w where they hold, V
+    effect: F32 | None = None
 
 
 class PlasticArrays(NamedTuple):

@@ -23,9 +23,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.model_law import check_law
 from chips.rolls.lumped.filter import Filter, filter_of, line_voltage
 from chips.rolls.lumped.network import sink_over_line, stack
+from chips.rolls.plastic.whole_model import (
+    drifts,
+    idle_through,
+    junction,
+    membrane_threshold,
+    moved_by,
+    one_open,
+    shut,
+    weight_threshold,
+    whole_sunk,
+)
 from circuits.arrays import F64
 from circuits.blocks.rolls import calcium_gate, plastic_synapse
 from circuits.lowering.capacitance import capacitance_matrix
@@ -36,6 +46,7 @@ CELL_DEVICES = (
     *(f"mu{k}" for k in (1, 2, 3)), *(f"md{k}" for k in (1, 2, 3)), *(f"mr{k}" for k in (1, 2, 3, 4)),
     *(f"mb{k}" for k in (2, 3, 4, 5)), *(f"mw{k}" for k in (1, 2, 3)),
 )  # fmt: skip
+WHOLE_DEVICES = (*CELL_DEVICES, "mb1", "mb6", "mb7")  # what the full law needs
 OVERS = calcium_gate.THRESHOLDS
 
 
@@ -73,6 +84,10 @@ class Cells(NamedTuple):
     switched: F64  # C, that it draws beside
     idle: F64  # A, between pulses
     capacitance: F64  # F, at w, a number
+    effect: tuple[float, float] | None = None  # 1/V, shares of up and down by w, under the full law
+
+
+CELL_ARRAYS = Cells._fields[:-2]  # of each weight
 
 
 class Gates(NamedTuple):
@@ -91,7 +106,6 @@ class Gates(NamedTuple):
 
 def cell_model(params: plastic_synapse.Params, process: Process) -> CellModel:
     """Return the capacitances of a plastic synapse's nodes."""
-    check_law(process)
     c = capacitance_matrix(plastic_synapse.cell(params), process, ("w", "wx", "ws"))
     far = c[1:, 1:]
     return CellModel(float(c[0, 0]), float(far.sum()), float(far[0, 0] / far.sum()))
@@ -99,7 +113,6 @@ def cell_model(params: plastic_synapse.Params, process: Process) -> CellModel:
 
 def gate_model(params: calcium_gate.Params, process: Process) -> GateModel:
     """Return the capacitances of a learning circuit's nodes."""
-    check_law(process)
     nodes = ("v_ca", "line", *(f"over_{name}" for name in OVERS), "far", "step")
     c = capacitance_matrix(calcium_gate.gate(params), process, nodes)
     far, over = c[5:, 5:], tuple(float(c[2 + k, 2 + k]) for k in range(3))
@@ -111,17 +124,31 @@ def gate_model(params: calcium_gate.Params, process: Process) -> GateModel:
 
 def cells_of(d: DieDevices, m: CellModel, line: float) -> Cells:
     """Return plastic synapses with the devices `d`, their line at `line` V."""
+    switched = m.switch * np.maximum(_highest(d, "mw1", line) - m.held * d.gate["v_shift"], 0.0)
+    if d.full:
+        return _whole_cells_of(d, m, line, switched)
     up, down = d.saturated("mu3", d.below("v_up")), d.saturated("md3", d.gate["v_dn"])
     above, below = _shut(d, "mu1", "mu2"), _shut(d, "md1", "md2")
     more = d.saturated("mu1", 0.0) - above, d.saturated("md1", 0.0) - below
     rise = d.saturated("mr2", d.below("v_driftup")) + above - below - d.saturated("mr3", 0.0)
     fall = d.saturated("mr4", d.gate["v_driftdn"]) + below - above - d.saturated("mr1", 0.0)
-    switched = m.switch * np.maximum(_highest(d, "mw1", line) - m.held * d.gate["v_shift"], 0.0)
     return Cells(
         up, down, rise / m.weight, fall / m.weight, more[0] / m.weight, more[1] / m.weight,
         _balance(d, ("mb2", "mb3", "mb5", "mb4"), d.gate["v_wthr"]),
         _sunk(d, "mw1", "mw3", "mw2", "v_weight", line), switched,
         d.saturated("mw1", 0.0, d.gate["v_shift"]), np.asarray(m.weight),
+    )  # fmt: skip
+
+
+def _whole_cells_of(d: DieDevices, m: CellModel, line: float, switched: F64) -> Cells:
+    """The same under the law with second-order effects."""
+    (up, higher), (down, lower) = moved_by(d, "mu3", d.below("v_up")), moved_by(d, "md3", d.gate["v_dn"])
+    leaks = shut(d)
+    (rise, fall), more = drifts(d, leaks), one_open(d, leaks)
+    return Cells(
+        up, down, rise / m.weight, fall / m.weight, more[0] / m.weight, more[1] / m.weight,
+        weight_threshold(d), whole_sunk(d, ("mw1", "mw3"), "mw2", "v_weight", line), switched,
+        idle_through(d, "mw1"), np.asarray(m.weight), (higher, lower),
     )  # fmt: skip
 
 
@@ -137,15 +164,29 @@ def gates_of(d: DieDevices, m: GateModel, line: float | None = None) -> Gates:
     ratio, threshold, passed = [], [], []
     for name, inverter in zip(OVERS, ("mq3", "mq6", "mq5"), strict=True):
         ratio.append(d.mirror("mk_thmin", f"mk_{name}").weak)
-        threshold.append(d.saturated(f"ms_{name}", d.gate[f"v_{name}"]))
         passed.append(d.inverter_threshold(inverter))
+        threshold.append(_threshold(d, name, passed[-1]))
     switched = m.switch * np.maximum(_highest(d, "mc1", at) - m.held * d.gate["v_shift"], 0.0)
+    if d.full:
+        drawn, idle = whole_sunk(d, ("mc1", "mc3"), "mc2", "v_caw", at), idle_through(d, "mc1")
+        membrane = membrane_threshold(d)
+    else:
+        drawn = _sunk(d, "mc1", "mc3", "mc2", "v_caw", at)
+        idle = d.saturated("mc1", 0.0, d.gate["v_shift"])
+        membrane = _balance(d, ("mm2", "mm3", "mm4", "mm5"), d.gate["v_memthr"])
     return Gates(
-        own, _sunk(d, "mc1", "mc3", "mc2", "v_caw", at), switched,
-        d.saturated("mc1", 0.0, d.gate["v_shift"]), np.array(ratio), np.array(threshold), np.array(passed),
-        np.array(m.nodes),
-        _balance(d, ("mm2", "mm3", "mm4", "mm5"), d.gate["v_memthr"]),
+        own, drawn, switched, idle, np.array(ratio), np.array(threshold), np.array(passed), np.array(m.nodes),
+        membrane,
     )  # fmt: skip
+
+
+def _threshold(d: DieDevices, name: str, passed: F64) -> F64:
+    """What the calcium's copy has to bring for its node to rise, A; passed: where that node turns, V."""
+    device, gate = f"ms_{name}", d.gate[f"v_{name}"]
+    if not d.full:
+        return d.saturated(device, gate)
+    copy = junction(d, f"mk_{name}", d.below("v_cathr"), d.v_dd - passed)
+    return np.asarray(d.current(device, gate, passed) - copy)
 
 
 def _shut(d: DieDevices, first: str, second: str) -> F64:

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.model_law import check_law
 from chips.rolls.chip import STEP
 from chips.rolls.layout import (
     COUNTS,
@@ -25,7 +24,7 @@ from chips.rolls.layout import (
 )
 from chips.rolls.plastic.kernel import deliver_plastic, step_plastic
 from chips.rolls.plastic.layout import Plastic, PlasticEvents
-from chips.rolls.plastic.model import cell_model, cells_of, gate_model, gates_of
+from chips.rolls.plastic.model import CELL_ARRAYS, cell_model, cells_of, gate_model, gates_of
 from chips.rolls.plastic.state import arrays_of, rest_of_plastic, scratch_of, settle
 from chips.rolls.plastic.tables import Parts, assemble
 from chips.rolls.synapse.charge import pulse_length
@@ -154,7 +153,6 @@ def moves(weights: Sequence[float], times: F64, events: Sequence[float], step: f
 def prepared(silicon: Silicon, kind: BiasKind, step: float) -> tuple[Plastic, F64]:
     """Return COPIES of the pair for the chip's kernel, their weights low, and rows of a chip's state."""
     circuit = rebias(pair(), {}, kind)
-    check_law(silicon.process)
     d = standing(circuit, silicon).taken(np.zeros(COPIES, dtype=np.int64))
     volts = {b.port: np.asarray(bias_voltages(circuit, b, silicon)) for b in circuit.biases}
     gates = {p: v for p, v in volts.items() if not p.startswith("n_")}
@@ -167,7 +165,7 @@ def prepared(silicon: Silicon, kind: BiasKind, step: float) -> tuple[Plastic, F6
     lengths = pulse_length(synapse, _part(d, "synapse.extender.", gates, "extender."))
     spikes = pulse_length(synapse, _part(d, "neuron.extender.", own, "extender."))
     one = np.eye(COPIES, dtype=np.bool_)
-    shared = cells._replace(**{n: np.tile(getattr(cells, n)[:1], COPIES**2) for n in cells._fields[:-1]})
+    shared = cells._replace(**{n: np.tile(getattr(cells, n)[:1], COPIES**2) for n in CELL_ARRAYS})
     parts = Parts(
         learners.filter, shared, learners, lengths, spikes, one, np.zeros((COPIES, 1, 2), np.float32),
         learners.membrane, silicon.process.v_dd,

@@ -11,6 +11,7 @@ from chips.rolls.circuit import Params
 from chips.rolls.layout import VOLTAGE, Membranes
 from chips.rolls.lumped.filter import Filter, Load, Shape, bank_of, filter_of, line_voltage, shape_of
 from chips.rolls.lumped.grid import edges
+from chips.rolls.neuron.whole_membrane import WholeMembrane
 from chips.rolls.parts import devices_at, extenders_at, gate_voltages, part_gates, row_place
 from chips.rolls.plastic.circuit import (
     CELL,
@@ -23,7 +24,9 @@ from chips.rolls.plastic.circuit import (
 )
 from chips.rolls.plastic.layout import NODES, PlasticTables
 from chips.rolls.plastic.model import (
+    CELL_ARRAYS,
     CELL_DEVICES,
+    WHOLE_DEVICES,
     CellModel,
     Cells,
     GateModel,
@@ -49,7 +52,8 @@ from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
 FILTER = "plastic"
-NMDA_DEVICES = tuple(f"nmda_gate.mg{k}" for k in (1, 2, 4, 5, 6, 7))
+NMDA_DEVICES = (*(f"nmda_gate.mg{k}" for k in (1, 2, 4, 5, 6, 7)), "leak.ml1", "leak.ml2")
+NMDA_CURRENT = 1e-10  # A, ours: into the NMDA gate, at which its share is taken under the full law
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +100,8 @@ def _prepare(params: Params, learning: Learning, process: Process) -> _Ready:
 def _cell_devices(learning: Learning, silicon: Silicon) -> DieDevices:
     """Devices of the whole array, without their gates."""
     place = row_place(NEURONS, (CELL, (NEURONS,)))
-    return devices_at(plastic_synapse.cell(learning.cell), place, silicon, {}, CELL_DEVICES)
+    wanted = CELL_DEVICES if silicon.process.effects == "ideal" else WHOLE_DEVICES
+    return devices_at(plastic_synapse.cell(learning.cell), place, silicon, {}, wanted)
 
 
 def build_plastic(
@@ -170,12 +175,10 @@ def assemble(p: Parts, step: float) -> BuiltPlastic:
     """Return the tables for steps of `step` s."""
     square, latched = p.latched.shape, p.latched
     lengths = np.broadcast_to(p.lengths, square)
-    cell = {
-        name: np.broadcast_to(np.reshape(getattr(p.cells, name), square), square)
-        for name in Cells._fields[:-1]
-    }
+    cell = {name: np.broadcast_to(np.reshape(getattr(p.cells, name), square), square) for name in CELL_ARRAYS}
     charge = np.where(latched, cell["current"] * lengths + cell["switched"], 0.0)
     moved = np.where(latched, lengths / p.cells.capacitance, 0.0)
+    up, down, effect = moves(cell["up"] * moved, cell["down"] * moved, p.cells.effect, 0.5 * p.v_dd)
     load = Load(_drawn(cell["current"], latched), cell["idle"].sum(axis=1))
     calcium = Load(p.gates.current, p.gates.idle)
     spike = (p.gates.current * p.spikes + p.gates.switched) / p.gates.filter.unit
@@ -187,29 +190,47 @@ def assemble(p: Parts, step: float) -> BuiltPlastic:
         p.gates.threshold.astype(np.float32),
         np.broadcast_to((step / p.gates.capacitance)[:, None], (NODES, square[0])).astype(np.float32),
         p.gates.passed.astype(np.float32), p.membrane, np.array([p.v_dd], np.float32),
-        _columns(cell["up"] * moved), _columns(cell["down"] * moved), _columns(cell["rise"] * step),
+        _columns(up), _columns(down), _columns(cell["rise"] * step),
         _columns(cell["fall"] * step), _columns(cell["middle"]), _columns(charge / p.filter.unit[:, None]),
-        np.array([step * p.cells.more_up.mean(), step * p.cells.more_down.mean()], np.float32),
+        np.array([step * p.cells.more_up.mean(), step * p.cells.more_down.mean()], np.float32), effect,
     )  # fmt: skip
     return BuiltPlastic(
         tables, (p.filter, p.gates.filter), (load, calcium), shapes, p.cells, p.gates, p.lengths
     )
 
 
+def moves(up: F64, down: F64, effect: tuple[float, float] | None, half: float) -> tuple[F64, F64, F32 | None]:
+    """Return jumps at `half` the supply, V, and `PlasticTables.effect`.
+
+    up, down: of constant currents as they are there, V; effect: as of `Cells`, 1/V.
+    """
+    if effect is None:
+        return up, down, None
+    a, b = effect
+    return -np.expm1(-a * up) / a, -np.expm1(-b * down) / b, np.array([a, b, half], np.float32)
+
+
 def nmda_share(d: DieDevices, membranes: Membranes) -> F32:
     """Return what the NMDA gate brings into the input of a current, as lines over zeta, float32[n, rows, 2].
 
-    In weak inversion it is the pair's share times the gains of its two mirrors.
+    In weak inversion it is the pair's share times the gains of its two mirrors; under the full law it is that
+    of NMDA_CURRENT.
     """
     v, grid = _voltages(membranes)
+    share = WholeMembrane(d, v).nmda(NMDA_CURRENT) / NMDA_CURRENT if d.full else _weak_share(d, v)
+    slope = np.diff(share, axis=1) / np.diff(grid)[None, :]
+    return np.stack((share[:, :-1] - slope * grid[None, :-1], slope), axis=2).astype(np.float32)
+
+
+def _weak_share(d: DieDevices, v: F64) -> F64:
+    """Share of a current at membranes `v`, V, by weak inversion, float64[n, points]."""
     mg1, mg2 = d.fet["nmda_gate.mg1"], d.fet["nmda_gate.mg2"]
     passing = np.log(mg1.current) + d.pinch("nmda_gate.mg1", d.below("v_nmda"))
     pinch = d.columns().pinch("nmda_gate.mg2", d.v_dd - v)
     share = 1.0 / (1.0 + np.exp(np.log(mg2.current)[:, None] + pinch - passing[:, None]))
     for diode, copy in (("nmda_gate.mg4", "nmda_gate.mg5"), ("nmda_gate.mg6", "nmda_gate.mg7")):
         share = share * d.mirror(diode, copy).weak[:, None]
-    slope = np.diff(share, axis=1) / np.diff(grid)[None, :]
-    return np.stack((share[:, :-1] - slope * grid[None, :-1], slope), axis=2).astype(np.float32)
+    return share
 
 
 def zeta_at(v: F64, membranes: Membranes) -> F64:

@@ -85,13 +85,13 @@ def sourced(d: DieDevices, gate: F64, grid: F64) -> F64:
 def sunk(d: DieDevices, lines: Lines, grid: F64) -> F64:
     """Return what an inhibitory level draws from the line, A, float64[n, grid]; grid: of the line, V."""
     out = np.empty((d.copies, grid.size))
-    sunk_sum(_switches(d), *lines, d.v_dd, grid, out)
+    sunk_sum(joined(d, "synapse.mi1", "synapse.mi7"), *lines, d.v_dd, grid, out)
     return out
 
 
-def _switches(d: DieDevices) -> F64:
-    """Two switches with one gate as one of twice the length; both are far in their triode region."""
-    near, far = rows_of(d.fet["synapse.mi1"]), rows_of(d.fet["synapse.mi7"])
+def joined(d: DieDevices, first: str, second: str) -> F64:
+    """Return two switches with one gate as one of twice the length; both are far in their triode region."""
+    near, far = rows_of(d.fet[first]), rows_of(d.fet[second])
     both = 0.5 * (near + far)
     both[0] = near[0] * far[0] / (near[0] + far[0])  # specific current
     both[6] *= 0.5  # early

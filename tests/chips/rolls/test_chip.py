@@ -10,11 +10,9 @@ from chips.rolls.chip import Inputs, RollsChip
 from chips.rolls.circuit import Params, chip, row
 from chips.rolls.layout import Z
 from chips.rolls.neuron.model import respond
-from chips.rolls.plastic.program import PlasticArray
 from chips.rolls.program.address import NEURONS, VirtualSynapses
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.program.program import Program, VirtualInput
-from chips.rolls.setups.learning import learning_biases
 from chips.rolls.synapse.reference import filter_errors
 from chips.validity import outside_boxes
 from circuits.errors import ParameterError
@@ -80,16 +78,6 @@ def test_rates_are_the_behavioural_neurons_under_the_full_law():
     for ours, theirs in spikes_beside_the_neurons(chip_of(biases=DRIVEN, process=ROLLS_180_FULL)):
         # 1.5 %: the step, as under the ideal law, and what I_dc changes over v_mem
         assert np.diff(ours).mean() == pytest.approx(np.diff(theirs).mean(), rel=1.5e-2)
-
-
-@pytest.mark.parametrize("parts", [{"plastic": PlasticArray(SILENT > 0, SILENT > 0)}])
-def test_parts_of_the_ideal_law_refuse_the_full_one(parts):
-    table = learning_biases().with_code("IF_DC_P", 7, 0).with_code("NPA_WEIGHT_STD_N", 6, 100)
-    levels = SILENT.copy()
-    levels[5, 17] = 1
-    chip = RollsChip(Program(levels, table, **parts), Silicon(ROLLS_180_FULL))
-    with pytest.raises(ParameterError, match=r"rolls-180\.n: ekv-gamma.*take the law `ideal`"):
-        chip.built()
 
 
 def test_neurons_of_a_die_differ(driven):

@@ -6,9 +6,10 @@ import pytest
 from chips.rolls.chip import RollsChip
 from chips.rolls.layout import OCTAVE_BITS, VOLTAGE
 from chips.rolls.neuron.membrane import Membrane
+from chips.rolls.neuron.whole_membrane import WholeMembrane
 from chips.rolls.parts import devices_at, part_gates, row_place
 from chips.rolls.plastic.model import cell_model, cells_of
-from chips.rolls.plastic.tables import nmda_share, zeta_at
+from chips.rolls.plastic.tables import moves, nmda_share, zeta_at
 from chips.rolls.program.program import Program
 from chips.rolls.setups.learning import learning_biases
 from chips.rolls.synapse.charge import pulse_length
@@ -20,7 +21,7 @@ from circuits.devices import Source
 from circuits.devices.source import Constant
 from circuits.lowering.on_die import standing
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import simulate
@@ -36,32 +37,45 @@ def circuit_measures(circuit, silicon, up):
     )
 
 
+LAWS = pytest.mark.parametrize("process", [ROLLS_180, ROLLS_180_FULL], ids=["ideal", "full"])
+
+
+@LAWS
 @pytest.mark.parametrize(("die", "temperature"), [(1000, 27.0), (1001, 0.0)])
-def test_jumps_drifts_and_charges_are_the_circuits(die, temperature):
-    silicon = Silicon(ROLLS_180, temperature, Die(number=die))
+def test_jumps_drifts_and_charges_are_the_circuits(die, temperature, process):
+    silicon = Silicon(process, temperature, Die(number=die))
     circuit = rebias(plastic_synapse.build(), {}, "ideal")
     d = standing(circuit, silicon)
     own = d.renamed("cell.")
-    cells = cells_of(own, cell_model(plastic_synapse.Params(), ROLLS_180), LINE)
-    length = pulse_length(model_of(dpi_synapse.build(), ROLLS_180), d)[0]
+    cells = cells_of(own, cell_model(plastic_synapse.Params(), process), LINE)
+    length = pulse_length(model_of(dpi_synapse.build(), process), d)[0]
     up, down = (circuit_measures(circuit, silicon, way) for way in (1.0, -1.0))
-    # 0.7 % seen: charge of the switches' inner nodes
-    assert up["jump_V"] == pytest.approx(cells.up[0] * length / cells.capacitance, rel=0.015)
-    assert down["jump_V"] == pytest.approx(-cells.down[0] * length / cells.capacitance, rel=0.015)
-    # the lines stay active in the testbench; 1.5 % seen: what drains at another voltage leak
-    assert up["drift_V_per_s"] == pytest.approx(-(cells.fall - cells.more_up)[0], rel=0.03)
-    assert down["drift_V_per_s"] == pytest.approx((cells.rise - cells.more_down)[0], rel=0.03)
+    expected = moves(*(i * length / cells.capacitance for i in (cells.up, cells.down)), cells.effect, 0.9)
+    # from the rails, where a current has more by the Early effect
+    raised, lowered = (
+        x[0] * (1.0 + 0.9 * a) for x, a in zip(expected, cells.effect or (0.0, 0.0), strict=False)
+    )
+    # 0.7 and 1.5 % seen: charge of the switches' inner nodes, and the drift of the first 0.1 ms
+    assert up["jump_V"] == pytest.approx(raised, rel=0.02)
+    assert down["jump_V"] == pytest.approx(-lowered, rel=0.02)
+    # the lines stay active in the testbench; 1.5 % seen: what drains at another voltage leak; under the full
+    # law 6 %: the drift is that of the middle of its way, and here w is near its rail
+    off = 0.03 if process is ROLLS_180 else 0.07
+    assert up["drift_V_per_s"] == pytest.approx(-(cells.fall - cells.more_up)[0], rel=off)
+    assert down["drift_V_per_s"] == pytest.approx((cells.rise - cells.more_down)[0], rel=off)
     assert down["charge_C"] == pytest.approx((cells.current * length + cells.switched)[0], rel=0.01)
 
 
+@LAWS
 @pytest.mark.parametrize("die", [1000, 1001])
-def test_a_weights_threshold_is_the_comparators(die):
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=die))
+def test_a_weights_threshold_is_the_comparators(die, process):
+    silicon = Silicon(process, 27.0, Die(number=die))
     circuit = rebias(plastic_synapse.build(), {}, "ideal")
     d = standing(circuit, silicon)
     own = d.renamed("cell.")
-    middle = cells_of(own, cell_model(plastic_synapse.Params(), ROLLS_180), LINE).middle[0]
-    # the second stage's own offset over the first one's gain, of 1 / U_T and more: below 1 mV
+    middle = cells_of(own, cell_model(plastic_synapse.Params(), process), LINE).middle[0]
+    # the second stage's own offset over the first one's gain, of 1 / U_T and more: below 1 mV; under the full
+    # law the second stage's balance is in it, and half a volt of `low` is passed within 10 uV
     for off, low in ((-1e-3, 1.8), (1e-3, 0.0)):
         volts = {"vdd": 1.8, "event": 0.0, "up_b": 1.8, "dn": 0.0, "line": LINE, "w": float(middle) + off}
         held = tuple(Source(name, name, Constant(v)) for name, v in volts.items())
@@ -69,8 +83,9 @@ def test_a_weights_threshold_is_the_comparators(die):
         assert found["low"] == pytest.approx(low, abs=0.05)
 
 
-def test_the_nmda_gates_share_is_that_of_its_pair_and_mirrors():
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=1000))
+@LAWS
+def test_the_nmda_gates_share_is_that_of_its_pair_and_mirrors(process):
+    silicon = Silicon(process, 27.0, Die(number=1000))
     chip = RollsChip(Program(np.zeros((1, 1)), learning_biases()), silicon, "ideal")
     built = chip.built()
     neuron = devices_at(
@@ -88,7 +103,7 @@ def test_the_nmda_gates_share_is_that_of_its_pair_and_mirrors():
     share = here[:, :, 0] + here[:, :, 1] * zeta
     at = np.take_along_axis(membranes.lines[:, :, VOLTAGE:], row[:, :, None], axis=1)
     assert np.allclose(at[:, :, 0] + at[:, :, 1] * zeta, v, atol=1e-3)
-    current = 0.1e-9
-    exact = Membrane(neuron, v).nmda(current) / current
+    current = 0.1e-9 if process is ROLLS_180 else 1e-9
+    exact = (Membrane if process is ROLLS_180 else WholeMembrane)(neuron, v).nmda(current) / current
     # weak inversion: 2 % seen in the mirrors' mismatch at 0.1 nA; a line of 1 / 16 octave bends by less
     assert np.abs(share / exact - 1.0).max() < 0.04

@@ -6,7 +6,7 @@ import pytest
 from chips.rolls.chip import STEP
 from chips.rolls.plastic.reference import Stimulus, moves, pair, simulated, stepped
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL
 from circuits.silicon.silicon import Silicon
 from tests.circuits.soundness import fault
 
@@ -22,17 +22,24 @@ def test_the_circuit_is_sound() -> None:
 
 
 @pytest.mark.parametrize(
-    ("die", "temperature", "kind"),
-    [(None, 27.0, "gate"), (1000, 27.0, "ideal"), (1001, 10.0, "ideal")],
+    ("process", "die", "temperature", "kind"),
+    [
+        (ROLLS_180, None, 27.0, "gate"),
+        (ROLLS_180, 1000, 27.0, "ideal"),
+        (ROLLS_180, 1001, 10.0, "ideal"),
+        (ROLLS_180_FULL, 1000, 27.0, "ideal"),
+        (ROLLS_180_FULL, 1002, 27.0, "gate"),
+    ],
 )
-def test_weight_moves_as_the_transistors_do(die, temperature, kind):
-    silicon = Silicon(ROLLS_180, temperature, Die(number=die))
+def test_weight_moves_as_the_transistors_do(process, die, temperature, kind):
+    silicon = Silicon(process, temperature, Die(number=die))
     ours, times = stepped(DRIVE, silicon, kind)
     theirs = simulated(DRIVE, silicon, kind, times)
     assert moves(ours, times, EVENTS, STEP) == moves(theirs, times, EVENTS, STEP)
     assert set(moves(ours, times, EVENTS, STEP)) == {-1, 0, 1}
-    # a jump is 160 mV; 6 mV seen, half of it drift: shut stacks' leaks as they depend on the weight
-    assert np.sqrt(np.mean((ours - theirs) ** 2)) < 0.012
+    # a jump is 160 mV; 6 mV seen, half of it drift: shut stacks' leaks as they depend on the weight; under
+    # the full law 19 mV: those leaks hold a weight that much off its rail
+    assert np.sqrt(np.mean((ours - theirs) ** 2)) < (0.012 if process is ROLLS_180 else 0.025)
     assert np.abs(ours - theirs).max() < 0.05
 
 
