@@ -83,7 +83,7 @@ def _moved(effect: F32 | None, w: np.float32, up: np.float32, down: np.float32) 
     if effect is None:
         return up - down
     over = w - effect[2]
-    return up * (ONE - effect[0] * over) - down * (ONE + effect[1] * over)
+    return np.float32(up * (ONE - effect[0] * over) - down * (ONE + effect[1] * over))
 
 
 @step_inlined

@@ -24,7 +24,7 @@ from chips.rolls.layout import (
 )
 from chips.rolls.plastic.kernel import deliver_plastic, step_plastic
 from chips.rolls.plastic.layout import Plastic, PlasticEvents
-from chips.rolls.plastic.model import CELL_ARRAYS, cell_model, cells_of, gate_model, gates_of
+from chips.rolls.plastic.model import CELL_ARRAYS, Cells, cell_model, cells_of, gate_model, gates_of
 from chips.rolls.plastic.state import arrays_of, rest_of_plastic, scratch_of, settle
 from chips.rolls.plastic.tables import Parts, assemble
 from chips.rolls.synapse.charge import pulse_length
@@ -165,7 +165,8 @@ def prepared(silicon: Silicon, kind: BiasKind, step: float) -> tuple[Plastic, F6
     lengths = pulse_length(synapse, _part(d, "synapse.extender.", gates, "extender."))
     spikes = pulse_length(synapse, _part(d, "neuron.extender.", own, "extender."))
     one = np.eye(COPIES, dtype=np.bool_)
-    shared = cells._replace(**{n: np.tile(getattr(cells, n)[:1], COPIES**2) for n in CELL_ARRAYS})
+    tiled = (np.tile(getattr(cells, name)[:1], COPIES**2) for name in CELL_ARRAYS)
+    shared = Cells._make((*tiled, cells.capacitance, cells.effect))
     parts = Parts(
         learners.filter, shared, learners, lengths, spikes, one, np.zeros((COPIES, 1, 2), np.float32),
         learners.membrane, silicon.process.v_dd,
