@@ -19,9 +19,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.model_law import check_law
 from chips.rolls.circuit import Params, chip
 from chips.rolls.lumped.filter import filter_of, line_voltage
+from chips.rolls.lumped.whole_filter import output_at
 from chips.rolls.neuron.model import neurons_of
 from chips.rolls.parts import devices_at, gate_voltages, part_gates, row_place
 from chips.rolls.portrait import DC, LONGEST, dc_currents, membrane_tau, rates, rheobase
@@ -97,11 +97,7 @@ def correlation(a: Spread, b: Spread) -> float:
 def parts_of(
     table: BiasTable, silicon: Silicon, kind: BiasKind = "gate", params: Params | None = None
 ) -> tuple[PartOfRow, ...]:
-    """Return neuron, filters, pulse extender and synapse of a chip with the biases of `table`, I_dc apart.
-
-    Raises `ParameterError` for a process with second-order effects: a filter's gain is that of the ideal law.
-    """
-    check_law(silicon.process)
+    """Return neuron, filters, pulse extender and synapse of a chip with the biases of `table`, I_dc apart."""
     params = Params() if params is None else params
     gates = gate_voltages(chip(params, table.with_code(DC, 7, 0), kind), replace(silicon, die=NOMINAL))
     ready = prepare(params, silicon.process)
@@ -203,7 +199,8 @@ def _filter(
         f = filter_of(d, *capacitance, inhibitory=inhibitory)
         leak = f.unit / f.tau  # A: what a mean input has to bring for v to stay at 1
         v = INPUT / leak
-        out = f.specific * of_weak(f.scale * v**f.power)
+        strength = v**f.power if f.whole is None else output_at(f.whole, INPUT, v - 1.0)
+        out = f.specific * of_weak(f.scale * strength)
         return {f"{name} time constant": f.tau, f"{name} gain": out / INPUT}
 
     return PartOfRow(name, circuit, row_place(NEURONS, (name, ())), gates, None, "", measure)

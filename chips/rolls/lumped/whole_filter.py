@@ -25,6 +25,7 @@ ABOVE = 4.0  # e-folds of I_1 / I_2, ours: of a filter at work, where its time c
 SATURATED = 0.25  # V, ours: depth from which the leak is out of its triode region
 DEEPEST = 1e8  # I_1 / I_2, ours: beyond what the table of a filter's charge reaches
 CUT_OFF = -10.0  # V, a gate at which a device carries nothing
+BESIDE, _POINTS = 2.0, 257  # e-folds, ours: around the wanted ratios, and points of a curve there
 LEAKAGE, INDUCED = 9, 10  # rows of a device's numbers
 
 
@@ -125,6 +126,18 @@ def curves_of(f: WholeFilter, drawn: float, x: F64) -> Curves:
     ratio[end:] = DEEPEST * np.exp(x[end:] - x[min(end, x.size - 1)])
     density = 1.0 + ratio + kappa * f.line / (1.0 + ratio)
     return Curves((1.0 + ratio) * leak - 1.0, density, np.expm1(np.sqrt(current / f.specific)) ** 2)
+
+
+def output_at(f: WholeFilter, drawn: float, ratio: F64) -> F64:
+    """Return E of the mean filter where `(1 + I_1 / I_2) I_tau / I_tau0 - 1` is `ratio`, in its shape.
+
+    drawn: by the synapses, A. E is as in `Curves`.
+    """
+    x = np.log(ratio)
+    grid = np.linspace(x.min() - BESIDE, x.max() + BESIDE, _POINTS)
+    curves = curves_of(f, drawn, grid)
+    at = np.interp(x, np.log(curves.ratio), grid)
+    return np.asarray(np.exp(np.interp(at, grid, np.log(curves.output))))
 
 
 @compiled()

@@ -4,12 +4,19 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from scipy.optimize import fsolve
 
 from chips.rolls import spread as rolls_spread
+from chips.rolls.lumped.whole import rows_of
+from chips.rolls.lumped.whole_filter import INPUT as NODE
+from chips.rolls.lumped.whole_filter import MEMBRANE
+from chips.rolls.parts import devices_at
 from chips.rolls.program.bias_file import default_biases
-from chips.rolls.spread import PartOfRow, Spread, correlation, parts_of, predicted, sampled
+from chips.rolls.spread import INPUT, PartOfRow, Spread, correlation, parts_of, predicted, sampled
+from chips.rolls.synapse.whole_kernel import currents, output
+from circuits.arrays import F64
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, thermal_voltage
+from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL, thermal_voltage
 from circuits.silicon.silicon import Silicon
 
 SILICON = Silicon(ROLLS_180)
@@ -39,6 +46,42 @@ def test_first_order_tells_the_spread_of_a_die(parts: dict[str, PartOfRow], name
     for quantity, spread in predicted(parts[name], ROLLS_180, SILICON).items():
         # 256 parts tell a CV to 4.4 %: three standard errors
         assert spread.cv == pytest.approx(np.log(drawn[quantity]).std(), rel=0.14), quantity
+
+
+@pytest.fixture(scope="module")
+def whole() -> dict[str, PartOfRow]:
+    """Under the full law."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rolls_spread, "currents_at", lambda *_: np.array([1e-9]))
+        return {p.name: p for p in parts_of(default_biases(), Silicon(ROLLS_180_FULL))}
+
+
+@pytest.mark.parametrize("name", ["excitatory", "inhibitory", "extender", "synapse"])
+def test_first_order_tells_the_spread_of_a_die_under_the_full_law(
+    whole: dict[str, PartOfRow], name: str
+) -> None:
+    drawn = sampled(whole[name], Silicon(ROLLS_180_FULL, 27.0, Die(number=1001)))
+    for quantity, spread in predicted(whole[name], ROLLS_180_FULL, Silicon(ROLLS_180_FULL)).items():
+        assert spread.cv == pytest.approx(np.log(drawn[quantity]).std(), rel=0.14), quantity
+
+
+@pytest.mark.parametrize("name", ["excitatory", "inhibitory"])
+def test_a_filter_s_gain_is_that_of_its_equations_at_rest(whole: dict[str, PartOfRow], name: str) -> None:
+    part, silicon = whole[name], Silicon(ROLLS_180_FULL)
+    d = devices_at(part.circuit, (("copy", (1,)),), silicon, part.gates)
+    gain = float(part.measure(d)[f"{name} gain"][0])
+    inhibitory = name == "inhibitory"
+    rows = np.array([rows_of(d.fet[f"md{k}"]) for k in ((1, 2, 3, 5, 6, 7) if inhibitory else (1, 2, 3, 5))])
+    gates = np.array([[float(d.gate["v_thr"])], [float(d.below("v_tau"))]])
+
+    def at_rest(node: F64) -> list[float]:
+        into_syn, into_line, *_ = currents(rows, gates, 0, d.v_dd, (float(node[0]), float(node[1])))
+        return [1e9 * into_syn, 1e9 * (into_line - INPUT)]
+
+    v_syn = fsolve(at_rest, gates[0, 0] - np.array([0.1, 0.5]))[0]
+    end = MEMBRANE if inhibitory else NODE
+    # 5e-6 seen: of its table
+    assert gain * INPUT == pytest.approx(output(rows, 0, d.v_dd - v_syn, (d.v_dd, end), inhibitory), rel=1e-4)
 
 
 def test_neurons_of_a_die_spread_as_predicted(parts: dict[str, PartOfRow]) -> None:
