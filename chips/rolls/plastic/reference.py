@@ -46,6 +46,7 @@ from circuits.testbench import Testbench
 COPIES = 8  # of the one synapse: what the kernel's working space wants
 LINE = 0.9  # V, ours: ideal voltage of the synapse's line
 EDGE = 1e-6  # s, in which the membrane changes
+MOVES = 0.05  # V, ours: by which a weight has to change to have been moved
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,12 +143,14 @@ def stepped(s: Stimulus, silicon: Silicon, kind: BiasKind, step: float = STEP) -
 
 
 def moves(weights: Sequence[float], times: F64, events: Sequence[float], step: float) -> tuple[int, ...]:
-    """Return which way each event moved a weight by more than 50 mV: 1 up, -1 down, 0 not."""
-    found = []
-    for t in events:
-        before, after = np.interp([t - step, t + 2.0 * step], times, weights)
-        found.append(int(np.sign(after - before)) if abs(after - before) > 0.05 else 0)
-    return tuple(found)
+    """Return which way each event moved a weight by more than `MOVES`: 1 up, -1 down, 0 not."""
+    return tuple(int(np.sign(x)) if abs(x) > MOVES else 0 for x in sizes(weights, times, events, step))
+
+
+def sizes(weights: Sequence[float], times: F64, events: Sequence[float], step: float) -> F64:
+    """Return by how much each event moved a weight, V, float64[events]."""
+    after, before = (np.interp(np.array(events) + n * step, times, weights) for n in (2.0, -1.0))
+    return np.asarray(after - before)
 
 
 def prepared(silicon: Silicon, kind: BiasKind, step: float) -> tuple[Plastic, F64]:
