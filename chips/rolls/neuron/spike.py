@@ -19,124 +19,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.rolls.lumped.network import amplifier, diode, stack, stack_current
+from chips.rolls.lumped.network import amplifier, diode, stack
+from chips.rolls.neuron.spike_loop import spikes_of
+from chips.rolls.neuron.spike_nodes import SpikeCircuit
 from circuits.arrays import F64
-from circuits.compiled import compiled
-from circuits.devices.ekv import law
 from circuits.lowering.on_die import DieDevices
 
 START = 0.5e-3  # V, ours: below the balance of the comparator, where a spike begins
 FASTER = 8.0  # drive of the second spike that is run, by the first one's; ours
-STEP = 2e-2  # V; ours
-APPROACH = 50e-6  # V, of v_mem before the spike
-_LONGEST = 20_000  # steps of one spike
-_NUDGE = 1e-6  # V, of the numerical slopes
-
-# Rows of `devices`: specific current (A) and threshold (V).
-MC1, MC2, MC4, MK4, MK5, MK6P, MK6N, MK8, MA1, MA2 = range(10)
-
-
-class SpikeCircuit(NamedTuple):
-    """The nodes that move in a spike, of n neurons, float64[n] unless said.
-
-    devices: specific current (A) and threshold (V) in the order of the rows above, float64[10, 2, n].
-    """
-
-    u_t: float
-    kappa_n: float
-    kappa_p: float
-    v_dd: float
-    capacitance: tuple[float, float, float, float]  # of v_mem, v_o1, v_ref, k1, F
-    devices: F64
-    buf: F64  # V below the supply, gate of mc2
-    charging: F64  # A, I_rfr1 as mk1 has it: gate of mk4 as a pinch-off voltage in U_T
-    rfr2: F64  # V, gate of mk5
-    ahw: F64  # V below the supply, gate of ma2
-    spike_threshold: F64  # V, of the inverter behind v_o1
-    reset_threshold: F64  # V, of the one behind k1
-    start: F64  # V, of v_mem
-    start_drop: F64  # V, of v_o1 below the supply
-    drive: F64  # A, into v_mem
-    parts: int  # 1: up to the spike; 2: to its end
-
-
-_compiled = compiled()
-_allocating = compiled(_nrt=True)
-
-
-@_compiled
-def _channel(c: SpikeCircuit, k: int, row: int, kappa: float, gate: float, drain: float) -> float:
-    """Current of a device whose source is at its bulk, A; gate, drain: V above the bulk (below, pFET)."""
-    p = kappa * (gate - c.devices[row, 1, k]) / c.u_t
-    return float(c.devices[row, 0, k] * (law(p)[0] - law(p - drain / c.u_t)[0]))
-
-
-@_compiled
-def _rate(c: SpikeCircuit, k: int, node: int, v: F64) -> float:
-    """dv/dt of one node, V/s; v: the four voltages."""
-    n, p, dd = c.kappa_n, c.kappa_p, c.v_dd
-    if node == 0:
-        reset = dd if v[3] < c.reset_threshold[k] else 0.0
-        into = c.drive[k] if reset == 0.0 else 0.0
-        into += _channel(c, k, MC4, p, dd - v[1], dd - v[0]) - _channel(c, k, MK8, n, reset, v[0])
-    elif node == 1:
-        into = _channel(c, k, MC2, p, c.buf[k], dd - v[1]) - _channel(c, k, MC1, n, v[0], v[1])
-    elif node == 2:
-        into = -_channel(c, k, MK5, n, c.rfr2[k], v[2])
-        if v[1] < c.spike_threshold[k]:
-            up = c.charging[k]
-            into += c.devices[MK4, 0, k] * (law(up)[0] - law(up - (dd - v[2]) / c.u_t)[0])
-    else:
-        into = _channel(c, k, MK6P, p, dd - v[2], dd - v[3]) - _channel(c, k, MK6N, n, v[2], v[3])
-    return float(into / c.capacitance[node])
-
-
-@_compiled
-def _adaptation(c: SpikeCircuit, k: int, v_o1: float) -> float:
-    """What ma1 and ma2 give with v_o1 on ma1's gate, A."""
-    p1 = c.kappa_p * (c.v_dd - v_o1 - c.devices[MA1, 1, k]) / c.u_t
-    p2 = c.kappa_p * (c.ahw[k] - c.devices[MA2, 1, k]) / c.u_t
-    return float(stack_current(c.devices[MA1, 0, k], p1, c.devices[MA2, 0, k], p2, 0.6 * c.v_dd / c.u_t))
-
-
-@_allocating
-def spikes_of(c: SpikeCircuit, delay: F64, held: F64, peak: F64, charge: F64) -> None:
-    """Run the spike of every neuron, and fill what it comes to, float64[n] each.
-
-    delay: from `start` to the spike, s; held: from there to its end, s; peak: v_ref then, V; charge: what the
-    adaptation's pair gets above its rest, C.
-    """
-    v, rate, slope = np.empty(4), np.empty(4), np.empty(4)
-    for k in range(c.start.size):
-        v[0], v[1], v[2], v[3] = c.start[k], c.v_dd - c.start_drop[k], 0.0, c.v_dd
-        quiet = _adaptation(c, k, c.v_dd)
-        now, spiked = 0.0, -1.0
-        charge[k] = 0.0
-        for _ in range(_LONGEST):
-            h = 1e-5
-            for i in range(4):
-                rate[i] = _rate(c, k, i, v)
-                kept = v[i]
-                v[i] = kept + _NUDGE
-                slope[i] = min((_rate(c, k, i, v) - rate[i]) / _NUDGE, 0.0)
-                v[i] = kept
-                # so that |h rate / (1 - h slope)| <= STEP
-                most = APPROACH if i == 0 and spiked < 0.0 else STEP
-                room = abs(rate[i]) + most * slope[i]
-                if room > 0.0:
-                    h = min(h, most / room)
-            before = v[1]
-            for i in range(4):
-                v[i] += h * rate[i] / (1.0 - h * slope[i])
-            charge[k] += h * (_adaptation(c, k, 0.5 * (before + v[1])) - quiet)
-            now += h
-            if spiked < 0.0 and v[1] < c.spike_threshold[k]:
-                spiked = now
-            if spiked >= 0.0 and c.parts == 1:
-                break
-            if spiked >= 0.0 and v[3] < c.reset_threshold[k] and v[1] > 0.99 * c.v_dd:
-                break
-        delay[k], held[k], peak[k] = max(spiked, 0.0), now - max(spiked, 0.0), v[2]
 
 
 class Spikes(NamedTuple):
@@ -183,11 +73,12 @@ def run_spikes(d: DieDevices, c: F64, fixed: float, drive: F64, top: F64) -> Spi
         u_t, fets[0].kappa, fets[1].kappa, d.v_dd, (fixed, c[5, 5], c[3, 3], c[6, 6]),
         np.array([[f.current, f.threshold] for f in fets]), flat[0], d.pinch("reset.mk4", gates[0] * u_t),
         flat[1], flat[2], d.inverter_threshold("reset.mc3"), d.inverter_threshold("reset.mk7"), start,
-        drop * u_t, drive, 2,
+        drop * u_t, drive,
     )  # fmt: skip
-    delay, held, peak, charge, sooner, other = (np.empty(n) for _ in range(6))
-    spikes_of(circuit._replace(drive=FASTER * drive, parts=1), sooner, held, peak, other)
-    spikes_of(circuit, delay, held, peak, charge)
+    first, found = np.empty((4, n)), np.empty((4, n))
+    spikes_of(circuit._replace(drive=FASTER * drive), None, 1, first)
+    spikes_of(circuit, None, 2, found)
+    sooner, (delay, held, peak, charge) = first[0], found
     off = d.saturated("reset.mk4", gates[1] * u_t)
     drawn = d.saturated("reset.mk5", d.gate["v_rfr2"]) - off
     threshold = d.inverter_threshold("reset.mk6")

@@ -7,136 +7,22 @@ voltage, so that the time is an integral over it.
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
-
 import numpy as np
 
-from chips.rolls.lumped.whole import (
-    amplifier,
-    coupling,
-    diode,
-    points_of,
-    rows_of,
-    series,
-    series_current,
-    terms_at,
-)
-from chips.rolls.neuron.spike import APPROACH, FASTER, START, STEP, Spikes
+from chips.rolls.lumped.whole import amplifier, coupling, diode, points_of, rows_of, series
+from chips.rolls.neuron.spike import FASTER, START, Spikes
+from chips.rolls.neuron.spike_loop import spikes_of
+from chips.rolls.neuron.whole_spike_nodes import WholeSpike
 from circuits.arrays import F64
-from circuits.compiled import compiled
-from circuits.devices.channel import Terms, channel, leaked
 from circuits.lowering.on_die import DieDevices
 
 POINTS = 65  # of v_ref, over which the time of its fall is summed
 BEFORE = 10e-3  # V, ours: below the start of a spike, from where the slope of its drive is taken
-STEEPEST = 4.0  # e-folds, ours: of a drive in a spike, beyond which mc4 and the reset are all that counts
-_LONGEST = 20_000  # steps of one spike
-_NUDGE = 1e-6  # V, of the numerical slopes
 _ROUNDS = 12  # of mk1 and what draws from it; each leaves less than a tenth of the error
 _NAMES = (
     "reset.mc1", "reset.mc2", "reset.mc4", "reset.mk4", "reset.mk5", "reset.mk6p", "reset.mk6n", "reset.mk8",
     "adaptation.ma1", "adaptation.ma2",
 )  # fmt: skip
-MC1, MC2, MC4, MK4, MK5, MK6P, MK6N, MK8, MA1, MA2 = range(10)
-
-
-class WholeSpike(NamedTuple):
-    """The nodes that move in a spike, of n neurons, float64[n] unless said.
-
-    rows: of the devices in the order above, float64[10, TERMS, n]; gates: V, of mc2, mk4, mk5 and ma2, each
-    from its bulk, float64[4, n]; thresholds: of the inverters behind v_o1 and k1, V, float64[2, n].
-    """
-
-    v_dd: float
-    capacitance: tuple[float, float, float, float]  # of v_mem, v_o1, v_ref, k1, F
-    rows: F64
-    gates: F64
-    thresholds: F64
-    start: F64  # V, of v_mem
-    start_drop: F64  # V, of v_o1 below the supply
-    drive: F64  # A, into v_mem at the start
-    steep: F64  # 1/V, of the drive's logarithm over v_mem
-    parts: int  # 1: up to the spike; 2: to its end
-
-
-_compiled = compiled()
-_allocating = compiled(_nrt=True)
-
-
-@_compiled
-def _into(t: Terms, gate: float, drain: float) -> float:
-    """Current into a drain, A, its source being at the bulk; V above the bulk (below, pFET)."""
-    return float(channel(t, drain, gate, 0.0)[0] + leaked(t, drain, gate)[0])
-
-
-@_compiled
-def _rate(c: WholeSpike, k: int, node: int, v: F64) -> float:
-    """dv/dt of one node, V/s; v: the four voltages."""
-    dd, rows = c.v_dd, c.rows
-    if node == 0:
-        reset = dd if v[3] < c.thresholds[1, k] else 0.0
-        more = min(c.steep[k] * max(v[0] - c.start[k], 0.0), STEEPEST)
-        into = c.drive[k] * math.exp(more) if reset == 0.0 else 0.0
-        into += _into(terms_at(rows[MC4], k), dd - v[1], dd - v[0])
-        into -= _into(terms_at(rows[MK8], k), reset, v[0])
-    elif node == 1:
-        into = _into(terms_at(rows[MC2], k), c.gates[0, k], dd - v[1])
-        into -= _into(terms_at(rows[MC1], k), v[0], v[1])
-    elif node == 2:
-        into = -_into(terms_at(rows[MK5], k), c.gates[2, k], v[2])
-        if v[1] < c.thresholds[0, k]:
-            into += _into(terms_at(rows[MK4], k), c.gates[1, k], dd - v[2])
-    else:
-        into = _into(terms_at(rows[MK6P], k), dd - v[2], dd - v[3])
-        into -= _into(terms_at(rows[MK6N], k), v[2], v[3])
-    return float(into / c.capacitance[node])
-
-
-@_compiled
-def _adaptation(c: WholeSpike, k: int, v_o1: float) -> float:
-    """What ma1 and ma2 give with v_o1 on ma1's gate, A."""
-    lower, upper = terms_at(c.rows[MA1], k), terms_at(c.rows[MA2], k)
-    return float(series_current(lower, upper, c.v_dd - v_o1, c.gates[3, k], 0.6 * c.v_dd))
-
-
-@_allocating
-def spikes_of(c: WholeSpike, out: F64) -> None:
-    """Run the spike of every neuron, and fill what it comes to, float64[4, n].
-
-    Delay from `start` to the spike, s; from there to its end, s; v_ref then, V; charge that the adaptation's
-    pair gets above its rest, C.
-    """
-    v, rate, slope = np.empty(4), np.empty(4), np.empty(4)
-    for k in range(c.start.size):
-        v[0], v[1], v[2], v[3] = c.start[k], c.v_dd - c.start_drop[k], 0.0, c.v_dd
-        quiet = _adaptation(c, k, c.v_dd)
-        now, spiked, charge = 0.0, -1.0, 0.0
-        for _ in range(_LONGEST):
-            h = 1e-5
-            for i in range(4):
-                rate[i] = _rate(c, k, i, v)
-                kept = v[i]
-                v[i] = kept + _NUDGE
-                slope[i] = min((_rate(c, k, i, v) - rate[i]) / _NUDGE, 0.0)
-                v[i] = kept
-                most = APPROACH if i == 0 and spiked < 0.0 else STEP
-                room = abs(rate[i]) + most * slope[i]
-                if room > 0.0:
-                    h = min(h, most / room)
-            before = v[1]
-            for i in range(4):
-                v[i] += h * rate[i] / (1.0 - h * slope[i])
-            charge += h * (_adaptation(c, k, 0.5 * (before + v[1])) - quiet)
-            now += h
-            if spiked < 0.0 and v[1] < c.thresholds[0, k]:
-                spiked = now
-            if spiked >= 0.0 and c.parts == 1:
-                break
-            if spiked >= 0.0 and v[3] < c.thresholds[1, k] and v[1] > 0.99 * c.v_dd:
-                break
-        out[0, k], out[1, k] = max(spiked, 0.0), now - max(spiked, 0.0)
-        out[2, k], out[3, k] = v[2], charge
 
 
 def run_whole_spikes(d: DieDevices, c: F64, fixed: float, drives: F64, top: F64) -> Spikes:
@@ -157,11 +43,11 @@ def run_whole_spikes(d: DieDevices, c: F64, fixed: float, drives: F64, top: F64)
     circuit = WholeSpike(
         d.v_dd, (fixed, float(c[5, 5]), float(c[3, 3]), float(c[6, 6])),
         np.array([rows_of(d.fet[name]) for name in _NAMES]),
-        np.array([flat[0], charging, flat[1], flat[2]]), inverters, start, drop[:, 0].copy(), drive, steep, 2,
+        np.array([flat[0], charging, flat[1], flat[2]]), inverters, start, drop[:, 0].copy(), drive, steep,
     )  # fmt: skip
     sooner, found = np.empty((4, n)), np.empty((4, n))
-    spikes_of(circuit._replace(drive=FASTER * drive, parts=1), sooner)
-    spikes_of(circuit, found)
+    spikes_of(None, circuit._replace(drive=FASTER * drive), 1, sooner)
+    spikes_of(None, circuit, 2, found)
     delay, held, peak, charge = found
     threshold = d.inverter_threshold("reset.mk6")
     emptied = _emptied(d, float(c[3, 3]), (peak, threshold), let_go)
