@@ -14,7 +14,9 @@ APPROACH = 50e-6  # V, of v_mem before the spike
 _LONGEST = 20_000  # steps of one spike
 _NUDGE = 1e-6  # V, of the numerical slopes
 
-_Ideal, _Whole = SpikeCircuit | None, WholeSpike | None  # by which the run is compiled for either law
+# by which the run is compiled for either law
+_Ideal = SpikeCircuit | None
+_Whole = WholeSpike | None
 _inlined = compiled(forceinline=True)
 _allocating = compiled(_nrt=True)
 

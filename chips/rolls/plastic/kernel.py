@@ -87,6 +87,21 @@ def _moved(effect: F32 | None, w: np.float32, up: np.float32, down: np.float32) 
 
 
 @step_inlined
+def _charged(
+    soft: F32 | None, brought: np.float32, threshold: np.float32, charging: np.float32, over: np.float32
+) -> np.float32:
+    """By how much a node moves in a step, V; over: where it is above its inverter's threshold, V.
+
+    Under the full law the copy brings less, and the threshold takes more, the higher the node is; the step is
+    implicit in that.
+    """
+    if soft is None:
+        return np.float32((brought - threshold) * charging)
+    net = brought * (ONE - soft[0] * over) - threshold * (ONE + soft[1] * over)
+    return np.float32(net * charging / (ONE + charging * (brought * soft[0] + threshold * soft[1])))
+
+
+@step_inlined
 def _column(p: Plastic, pre: int) -> None:
     """An event of every synapse of a column."""
     c, a, s = p.tables, p.arrays, p.scratch
@@ -154,7 +169,10 @@ def step_plastic(p: Plastic, state: F64, bits: I64, step: float, excite: F32) ->
         excite[k] += output[k] * (row[0] + zeta * row[1])
     for j in range(NODES):
         for k in range(calcium.size):
-            moved = (calcium[k] * c.ratio[j, k] - c.threshold[j, k]) * c.charging[j, k]
+            moved = _charged(
+                c.soft, calcium[k] * c.ratio[j, k], c.threshold[j, k], c.charging[j, k],
+                np.float32(a.filters[OVER + j, k]) - c.passed[j, k],
+            )  # fmt: skip
             a.filters[OVER + j, k] = min(max(a.filters[OVER + j, k] + moved, ZERO), c.supply[0])
     a.clock[0] += 1
 

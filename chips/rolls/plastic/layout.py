@@ -39,6 +39,8 @@ class PlasticTables(NamedTuple):
     active: F32  # float32[2], V: what the drift has more in a step while weights may go up, and down
     # under the full law: shares by w of `up` and `down`, 1/V, and the voltage of w where they hold, V
     effect: F32 | None = None
+    # of a copy of the calcium, downwards, and of its threshold, upwards, by their node's voltage, 1/V
+    soft: F32 | None = None
 
 
 class PlasticArrays(NamedTuple):

@@ -33,6 +33,7 @@ from chips.rolls.plastic.whole_model import (
     moved_by,
     one_open,
     shut,
+    softness,
     weight_threshold,
     whole_sunk,
 )
@@ -102,6 +103,7 @@ class Gates(NamedTuple):
     passed: F64  # float64[3, n], V
     capacitance: F64  # float64[3], F
     membrane: F64  # V
+    soft: tuple[float, float] | None = None  # 1/V, of copies and thresholds by their node, full law
 
 
 def cell_model(params: plastic_synapse.Params, process: Process) -> CellModel:
@@ -176,7 +178,7 @@ def gates_of(d: DieDevices, m: GateModel, line: float | None = None) -> Gates:
         membrane = _balance(d, ("mm2", "mm3", "mm4", "mm5"), d.gate["v_memthr"])
     return Gates(
         own, drawn, switched, idle, np.array(ratio), np.array(threshold), np.array(passed), np.array(m.nodes),
-        membrane,
+        membrane, softness(d, OVERS) if d.full else None,
     )  # fmt: skip
 
 

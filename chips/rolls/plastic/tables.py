@@ -193,6 +193,7 @@ def assemble(p: Parts, step: float) -> BuiltPlastic:
         _columns(up), _columns(down), _columns(cell["rise"] * step),
         _columns(cell["fall"] * step), _columns(cell["middle"]), _columns(charge / p.filter.unit[:, None]),
         np.array([step * p.cells.more_up.mean(), step * p.cells.more_down.mean()], np.float32), effect,
+        None if p.gates.soft is None else np.array(p.gates.soft, np.float32),
     )  # fmt: skip
     return BuiltPlastic(
         tables, (p.filter, p.gates.filter), (load, calcium), shapes, p.cells, p.gates, p.lengths

@@ -36,6 +36,16 @@ def moved_by(d: DieDevices, device: str, gate: F64) -> tuple[F64, float]:
     return middle, float(np.mean((far - near) / (2.0 * AROUND * middle)))
 
 
+def softness(d: DieDevices, names: tuple[str, ...]) -> tuple[float, float]:
+    """Return the shares by their node's voltage of the calcium's copies and of their thresholds, 1/V.
+
+    names: of the thresholds. A copy's gate is near that of the filter's threshold.
+    """
+    copies = [moved_by(d, f"mk_{name}", d.below("v_cathr"))[1] for name in names]
+    thresholds = [moved_by(d, f"ms_{name}", d.gate[f"v_{name}"])[1] for name in names]
+    return float(np.mean(copies)), float(np.mean(thresholds))
+
+
 def shut(d: DieDevices) -> tuple[F64, F64]:
     """Return what the stacks that move a weight up, and down, leak while both switches are shut, A."""
     return _shut(d, "mu", d.below("v_up")), _shut(d, "md", d.gate["v_dn"])
