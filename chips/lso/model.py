@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chips.lso.law import Membrane, Steps, lso_spikes, ramp_delay, rest_depth
-from chips.lso.measure import LEVEL_COMPARATOR, LEVELS, QUANTITIES, circuits, pair_kappa
+from chips.lso.measure import LEVEL_COMPARATOR, LEVELS, QUANTITIES, THRESHOLD, circuits, pair_kappa
 from chips.lso.place import NAME, line_volts
 from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from chips.measured.timer import COMPARATOR
@@ -34,6 +34,8 @@ from chips.validity import require_area
 from circuits.arrays import F64
 from circuits.blocks.latency.synapse import REFERENCE
 from circuits.circuit import BiasKind, Circuit
+from circuits.devices.channel import early
+from circuits.devices.ekv import argument
 from circuits.event import WIDTH
 from circuits.lowering.on_die import DieDevices, Mirror, on_die, transistor_of
 from circuits.silicon.die import Path
@@ -206,8 +208,24 @@ class _Maker:
         tail, least = (self.current(self.units, self.level, f"{_PART}.{m}") for m in ("mc3", "mc7"))
         pair = law.square_current * transistor_of(self.level, f"{_PART}.mc1").square
         own = self.units.offset(*(f"{_PART}.{d}" for d in LEVEL_COMPARATOR[:2])) @ self.slopes("level")[:4]
+        if self.units.full:
+            tail, least = self.at_drains(tail, pair)
         mirror = self.units.mirror(f"{_PART}.mc4", f"{_PART}.mc6")
         return rest_depth(tail, least, mirror, pair, pair_kappa(self.silicon), law.u_t) - own
+
+    def at_drains(self, tail: F64, pair: float) -> tuple[F64, F64]:
+        """Current of a level unit's tail, and what must be exceeded over the copy's Early effect, A.
+
+        Where the comparator turns: the pair's sources are where the pair shares the tail's current, and the
+        output is a threshold above ground. tail: saturated, A; pair: specific current of its devices, A.
+        """
+        d, v_dd, gate = self.units, self.silicon.process.v_dd, self.units.below("v_bcmp")
+        output = self.silicon.law("n").v_t0
+        source = d.pinch(f"{_PART}.mc1", v_dd - THRESHOLD) - argument(0.5 * tail / pair)
+        whole = d.channel(f"{_PART}.mc3", gate, d.u_t * source)
+        least = d.channel(f"{_PART}.mc7", gate, v_dd - output)
+        copy = d.fet[f"{_PART}.mc6"]
+        return whole, least / early(copy.law, copy.length, output, np.sqrt(least / copy.current))
 
     def current(self, d: DieDevices, circuit: Circuit, name: str) -> F64:
         """Saturated current of a device whose gate is a line of the chip, A."""
