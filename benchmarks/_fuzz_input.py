@@ -29,7 +29,7 @@ from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit
 from circuits.errors import DataError, ParameterError
 from circuits.seal import sealed
-from circuits.silicon.process import AMI_1500, at_temperature
+from circuits.silicon.process import AMI_1500_IDEAL, at_temperature
 from circuits.units import parse_quantity
 from netlists.foundry.process import read_mapping
 from netlists.parasitics import read_parasitics
@@ -280,7 +280,7 @@ def _neuron() -> Circuit:
 
 def _read_process(path: Path) -> None:
     """A process with other values, a name and a number a line."""
-    n, whole = AMI_1500.n, AMI_1500
+    n, whole = AMI_1500_IDEAL.n, AMI_1500_IDEAL
     for line in path.read_bytes().decode(errors="surrogateescape").splitlines():
         name, _, text = line.partition(" ")
         value = parse_quantity(text, "", name)

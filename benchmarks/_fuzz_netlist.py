@@ -15,6 +15,7 @@ import numpy as np
 from _damage import COMMON, Damage, insert_line
 from circuits.errors import DataError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from netlists.read import read_netlist
 from netlists.read.summary import summarise
@@ -102,7 +103,9 @@ def netlist_seeds() -> list[bytes]:
         block = block_named(name)
         circuit = block.build()
         bench = block.testbench(circuit, block.defaults, 5.0)
-        texts.append(load_dialect(dialect).write(bench, Silicon(die=Die(number=number)), Settings()))
+        texts.append(
+            load_dialect(dialect).write(bench, Silicon(AMI_1500_IDEAL, die=Die(number=number)), Settings())
+        )
     return [text.encode() for text in texts]
 
 

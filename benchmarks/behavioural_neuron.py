@@ -23,6 +23,7 @@ from circuits.bias import rebias
 from circuits.blocks.sonar import rebound_neuron, tuning
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 FIRST_DIE = 1000
@@ -62,7 +63,9 @@ class Group:
 def compare(dies: Iterable[int], temperature: float, kind: BiasKind, rtol: float) -> Group:
     """Tune every die at both levels."""
     neuron = rebias(rebound_neuron.build(), kind=kind)
-    places = [Silicon(temperature_c=temperature, die=Die(number=d, process=False)) for d in dies]
+    places = [
+        Silicon(AMI_1500_IDEAL, temperature_c=temperature, die=Die(number=d, process=False)) for d in dies
+    ]
     model = model_of(neuron, places[0].process)
     tune(neurons_on(model, places[0]))  # compiles
     tuning.tune(tuning.tuning_machine(neuron, places[0]))

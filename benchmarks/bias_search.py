@@ -31,6 +31,7 @@ from circuits.blocks.sonar.rebound_neuron import BLOCK, ROBUST_BIASES
 from circuits.blocks.sonar.tuning import TUNING_RTOL, NeuronClass, Tuning, tune, tuning_machine
 from circuits.circuit import Circuit
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.batch import map_dies
 from circuits.solver.transient import simulate
@@ -118,13 +119,13 @@ def centred(biases: Biases, before: Tuning) -> Biases | None:
 
 def nominal(biases: Biases) -> Tuning:
     """Tuning of the nominal die."""
-    return tune(tuning_machine(_circuit(biases), Silicon()), TUNING_RTOL)
+    return tune(tuning_machine(_circuit(biases), Silicon(AMI_1500_IDEAL)), TUNING_RTOL)
 
 
 def spikes(biases: Biases, delay: float) -> int:
     """Spikes of the nominal neuron after a call and an echo `delay` s later."""
     stimuli = BLOCK.defaults | {"delay": delay}
-    silicon = Silicon()
+    silicon = Silicon(AMI_1500_IDEAL)
     bench = BLOCK.testbench(_circuit(biases), stimuli, silicon.process.v_dd)
     result = simulate(bench, silicon, rtol=TUNING_RTOL, record=())
     return int(result.spikes["spike"].size)
@@ -137,7 +138,7 @@ def works(biases: Biases, dies: Iterable[int]) -> int:
 
 def classes(biases: Biases, dies: Iterable[int], *, process: bool = False) -> Counter[str]:
     """Number of dies by class."""
-    machine = tuning_machine(_circuit(biases), Silicon())
+    machine = tuning_machine(_circuit(biases), Silicon(AMI_1500_IDEAL))
     done = map_dies(partial(tune, rtol=TUNING_RTOL), machine, [Die(number=k, process=process) for k in dies])
     return Counter(NeuronClass.FAILED.value if s.value is None else s.value.outcome.value for s in done)
 

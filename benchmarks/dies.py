@@ -25,7 +25,7 @@ from circuits.blocks.sonar import rebound_neuron
 from circuits.blocks.sonar.tuning import TUNING_RTOL, tune, tuning_machine
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.silicon.die import Die, mismatch
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.batch import map_dies, rest_near
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.transient import simulate
@@ -140,11 +140,11 @@ def threads(turns: int) -> Iterator[Row]:
 def draws() -> Row:
     """Both parameters of all devices."""
     paths = [(("array", (DEVICES,)), ("m1", ()))]
-    keyed = partial(mismatch, DIES[0], AMI_1500, (("chip", ()),), paths, 1e-12)
+    keyed = partial(mismatch, DIES[0], AMI_1500_IDEAL, (("chip", ()),), paths, 1e-12)
     stream = np.random.Generator(np.random.Philox(1))
     best = min(_wall(keyed)[0] for _ in range(10))
     plain = min(_wall(partial(stream.standard_normal, (2, DEVICES)))[0] for _ in range(10))
-    spread = np.std(keyed()[0]) / (AMI_1500.pair_a_vt / np.sqrt(2e-12))
+    spread = np.std(keyed()[0]) / (AMI_1500_IDEAL.pair_a_vt / np.sqrt(2e-12))
     return Row("100,000 devices drawn", best, plain, plain / best, f"sigma(V_T) {spread:.4f} of the law's")
 
 

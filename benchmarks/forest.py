@@ -30,6 +30,7 @@ from scipy.spatial import cKDTree
 
 from _report import Row, parser_of, report
 from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.openspace.flight import fly_sample, margin_of, planter
 from system.openspace.kernel import fly
@@ -94,7 +95,7 @@ def with_chips(arcs: Arcs, samples: int) -> Iterator[Row]:
     }
     for name, sensing in cases.items():
         for die in (NOMINAL, Die(number=FIRST_SEED, process=False)):
-            senses = senses_of(sensing, Bat(), Silicon(die=die))
+            senses = senses_of(sensing, Bat(), Silicon(AMI_1500_IDEAL, die=die))
             fly_sample(arcs, planter(), (0, 0), 10, senses=senses)
             pings, taken = _whole(arcs, samples, senses)
             yield figure(
@@ -102,7 +103,7 @@ def with_chips(arcs: Arcs, samples: int) -> Iterator[Row]:
             )
     start, dies = time.thread_time(), 10
     for number in range(FIRST_SEED, FIRST_SEED + dies):
-        readings(Silicon(die=Die(number=number, process=False)), "calibrated")
+        readings(Silicon(AMI_1500_IDEAL, die=Die(number=number, process=False)), "calibrated")
     yield figure("table of a die, calibrated", (time.thread_time() - start) / dies, "s", 0.0, f"{dies} dies")
 
 

@@ -28,7 +28,7 @@ from circuits.arrays import F64
 from circuits.devices import Transistor
 from circuits.devices.transistor import drain_current
 from circuits.silicon.process import (
-    AMI_1500,
+    AMI_1500_IDEAL,
     POLARITIES,
     Law,
     Polarity,
@@ -74,7 +74,7 @@ def ours(model: TransistorModel, gate: F64, temperature_c: float, source: float)
 
 def made_of(model: TransistorModel) -> Process:
     """A process of one model: the temperature laws take nothing else from it."""
-    return replace(AMI_1500, n=model, p=model)
+    return replace(AMI_1500_IDEAL, n=model, p=model)
 
 
 def measure(polarity: Polarity) -> Case:
@@ -84,7 +84,7 @@ def measure(polarity: Polarity) -> Case:
     for temperature_c, source in [(t, 0.0) for t in TEMPERATURES] + [(27.0, s) for s in SOURCES[1:]]:
         gate, (swept,) = sweep_gate([device], MAPPING, (0.0, MAPPING.v_dd, STEP), temperature_c, source)
         current[temperature_c, source] = swept
-    return Case(polarity, fit(AMI_1500.model(polarity), gate, current[27.0, 0.0]), gate, current)
+    return Case(polarity, fit(AMI_1500_IDEAL.model(polarity), gate, current[27.0, 0.0]), gate, current)
 
 
 def fit(start: TransistorModel, gate: F64, current: F64) -> TransistorModel:

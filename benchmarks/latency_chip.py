@@ -24,6 +24,7 @@ from chips.latency.chip import LatencyChip, PingResponse
 from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.openspace.law import DIRECTIONS, MIDDLE, Arcs, Bat, arcs_of
 from system.spiking_bat.bat import seen_from
@@ -77,7 +78,7 @@ def measure(pings: int, turns: int, *, network: bool) -> Iterator[Row]:
 def made(arcs: Arcs, numbers: Numbers, *, transistors: bool = False) -> ChipBrain:
     """A chip with maps and motors."""
     design = design_of(arcs, numbers)
-    biases, silicon = usual_biases(design, "ideal"), Silicon(die=DIE)
+    biases, silicon = usual_biases(design, "ideal"), Silicon(AMI_1500_IDEAL, die=DIE)
     units = {PLACE: TransistorUnit(biases, silicon, *PLACE)} if transistors else {}
     return brain_with(LatencyChip(design, biases, silicon, units=units), arcs, numbers)
 

@@ -28,6 +28,7 @@ from circuits.blocks.latency.parts import racing_cell
 from circuits.blocks.latency.tap import delay_tap
 from circuits.circuit import Circuit
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
@@ -59,7 +60,7 @@ class Part:
 def main() -> int:
     """Measure and print all rows."""
     options = parser_of(__doc__, "the tap alone").parse_args()
-    silicon = Silicon(die=DIE)
+    silicon = Silicon(AMI_1500_IDEAL, die=DIE)
     chip = LatencyChip(design_of(PARAMS), silicon=silicon)
     parts = list(parts_of(chip))[: 1 if options.quick else None]
     lines = exported(silicon)

@@ -22,6 +22,7 @@ from _report import Row, parser_of, report
 from circuits.blocks.block import Block
 from circuits.blocks.latency import layer as latency_layer
 from circuits.blocks.latency import unit as latency_unit
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from netlists.ngspice import engine
@@ -49,7 +50,7 @@ def figures(row: Row) -> str:
 
 def compared(block: Block, stop: float) -> Row:
     """A block in both engines for so long (s)."""
-    silicon = Silicon()
+    silicon = Silicon(AMI_1500_IDEAL)
     bench = replace(scaled_testbench(block, silicon), stop=stop)
     simulate(replace(bench, stop=1e-3), silicon, rtol=SOLVER_RTOL)  # compiles
     start = time.process_time()

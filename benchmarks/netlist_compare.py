@@ -15,6 +15,7 @@ from chips.registry import load_chip
 from circuits.circuit import Circuit, InstanceArray, Node
 from circuits.registry import load_block
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.testbench import Testbench
 from netlists.compare.circuits import compare
@@ -50,7 +51,7 @@ def array(count: int) -> Testbench:
 
 def read_again(bench: Testbench, dialect: str) -> tuple[Imported, float]:
     """Export on die 1003 and import; the seconds are those of the import."""
-    text = load_dialect(dialect).write(bench, Silicon(die=Die(number=1003)), Settings())
+    text = load_dialect(dialect).write(bench, Silicon(AMI_1500_IDEAL, die=Die(number=1003)), Settings())
     start = time.perf_counter()
     return read_netlist(text), time.perf_counter() - start
 

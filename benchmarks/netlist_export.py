@@ -22,6 +22,7 @@ from chips.ranging import circuit as ranging_chip
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit, InstanceArray
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.dialects.ngspice import format_testbench
@@ -37,8 +38,8 @@ def main() -> int:
     turns = 1 if options.quick else 5
     bench = testbench()
     rows = [
-        row("nominal", bench, Silicon(), turns),
-        row("die A/1003", bench, Silicon(die=Die("A", 1003)), turns),
+        row("nominal", bench, Silicon(AMI_1500_IDEAL), turns),
+        row("die A/1003", bench, Silicon(AMI_1500_IDEAL, die=Die("A", 1003)), turns),
     ]
     report(rows, options, lambda r: f"{r.ours:6.3f} s of CPU, {r.peer:g} s allowed")
     return int(any(r.ours > ALLOWED for r in rows))
@@ -46,7 +47,7 @@ def main() -> int:
 
 def testbench() -> Testbench:
     """A call and an echo to all neurons."""
-    return rebound_neuron.testbench(chip(NEURONS), STIMULI, Silicon().process.v_dd)
+    return rebound_neuron.testbench(chip(NEURONS), STIMULI, Silicon(AMI_1500_IDEAL).process.v_dd)
 
 
 def chip(count: int) -> Circuit:

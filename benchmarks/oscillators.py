@@ -26,7 +26,7 @@ from circuits.devices import Capacitor, Device, Resistor, Source, Transistor
 from circuits.devices.source import Constant
 from circuits.registry import load_block
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
@@ -67,7 +67,7 @@ def figures(row: Row) -> str:
 def oscillators() -> list[Oscillator]:
     """All of them, at 1.8 V and at 5 V."""
     found = []
-    for process in (CMOS_180, AMI_1500):
+    for process in (CMOS_180, AMI_1500_IDEAL):
         fast = 2.6e-9 if process is CMOS_180 else 1.5e-9  # s, of a stage of a ring
         slow = 1.8e-3 if process is CMOS_180 else 4.9e-3
         found.append(Oscillator(axon_hillock(process, PERIODS * slow), process, slow))

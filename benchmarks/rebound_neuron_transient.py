@@ -34,7 +34,7 @@ from circuits.devices.source import Constant
 from circuits.lowering.flatten import FlatCircuit, flatten
 from circuits.lowering.kernel import complete_sources, to_kernel
 from circuits.silicon.die import Path
-from circuits.silicon.process import TransistorAtTemperature
+from circuits.silicon.process import AMI_1500_IDEAL, TransistorAtTemperature
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner, simulate
@@ -45,7 +45,7 @@ from netlists.ngspice.engine import upward_crossings
 from netlists.write import law
 
 WITHIN = 1e-6  # s, of the reference
-SILICON = Silicon()
+SILICON = Silicon(AMI_1500_IDEAL)
 V_DD = SILICON.process.v_dd
 RTOLS = (1e-3, 5e-4, 2e-4, 1e-4, 7e-5, 5e-5, 4e-5, 3e-5, 2e-5, 1e-5)
 OPTIONS = "gmin=1e-15 abstol=1e-15 chgtol=1e-17 trtol=1"

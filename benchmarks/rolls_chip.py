@@ -39,7 +39,7 @@ from chips.rolls.setups.populations import QUIET, table
 from chips.rolls.synapse.reference import filter_errors
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 
 CLAIM, CLAIM_PEER, CLAIM_DIES, CLAIM_MEMORY = 100.0, 10.0, 60.0, 30.0
@@ -62,7 +62,7 @@ def program() -> Program:
 
 def chip_on(die: int, step: float = STEP) -> RollsChip:
     """The chip of a die with ideal biases."""
-    return RollsChip(program(), Silicon(ROLLS_180, 27.0, Die(number=die)), "ideal", step=step)
+    return RollsChip(program(), Silicon(ROLLS_180_IDEAL, 27.0, Die(number=die)), "ideal", step=step)
 
 
 def measure(*, quick: bool, interpreter: str | None) -> Iterator[Row]:
@@ -153,7 +153,7 @@ def current_errors() -> Iterator[tuple[str, float]]:
     for name, (level, rate, codes, temperature, kind) in cases.items():
         levels = np.zeros((NEURONS, NEURONS), np.int8)
         levels[:7, 7] = level
-        silicon = Silicon(ROLLS_180, temperature, Die(number=FIRST_DIE))
+        silicon = Silicon(ROLLS_180_IDEAL, temperature, Die(number=FIRST_DIE))
         chip = RollsChip(Program(levels, table({"IF_DC_P": (7, 0), **codes}, {})), silicon, kind)
         draw = np.random.default_rng(1000)
         times = np.sort(draw.uniform(5e-3, 0.3, draw.poisson(0.3 * rate)))
@@ -166,7 +166,7 @@ def period_error() -> float:
     for drive in (0.16e-9, 0.25e-9, 0.6e-9):
         codes = {**QUIET, "IF_DC_P": code_for(drive)}
         silent = Program(np.zeros((NEURONS, NEURONS), np.int8), table(codes, {}))
-        chip = RollsChip(silent, Silicon(ROLLS_180, 27.0, Die(number=FIRST_DIE)), "ideal")
+        chip = RollsChip(silent, Silicon(ROLLS_180_IDEAL, 27.0, Die(number=FIRST_DIE)), "ideal")
         spikes, _ = chip.run(chip.at_rest(), 1.0)
         neurons = chip.built().neurons
         few = neurons._replace(**{k: getattr(neurons, k)[:16] for k in neurons._fields})

@@ -24,7 +24,7 @@ from chips.rolls.program.address import NEURONS
 from chips.rolls.program.program import Program
 from circuits.blocks.rolls.depressing_synapse import STEP
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from rolls_chip import program
 
@@ -61,7 +61,7 @@ def measure(turns: int) -> Iterator[Row]:
 
 def _best(chosen: Program, turns: int) -> tuple[float, float, float]:
     """Seconds of 1 s, mean rate (Hz), and events of excitatory synapses."""
-    chip = RollsChip(chosen, Silicon(ROLLS_180, 27.0, Die(number=DIE)), "ideal")
+    chip = RollsChip(chosen, Silicon(ROLLS_180_IDEAL, 27.0, Die(number=DIE)), "ideal")
     _, state = chip.run(chip.at_rest(), 0.2)
     best, events, spikes = float("inf"), 0.0, 0
     for _ in range(turns):

@@ -35,7 +35,7 @@ from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180_FULL, thermal_voltage
+from circuits.silicon.process import ROLLS_180, thermal_voltage
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current
 from rolls_models import run, spikes
@@ -67,7 +67,7 @@ def conditions(count: int) -> Iterator[tuple[Silicon, BiasKind]]:
     for temperature in TEMPERATURES:
         for kind in KINDS:
             for die in range(FIRST_DIE, FIRST_DIE + count):
-                yield Silicon(ROLLS_180_FULL, temperature, Die(number=die)), kind
+                yield Silicon(ROLLS_180, temperature, Die(number=die)), kind
 
 
 def least_current(neurons: neuron_model.Neurons) -> float:
@@ -86,7 +86,7 @@ def neuron_rows(count: int) -> list[Row]:
     start = rolls_neuron.STEP_TIME
     for silicon, kind in conditions(count):
         circuit = rebias(rolls_neuron.build(), kind=kind)
-        neurons = neuron_model.neurons_on(neuron_model.model_of(circuit, ROLLS_180_FULL), silicon)
+        neurons = neuron_model.neurons_on(neuron_model.model_of(circuit, ROLLS_180), silicon)
 
         def theirs(current: float, duration: float, rtol: float) -> F64:
             stimuli = {"current": current, "duration": start + duration}
@@ -115,14 +115,14 @@ def synapse_row(count: int) -> Row:
     for number, (silicon, kind) in enumerate(conditions(count)):
         level, (rate, events) = LEVELS[number % len(LEVELS)], EVENTS[number % len(EVENTS)]
         capacitance = dpi_synapse.Params().synapse_capacitance
-        slope = ROLLS_180_FULL.p.kappa * TAUS[number // 8 % len(TAUS)]
+        slope = ROLLS_180.p.kappa * TAUS[number // 8 % len(TAUS)]
         i_tau = capacitance * thermal_voltage(27.0) / slope
         circuit = rebias(dpi_synapse.build(), {"i_etau": i_tau, "i_itau": i_tau}, kind)
         stimuli = {"level": float(level), "events": float(events), "rate": rate}
         expected = run(dpi_synapse.BLOCK, circuit, silicon, 1e-6, **stimuli)
         out = np.abs(drain_current(expected, "excitatory.md5" if level > 0 else "inhibitory.md7"))
         on_die = synapse_model.synapses_on(
-            synapse_model.model_of(circuit, ROLLS_180_FULL), silicon, level
+            synapse_model.model_of(circuit, ROLLS_180), silicon, level
         )  # fmt: skip
         times = [dpi_synapse.FIRST_EVENT + k / rate for k in range(events)]
         found = synapse_model.respond(on_die, times, expected.time)[0]

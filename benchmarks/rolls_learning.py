@@ -27,7 +27,7 @@ from chips.rolls.program.program import Program
 from chips.rolls.setups.learning import Task, chips_of, learning_biases, teach
 from chips.rolls.setups.populations import table
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 
 CLAIM = 30.0
@@ -55,7 +55,7 @@ def program() -> Program:
 def measure(*, quick: bool) -> Iterator[Row]:
     """All rows."""
     turns = QUICK if quick else TURNS
-    whole, silicon = program(), Silicon(ROLLS_180, 27.0, Die(number=DIE))
+    whole, silicon = program(), Silicon(ROLLS_180_IDEAL, 27.0, Die(number=DIE))
     chip, plain = (RollsChip(p, silicon, "ideal") for p in (whole, replace(whole, plastic=None)))
     taken, rate = _best(chip, turns)
     without, plain_rate = _best(plain, turns)
@@ -93,7 +93,7 @@ def _best(chip: RollsChip, turns: int) -> tuple[float, float]:
 
 def _lesson() -> Row:
     task = Task(training=20)
-    chip, _ = chips_of(task, Silicon(ROLLS_180, 27.0, Die(number=DIE)), "ideal", DIE)
+    chip, _ = chips_of(task, Silicon(ROLLS_180_IDEAL, 27.0, Die(number=DIE)), "ideal", DIE)
     state = chip.at_rest()
     start = time.thread_time()
     teach(chip, task, state, DIE, task.training)

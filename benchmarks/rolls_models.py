@@ -30,7 +30,7 @@ from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.circuit import BiasKind, Circuit
 from circuits.errors import SolverError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, thermal_voltage
+from circuits.silicon.process import ROLLS_180_IDEAL, thermal_voltage
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result, simulate
@@ -58,7 +58,7 @@ class Errors:
 def run(block: Block, circuit: Circuit, silicon: Silicon, rtol: float, **stimuli: float | None) -> Result:
     """Transistor level of a block under its testbench."""
     values = block.defaults | stimuli
-    return simulate(block.testbench(circuit, values, ROLLS_180.v_dd), silicon, rtol=rtol)
+    return simulate(block.testbench(circuit, values, ROLLS_180_IDEAL.v_dd), silicon, rtol=rtol)
 
 
 def spikes(neurons: Neurons, current: float, duration: float) -> F64:
@@ -85,9 +85,9 @@ def compare_neuron(dies: Iterable[int], temperature: float, kind: BiasKind, *, l
     """All runs of one condition."""
     errors = Errors()
     circuit = rebias(rolls_neuron.build(), kind=kind)
-    model = rolls_neuron_model.model_of(circuit, ROLLS_180)
+    model = rolls_neuron_model.model_of(circuit, ROLLS_180_IDEAL)
     for die in dies:
-        silicon = Silicon(ROLLS_180, temperature, Die(number=die))
+        silicon = Silicon(ROLLS_180_IDEAL, temperature, Die(number=die))
         neurons = rolls_neuron_model.neurons_on(model, silicon, np.array([latch]))
         slow = 1.0 if latch else None
         restless = bool(rolls_neuron_model.at_rest(neurons)[0, 0] >= neurons.top[0])
@@ -142,13 +142,13 @@ def compare_synapse(
     die: int, temperature: float, kind: BiasKind, tau: float, level: int, rate: float, events: int
 ) -> tuple[float, float]:
     """Relative error of the mean output current, and rms of the difference over the peak."""
-    i_tau = dpi_synapse.Params().synapse_capacitance * thermal_voltage(27.0) / (ROLLS_180.p.kappa * tau)
+    i_tau = dpi_synapse.Params().synapse_capacitance * thermal_voltage(27.0) / (ROLLS_180_IDEAL.p.kappa * tau)
     circuit = rebias(dpi_synapse.build(), {"i_etau": i_tau, "i_itau": i_tau}, kind)
-    silicon = Silicon(ROLLS_180, temperature, Die(number=die))
+    silicon = Silicon(ROLLS_180_IDEAL, temperature, Die(number=die))
     stimuli = {"level": float(level), "events": float(events), "rate": rate}
     theirs = run(dpi_synapse.BLOCK, circuit, silicon, 1e-6, **stimuli)
     expected = np.abs(drain_current(theirs, "excitatory.md5" if level > 0 else "inhibitory.md7"))
-    model = rolls_synapse_model.model_of(circuit, ROLLS_180)
+    model = rolls_synapse_model.model_of(circuit, ROLLS_180_IDEAL)
     times = [dpi_synapse.FIRST_EVENT + k / rate for k in range(events)]
     found = rolls_synapse_model.respond(
         rolls_synapse_model.synapses_on(model, silicon, level), times, theirs.time

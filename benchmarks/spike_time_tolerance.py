@@ -21,6 +21,7 @@ from circuits.arrays import F64
 from circuits.blocks.sonar import rebound_neuron
 from circuits.lowering.kernel import on_die, to_kernel
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.transient import DEFAULT_RTOL, simulate
@@ -66,8 +67,8 @@ def measure(dies: range, rtols: tuple[float, ...]) -> dict[float, Found]:
     """Spike times of every die at each tolerance beside the reference."""
     block = rebound_neuron.BLOCK
     circuit = block.build()
-    bench = block.testbench(circuit, block.defaults, Silicon().process.v_dd)
-    nominal = to_kernel(bench, Silicon())
+    bench = block.testbench(circuit, block.defaults, Silicon(AMI_1500_IDEAL).process.v_dd)
+    nominal = to_kernel(bench, Silicon(AMI_1500_IDEAL))
     found = {rtol: Found() for rtol in rtols}
     for number in dies:
         machine = on_die(nominal, Die(number=number))

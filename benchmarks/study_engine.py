@@ -21,6 +21,7 @@ from _report import Row, parser_of, report
 from circuits.blocks.sonar import rebound_neuron, tuning
 from circuits.lowering.kernel import Machine
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.batch import map_dies
 from system.options.silicon import SiliconChoice
@@ -57,7 +58,7 @@ def timed_study(wanted: Study, threads: int) -> tuple[float, Table]:
 
 def bare(count: int) -> tuple[float, list[float]]:
     """Wall seconds of the batch alone on one thread, and its best delays."""
-    machine = tuning.tuning_machine(rebound_neuron.build(), Silicon(die=Die(process=False)))
+    machine = tuning.tuning_machine(rebound_neuron.build(), Silicon(AMI_1500_IDEAL, die=Die(process=False)))
     dies = [Die(number=k, process=False) for k in range(FIRST, FIRST + count)]
     start = time.perf_counter()
     found = map_dies(tuning.tune, machine, dies, 1)

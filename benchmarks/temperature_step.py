@@ -42,7 +42,7 @@ from circuits.circuit import BiasKind
 from circuits.place import circuit_at
 from circuits.silicon.course import Course
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import AMI_1500_IDEAL, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.temperature import simulate_course
 
@@ -87,10 +87,10 @@ def course(step: float, to: float) -> Course:
 
 def rolls(die: int, kind: BiasKind, to: float, neuron: int = 5) -> Iterator[float]:
     """Errors of the first spike after the step, shares of the mean interval."""
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=die))
+    silicon = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=die))
     chip = RollsChip(PROGRAM, silicon, kind, step=0.2e-3)
     cut = cut_row(PROGRAM, neuron, kind)
-    bench, on = replace(testbench(cut, {}, 1.0, ROLLS_180.v_dd), begin="uic"), silicon_of(cut, silicon)
+    bench, on = replace(testbench(cut, {}, 1.0, ROLLS_180_IDEAL.v_dd), begin="uic"), silicon_of(cut, silicon)
 
     def circuit(at: float, stop: float) -> F64:
         found = simulate_course(replace(bench, stop=stop), on, course(at, to), record=())
@@ -112,7 +112,7 @@ def rolls(die: int, kind: BiasKind, to: float, neuron: int = 5) -> Iterator[floa
 
 def ranging(die: int, to: float, neuron: int = 6) -> Iterator[float]:
     """Error of the spike after the step, a share of its latency from the call on, at the middle echo."""
-    silicon = Silicon(die=Die(number=die))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=die))
     chip = RangingChip(silicon)
 
     def ours(echo: float) -> list[float]:
@@ -142,10 +142,10 @@ def ranging(die: int, to: float, neuron: int = 6) -> Iterator[float]:
 
 def nef(die: int, to: float, neuron: int = 5) -> Iterator[float]:
     """Errors of the first spike after the step, shares of the mean interval after it."""
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=die))
+    silicon = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=die))
     there = replace(silicon, place=(*PLACE, ("neuron", (neuron,))))
     bench = nef_neuron.testbench(
-        nef_neuron.build(), {"current": NEF_CURRENT, "duration": 0.1}, ROLLS_180.v_dd
+        nef_neuron.build(), {"current": NEF_CURRENT, "duration": 0.1}, ROLLS_180_IDEAL.v_dd
     )
     spikes = simulate_course(bench, there, Course(((0.0, 27.0),)), record=()).spikes["spike"]
     old, new = (neurons_on(replace(silicon, temperature_c=t), neuron + 1, chip_biases()) for t in (27.0, to))

@@ -37,6 +37,7 @@ from chips.wavefront.model import chip_model, dies_delays
 from chips.wavefront.readout import pointer_path
 from circuits.arrays import F64, I64
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 SIZES = (20, 200, 2000)
@@ -134,7 +135,7 @@ def dies(turns: int) -> Iterator[Row]:
     n, goal = 20, 399
     graph = grid_graph(n, n)
     codes = np.random.default_rng(1).integers(1, HIGHEST + 1, n * n)
-    model, silicon, sources = chip_model((n, n)), Silicon(), graph.sources()
+    model, silicon, sources = chip_model((n, n)), Silicon(AMI_1500_IDEAL), graph.sources()
     chosen = [Die(number=FIRST_DIE + k, process=False) for k in range(DIES)]
 
     def whole() -> Waves:

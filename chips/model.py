@@ -14,7 +14,7 @@ from chips.law_lattice import law_of
 from chips.record import Record, recorded
 from circuits.catalogue import Catalogue
 from circuits.circuit import Circuit
-from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 
 MODELS: dict[str, str] = {
@@ -138,7 +138,7 @@ model_names, load_model = _models.names, _models.load
 
 
 def characterise(
-    model: Model, progress: Progress, biases: Biases | None = None, process: Process = AMI_1500
+    model: Model, progress: Progress, biases: Biases | None = None, process: Process = AMI_1500_IDEAL
 ) -> Record:
     """Measure a model's record with its errors and its law, and return it without writing any file.
 

@@ -32,7 +32,7 @@ from chips.record_file import load_record, record_file, record_name, save_record
 from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.errors import DataError
-from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Process
 
 _REMEDY = "run noctule characterise"
 _ERROR, _BOX, _LAW = "error_", "box_", "law"
@@ -228,7 +228,7 @@ _IN_FORCE: ContextVar[Mapping[str, Record] | None] = ContextVar("records", defau
 
 
 @contextmanager
-def recorded(block: str, record: Record, process: Process = AMI_1500) -> Iterator[None]:
+def recorded(block: str, record: Record, process: Process = AMI_1500_IDEAL) -> Iterator[None]:
     """Put a record in force for a block in a process while the context lasts, whatever is kept of it."""
     token = _IN_FORCE.set({**(_IN_FORCE.get() or {}), record_name(block, process): record})
     try:
@@ -238,7 +238,7 @@ def recorded(block: str, record: Record, process: Process = AMI_1500) -> Iterato
 
 
 @cache
-def kept_record(block: str, process: Process = AMI_1500) -> Record:
+def kept_record(block: str, process: Process = AMI_1500_IDEAL) -> Record:
     """Return the record of a block in a process that is kept, the user's own or else the package's.
 
     Raises `DataError` without one, and where it was measured by another law than today's.
@@ -250,18 +250,18 @@ def kept_record(block: str, process: Process = AMI_1500) -> Record:
     return record
 
 
-def in_force(block: str, process: Process = AMI_1500) -> bool:
+def in_force(block: str, process: Process = AMI_1500_IDEAL) -> bool:
     """Return whether `recorded` has put a record in the place of the kept one."""
     return record_name(block, process) in (_IN_FORCE.get() or {})
 
 
-def current_record(block: str, process: Process = AMI_1500) -> Record:
+def current_record(block: str, process: Process = AMI_1500_IDEAL) -> Record:
     """Return the record of a block in a process that is in force: that of `recorded`, else the kept one."""
     found = (_IN_FORCE.get() or {}).get(record_name(block, process))
     return found or kept_record(block, process)
 
 
-def matching_record(block: str, key: Callable[[Record], str], process: Process = AMI_1500) -> Record:
+def matching_record(block: str, key: Callable[[Record], str], process: Process = AMI_1500_IDEAL) -> Record:
     """Return the record of the block that is called `block`, as it is in force for a process.
 
     Raises `DataError` unless its key is `key` of the record.

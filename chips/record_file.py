@@ -21,7 +21,7 @@ import xarray as xr
 
 from circuits.errors import DataError
 from circuits.seal import check_sealed, sealed
-from circuits.silicon.process import AMI_1500, PROCESSES, Process
+from circuits.silicon.process import AMI_1500_IDEAL, PROCESSES, Process
 
 ENVIRONMENT = "NOCTULE_CACHE_DIR"
 _MEASURE = "run noctule characterise"
@@ -42,15 +42,15 @@ def cache_folder() -> Path:
         return Path(os.devnull) / "noctule"
 
 
-def record_name(block: str, process: Process = AMI_1500) -> str:
+def record_name(block: str, process: Process = AMI_1500_IDEAL) -> str:
     """Return the name of the record of a block in a process, without the ending of its file."""
     name, effects = block.replace("-", "_"), process.effects
-    if process.name == AMI_1500.name:
+    if process.name == AMI_1500_IDEAL.name:
         return name if effects == "ideal" else f"{name}_{effects}"
     return f"{name}_{re.sub(r'[^A-Za-z0-9.-]', '-', process.name)}_{effects}"
 
 
-def measured_by(block: str, process: Process = AMI_1500) -> str:
+def measured_by(block: str, process: Process = AMI_1500_IDEAL) -> str:
     """Return the command that measures a block's record in a process.
 
     Its options are told as fields, `law=full`, which the command line turns into its own words.
@@ -58,17 +58,17 @@ def measured_by(block: str, process: Process = AMI_1500) -> str:
     words = ["noctule characterise", block.replace("_", "-")]
     if process.effects != "ideal":
         words.append(f"law={process.effects}")
-    if process.name != AMI_1500.name:
+    if process.name != AMI_1500_IDEAL.name:
         words.append(f"process={process.name if process.name in PROCESSES else 'FILE'}")
     return " ".join(words)
 
 
-def cached_file(block: str, process: Process = AMI_1500) -> Path:
+def cached_file(block: str, process: Process = AMI_1500_IDEAL) -> Path:
     """Return the path of a block's record in the cache folder; it need not exist."""
     return cache_folder() / "records" / f"{record_name(block, process)}.nc"
 
 
-def shipped_file(block: str, process: Process = AMI_1500) -> Path:
+def shipped_file(block: str, process: Process = AMI_1500_IDEAL) -> Path:
     """Return the path of a block's record in the package; it need not exist."""
     return _shipped_folder() / f"{record_name(block, process)}.nc"
 
@@ -77,7 +77,7 @@ def _shipped_folder() -> Path:
     return Path(str(files("chips"))) / "records"
 
 
-def record_file(block: str, process: Process = AMI_1500) -> Path:
+def record_file(block: str, process: Process = AMI_1500_IDEAL) -> Path:
     """Return the path of the record that is read for a block: the user's own, else the package's.
 
     Raises `DataError` where there is neither.
@@ -119,7 +119,9 @@ def _check(path: Path) -> None:
         raise ValueError(f"{sum(sizes)} numbers, must be at most {_MOST}")
 
 
-def stale(block: str, reason: str = "another circuit or process", process: Process = AMI_1500) -> DataError:
+def stale(
+    block: str, reason: str = "another circuit or process", process: Process = AMI_1500_IDEAL
+) -> DataError:
     """Return the error for a record of other circuits, or of another law, than its model stands for."""
     own, name = cached_file(block, process), record_name(block, process)
     measured_again = f"run {measured_by(block, process)}"

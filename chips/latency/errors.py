@@ -41,7 +41,7 @@ from circuits.blocks.latency import tonic as latency_tonic
 from circuits.blocks.latency import unit as latency_unit
 from circuits.circuit import Circuit, Port
 from circuits.event import WIDTH
-from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
@@ -61,7 +61,7 @@ def usual_design() -> Design:
     return Design(group, (1.0,) * 33, tuple(2e-3 + 2.8e-3 * k for k in range(GROUPS)))
 
 
-def held_out_errors(process: Process = AMI_1500, dies: Sequence[int] = HELD_OUT) -> dict[str, float]:
+def held_out_errors(process: Process = AMI_1500_IDEAL, dies: Sequence[int] = HELD_OUT) -> dict[str, float]:
     """Return the model's errors by name; it takes some 10 s on one core."""
     rows: dict[str, list[float]] = {}
     wrong = decisions = 0

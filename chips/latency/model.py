@@ -64,7 +64,7 @@ from circuits.event import WIDTH
 from circuits.lowering.capacitors_on_die import added_capacitance
 from circuits.lowering.on_die import device_names, on_die, transistor_names
 from circuits.silicon.die import Path
-from circuits.silicon.process import AMI_1500, Polarity, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Polarity, Process
 from circuits.silicon.silicon import Silicon
 
 LEAST_AREA = 0.125  # of the devices, ours: down to where errors were looked at and are the record's
@@ -140,7 +140,7 @@ def only(die: Lumped, ideal: Lumped, block: str) -> Lumped:
     return ideal._replace(**{name: getattr(die, name) for name in BLOCKS[block]})
 
 
-def nominal_charges(process: Process = AMI_1500) -> Charges:
+def nominal_charges(process: Process = AMI_1500_IDEAL) -> Charges:
     """Return the charges of the nominal die at 27 degC."""
     q = charges_on(Silicon(process))
     return Charges(
@@ -149,7 +149,7 @@ def nominal_charges(process: Process = AMI_1500) -> Charges:
     )  # fmt: skip
 
 
-def usual_biases(design: Design, kind: BiasKind = "gate", process: Process = AMI_1500) -> Biases:
+def usual_biases(design: Design, kind: BiasKind = "gate", process: Process = AMI_1500_IDEAL) -> Biases:
     """Return the biases that give the design's times on the nominal die of a process at 27 degC.
 
     Under the full law what switches leak, 0.3 % of a cell's current, is not made up for.

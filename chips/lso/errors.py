@@ -37,7 +37,7 @@ from circuits.circuit import BiasKind, Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, Pulse, Waveform
 from circuits.event import EDGE, WIDTH
-from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
@@ -50,7 +50,7 @@ RAMPS = 800.0, 10e3  # V/s, between those that the record is of and beyond
 
 
 def held_out_errors(
-    process: Process = AMI_1500, dies: Sequence[int] = HELD_OUT, small: Sequence[int] = SMALL
+    process: Process = AMI_1500_IDEAL, dies: Sequence[int] = HELD_OUT, small: Sequence[int] = SMALL
 ) -> dict[str, float]:
     """Return the model's errors by name, those of devices of `LEAST_AREA` with `small_` before it.
 
@@ -60,7 +60,7 @@ def held_out_errors(
     return judge(dies, process=process) | {f"small_{name}": value for name, value in tiny.items()}
 
 
-def judge(dies: Sequence[int], area: float = 1.0, process: Process = AMI_1500) -> dict[str, float]:
+def judge(dies: Sequence[int], area: float = 1.0, process: Process = AMI_1500_IDEAL) -> dict[str, float]:
     """Return the model's errors by name on dies whose devices have `area` times the circuits' area."""
     counts: list[int] = []
     times: list[float] = []

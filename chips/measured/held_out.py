@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 
 DIES = tuple(range(500, 508))  # of lot 0
@@ -17,7 +17,9 @@ TEMPERATURES = 0.0, 27.0, 60.0  # degC
 KINDS: tuple[BiasKind, ...] = ("gate", "ideal")
 
 
-def every_silicon(process: Process = AMI_1500, dies: Sequence[int] = DIES) -> Iterator[tuple[int, Silicon]]:
+def every_silicon(
+    process: Process = AMI_1500_IDEAL, dies: Sequence[int] = DIES
+) -> Iterator[tuple[int, Silicon]]:
     """Return each die's number with its silicon at each of `TEMPERATURES`, dies of lot 0."""
     for number in dies:
         for celsius in TEMPERATURES:
@@ -25,7 +27,7 @@ def every_silicon(process: Process = AMI_1500, dies: Sequence[int] = DIES) -> It
 
 
 def silicon_in_turn(
-    dies: Sequence[int], process: Process = AMI_1500
+    dies: Sequence[int], process: Process = AMI_1500_IDEAL
 ) -> Iterator[tuple[int, BiasKind, Silicon]]:
     """Return each die's number once, with a kind of bias and its silicon at a temperature.
 

@@ -23,7 +23,7 @@ from chips.validity import require_inside
 from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.silicon.die import shared
-from circuits.silicon.process import AMI_1500, Polarity, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Polarity, Process
 from circuits.silicon.silicon import Silicon
 
 VERSION = 2  # of the measurements: what they measure and how
@@ -51,7 +51,7 @@ def measure_over(
     circuits: Sequence[Circuit],
     shifts: Sequence[float],
     axes: Mapping[str, tuple[str, ...]],
-    process: Process = AMI_1500,
+    process: Process = AMI_1500_IDEAL,
 ) -> Record:
     """Measure quantities at every temperature and shared threshold shift; return a record without errors.
 

@@ -48,7 +48,7 @@ from circuits.blocks.nef.neuron import LEAK, REFRACTORY_CURRENT
 from circuits.circuit import Bias, BiasKind
 from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.die import NOMINAL, Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL, Process
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 
 REFERENCE_C = 27.0  # degC, where a chip is calibrated unless said
@@ -104,7 +104,7 @@ class NefChip:
     neurons: int = NEURONS
     area: float = 1.0
     noise: SiliconNoise | None = None
-    process: Process = ROLLS_180_FULL
+    process: Process = ROLLS_180
 
     def __post_init__(self) -> None:
         known = [b.name for b in chip_biases()]
@@ -398,7 +398,7 @@ def _trimmed_by(bias: Bias, by: float) -> Bias:
 @lru_cache(maxsize=1)
 def _design() -> tuple[float, float, float]:
     """Refractory period (s), unit (thresholds) and time constant (s) of the nominal chip at 27 degC."""
-    silicon = Silicon(ROLLS_180, REFERENCE_C)
+    silicon = Silicon(ROLLS_180_IDEAL, REFERENCE_C)
     biases = chip_biases()
     law = neurons_on(silicon, 1, biases)
     tau = filters_on(silicon, np.array([5e-3]), biases).tau[0]

@@ -15,12 +15,12 @@ from circuits.circuit import Bias, Circuit
 from circuits.lowering.capacitance import capacitance_matrix
 from circuits.lowering.on_die import DieDevices, array_of, standing
 from circuits.silicon.die import Place
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 
 Biases = tuple[Bias, ...]
 
-POWER = ROLLS_180.p.kappa / ROLLS_180.n.kappa  # of a filter's output under the ideal law
+POWER = ROLLS_180_IDEAL.p.kappa / ROLLS_180_IDEAL.n.kappa  # of a filter's output under the ideal law
 PLACE: Place = ((nef_circuit.NAME, ()),)
 
 
@@ -51,9 +51,9 @@ def set_tau(bias: Bias, tau: float, power: float = POWER) -> Bias:
 @lru_cache(maxsize=1)
 def design_tau() -> float:
     """Return the time constant of a filter with the block's own I_tau, nominal at 27 degC, s."""
-    d = standing(filters(1), Silicon(ROLLS_180, place=PLACE), "filter")
+    d = standing(filters(1), Silicon(ROLLS_180_IDEAL, place=PLACE), "filter")
     leak = float(d.saturated("filter.md3", d.below("v_tau"))[0])
-    return float(filter_capacitances()[0, 0]) * d.u_t / (ROLLS_180.n.kappa * leak)
+    return float(filter_capacitances()[0, 0]) * d.u_t / (ROLLS_180_IDEAL.n.kappa * leak)
 
 
 def _number(value: float | tuple[float, ...]) -> float:
@@ -97,10 +97,10 @@ def more_capacitance(silicon: Silicon, array: str, circuit: Circuit, name: str) 
 @lru_cache(maxsize=1)
 def neuron_capacitances() -> F64:
     """Return the capacitances of a neuron's v_mem and v_ref, F, float64[2, 2]."""
-    return capacitance_matrix(array_of(neurons(1), "neuron").circuit, ROLLS_180, ["v_mem", "v_ref"])
+    return capacitance_matrix(array_of(neurons(1), "neuron").circuit, ROLLS_180_IDEAL, ["v_mem", "v_ref"])
 
 
 @lru_cache(maxsize=1)
 def filter_capacitances() -> F64:
     """Return the capacitance of a filter's v_syn, F, float64[1, 1]."""
-    return capacitance_matrix(array_of(filters(1), "filter").circuit, ROLLS_180, ["v_syn"])
+    return capacitance_matrix(array_of(filters(1), "filter").circuit, ROLLS_180_IDEAL, ["v_syn"])

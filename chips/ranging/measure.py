@@ -52,7 +52,7 @@ from circuits.event import pulse
 from circuits.lowering.kernel import Machine
 from circuits.lowering.supply import half_supply
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
@@ -108,7 +108,7 @@ class _Task:
 def measure(
     progress: Progress,
     neuron: Circuit | None = None,
-    process: Process = AMI_1500,
+    process: Process = AMI_1500_IDEAL,
     grid: Grid = GRID,
 ) -> ReboundRecord:
     """Measure a rebound neuron in a process, without errors; it takes about a minute on one core.

@@ -18,7 +18,7 @@ from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.lowering.capacitance import node_capacitances
 from circuits.lowering.capacitors_on_die import capacitor_of
-from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Process
 
 NAME = "rebound_neuron"
 VERSION = 1  # of the characteriser: what it measures and how
@@ -135,7 +135,7 @@ def _quantity(record: Record, name: str) -> Quantity:
     return Quantity(record.names(name + _PARAMETER), *tables)
 
 
-def record_of(process: Process = AMI_1500) -> ReboundRecord:
+def record_of(process: Process = AMI_1500_IDEAL) -> ReboundRecord:
     """Return the record in force for a process as the model uses it; raises `DataError` without one."""
     return rebound_record(current_record(NAME, process))
 

@@ -1,6 +1,6 @@
 """The ROLLS chip with a program on a die: 256 neurons and their synapses, with events over a bus.
 
-    chip = RollsChip(program, Silicon(ROLLS_180_FULL, 27.0, Die(number=3)))
+    chip = RollsChip(program, Silicon(ROLLS_180, 27.0, Die(number=3)))
     state = chip.at_rest()
     spikes, state = chip.run(state, 0.1, events)
 
@@ -79,7 +79,7 @@ from chips.rolls.validity import cautions_of, check_box, check_supply, restless_
 from circuits.arrays import F32, F64, I64, Bools
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.silicon.process import ROLLS_180_FULL
+from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 
 Temperature = float | Callable[[float], float]
@@ -195,7 +195,7 @@ class RollsChip:
         if not step > 0.0:
             raise ParameterError(f"chip.step: {step:g} s, must be > 0; give 0.2 or 0.4 ms")
         self.program, self.kind, self.step, self.noise = program, kind, step, noise
-        self.silicon = Silicon(ROLLS_180_FULL) if silicon is None else silicon
+        self.silicon = Silicon(ROLLS_180) if silicon is None else silicon
         self.params = Params(virtual=program.virtual) if params is None else params
         self.bus = Bus() if bus is None else bus
         if learning is not None and program.plastic is None:

@@ -20,7 +20,7 @@ from chips.rolls.program.program import Program
 from chips.rolls.tables import Built
 from chips.validity import require_inside
 from circuits.arrays import Bools
-from circuits.silicon.process import ROLLS_180, Process
+from circuits.silicon.process import ROLLS_180_IDEAL, Process
 
 PATH = "rolls_chip"
 TEMPERATURES = (0.0, 60.0)  # degC
@@ -54,7 +54,7 @@ def check_box(program: Program, built: Built, temperature_c: float) -> None:
 
 def check_supply(process: Process) -> None:
     """Raise `ParameterError`, as `chips.validity` says, for another supply than that of the comparison."""
-    require_inside(f"{PATH}.supply", process.v_dd, (ROLLS_180.v_dd,), "V", _NO_OTHER)
+    require_inside(f"{PATH}.supply", process.v_dd, (ROLLS_180_IDEAL.v_dd,), "V", _NO_OTHER)
 
 
 def check_rate(rate: float) -> None:

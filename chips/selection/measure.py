@@ -34,7 +34,7 @@ from circuits.errors import SolverError
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.lowering.supply import half_supply
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.integrate import source_values
 from circuits.solver.newton import allocate
@@ -178,7 +178,7 @@ def held_out_errors(process: Process) -> dict[str, float]:
 
 def measure_pairs(
     dies: Sequence[int], profiles: int, temperature_c: float = 27.0, *, seed: int = 1000,
-    scale: float = 50e-9, process: bool = True, made_in: Process = AMI_1500,
+    scale: float = 50e-9, process: bool = True, made_in: Process = AMI_1500_IDEAL,
     kind: BiasKind = "gate",
 ) -> list[Pair]:  # fmt: skip
     """Decide random profiles on every die at both levels; profiles: how many a die.

@@ -72,7 +72,7 @@ from circuits.devices.device import Device
 from circuits.devices.transistor import capacitances
 from circuits.errors import ParameterError
 from circuits.lowering.on_die import DieDevices, on_die, transistor_of
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL, Process, TransistorAtTemperature
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, Process, TransistorAtTemperature
 from circuits.silicon.silicon import Silicon
 
 MARGIN = (
@@ -104,7 +104,7 @@ def circuits() -> tuple[Circuit, ...]:
     return (circuit_of.build(Params(CELLS)),)
 
 
-def selection_errors(process: Process = AMI_1500) -> Mapping[str, float]:
+def selection_errors(process: Process = AMI_1500_IDEAL) -> Mapping[str, float]:
     """Return the model's errors from the record of a process.
 
     Raises `DataError` where that is of another circuit.
@@ -124,13 +124,13 @@ def selection(
     require_area("selection", area, LEAST_AREA)
     check_capacitors("selection", silicon.die)
     require_inside("selection.temperature", silicon.temperature_c, MEASURED, "degC")
-    require_inside("selection.supply", silicon.process.v_dd, (AMI_1500.v_dd,), "V")
+    require_inside("selection.supply", silicon.process.v_dd, (AMI_1500_IDEAL.v_dd,), "V")
     params = params or Params(CELLS)
     circuit = circuit or circuit_of.build(params)
     law = {"n": silicon.law("n"), "p": silicon.law("p")}
     d = on_die(circuit, silicon.of_area(area), _wanted(params))
     # the model has no tables, but its errors may be of another circuit or law
-    selection_errors(AMI_1500_FULL if d.full else AMI_1500)
+    selection_errors(AMI_1500 if d.full else AMI_1500_IDEAL)
     drawn = _draws(d, params)
     kappa = {polarity: law[polarity].kappa / law[polarity].u_t for polarity in ("n", "p")}
     v_tail = float(bias_voltages(circuit, circuit.bias("i_tail"), silicon)[()])

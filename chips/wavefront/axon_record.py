@@ -21,7 +21,7 @@ import numpy as np
 
 from chips.record import Record, current_record, record_key
 from circuits.circuit import Circuit
-from circuits.silicon.process import AMI_1500, Process, Variation
+from circuits.silicon.process import AMI_1500_IDEAL, Process, Variation
 
 NAME = "axon_delay"
 VERSION = 1  # of the measurement: what it measures and how
@@ -58,6 +58,6 @@ def grid_of(record: Record) -> AxonGrid:
     return AxonGrid(*(record.numbers(axis) for axis in (TEMPERATURE, CURRENT, COMPARATOR_CURRENT)))
 
 
-def axon_record(process: Process = AMI_1500) -> Record:
+def axon_record(process: Process = AMI_1500_IDEAL) -> Record:
     """Return the record in force for a process; raises `DataError` where there is none."""
     return current_record(NAME, process)

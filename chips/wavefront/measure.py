@@ -54,7 +54,7 @@ from circuits.devices.source import vertices
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.lowering.on_die import on_die
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
@@ -72,7 +72,7 @@ LATEST = 20e-9  # s, lag of a second arrival that is surely too late; ours
 
 def measure_axon(
     circuit: Circuit | None = None,
-    process: Process = AMI_1500,
+    process: Process = AMI_1500_IDEAL,
     grid: AxonGrid = GRID,
 ) -> Record:
     """Measure the record of an axonal delay element, without errors; it takes about a minute on one core."""
@@ -134,7 +134,7 @@ def _gain_and_offset(machine: Machine, parameters: tuple[str, ...]) -> tuple[F64
 def axon_errors(
     record: Record,
     circuit: Circuit | None = None,
-    process: Process = AMI_1500,
+    process: Process = AMI_1500_IDEAL,
     dies: tuple[int, ...] = HELD_OUT,
 ) -> dict[str, float]:
     """Return relative errors of the model's delays on dies that were not measured, rms and largest.
@@ -153,7 +153,7 @@ def axon_errors(
     return of_dies(dies) | rms_and_max("delay", rows, "relative")
 
 
-def measure_cell(process: Process = AMI_1500) -> Record:
+def measure_cell(process: Process = AMI_1500_IDEAL) -> Record:
     """Measure the record of the wavefront cell, without errors; it takes half a minute on one core."""
     parameters, gradient = _cell_gradient(process)
     return measure_over(_cell_at, cell_circuits(), SHIFTS, {}, process).extended(
@@ -161,7 +161,7 @@ def measure_cell(process: Process = AMI_1500) -> Record:
     )
 
 
-def cell_errors(data: Record, process: Process = AMI_1500) -> dict[str, float]:
+def cell_errors(data: Record, process: Process = AMI_1500_IDEAL) -> dict[str, float]:
     """Return errors of the cell's input delay and window, s, known by temperature and shared shift alone."""
     late, wide = [], []
     for k, number in enumerate(HELD_OUT):

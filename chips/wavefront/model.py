@@ -69,7 +69,7 @@ from circuits.errors import ParameterError
 from circuits.lowering.capacitors_on_die import capacitor_changes, capacitors_deviate
 from circuits.lowering.on_die import on_die
 from circuits.silicon.die import Die, Path
-from circuits.silicon.process import AMI_1500, POLARITIES, Process
+from circuits.silicon.process import AMI_1500_IDEAL, POLARITIES, Process
 from circuits.silicon.silicon import Silicon
 
 
@@ -86,7 +86,9 @@ class AxonDraws(NamedTuple):
     capacitor: F64
 
 
-def axon_model(circuit: Circuit, process: Process = AMI_1500, record: Record | None = None) -> AxonModel:
+def axon_model(
+    circuit: Circuit, process: Process = AMI_1500_IDEAL, record: Record | None = None
+) -> AxonModel:
     """Return the model of a lone axonal delay element with the biases of `circuit`.
 
     record: the one in force unless given. Raises `DataError` where the record is of another circuit or
@@ -97,7 +99,7 @@ def axon_model(circuit: Circuit, process: Process = AMI_1500, record: Record | N
 
 def chip_model(
     shape: tuple[int, ...],
-    process: Process = AMI_1500,
+    process: Process = AMI_1500_IDEAL,
     *,
     bias_kind: BiasKind = "gate",
     unit: float = UNIT,
@@ -214,7 +216,7 @@ def cell_circuits() -> tuple[Circuit, ...]:
 
 def cell_record(process: Process) -> Record:
     """Return the wavefront cell's record; raises `DataError` unless it is of this circuit and process."""
-    like = AMI_1500
+    like = AMI_1500_IDEAL
     plain = replace(process, pair_a_vt=like.pair_a_vt, pair_a_beta=like.pair_a_beta, variation=like.variation)
     return tables_of("wavefront_cell", cell_circuits, plain)
 

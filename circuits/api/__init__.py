@@ -37,7 +37,14 @@ from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.place import circuit_at
 from circuits.registry import block_names, load_block, load_metric, metric_names
 from circuits.silicon.die import CORNERS, NOMINAL, Die
-from circuits.silicon.process import AMI_1500, PROCESSES, ROLLS_180, Process, TransistorModel, Variation
+from circuits.silicon.process import (
+    AMI_1500_IDEAL,
+    PROCESSES,
+    ROLLS_180_IDEAL,
+    Process,
+    TransistorModel,
+    Variation,
+)
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.solver.batch import Sample, map_dies
 from circuits.solver.device_table import TransistorTable, transistor_table_at
@@ -88,8 +95,8 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "Process",
     "TransistorModel",
     "Variation",
-    "AMI_1500",
-    "ROLLS_180",
+    "AMI_1500_IDEAL",
+    "ROLLS_180_IDEAL",
     "PROCESSES",
     "Die",
     "NOMINAL",

@@ -225,7 +225,7 @@ _AMI_SECOND_ORDER: _SecondOrder = {
     "law": "ekv-gamma", "early_field": 10e6, "early_rise": 0.13, "mobility_reduction": 0.1,
     "junction_leakage": 4e-11,
 }  # fmt: skip
-AMI_1500_FULL = Process(
+AMI_1500 = Process(
     name="ami-1500",
     n=TransistorModel(v_t0=0.60, kappa=0.70, mu_cox=72e-6, **_AMI_SECOND_ORDER),
     p=TransistorModel(v_t0=0.85, kappa=0.75, mu_cox=25e-6, **_AMI_SECOND_ORDER),
@@ -234,8 +234,9 @@ AMI_1500_FULL = Process(
     pair_a_beta=0.02e-6,
     components=AMI_1500_COMPONENTS,
 )
-AMI_1500 = AMI_1500_FULL.ideal()
 """The AMI 1.5 um process with a supply of 5 V, in which the sonar's circuits are designed."""
+AMI_1500_IDEAL = AMI_1500.ideal()
+"""The same without second-order effects: the law of the papers' equations."""
 
 # A 0.18 um process of 1.8 V like that of ROLLS, whose own figures are not public. kappa: software models of
 # these circuits (teili). V_T0: ours, so that a square device's current at V_G = 0 is their I_0, 0.5 pA. mu
@@ -250,7 +251,7 @@ _ROLLS_SECOND_ORDER: _SecondOrder = {
     "law": "ekv-gamma", "early_field": 4.75e6, "early_rise": 0.13, "mobility_reduction": 0.9,
     "junction_leakage": 1.5e-11, "gate_induced_leakage": 1e-7,
 }  # fmt: skip
-ROLLS_180_FULL = Process(
+ROLLS_180 = Process(
     name="rolls-180",
     n=TransistorModel(
         v_t0=0.478, kappa=0.75, mu_cox=295e-6, oxide_capacitance=8.4e-3,
@@ -266,10 +267,11 @@ ROLLS_180_FULL = Process(
     variation=Variation(sigma_v_t0=15e-3, sigma_beta=0.04),
     components=ROLLS_180_COMPONENTS,
 )  # fmt: skip
-ROLLS_180 = ROLLS_180_FULL.ideal()
 """A 0.18 um process with a supply of 1.8 V, like that of ROLLS, whose own figures are not public."""
+ROLLS_180_IDEAL = ROLLS_180.ideal()
+"""The same without second-order effects."""
 
-PROCESSES = {p.name: p for p in (AMI_1500_FULL, ROLLS_180_FULL)}
+PROCESSES = {p.name: p for p in (AMI_1500, ROLLS_180)}
 """The processes that noctule has, by name, with all their second-order effects."""
 
 

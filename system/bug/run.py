@@ -21,7 +21,7 @@ from chips.nef.network.curves import IdealCurves
 from chips.nef.simulation import Simulation
 from circuits.arrays import F64, I64
 from circuits.silicon.course import Course, course_through, told_when
-from circuits.silicon.process import ROLLS_180_FULL
+from circuits.silicon.process import ROLLS_180
 from system.bug.body import ARRIVED, FASTEST, RADIUS, STEP, Robot, Senses
 from system.bug.brain import STATES, Brain
 from system.bug.map import Point, load_map, pick
@@ -151,7 +151,7 @@ def built_network(scenario: Scenario) -> Built:
         return build(network, IdealCurves(), scenario.seed)
     chip = NefChip(
         scenario.die, scenario.bias_kind, {}, scenario.calibrated_c, area=scenario.area,
-        noise=scenario.device_noise(), process=ROLLS_180_FULL.under(scenario.law),
+        noise=scenario.device_noise(), process=ROLLS_180.under(scenario.law),
     )  # fmt: skip
     built = build(network, chip.at(scenario.solved), scenario.seed)
     begin = scenario.beginning_c

@@ -15,7 +15,7 @@ from circuits.devices.source import Waveform
 from circuits.errors import ParameterError, SolverError, TopologyError
 from circuits.event import pulse
 from circuits.lowering.flatten import flatten
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.testbench import Testbench
 from netlists.registry import load_dialect
 from system.cli.netlist_output import leave_netlist, settings_of
@@ -95,7 +95,7 @@ def row_testbench(cut: Cut, stimuli: Mapping[str, float | None]) -> tuple[Testbe
         raise ParameterError(f"duration: {stop:g} s, must be > 0; give a longer run")
     bench = bench_of(cut, waves, stop, ROLLS_180.v_dd)
     try:
-        return started_at_rest(bench, ROLLS_180), True
+        return started_at_rest(bench, ROLLS_180_IDEAL), True
     except SolverError:
         # a neuron that fires by its bias has no rest to begin in
         return bench, False

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 
 from chips.selection.model import selection_errors
 from circuits.silicon.course import beginning_of, course_through
-from circuits.silicon.process import AMI_1500_FULL
+from circuits.silicon.process import AMI_1500
 from system.forest.animation import check_animation, save_animation
 from system.forest.scenario import AREA, KINDS, Scenario, make, no_silicon, of_study
 from system.forest.weights import WEIGHTS
@@ -210,7 +210,7 @@ def document(trace: Trace) -> dict[str, Any]:
 
 def _errors(scenario: Scenario) -> dict[str, float]:
     """Errors of the selection's model under the law of a scenario."""
-    return dict(selection_errors(AMI_1500_FULL.under(scenario.law)))
+    return dict(selection_errors(AMI_1500.under(scenario.law)))
 
 
 def title(trace: Trace) -> str:

@@ -11,7 +11,7 @@ from chips.validity import Answer
 from circuits.circuit import BiasKind
 from circuits.silicon.course import Points, beginning_of
 from circuits.silicon.die import NOMINAL, Die
-from circuits.silicon.process import AMI_1500_FULL, EFFECTS, Effects, Process
+from circuits.silicon.process import AMI_1500, EFFECTS, Effects, Process
 from circuits.silicon.silicon import Silicon
 from system.option import bias_kind_option, course_option, die_option, option, seed_option, temperature_option
 from system.options.outside import outside_option
@@ -59,7 +59,7 @@ class OnSilicon:
         """Temperature at the beginning, degC."""
         return beginning_of(self.temperature_c, self.course)
 
-    def silicon_at(self, temperature_c: float, process: Process = AMI_1500_FULL) -> Silicon:
+    def silicon_at(self, temperature_c: float, process: Process = AMI_1500) -> Silicon:
         """Return the run's silicon at a temperature: a process under the scenario's law, on its die.
 
         Parameters

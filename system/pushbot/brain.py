@@ -17,7 +17,7 @@ from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.pushbot.body import Pushbot
 from system.pushbot.drive import Readings
@@ -36,7 +36,7 @@ SECOND = "-second"  # behind the lot's name, of the second chip's silicon
 STRONG = 4  # level
 CALIBRATIONS = 128  # dies whose codes are kept
 FIELD_SCENES = ("target", "chase", "obstacle-against-target")  # in which the field gets events
-_NOMINAL = Silicon(ROLLS_180)
+_NOMINAL = Silicon(ROLLS_180_IDEAL)
 
 
 @dataclass(frozen=True, slots=True)

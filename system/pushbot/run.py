@@ -18,7 +18,7 @@ from chips.rolls import circuit as rolls_circuit
 from chips.rolls.chip import TEMPERATURE_STEP
 from circuits.arrays import F64
 from circuits.silicon.course import beginning_of, course_through
-from circuits.silicon.process import ROLLS_180_FULL
+from circuits.silicon.process import ROLLS_180
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.outside import inside_boxes
@@ -148,7 +148,7 @@ def make_brain(scenario: Scenario) -> Brain:
     """Return the chip that a scenario asks for."""
     begin = beginning_of(scenario.temperature_c, scenario.course, TEMPERATURE_STEP)
     return brain_of(
-        scenario.architecture(), scenario.silicon_at(begin, ROLLS_180_FULL), scenario.bias_kind,
+        scenario.architecture(), scenario.silicon_at(begin, ROLLS_180), scenario.bias_kind,
         calibrated=scenario.calibrated, noise=scenario.device_noise(),
     )  # fmt: skip
 

@@ -24,7 +24,7 @@ from chips.rolls.program.program import Program, VirtualInput
 from chips.rolls.validity import check_rate
 from circuits.arrays import F64, Bools
 from circuits.silicon.course import beginning_of, course_through
-from circuits.silicon.process import ROLLS_180_FULL
+from circuits.silicon.process import ROLLS_180
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
@@ -93,7 +93,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     table = bias_table(s.bias_file).with_code(DIRECT_CURRENT, *OFF)
     program = Program(np.zeros((NEURONS, NEURONS), np.int8), table, inputs=(VirtualInput("drive", neurons),))
     noise = silicon_noise(s.silicon_noise, s.seed)
-    silicon = s.silicon_at(beginning_of(s.temperature_c, s.course, TEMPERATURE_STEP), ROLLS_180_FULL)
+    silicon = s.silicon_at(beginning_of(s.temperature_c, s.course, TEMPERATURE_STEP), ROLLS_180)
     on_die = RollsChip(program, silicon, s.bias_kind, noise=noise)
     followed = course_through(s.course, TEMPERATURE_STEP)
     given = events(s)

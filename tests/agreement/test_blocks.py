@@ -23,7 +23,7 @@ from circuits.devices.device import Device
 from circuits.devices.source import Constant, PiecewiseLinear, Pulse, Sampled
 from circuits.registry import block_names, load_block
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL, Process
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver import operating_point as native
 from circuits.solver.transient import simulate
@@ -74,7 +74,7 @@ def test_what_is_not_usual_has_a_reason() -> None:
 
 
 def test_nothing_agrees_where_nothing_was_compared() -> None:
-    silicon = Silicon()
+    silicon = Silicon(AMI_1500_IDEAL)
     found = compare(pulsed(inverter_chain()), silicon)
     flat = replace(found.difference, moved=0.5 * USUAL.node_rms)
     silent = replace(found.solver, spikes={"y": np.zeros(0)})
@@ -86,7 +86,9 @@ def test_nothing_agrees_where_nothing_was_compared() -> None:
 
 
 def varied(**changes: Any) -> Process:
-    return replace(AMI_1500, n=replace(AMI_1500.n, **changes), p=replace(AMI_1500.p, **changes))
+    return replace(
+        AMI_1500_IDEAL, n=replace(AMI_1500_IDEAL.n, **changes), p=replace(AMI_1500_IDEAL.p, **changes)
+    )
 
 
 def inverter_chain(load: tuple[Device, ...] = ()) -> Circuit:
@@ -112,14 +114,14 @@ def pulsed(circuit: Circuit, stop: float = 1e-6) -> Testbench:
 @pytest.mark.parametrize(
     "process",
     [
-        AMI_1500,
+        AMI_1500_IDEAL,
         varied(law="ekv-gamma"),
         varied(early_field=5e6),
         varied(junction_leakage=1e-3),  # far above silicon's: 3 nA a junction, so that it matters here
         varied(law="ekv-gamma", early_field=10e6, junction_leakage=1e-4),
         varied(early_field=2e6, early_rise=0.5, mobility_reduction=1.0),
         varied(junction_leakage=1e-6, gate_induced_leakage=1e-4, gate_induced_slope=1.0),
-        AMI_1500_FULL,
+        AMI_1500,
     ],
     ids=["ekv", "ekv-gamma", "early", "leakage", "all", "reduced", "induced", "full"],
 )
@@ -165,7 +167,7 @@ def test_an_operational_amplifier_agrees_within_and_at_its_rails() -> None:
     circuit = Circuit("amplifier", (VDD, Port("x", "analog"), Port("y", "analog", "out")), devices)
     ramp = PiecewiseLinear((0.0, 1e-3, 2e-3), (0.2, 3.0, 0.5))
     testbench = Testbench("amplifier", circuit, (SUPPLY, Source("x", "x", ramp)), 2.5e-3)
-    found = compare(testbench, Silicon())
+    found = compare(testbench, Silicon(AMI_1500_IDEAL))
     assert found.agrees, found
     assert found.solver["y"].max() > 4.8
 
@@ -181,7 +183,7 @@ def test_a_controlled_source_and_current_sources_agree() -> None:
     circuit = Circuit("gain", (Port("x", "analog"), Port("y", "analog", "out")), devices)
     wave = Sampled(0.0, 1e6, 1e-6 * np.sin(np.linspace(0.0, 6.0, 1001)))
     testbench = Testbench("gain", circuit, (Source("i", "x", wave, "current"),), 1e-3)
-    found = compare(testbench, Silicon())
+    found = compare(testbench, Silicon(AMI_1500_IDEAL))
     assert found.agrees, found
     assert np.ptp(found.solver["y"]) > 1.0
 
@@ -195,7 +197,7 @@ def test_an_array_with_its_own_parameters_agrees() -> None:
     connections = {"vdd": "vdd", "a": "a", "y": "y"}
     bank = InstanceArray("chain", part, (3,), connections, lengths)
     circuit = Circuit("bank", (VDD, Port("a", "event"), Port("y", "event", "out", (3,))), (), (bank,))
-    found = compare(pulsed(circuit), Silicon())
+    found = compare(pulsed(circuit), Silicon(AMI_1500_IDEAL))
     assert found.agrees, found
     assert len({float(t[0]) for t in found.solver.spikes.values()}) == 3
 
@@ -204,9 +206,9 @@ def test_an_array_with_its_own_parameters_agrees() -> None:
 def test_a_die_is_the_same_silicon_in_both(die: Die) -> None:
     bank = InstanceArray("chain", inverter_chain(), (2,), {"vdd": "vdd", "a": "a", "y": "y"})
     circuit = Circuit("bank", (VDD, Port("a", "event"), Port("y", "event", "out", (2,))), (), (bank,))
-    found = compare(pulsed(circuit), Silicon(die=die))
+    found = compare(pulsed(circuit), Silicon(AMI_1500_IDEAL, die=die))
     assert found.agrees, found
-    nominal = compare(pulsed(circuit), Silicon())
+    nominal = compare(pulsed(circuit), Silicon(AMI_1500_IDEAL))
     assert agreement.difference(found.solver, nominal.ngspice).share > 1.0
 
 
@@ -217,7 +219,7 @@ def test_every_device_type_has_a_small_circuit_here() -> None:
 
 
 def test_disagreement_is_told() -> None:
-    silicon = Silicon()
+    silicon = Silicon(AMI_1500_IDEAL)
     testbench = pulsed(inverter_chain())
     ours = compare(testbench, silicon)
     loaded = engine.simulate(pulsed(inverter_chain((Capacitor("extra", "b", "0", 2e-13),))), silicon)
@@ -233,7 +235,9 @@ def test_disagreement_is_told() -> None:
 
 def test_delays_follow_the_temperature() -> None:
     block: Block = load_block("rebound-neuron")
-    nominal, cold, hot = (scaled_testbench(block, Silicon(temperature_c=t)) for t in (27.0, -20.0, 85.0))
+    nominal, cold, hot = (
+        scaled_testbench(block, Silicon(AMI_1500_IDEAL, temperature_c=t)) for t in (27.0, -20.0, 85.0)
+    )
     starts = [next(s for s in t.sources if s.name == "echo").waveform for t in (nominal, cold, hot)]
     delays = [w.starts[0] - 1e-3 for w in starts if isinstance(w, Pulse)]
     assert delays[0] == pytest.approx(6.4e-3)
@@ -242,11 +246,11 @@ def test_delays_follow_the_temperature() -> None:
     assert delays[2] < 0.15 * delays[0]
     assert {w.width for w in starts if isinstance(w, Pulse)} == {10e-6}
     assert cold.stop > nominal.stop >= hot.stop
-    assert delay_ratio(load_block("centroid-board"), Silicon(temperature_c=85.0)) == 1.0
+    assert delay_ratio(load_block("centroid-board"), Silicon(AMI_1500_IDEAL, temperature_c=85.0)) == 1.0
 
 
 def test_a_run_is_long_enough_for_the_blocks_own_delay() -> None:
-    axon, cold = load_block("axon-delay"), Silicon(temperature_c=-20.0)
+    axon, cold = load_block("axon-delay"), Silicon(AMI_1500_IDEAL, temperature_c=-20.0)
     bench = scaled_testbench(axon, cold)
-    assert bench.stop > 5.0 * scaled_testbench(axon, Silicon()).stop
+    assert bench.stop > 5.0 * scaled_testbench(axon, Silicon(AMI_1500_IDEAL)).stop
     assert simulate(bench, cold).spikes["delayed"].size == 1

@@ -11,6 +11,7 @@ from circuits.lowering.coupling import coupled
 from circuits.place import circuit_at
 from circuits.registry import load_block
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Result, simulate
@@ -28,7 +29,7 @@ DIE = Die("B", 1003)
 
 def test_a_neuron_at_its_place_agrees() -> None:
     neuron, place = circuit_at(CHIP, (("neuron", (5,)),))
-    silicon = Silicon(die=DIE, place=place)
+    silicon = Silicon(AMI_1500_IDEAL, die=DIE, place=place)
     block = load_block("rebound-neuron")
     stimuli = block.defaults | {"delay": 0.3e-3, "duration": 1.7e-3}
     testbench = block.testbench(neuron, stimuli, silicon.process.v_dd)
@@ -63,7 +64,7 @@ def test_a_block_agrees_on_a_die_with_all_components(name: str) -> None:
 
 def test_a_coupled_block_agrees() -> None:
     block, case = load_block("rebound-neuron"), case_of("rebound-neuron")
-    silicon = Silicon()
+    silicon = Silicon(AMI_1500_IDEAL)
     plain = scaled_testbench(block, silicon, case.form)
     bench = started(replace(plain, circuit=coupled(plain.circuit, "bus")), silicon)
     ours, _ = agreed(bench, silicon, case)

@@ -7,6 +7,7 @@ import pytest
 
 from circuits.blocks.wavefront.grid import Params, build, plan_testbench
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from netlists.ngspice import engine
@@ -17,7 +18,7 @@ pytestmark = pytest.mark.usefixtures("kept_ngspice")
 
 
 def test_a_wave_reaches_the_next_cell_at_the_same_time() -> None:
-    silicon = Silicon(die=Die(number=1003))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=1003))
     codes = np.ones((1, 2), dtype=np.int64)
     bench = plan_testbench(build(Params(1, 2)), codes, (0, 0), 90e-6, 5.0)  # the other cell fires at 84 us
     ours = simulate(bench, silicon, rtol=1e-6)

@@ -11,6 +11,7 @@ from chips.cell import Cell, CellState, add_pulse
 from circuits.blocks.sonar import rebound_neuron
 from circuits.errors import TopologyError
 from circuits.event import EDGE, WIDTH
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
@@ -19,7 +20,7 @@ CALL, ECHO = 1e-3, 7.4e-3
 
 @pytest.fixture(scope="module")
 def neuron() -> Cell:
-    return Cell(rebound_neuron.build(), Silicon(), ("v_mem",))
+    return Cell(rebound_neuron.build(), Silicon(AMI_1500_IDEAL), ("v_mem",))
 
 
 def _spike(cell: Cell) -> tuple[CellState, float, tuple[tuple[str, float], ...]]:
@@ -71,4 +72,4 @@ def test_a_pulse_has_the_boundary_s_form() -> None:
 def test_an_open_input_is_named() -> None:
     part = rebound_neuron.comparator(rebound_neuron.Params())
     with pytest.raises(TopologyError, match="v_mem"):
-        Cell(part, Silicon())
+        Cell(part, Silicon(AMI_1500_IDEAL))

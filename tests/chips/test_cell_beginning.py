@@ -5,14 +5,14 @@ from __future__ import annotations
 import pytest
 
 from chips.cell import Cell
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.beginning import Disturbed
 from tests.circuits.solver.oscillators import OSCILLATORS
 
 
 def test_an_oscillator_sends_events_by_itself() -> None:
-    cell = Cell(OSCILLATORS["ring"](AMI_1500, 3, 1.0).circuit, Silicon())
+    cell = Cell(OSCILLATORS["ring"](AMI_1500_IDEAL, 3, 1.0).circuit, Silicon(AMI_1500_IDEAL))
     with pytest.warns(Disturbed, match="10 mV added at spike"):
         state = cell.begin()
     for _ in range(3):

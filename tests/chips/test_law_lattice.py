@@ -15,7 +15,7 @@ from chips.ranging.chip import _shipped_model
 from chips.record import kept_record, read_record, write_record
 from chips.record_file import ENVIRONMENT, shipped_file
 from circuits.errors import DataError
-from circuits.silicon.process import AMI_1500, ROLLS_180, Process
+from circuits.silicon.process import AMI_1500_IDEAL, ROLLS_180_IDEAL, Process
 from system.cli import mend
 from system.cli.command_line import main
 
@@ -36,7 +36,7 @@ def fresh() -> Iterator[None]:
         each.cache_clear()
 
 
-@pytest.mark.parametrize("process", [AMI_1500, ROLLS_180], ids=lambda p: p.name)
+@pytest.mark.parametrize("process", [AMI_1500_IDEAL, ROLLS_180_IDEAL], ids=lambda p: p.name)
 def test_a_law_survives_its_text_and_is_today_s(process: Process) -> None:
     law = law_of(process)
     again = law_from(*law_text(law))
@@ -48,15 +48,15 @@ def test_a_law_survives_its_text_and_is_today_s(process: Process) -> None:
         np.testing.assert_array_equal(values, again.values[name])
 
 
-@pytest.mark.parametrize("family", law_of(AMI_1500).values)
+@pytest.mark.parametrize("family", law_of(AMI_1500_IDEAL).values)
 def test_a_family_that_moved_is_named(family: str) -> None:
-    law = law_of(AMI_1500)
+    law = law_of(AMI_1500_IDEAL)
     assert changed(moved(law, family, 2.0 * TOLERANCE)) == f"another law of {family}"
     assert changed(moved(law, family, 0.1 * TOLERANCE)) == ""
 
 
 def test_another_solver_and_another_lattice_are_named() -> None:
-    law = law_of(AMI_1500)
+    law = law_of(AMI_1500_IDEAL)
     assert changed(replace(law, solver=0)) == f"solvers of version 0, not {law.solver}"
     values = {name: v for name, v in law.values.items() if name != "bias"}
     assert changed(replace(law, values=values)) == "another law of bias"
@@ -67,7 +67,7 @@ def test_another_solver_and_another_lattice_are_named() -> None:
 def test_every_shipped_record_carries_the_law_of_its_process(name: str) -> None:
     law = read_record(shipped_file(name)).law
     assert law is not None
-    assert law.process == replace(AMI_1500, components=None)
+    assert law.process == replace(AMI_1500_IDEAL, components=None)
     assert changed(law) == ""
 
 

@@ -17,7 +17,7 @@ from chips.model import MODELS, Model, characterise, load_model, model_names
 from chips.record import Record, current_record, read_record
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500_FULL, Process
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 
 EVERY = [load_model(name) for name in MODELS]
@@ -34,7 +34,7 @@ def test_no_record_is_stale_and_every_one_has_errors_on_other_dies(model: Model)
     record = current_record(model.record_name)
     assert record.errors
     assert not any(math.isnan(value) for value in model.figures(record).values())
-    for silicon in (Silicon(), Silicon(temperature_c=40.0, die=Die(number=3))):
+    for silicon in (Silicon(AMI_1500_IDEAL), Silicon(AMI_1500_IDEAL, temperature_c=40.0, die=Die(number=3))):
         with warnings.catch_warnings(action="ignore"):  # a die that is deaf says so
             assert model.load(silicon) is not None
 
@@ -42,7 +42,7 @@ def test_no_record_is_stale_and_every_one_has_errors_on_other_dies(model: Model)
 @pytest.mark.parametrize("model", EVERY, ids=lambda m: m.name)
 def test_a_model_refuses_what_is_outside_its_box(model: Model) -> None:
     with pytest.raises(ParameterError, match="temperature: 200 degC, must be"):
-        model.load(Silicon(temperature_c=200.0))
+        model.load(Silicon(AMI_1500_IDEAL, temperature_c=200.0))
 
 
 def test_an_unknown_model_is_told_with_those_that_are_known() -> None:
@@ -60,10 +60,10 @@ def test_a_record_is_judged_while_it_is_in_force() -> None:
 
     model = Model("my-model", tuple, lambda *_: measured, held_out, lambda _: None)
     shares: list[float] = []
-    made = characterise(model, shares.append, {"i_a": 1.0}, AMI_1500_FULL)
-    assert seen == [measured, {"i_a": 1.0}, AMI_1500_FULL]
+    made = characterise(model, shares.append, {"i_a": 1.0}, AMI_1500)
+    assert seen == [measured, {"i_a": 1.0}, AMI_1500]
     assert made.law is not None
-    assert made.law.process == replace(AMI_1500_FULL, components=None)
+    assert made.law.process == replace(AMI_1500, components=None)
     assert (made.key, made.errors, shares) == ("k", {"rms_s": 1.0}, [1.0])
 
 

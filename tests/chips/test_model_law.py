@@ -10,11 +10,11 @@ from circuits.errors import ParameterError
 from circuits.silicon.components import ROLLS_180_COMPONENTS
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.floor_plan import FLOOR_PLANS
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import AMI_1500_IDEAL, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from tests.refusals import refusals
 
-FULL = Silicon(die=Die(number=3, variation="full"))
+FULL = Silicon(AMI_1500_IDEAL, die=Die(number=3, variation="full"))
 
 
 def test_what_does_not_deviate_passes() -> None:
@@ -36,7 +36,7 @@ def test_a_chip_s_transistors_have_the_gradients_of_their_places() -> None:
     place = row_place(256, ("synapse", (256,)))
     circuit = dpi_synapse.synapse(dpi_synapse.Params())
     dies = Die(number=3), Die(number=3, variation="transistors")
-    plain, more = (devices_at(circuit, place, Silicon(ROLLS_180, die=d), {}, ("me1",)) for d in dies)
+    plain, more = (devices_at(circuit, place, Silicon(ROLLS_180_IDEAL, die=d), {}, ("me1",)) for d in dies)
     plane = (more.fet["me1"].v_t0 - plain.fet["me1"].v_t0).reshape(256, 256)
     down, right = np.diff(plane, axis=0), np.diff(plane, axis=1)
     np.testing.assert_allclose(down, down[0, 0], rtol=1e-6)

@@ -29,7 +29,7 @@ from chips.record_file import save_record, shipped_file
 from circuits.blocks.sonar import rebound_neuron
 from circuits.errors import DataError
 from circuits.seal import unsealed
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 
 RECORD = Record(
     "some key",
@@ -42,7 +42,7 @@ RECORD = Record(
     },
     {"time_rms_s": 1.0 / 3.0},
     {"threshold_V": (-0.2, 0.2)},
-    law_of(AMI_1500),
+    law_of(AMI_1500_IDEAL),
 )
 
 

@@ -10,7 +10,7 @@ from circuits.blocks.mos import mos
 from circuits.circuit import Circuit, Port
 from circuits.devices.noise import WHITE_ONLY
 from circuits.lowering.on_die import on_die
-from circuits.silicon.process import AMI_1500_FULL
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 
@@ -32,7 +32,7 @@ def test_steepness_is_the_slope_of_the_law():
 def test_under_the_full_law_steepness_is_the_slope_of_a_device(polarity):
     """Of a device of the full law, against its ideal one, of which it is `steepness` to the bit."""
     circuit = Circuit("one", (Port("g", "bias"),), (mos("m", polarity, "d", "g", "s", 6, 24),))
-    device = on_die(circuit, Silicon(AMI_1500_FULL))
+    device = on_die(circuit, Silicon(AMI_1500))
     law, specific = device.fet["m"].law, device.fet["m"].current
     gates = np.array([0.5, 0.7, 0.9, 1.1])
     slope = np.log(device.saturated("m", gates + 1e-4) / device.saturated("m", gates - 1e-4)) / 2e-4
@@ -41,12 +41,12 @@ def test_under_the_full_law_steepness_is_the_slope_of_a_device(polarity):
     assert found == pytest.approx(slope, rel=0.02)
     plain = steepness(device.saturated("m", gates), specific) * law.kappa / law.u_t
     assert np.abs(plain / found - 1.0).max() > 0.02
-    ideal = Silicon().law(polarity)
+    ideal = Silicon(AMI_1500_IDEAL).law(polarity)
     assert np.array_equal(steepness_under(ideal, gates * 1e-9, 1e-9), steepness(gates * 1e-9, 1e-9))
 
 
 def test_wander_falls_with_area_and_is_none_without_flicker():
-    silicon = Silicon()
+    silicon = Silicon(AMI_1500_IDEAL)
     small, large = (gate_wander(silicon, SiliconNoise(), "p", a, 3e-3) for a in (1e-10, 4e-10))
     assert small == pytest.approx(4.0 * large)
     assert gate_wander(silicon, SiliconNoise(), "n", 1e-10, 3e-3) > 10.0 * small  # K_F of nFETs is 20 times

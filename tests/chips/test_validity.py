@@ -19,7 +19,7 @@ from chips.rolls.validity import check_supply
 from chips.selection.model import selection
 from chips.validity import outside_boxes, require_area, require_inside
 from circuits.errors import ParameterError
-from circuits.silicon.process import AMI_1500, ROLLS_180
+from circuits.silicon.process import AMI_1500_IDEAL, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 
 BOX = (-10.0, 65.0)
@@ -70,7 +70,7 @@ def test_a_thread_with_the_context_has_the_answer() -> None:
 
 @pytest.mark.parametrize("model", [load_model(name) for name in MODELS], ids=lambda m: m.name)
 def test_every_measured_model_goes_on_outside_its_box_where_that_is_asked(model: Model) -> None:
-    silicon = Silicon(temperature_c=110.0)
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=110.0)
     with pytest.raises(ParameterError, match="temperature: 110 degC, must be"):
         model.load(silicon)
     # a hearing that is deaf says so
@@ -82,8 +82,8 @@ def test_every_measured_model_goes_on_outside_its_box_where_that_is_asked(model:
 def test_areas_below_those_that_were_measured_are_outside() -> None:
     design = usual_design()
     for least, make in (
-        (0.25, lambda area: selection(Silicon(), area=area)),
-        (0.125, lambda area: LatencyChip(design, usual_biases(design), Silicon(), area=area)),
+        (0.25, lambda area: selection(Silicon(AMI_1500_IDEAL), area=area)),
+        (0.125, lambda area: LatencyChip(design, usual_biases(design), Silicon(AMI_1500_IDEAL), area=area)),
         (0.03, lambda area: NefChip(area=area).at(27.0)),
     ):
         assert make(least) is not None
@@ -92,8 +92,8 @@ def test_areas_below_those_that_were_measured_are_outside() -> None:
 
 
 def test_closed_forms_were_held_at_one_supply() -> None:
-    low = replace(AMI_1500, v_dd=4.0)
+    low = replace(AMI_1500_IDEAL, v_dd=4.0)
     with pytest.raises(ParameterError, match=r"selection\.supply: 4 V, must be 5 V, where the behavioural"):
         selection(Silicon(low))
     with pytest.raises(ParameterError, match=r"rolls_chip\.supply: 1\.5 V, must be 1\.8 V, where"):
-        check_supply(replace(ROLLS_180, v_dd=1.5))
+        check_supply(replace(ROLLS_180_IDEAL, v_dd=1.5))

@@ -16,7 +16,7 @@ from circuits.devices import Resistor, Transistor
 from circuits.devices.transistor import drain_current
 from circuits.errors import ParameterError, TopologyError, UnknownNameError
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, PROCESSES, Law, Polarity, at_temperature
+from circuits.silicon.process import AMI_1500_IDEAL, PROCESSES, Law, Polarity, at_temperature
 from circuits.silicon.silicon import Silicon
 
 UM = 1e-6
@@ -48,8 +48,8 @@ def cell(kind: BiasKind, value: float | tuple[float, ...], polarity: Polarity = 
 def test_gate_voltage_inverts_the_law(
     current: float, temperature_c: float, polarity: Polarity, law_name: Law, multiplicity: float
 ) -> None:
-    model = replace(AMI_1500.model(polarity), law=law_name)
-    law = at_temperature(model, AMI_1500, temperature_c)
+    model = replace(AMI_1500_IDEAL.model(polarity), law=law_name)
+    law = at_temperature(model, AMI_1500_IDEAL, temperature_c)
     device = mirror(polarity, multiplicity)
     v_g = gate_voltage(law, device, current)
     sign = 1.0 if polarity == "n" else -1.0
@@ -60,24 +60,27 @@ def test_gate_voltage_inverts_the_law(
 
 @pytest.mark.parametrize("current", [0.0, -1e-9, float("nan"), float("inf")])
 def test_a_current_must_be_positive(current: float) -> None:
-    law = at_temperature(AMI_1500.n, AMI_1500, 27.0)
+    law = at_temperature(AMI_1500_IDEAL.n, AMI_1500_IDEAL, 27.0)
     with pytest.raises(ParameterError, match=r"m1: bias current .* must be > 0"):
         gate_voltage(law, mirror(), current)
 
 
 def test_a_current_below_that_at_flat_band_is_refused() -> None:
-    law = at_temperature(replace(AMI_1500.n, law="ekv-gamma"), AMI_1500, 27.0)
+    law = at_temperature(replace(AMI_1500_IDEAL.n, law="ekv-gamma"), AMI_1500_IDEAL, 27.0)
     with pytest.raises(ParameterError, match="current at flat band"):
         gate_voltage(law, mirror(), 1e-21)
 
 
 def test_a_gate_bias_stays_where_it_is_and_its_current_drifts() -> None:
     circuit = cell("gate", 200e-12)
-    cold, hot = (bias_voltages(circuit, circuit.biases[0], Silicon(temperature_c=t)) for t in (0.0, 60.0))
+    cold, hot = (
+        bias_voltages(circuit, circuit.biases[0], Silicon(AMI_1500_IDEAL, temperature_c=t))
+        for t in (0.0, 60.0)
+    )
     assert cold == hot
     drift = [
         drain_current(
-            at_temperature(AMI_1500.n, AMI_1500, t), "n", 6 * UM, 6 * UM, 2.0, float(cold), 0.0
+            at_temperature(AMI_1500_IDEAL.n, AMI_1500_IDEAL, t), "n", 6 * UM, 6 * UM, 2.0, float(cold), 0.0
         ).item()
         for t in (0.0, 27.0, 60.0)
     ]
@@ -92,10 +95,12 @@ def test_a_generator_is_proportional_to_absolute_temperature(
     temperature_c: float, polarity: Polarity
 ) -> None:
     circuit = cell("ideal", 200e-12, polarity)
-    v_gate = float(bias_voltages(circuit, circuit.biases[0], Silicon(temperature_c=temperature_c)))
-    law = at_temperature(AMI_1500.model(polarity), AMI_1500, temperature_c)
-    source = 0.0 if polarity == "n" else AMI_1500.v_dd
-    drain = AMI_1500.v_dd - source
+    v_gate = float(
+        bias_voltages(circuit, circuit.biases[0], Silicon(AMI_1500_IDEAL, temperature_c=temperature_c))
+    )
+    law = at_temperature(AMI_1500_IDEAL.model(polarity), AMI_1500_IDEAL, temperature_c)
+    source = 0.0 if polarity == "n" else AMI_1500_IDEAL.v_dd
+    drain = AMI_1500_IDEAL.v_dd - source
     current = drain_current(law, polarity, 6 * UM, 6 * UM, drain, v_gate, source, source)
     expected = 200e-12 * (temperature_c + 273.15) / 300.15
     # 5 V are 145 U_T at 125 degC, so that only rounding is left
@@ -104,11 +109,13 @@ def test_a_generator_is_proportional_to_absolute_temperature(
 
 def test_a_voltage_is_passed_on() -> None:
     circuit = cell("voltage", 1.8)
-    assert float(bias_voltages(circuit, circuit.biases[0], Silicon(temperature_c=-40.0))) == 1.8
+    assert (
+        float(bias_voltages(circuit, circuit.biases[0], Silicon(AMI_1500_IDEAL, temperature_c=-40.0))) == 1.8
+    )
 
 
 def test_an_array_takes_one_value_or_one_an_element() -> None:
-    silicon = Silicon()
+    silicon = Silicon(AMI_1500_IDEAL)
     one = bias_voltages(*_array((100e-12,) * 3), silicon)
     shared = bias_voltages(*_array(100e-12), silicon)
     assert one.shape == shared.shape == (3,)
@@ -121,7 +128,7 @@ def test_an_array_takes_one_value_or_one_an_element() -> None:
 
 def test_a_wrong_number_of_values_is_named() -> None:
     with pytest.raises(TopologyError, match=r"cell\.gate: values of shape \(2,\) for a port of shape \(3,\)"):
-        bias_voltages(*_array((1e-12, 1e-11)), Silicon())
+        bias_voltages(*_array((1e-12, 1e-11)), Silicon(AMI_1500_IDEAL))
 
 
 def test_a_current_bias_needs_a_transistor() -> None:
@@ -129,7 +136,7 @@ def test_a_current_bias_needs_a_transistor() -> None:
     circuit = replace(circuit, devices=(*circuit.devices, Resistor("r1", "gate", "0", 1e6)))
     wrong = replace(circuit.biases[0], device="r1")
     with pytest.raises(TopologyError, match="r1 is no transistor"):
-        bias_voltages(circuit, wrong, Silicon())
+        bias_voltages(circuit, wrong, Silicon(AMI_1500_IDEAL))
 
 
 def test_a_bias_needs_a_bias_port_and_a_known_device() -> None:
@@ -163,20 +170,22 @@ def _array(value: float | tuple[float, ...]) -> tuple[Circuit, Bias]:
 def test_a_current_that_no_gate_within_the_supply_gives_is_refused() -> None:
     circuit = rebias(rebound_neuron.build(), {"i_inh_tau": 0.2})
     with pytest.raises(ParameterError, match=r"i_inh_tau: 0\.2 A needs .* V on the gate of mi5, beyond"):
-        bias_voltages(circuit, circuit.bias("i_inh_tau"), Silicon())
+        bias_voltages(circuit, circuit.bias("i_inh_tau"), Silicon(AMI_1500_IDEAL))
 
 
 def test_the_current_on_a_die_is_that_of_its_own_device() -> None:
     neuron = rebound_neuron.build()
     bias = neuron.bias("i_rtau")
-    assert die_current(neuron, bias, Silicon()) == pytest.approx(400e-12, rel=1e-9)
-    silicon = Silicon(die=Die(number=1003))
+    assert die_current(neuron, bias, Silicon(AMI_1500_IDEAL)) == pytest.approx(400e-12, rel=1e-9)
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=1003))
     mr2 = neuron.device("membrane.mr2")
     assert isinstance(mr2, Transistor)
     v_t0, beta = silicon.deviation(neuron.name, (("membrane", ()), ("mr2", ())), mr2.width * mr2.length)
-    shift = silicon.law("p").v_t0 - Silicon().law("p").v_t0 + float(np.ravel(v_t0)[0])
+    shift = silicon.law("p").v_t0 - Silicon(AMI_1500_IDEAL).law("p").v_t0 + float(np.ravel(v_t0)[0])
     scale = (
-        silicon.law("p").square_current / Silicon().law("p").square_current * (1 + float(np.ravel(beta)[0]))
+        silicon.law("p").square_current
+        / Silicon(AMI_1500_IDEAL).law("p").square_current
+        * (1 + float(np.ravel(beta)[0]))
     )
     # in weak inversion the current falls e-fold in U_T / kappa of the threshold; at 400 pA, a hundredth of
     # I_S, the EKV law is a tenth below that

@@ -18,7 +18,7 @@ from circuits.checks import (
 from circuits.devices import Capacitor
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, Process, TransistorModel
+from circuits.silicon.process import AMI_1500_IDEAL, Process, TransistorModel
 from circuits.silicon.silicon import Silicon
 
 
@@ -81,16 +81,22 @@ def test_the_allowance_ends_with_its_block_and_stays_in_its_thread() -> None:
         (lambda: Die(mismatch="no"), "die.mismatch: 'no', must be True or False"),
         (lambda: Die(number=1.5), "die: 1.5, must be a whole number"),
         (lambda: Silicon("ami-1500"), "silicon.process: 'ami-1500', must be a process"),
-        (lambda: Silicon(die=1003), "silicon.die: 1003, must be a die"),
-        (lambda: Silicon(temperature_c="27"), "temperature: '27', must be a number in degC"),
-        (lambda: Silicon(temperature_c=True), "temperature: True, must be a number in degC"),
+        (lambda: Silicon(AMI_1500_IDEAL, die=1003), "silicon.die: 1003, must be a die"),
+        (lambda: Silicon(AMI_1500_IDEAL, temperature_c="27"), "temperature: '27', must be a number in degC"),
+        (lambda: Silicon(AMI_1500_IDEAL, temperature_c=True), "temperature: True, must be a number in degC"),
         (
             lambda: TransistorModel(0.6, 0.7, 72e-6, law="bsim"),
             "transistor_model.law: .bsim., must be ekv",
         ),
         (lambda: TransistorModel("0.6", 0.7, 72e-6), "transistor_model.v_t0: '0.6', must be a number"),
-        (lambda: Process("p", AMI_1500.n, None, 5.0, 1e-9, 1e-9), "p.p: None, must be a transistor model"),
-        (lambda: Process("p", AMI_1500.n, AMI_1500.p, "5V", 1e-9, 1e-9), "p.v_dd: '5V', must be a number"),
+        (
+            lambda: Process("p", AMI_1500_IDEAL.n, None, 5.0, 1e-9, 1e-9),
+            "p.p: None, must be a transistor model",
+        ),
+        (
+            lambda: Process("p", AMI_1500_IDEAL.n, AMI_1500_IDEAL.p, "5V", 1e-9, 1e-9),
+            "p.v_dd: '5V', must be a number",
+        ),
     ],
 )
 def test_silicon_refuses_what_it_does_not_know(construct: object, text: str) -> None:

@@ -17,6 +17,7 @@ from circuits.errors import UnknownNameError
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.place import circuit_at
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.testbench import Testbench
@@ -45,7 +46,7 @@ def devices(machine: Machine, prefix: str) -> dict[str, tuple[float, float]]:
 
 @pytest.mark.parametrize(("k", "kind"), [(2, "gate"), (7, "ideal")])
 def test_a_lone_neuron_at_its_place_is_the_chip_s(k: int, kind: BiasKind) -> None:
-    silicon = Silicon(die=Die(number=1003))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=1003))
     chip = lower(rebias(CHIP, kind=kind), silicon)
     neuron, place = circuit_at(rebias(CHIP, kind=kind), (("neuron", (k,)),))
     alone = lower(neuron, replace(silicon, place=place))
@@ -60,12 +61,14 @@ def test_a_lone_neuron_at_its_place_is_the_chip_s(k: int, kind: BiasKind) -> Non
 def test_without_its_place_it_is_another() -> None:
     die = Die(number=1003)
     neuron, place = circuit_at(CHIP, (("neuron", (2,)),))
-    there, elsewhere = (devices(lower(neuron, Silicon(die=die, place=p)), "") for p in (place, None))
+    there, elsewhere = (
+        devices(lower(neuron, Silicon(AMI_1500_IDEAL, die=die, place=p)), "") for p in (place, None)
+    )
     assert not set(there.values()) & set(elsewhere.values())
 
 
 def test_the_generator_s_copies_are_shared_as_on_the_chip() -> None:
-    silicon = Silicon(die=Die(number=1))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=1))
     chip = rebias(CHIP, kind="ideal")
     neurons = [circuit_at(chip, (("neuron", (k,)),)) for k in (2, 3)]
     voltages = [
@@ -91,7 +94,7 @@ def test_a_place_brings_the_chip_s_biases() -> None:
 @settings(max_examples=15, deadline=None)
 def test_edits_elsewhere_change_nothing(number: int, k: int, extra: int) -> None:
     """Other devices on the chip, and more neurons: neuron k stays what it is."""
-    silicon = Silicon(die=Die(number=number))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=number))
     array = CHIP.instances[0]
     wider = InstanceArray(
         "neuron", array.circuit, (13 + extra,), dict.fromkeys(array.connections, "0") | {"vdd": "vdd"}

@@ -11,6 +11,7 @@ from circuits.circuit import Circuit, InstanceArray, Port
 from circuits.devices import Capacitor, Resistor, Source
 from circuits.devices.source import PiecewiseLinear
 from circuits.registry import load_block
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.ngspice import run as ngspice
@@ -94,8 +95,10 @@ def test_a_capacitance_slows_its_node_in_ngspice() -> None:
     pair = InstanceArray("stage", part, (2,), {"a": "a"})
     step = Source("a", "a", PiecewiseLinear((0.0, 1e-9), (0.0, 1.0)))
     bench = Testbench("pair", Circuit("pair", (Port("a", "analog"),), (), (pair,)), (step,), 1e-6)
-    text = load_dialect("ngspice").write(bench, Silicon(), Settings(parasitics={"stage[1].y": 1e-9}))
-    names = node_names(bench, Silicon())
+    text = load_dialect("ngspice").write(
+        bench, Silicon(AMI_1500_IDEAL), Settings(parasitics={"stage[1].y": 1e-9})
+    )
+    names = node_names(bench, Silicon(AMI_1500_IDEAL))
     values = ngspice.run(text).values
     ends = [float(values[names[f"stage[{k}].y"]][-1]) for k in (0, 1)]
     # 1 - e^-t/RC at t = RC and RC/2; the step's nanosecond and ngspice's own error are below 1e-3

@@ -13,7 +13,7 @@ from circuits.devices.source import Constant, Pulse
 from circuits.errors import ParameterError, TopologyError, UnknownNameError
 from circuits.registry import block_names, load_block
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.registry import Dialect, Settings, dialect_names, load_dialect
@@ -67,8 +67,8 @@ def statements(dialect: Dialect, text: str) -> list[str]:
 @pytest.mark.parametrize("name", block_names())
 def test_every_block_is_written_the_same_every_time(name: str, dialect: Dialect, models: str) -> None:
     settings = Settings(models=models)
-    text = dialect.write(block_testbench(name), Silicon(), settings)
-    assert text == dialect.write(block_testbench(name), Silicon(), settings)
+    text = dialect.write(block_testbench(name), Silicon(AMI_1500_IDEAL), settings)
+    assert text == dialect.write(block_testbench(name), Silicon(AMI_1500_IDEAL), settings)
     assert text.isascii()
     assert text.endswith("\n")
     assert parse_annotation(notes(dialect, text)[0]).value == Header(1, dialect.name, models)
@@ -79,7 +79,7 @@ def test_every_block_is_written_the_same_every_time(name: str, dialect: Dialect,
 
 @pytest.mark.parametrize(("dialect", "models"), CHOICES, ids=IDS)
 def test_only_what_is_run_here_does_not_say_otherwise(dialect: Dialect, models: str) -> None:
-    head = dialect.write(bank(), Silicon(), Settings(models=models)).splitlines()[:6]
+    head = dialect.write(bank(), Silicon(AMI_1500_IDEAL), Settings(models=models)).splitlines()[:6]
     assert any("not run here" in line for line in head) is not dialect.runs
     assert dialect.runs is (dialect.name == "ngspice")
     assert ("not run here" in dialect.summary) is not dialect.runs
@@ -87,7 +87,7 @@ def test_only_what_is_run_here_does_not_say_otherwise(dialect: Dialect, models: 
 
 @pytest.mark.parametrize(("dialect", "models"), CARDS, ids=CARD_IDS)
 def test_arrays_and_definitions_are_those_of_the_design(dialect: Dialect, models: str) -> None:
-    text = dialect.write(bank(), Silicon(), Settings(models=models))
+    text = dialect.write(bank(), Silicon(AMI_1500_IDEAL), Settings(models=models))
     lines = statements(dialect, text)
     opened = [line.split()[1] for line in lines if line.lstrip(".").startswith("subckt")]
     assert opened == ["follower", "bank"]
@@ -101,7 +101,7 @@ def test_arrays_and_definitions_are_those_of_the_design(dialect: Dialect, models
 
 @pytest.mark.parametrize("dialect", SIMULATED, ids=lambda d: d.name)
 def test_start_voltages_are_a_nodeset_at_the_node_s_own_name(dialect: Dialect) -> None:
-    text = dialect.write(bank(), Silicon(), Settings())
+    text = dialect.write(bank(), Silicon(AMI_1500_IDEAL), Settings())
     (line,) = [line for line in statements(dialect, text) if "nodeset" in line]
     assert dialect.naming.node("y[1]") in line
     assert "0.5" in line
@@ -112,7 +112,9 @@ def test_start_voltages_are_a_nodeset_at_the_node_s_own_name(dialect: Dialect) -
 
 @pytest.mark.parametrize("dialect", NETLISTS, ids=lambda d: d.name)
 def test_a_die_has_its_own_transistors_but_is_drawn_like_all(dialect: Dialect) -> None:
-    nominal, die = (dialect.write(bank(), Silicon(die=d), Settings()) for d in (Die(), Die("A", 3)))
+    nominal, die = (
+        dialect.write(bank(), Silicon(AMI_1500_IDEAL, die=d), Settings()) for d in (Die(), Die("A", 3))
+    )
     if dialect.name == "cdl":
         assert die == nominal
     else:
@@ -124,7 +126,10 @@ def test_a_die_has_its_own_transistors_but_is_drawn_like_all(dialect: Dialect) -
 @pytest.mark.parametrize("dialect", SIMULATED, ids=lambda d: d.name)
 def test_expressions_are_the_dialect_s(dialect: Dialect) -> None:
     silicon = Silicon(
-        replace(AMI_1500, n=replace(AMI_1500.n, law="ekv-gamma", early_field=2.5e6, junction_leakage=1e-9))
+        replace(
+            AMI_1500_IDEAL,
+            n=replace(AMI_1500_IDEAL.n, law="ekv-gamma", early_field=2.5e6, junction_leakage=1e-9),
+        )
     )
     device = Transistor("m_", "n", "d[1]", "gnd", "s__t", "0", 3e-6, 3e-6)
     text = "\n".join(dialect.devices["ekv"](device, silicon))
@@ -142,7 +147,7 @@ def test_expressions_are_the_dialect_s(dialect: Dialect) -> None:
 @pytest.mark.parametrize(("dialect", "models"), CARDS, ids=CARD_IDS)
 def test_a_parasitic_capacitance_is_where_its_node_is(dialect: Dialect, models: str) -> None:
     settings = Settings(models=models, parasitics={"cell[1].inner": 3e-15, "y[2]": 4e-15, "a": 5e-15})
-    text = dialect.write(bank(), Silicon(), settings)
+    text = dialect.write(bank(), Silicon(AMI_1500_IDEAL), settings)
     lines = statements(dialect, text)
     found = [line for line in lines if line.startswith("cparasitic")]
     assert [line.split("=")[-1].split()[-1] for line in found] == ["3e-15", "4e-15", "5e-15"]
@@ -150,17 +155,21 @@ def test_a_parasitic_capacitance_is_where_its_node_is(dialect: Dialect, models: 
     assert called == ["follower", "follower_2", "follower"]
     assert sum(note == f"parasitic name=parasitic{k}" for note in notes(dialect, text) for k in (0, 1)) == 3
     with pytest.raises(UnknownNameError, match=r"cell\[1\]\.other: unknown"):
-        dialect.write(bank(), Silicon(), Settings(models=models, parasitics={"cell[1].other": 1e-15}))
+        dialect.write(
+            bank(), Silicon(AMI_1500_IDEAL), Settings(models=models, parasitics={"cell[1].other": 1e-15})
+        )
 
 
 def test_parasitics_of_a_die_and_of_taken_names() -> None:
     ports = (Port("a", "analog"),)
     circuit = Circuit("c", ports, (Capacitor("Parasitic0", "a", "0", 1e-12),))
     testbench = Testbench("t", circuit, (Source("a", "a", Constant(0.0)),), 1e-3)
-    text = load_dialect("ngspice").write(testbench, Silicon(), Settings(parasitics={"a": 1e-15}))
+    text = load_dialect("ngspice").write(
+        testbench, Silicon(AMI_1500_IDEAL), Settings(parasitics={"a": 1e-15})
+    )
     assert "\ncparasitic_0 a 0 1e-15\n" in text
     die = load_dialect("ngspice").write(
-        bank(), Silicon(die=Die("A", 3)), Settings(parasitics={"cell[1].inner": 1e-15})
+        bank(), Silicon(AMI_1500_IDEAL, die=Die("A", 3)), Settings(parasitics={"cell[1].inner": 1e-15})
     )
     assert die.count("parasitic0 inner") == 1
     assert die.count(".subckt") == 4
@@ -169,7 +178,7 @@ def test_parasitics_of_a_die_and_of_taken_names() -> None:
 @pytest.mark.parametrize("dialect", DIALECTS, ids=lambda d: d.name)
 def test_models_that_a_dialect_lacks_are_refused(dialect: Dialect) -> None:
     with pytest.raises(ParameterError, match=f"models: psp, {dialect.name} has ekv"):
-        dialect.write(bank(), Silicon(), Settings(models="psp"))
+        dialect.write(bank(), Silicon(AMI_1500_IDEAL), Settings(models="psp"))
 
 
 def test_an_unknown_dialect_is_named() -> None:
@@ -182,4 +191,4 @@ def test_a_name_that_no_dialect_can_write_is_refused(dialect: Dialect) -> None:
     testbench = bank()
     odd = replace(testbench, circuit=replace(testbench.circuit, name="odd name"))
     with pytest.raises(TopologyError, match="not a node name"):
-        dialect.write(odd, Silicon(), Settings())
+        dialect.write(odd, Silicon(AMI_1500_IDEAL), Settings())

@@ -25,7 +25,7 @@ from circuits.blocks.rolls.depressing_synapse import STEP
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 
 CHIP_STEP = 0.2e-3  # s: all intervals are whole numbers of it
@@ -88,7 +88,7 @@ def chip_on(die: int, temperature_c: float = 27.0, kind: BiasKind = "ideal") -> 
     levels = np.zeros((NEURONS, NEURONS), np.int8)
     levels[ROW, list(COLUMNS)] = LEVELS
     program = Program(levels, TABLE, depression=ShortTermDepression())
-    return RollsChip(program, Silicon(ROLLS_180, temperature_c, Die(number=die)), kind, step=CHIP_STEP)
+    return RollsChip(program, Silicon(ROLLS_180_IDEAL, temperature_c, Die(number=die)), kind, step=CHIP_STEP)
 
 
 def constants(chip: RollsChip) -> tuple[float, float]:
@@ -147,7 +147,7 @@ def response(die: int, rows: int, size: int = SIZE) -> Response:
     for name, code in GAIN.items():
         table = table.with_code(name, *code)
     program = Program(levels, table, depression=ShortTermDepression(SLOW))
-    silicon, events = Silicon(ROLLS_180, 27.0, Die(number=die)), inputs_of(die)
+    silicon, events = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=die)), inputs_of(die)
     chip = RollsChip(program, silicon, "ideal")
     plain = RollsChip(replace(program, depression=None), silicon, "ideal")
     inputs = _to_all(events, size)

@@ -47,7 +47,7 @@ from circuits.arrays import F64
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.errors import DataError, ParameterError
-from circuits.silicon.process import ROLLS_180, at_temperature
+from circuits.silicon.process import ROLLS_180_IDEAL, at_temperature
 
 REFERENCE_C = 27.0
 LOST = (
@@ -101,7 +101,7 @@ class Linearisation:
 
 def nominal_linearisation(program: Program) -> Linearisation:
     """Return the linear model of the nominal circuits at 27 degC."""
-    biases, process = program.biases, ROLLS_180
+    biases, process = program.biases, ROLLS_180_IDEAL
     n, p = (at_temperature(model, process, REFERENCE_C) for model in (process.n, process.p))
     synapse, neuron = dpi_synapse.Params(), rolls_neuron.Params()
 

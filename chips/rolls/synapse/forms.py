@@ -32,7 +32,7 @@ from circuits.arrays import F64
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.blocks.rolls.bias import default_current
-from circuits.silicon.process import ROLLS_180, thermal_voltage
+from circuits.silicon.process import ROLLS_180_IDEAL, thermal_voltage
 
 Growth = Callable[[F64], F64]  # tau dlnI_mem/dt over I_mem
 
@@ -180,7 +180,7 @@ def rheobase_of(n: NeuronForm, growth: Callable[[float], Growth]) -> float:
 
 def circuit_synapse(level_current: float, capacitance: float, temperature_c: float = 27.0) -> SynapseForm:
     """Return the circuit's excitatory filter with its default biases; capacitance: at v_syn, F."""
-    p, n = ROLLS_180.p, ROLLS_180.n
+    p, n = ROLLS_180_IDEAL.p, ROLLS_180_IDEAL.n
     params = dpi_synapse.Params()
     i_tau = default_current("NPDPIE_TAU_P")
     tau = capacitance * thermal_voltage(temperature_c) / (p.kappa * i_tau)
@@ -190,13 +190,13 @@ def circuit_synapse(level_current: float, capacitance: float, temperature_c: flo
 
 def circuit_neuron(capacitance: float, temperature_c: float = 27.0) -> NeuronForm:
     """Return the circuit's neuron with its default biases, its faster leak and no I_dc; capacitance: F."""
-    p, n, u_t = ROLLS_180.p, ROLLS_180.n, thermal_voltage(temperature_c)
+    p, n, u_t = ROLLS_180_IDEAL.p, ROLLS_180_IDEAL.n, thermal_voltage(temperature_c)
     params = rolls_neuron.Params()
     i_tau, square = default_current("IF_TAU2_N"), params.pair_width / params.pair_length
     feedback = params.feedback_width / params.feedback_length / square
     shift = next(float(np.ravel(b.value)[0]) for b in rolls_neuron.BIASES if b.name == "v_shift")
     i_0 = off_current(n.mu_cox, n.kappa, n.v_t0)
-    refractory = params.refractory_capacitance * 0.5 * ROLLS_180.v_dd / default_current("IF_RFR2_N")
+    refractory = params.refractory_capacitance * 0.5 * ROLLS_180_IDEAL.v_dd / default_current("IF_RFR2_N")
     return NeuronForm(
         default_current("IF_THR_N"), i_tau, capacitance * u_t / (n.kappa * i_tau),
         default_current("IF_BUF_P") * square, i_0 * square, refractory,

@@ -53,7 +53,7 @@ from circuits.generator.circuit import (
     sum_mirror,
 )
 from circuits.generator.code import COARSE, CODES, REFERENCE_C
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -105,7 +105,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """An ideal voltage `output` (V) at i_out, through which the current flows; it begins as it works."""
     sources = powered(v_dd, {"i_out": stimuli["output"] or 0.0})
     bench = Testbench("bias generator", circuit, sources, stimuli["duration"] or STOP)
-    return started_at_rest(bench, AMI_1500)
+    return started_at_rest(bench, AMI_1500_IDEAL)
 
 
 STOP = 1e-3  # s; ours: nothing moves

@@ -30,7 +30,7 @@ from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Port
 from circuits.count import Sizes
 from circuits.devices import Capacitor
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -84,7 +84,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     times = (0.0, stimuli["second"], stimuli["third"])
     sources = powered(v_dd, events(circuit.port("event"), times, START, v_dd))
     bench = Testbench("coincidence", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
-    return started_at_rest(bench, AMI_1500)
+    return started_at_rest(bench, AMI_1500_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:

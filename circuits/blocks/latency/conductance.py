@@ -32,7 +32,7 @@ from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Port
 from circuits.count import Sizes
 from circuits.devices import Capacitor, Device
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -122,7 +122,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     inhibit = events(circuit.port("inhibit"), (stimuli["inhibit"],), START, v_dd)
     sources = powered(v_dd, excite | inhibit)
     bench = Testbench("conductance", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
-    return started_at_rest(bench, AMI_1500)
+    return started_at_rest(bench, AMI_1500_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:

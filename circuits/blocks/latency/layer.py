@@ -28,7 +28,7 @@ from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor
 from circuits.event import pulse, rising_crossing
 from circuits.lowering.supply import half_supply
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -109,7 +109,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     )
     sources = powered(v_dd, {"reset": pulse((PING,), v_dd)} | excite | inhibit)
     bench = Testbench("race layer", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
-    return started_at_rest(bench, AMI_1500)
+    return started_at_rest(bench, AMI_1500_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:

@@ -28,7 +28,7 @@ from circuits.blocks.rest import started_at_rest
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor
 from circuits.event import pulse
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -74,7 +74,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     inputs = events(circuit.port("event"), times, PING, v_dd)
     sources = powered(v_dd, {"reset": pulse((PING,), v_dd), **inputs})
     bench = Testbench("latency neuron", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
-    return started_at_rest(bench, AMI_1500)
+    return started_at_rest(bench, AMI_1500_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:

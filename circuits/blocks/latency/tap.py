@@ -31,7 +31,7 @@ from circuits.count import Sizes
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
 from circuits.event import pulse
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -99,7 +99,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """One event at 20 us."""
     sources = powered(v_dd, {"event": pulse((START,), v_dd)})
     bench = Testbench("delay line", circuit, sources, stimuli["duration"] or STOP, watch=("out",))
-    return started_at_rest(bench, AMI_1500)
+    return started_at_rest(bench, AMI_1500_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:

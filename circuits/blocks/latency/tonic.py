@@ -38,7 +38,7 @@ from circuits.devices.device import Device
 from circuits.devices.source import PiecewiseLinear
 from circuits.errors import ParameterError
 from circuits.event import EDGE, WIDTH
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -123,7 +123,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     event = events(circuit.port("event"), (inhibit,), START, v_dd)
     sources = powered(v_dd, {**event, "end": reset_wave(None if end is None else START + end, v_dd)})
     bench = Testbench("tonic neuron", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
-    return started_at_rest(bench, AMI_1500)
+    return started_at_rest(bench, AMI_1500_IDEAL)
 
 
 def reset_wave(again: float | None, v_dd: float) -> PiecewiseLinear:

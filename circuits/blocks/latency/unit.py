@@ -30,7 +30,7 @@ from circuits.circuit import Bias, Circuit, Node
 from circuits.devices.source import Pulse
 from circuits.errors import ParameterError
 from circuits.event import WIDTH, pulse
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 
@@ -111,7 +111,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
         },
     )
     bench = Testbench("latency unit", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
-    return started_at_rest(bench, AMI_1500)
+    return started_at_rest(bench, AMI_1500_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:

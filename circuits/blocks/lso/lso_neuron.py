@@ -33,7 +33,7 @@ from circuits.circuit import Bias, Circuit, Port
 from circuits.count import Sizes
 from circuits.devices import Capacitor
 from circuits.errors import ParameterError
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -112,7 +112,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
         waves |= events(port, times, START, v_dd)
     stop = stimuli["duration"] or STOP
     bench = Testbench("lso neuron", circuit, powered(v_dd, waves), stop, watch=("spike",))
-    return started_at_rest(bench, AMI_1500)
+    return started_at_rest(bench, AMI_1500_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:

@@ -28,7 +28,7 @@ from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit
 from circuits.errors import ParameterError
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
@@ -104,9 +104,9 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A code, and a signal above its middle, whose gate falls by `step` (V) below its bias at 1 ms."""
     waves: dict[str, Wave] = {"i_out": MEMBRANE, **bits_of(stimuli["code"] or 0.0, v_dd)}
     if stimuli["step"]:
-        begin = float(bias_voltages(circuit, circuit.bias("i_pos"), Silicon(ROLLS_180)))
+        begin = float(bias_voltages(circuit, circuit.bias("i_pos"), Silicon(ROLLS_180_IDEAL)))
         waves["v_pos"] = step(STEP_TIME, 1.1 * STEP_TIME, begin, begin - stimuli["step"])
-    return started_at_rest(Testbench("NEF encoder", circuit, powered(v_dd, waves), STOP), ROLLS_180)
+    return started_at_rest(Testbench("NEF encoder", circuit, powered(v_dd, waves), STOP), ROLLS_180_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:

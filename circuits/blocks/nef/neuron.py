@@ -32,7 +32,7 @@ from circuits.blocks.rest import started_at_rest
 from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, Source
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -104,7 +104,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     current = step(STEP_TIME, STEP_TIME + STEP_RISE, 0.0, values["current"])
     sources = (*powered(v_dd), Source("i_in", "v_mem", current, "current"))
     bench = Testbench("NEF neuron", circuit, sources, values["duration"], watch=("spike",))
-    return started_at_rest(bench, ROLLS_180)
+    return started_at_rest(bench, ROLLS_180_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:

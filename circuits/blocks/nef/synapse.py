@@ -37,7 +37,7 @@ from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, OperationalAmplifier, Transistor
 from circuits.errors import ParameterError
 from circuits.event import rising_crossing
-from circuits.silicon.process import ROLLS_180, Polarity
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL, Polarity
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -176,7 +176,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     drawn = step(STEP_TIME, STEP_TIME + 1e-6, 0.0, -x * MIDDLE)
     sources = (*powered(v_dd), current_into("i_in", drawn))
     stop = stimuli["duration"] or STEP_TIME + _SETTLED * 5e-3
-    return started_at_rest(Testbench("NEF synapse", circuit, sources, stop), ROLLS_180)
+    return started_at_rest(Testbench("NEF synapse", circuit, sources, stop), ROLLS_180_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:

@@ -36,7 +36,7 @@ from circuits.devices import Capacitor
 from circuits.devices.device import Device
 from circuits.event import pulse
 from circuits.lowering.supply import half_supply
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -155,7 +155,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     times = train("spikes", count, rate, FIRST)
     sources = powered(v_dd, {"event": pulse(times, v_dd), "v_mem": stimuli["membrane"] or 0.0})
     bench = Testbench("calcium gate", circuit, sources, stimuli["duration"] or times[-1] + AFTER)
-    return started_at_rest(bench, ROLLS_180)
+    return started_at_rest(bench, ROLLS_180_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:

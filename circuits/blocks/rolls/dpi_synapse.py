@@ -43,7 +43,7 @@ from circuits.devices.device import Device
 from circuits.errors import ParameterError
 from circuits.event import falling_crossing, pulse
 from circuits.lowering.supply import half_supply
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -251,7 +251,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     held = {"i_exc_out": MEMBRANE, "i_inh_out": MEMBRANE, **latches(values["level"], v_dd)}
     sources = powered(v_dd, {"event": pulse(times, v_dd), **held})
     bench = Testbench("DPI synapse", circuit, sources, stimuli["duration"] or times[-1] + 5e-3)
-    return started_at_rest(bench, ROLLS_180)
+    return started_at_rest(bench, ROLLS_180_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:

@@ -40,7 +40,7 @@ from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls.bias import OFF_CURRENT, gate_bias
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -234,7 +234,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     )
     sources = (supply, *currents, select)
     bench = Testbench("ROLLS neuron", circuit, sources, values["duration"], watch=("spike",))
-    return started_at_rest(bench, ROLLS_180)
+    return started_at_rest(bench, ROLLS_180_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:

@@ -46,7 +46,7 @@ from circuits.devices.source import Constant
 from circuits.errors import ParameterError
 from circuits.event import pulse
 from circuits.lowering.supply import half_supply
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -169,7 +169,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     sources = powered(v_dd, {"event": pulse(times, v_dd), **lines})
     bench = Testbench("plastic synapse", circuit, sources, stimuli["duration"] or times[-1] + AFTER)
     rail = Source("hold", "w", Constant(v_dd if up < 0 else 0.0))
-    return started_at_rest(bench, ROLLS_180, (rail,))
+    return started_at_rest(bench, ROLLS_180_IDEAL, (rail,))
 
 
 def measures(result: Result) -> dict[str, float | None]:

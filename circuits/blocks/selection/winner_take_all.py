@@ -58,7 +58,7 @@ from circuits.count import whole_number
 from circuits.devices import Capacitor, Device
 from circuits.errors import ParameterError
 from circuits.lowering.supply import half_supply
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -213,7 +213,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
             raise ParameterError(f"{name}: {number:g}, must be a cell from 0 to {n - 1}, or off")
         array[int(number)] = value
     bench = decision_testbench(circuit, excite, risk, stimuli["duration"] or STOP, v_dd)
-    return started_at_rest(bench, AMI_1500)
+    return started_at_rest(bench, AMI_1500_IDEAL)
 
 
 def lines_high(result: Result) -> I64:

@@ -42,7 +42,7 @@ from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor, Device, Transistor
 from circuits.devices.source import PiecewiseLinear
 from circuits.errors import ParameterError
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -84,7 +84,7 @@ def bit_capacitance(weight: float) -> float:
 
 def parasitic_capacitance() -> float:
     """C_p (F): of both switches on the plate of a bit that is off."""
-    model = AMI_1500.p
+    model = AMI_1500_IDEAL.p
     return 2.0 * (model.overlap_capacitance + model.junction_capacitance) * SWITCH[0] * UM
 
 

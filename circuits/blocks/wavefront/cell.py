@@ -38,7 +38,7 @@ from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Device
 from circuits.errors import ParameterError
 from circuits.lowering.supply import half_supply
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -170,7 +170,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     }
     sources = powered(v_dd, waves | elements(circuit.port("arrive"), arrivals))
     watch = ("fired", "request", *(f"first[{k}]" for k in range(INPUTS)))
-    return started_at_rest(Testbench("wavefront cell", circuit, sources, STOP, watch=watch), AMI_1500)
+    return started_at_rest(Testbench("wavefront cell", circuit, sources, STOP, watch=watch), AMI_1500_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:

@@ -26,6 +26,7 @@ from matplotlib.figure import Figure
 
 from chips.ranging.coupling import Coupling, measure_coupling
 from circuits.registry import block_names, load_block
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.ngspice import engine
@@ -104,13 +105,17 @@ def run(progress: Progress, execution: Execution = ALONE, cases: Sequence[Case] 
 def all_cases() -> list[Case]:
     """Every block at every temperature, the chip, and its coupling."""
     blocks = [Case(*each) for each in product(block_names(), TEMPERATURES)]
-    return [*blocks, *(Case(CHIP, t) for t in CHIP_TEMPERATURES), Case(COUPLING, Silicon().temperature_c)]
+    return [
+        *blocks,
+        *(Case(CHIP, t) for t in CHIP_TEMPERATURES),
+        Case(COUPLING, Silicon(AMI_1500_IDEAL).temperature_c),
+    ]
 
 
 def measure(case: Case) -> Found:
     """Compare once, or measure the coupling."""
     if case.circuit == COUPLING:
-        return Found(coupling=measure_coupling(Silicon(temperature_c=case.temperature_c)))
+        return Found(coupling=measure_coupling(Silicon(AMI_1500_IDEAL, temperature_c=case.temperature_c)))
     if case.circuit == CHIP:
         return Found(kept(compare_chip(Silicon(block_named(CHIP).process, case.temperature_c))))
     return Found(kept(compare_block(*case)))

@@ -39,7 +39,7 @@ from circuits.blocks.nef import neuron as nef_neuron
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.devices.noise import WHITE_ONLY, NoiseModel
 from circuits.lowering.kernel import to_kernel
-from circuits.silicon.process import AMI_1500, ROLLS_180
+from circuits.silicon.process import AMI_1500_IDEAL, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import NoiseRun, simulate_noisy
 from system.experiment import Experiment, Progress, Report
@@ -133,7 +133,9 @@ def rolls_beside(fine: int, stop: float, grid: float, flicker: NoiseModel | None
     current = default_biases().with_code("IF_DC_P", COARSE, fine).current("IF_DC_P")
     circuit = rebias(rolls_neuron.build(), {"i_dc": current})
     given = rolls_neuron.BLOCK.defaults | {"current": 0.0, "duration": stop}
-    machine = to_kernel(rolls_neuron.testbench(circuit, given, ROLLS_180.v_dd), Silicon(ROLLS_180))
+    machine = to_kernel(
+        rolls_neuron.testbench(circuit, given, ROLLS_180_IDEAL.v_dd), Silicon(ROLLS_180_IDEAL)
+    )
     gaps = np.diff(simulate_noisy(machine, NoiseRun(SEED, grid, flicker), record=("v_mem",)).spikes["spike"])[
         1:
     ]
@@ -149,7 +151,7 @@ def rolls_intervals(fine: int, noise: SiliconNoise, duration: float = CHIP_TIME)
     """Give the mean and the deviation (s) of the intervals of all neurons of a nominal chip."""
     biases = default_biases().with_code("IF_DC_P", COARSE, fine)
     program = Program(np.zeros((NEURONS, NEURONS), np.int8), biases)
-    chip = RollsChip(program, Silicon(ROLLS_180), step=CHIP_STEP, noise=noise)
+    chip = RollsChip(program, Silicon(ROLLS_180_IDEAL), step=CHIP_STEP, noise=noise)
     _, state = chip.run(chip.at_rest(), 0.2)
     spikes, _ = chip.run(state, duration)
     gaps = np.concatenate([np.diff(spikes.times[spikes.neurons == k]) for k in range(NEURONS)])
@@ -159,9 +161,9 @@ def rolls_intervals(fine: int, noise: SiliconNoise, duration: float = CHIP_TIME)
 def nef_beside(thresholds: float, stop: float, grid: float) -> Beside:
     """Measure the intervals of a neuron on an ideal current, which makes no noise."""
     given = {"current": thresholds * nef_neuron.LEAK, "duration": stop}
-    bench = nef_neuron.testbench(nef_neuron.build(), given, ROLLS_180.v_dd)
+    bench = nef_neuron.testbench(nef_neuron.build(), given, ROLLS_180_IDEAL.v_dd)
     result = simulate_noisy(
-        to_kernel(bench, Silicon(ROLLS_180)), NoiseRun(SEED, grid, WHITE_ONLY), record=("v_mem",)
+        to_kernel(bench, Silicon(ROLLS_180_IDEAL)), NoiseRun(SEED, grid, WHITE_ONLY), record=("v_mem",)
     )
     gaps = np.diff(result.spikes["spike"])[1:]
     return Beside(
@@ -193,15 +195,17 @@ def nef_intervals(thresholds: float, steps: int = NEF_STEPS) -> F64:
 def tap_beside(trials: int) -> Beside:
     """Measure the delay of a tap, whose model is `sqrt(phi q T / I)`."""
     circuit = latency_tap.build(latency_tap.Params(taps=1))
-    bench = latency_tap.testbench(circuit, {"duration": TAP_STOP}, AMI_1500.v_dd)
-    machine = to_kernel(bench, Silicon())
+    bench = latency_tap.testbench(circuit, {"duration": TAP_STOP}, AMI_1500_IDEAL.v_dd)
+    machine = to_kernel(bench, Silicon(AMI_1500_IDEAL))
     noise = NoiseRun(SEED, TAP_STEP, WHITE_ONLY)
     delays = np.array([
         simulate_noisy(machine, noise, trial, record=("out[0]",)).spikes["out[0]"][0] - latency_tap.START
         for trial in range(trials)
     ])  # fmt: skip
     mean, white = delays.mean(keepdims=True), SiliconNoise(SEED, flicker=WHITE_ONLY)
-    spread = charge_spread(Silicon(), white, charges_on(Silicon())["tap"] / mean, mean)
+    spread = charge_spread(
+        Silicon(AMI_1500_IDEAL), white, charges_on(Silicon(AMI_1500_IDEAL))["tap"] / mean, mean
+    )
     return Beside("tap", *known(delays), float(mean[0] * spread[0]))
 
 

@@ -26,7 +26,7 @@ from circuits.circuit import Port
 from circuits.devices.noise import WHITE_ONLY
 from circuits.event import WIDTH
 from circuits.lowering.kernel import to_kernel
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.analysis import integrate_power, noise
 from circuits.solver.noise.event_jitter import event_jitter
@@ -38,7 +38,7 @@ from system.statement import Statement
 
 SEED = 1000
 DRAWS = 4000  # of the model
-SILICON = Silicon()
+SILICON = Silicon(AMI_1500_IDEAL)
 CELLS, BEST, OTHERS, RISK = 8, 50e-9, 35e-9, 5e-9  # A
 WINNER = 3  # the rival is its neighbour
 SELECTIONS = ((0.1, 0.05e-6), (0.01, 0.2e-6))  # contrasts, and the grid of the noise (s)
@@ -56,7 +56,7 @@ def selection_beside(contrast: float, grid: float, trials: int) -> Beside:
     scratch = np.zeros((4, CELLS))
     ours = np.array([noisy_decide(chip, own, k, excite, risk, scratch)[1] for k in range(DRAWS)])
     stop = RELEASE + 1.5 * float(ours.max())
-    bench = decision_testbench(build(params), excite, risk, stop, AMI_1500.v_dd)
+    bench = decision_testbench(build(params), excite, risk, stop, AMI_1500_IDEAL.v_dd)
     port, run = f"line[{WINNER}]", NoiseRun(SEED, grid, WHITE_ONLY)
     found = map_trials(
         lambda r: float(r.spikes[port][0]), to_kernel(bench, SILICON), run, range(trials), 1, record=()
@@ -75,7 +75,7 @@ def rivals(contrast: float) -> tuple[F64, F64]:
 
 def isolation_rows() -> list[Statement]:
     """Compare the noise of the isolation with the error of its model, which has no noise."""
-    errors = tables_of("first_target_isolation", isolation_circuits, AMI_1500).errors
+    errors = tables_of("first_target_isolation", isolation_circuits, AMI_1500_IDEAL).errors
     point = _isolation()
     found = {
         f"isolation_delay_{name}": event_jitter(point.machine, name, point=point).deviation
@@ -99,6 +99,6 @@ def _isolation() -> OperatingPoint:
     circuit = first_target_isolation.build()
     ports = (*circuit.ports, *(Port(name, "event", "out") for name in EDGES))
     given = first_target_isolation.BLOCK.defaults
-    bench = first_target_isolation.testbench(replace(circuit, ports=ports), given, AMI_1500.v_dd)
+    bench = first_target_isolation.testbench(replace(circuit, ports=ports), given, AMI_1500_IDEAL.v_dd)
     machine = to_kernel(replace(bench, watch=EDGES), SILICON)
-    return operating_point(machine, start=first_target_isolation.rest(AMI_1500.v_dd))
+    return operating_point(machine, start=first_target_isolation.rest(AMI_1500_IDEAL.v_dd))

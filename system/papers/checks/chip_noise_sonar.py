@@ -35,7 +35,7 @@ from circuits.devices.noise import WHITE_ONLY
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.event import falling_crossing, rising_crossing
 from circuits.lowering.kernel import Machine, to_kernel
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import NoiseRun, map_trials, simulate_noisy
 from circuits.solver.transient import Result
@@ -44,7 +44,7 @@ from system.papers.checks.jitter_beside import Beside, known
 
 SEED = 1000
 DRAWS = 4000  # of a model
-SILICON = Silicon()
+SILICON = Silicon(AMI_1500_IDEAL)
 WHITE = SiliconNoise(SEED, flicker=WHITE_ONLY)
 # events (s) of the LSO neuron's runs
 LSO = {
@@ -90,7 +90,7 @@ def step_beside(trials: int) -> Beside:
 def level_beside(slope: float, trials: int) -> Beside:
     """Measure the spike of a level unit on a ramp (V/s)."""
     level = rebias(high_threshold_neuron.build(), {"v_threshold": THRESHOLD})
-    bench = replace(ramp_bench(level, slope, AMI_1500.v_dd), stop=crossing(slope) + 0.1e-3)
+    bench = replace(ramp_bench(level, slope, AMI_1500_IDEAL.v_dd), stop=crossing(slope) + 0.1e-3)
     times = _trials(bench, 0.1e-6, trials, "spike") - crossing(slope)
     head = head_on(SILICON)
     noise = noise_of(head, SILICON, WHITE)
@@ -116,7 +116,7 @@ def call_beside(trials: int) -> Beside:
     board = vocalization_controller.build()
     devices = tuple(d for d in board.devices if d.name in COMPARATOR)
     ports = Port("vdd", "supply"), Port("ramp", "analog"), Port("call", "event", "out")
-    v_dd = AMI_1500.v_dd
+    v_dd = AMI_1500_IDEAL.v_dd
     high = vocalization_controller.thresholds(vocalization_controller.Params(), v_dd)[1]
     lasts = AHEAD / RAMP
     # from ground, where the comparator has one state only
@@ -135,7 +135,7 @@ def interval_beside(intervals: int) -> Beside:
     rate = numbers.base + numbers.slope * PROXIMITY
     stop = (intervals + 1.5) / rate
     given = {"proximity": PROXIMITY, "amplitude_control": None, "duration": stop}
-    bench = vocalization_controller.testbench(vocalization_controller.build(), given, AMI_1500.v_dd)
+    bench = vocalization_controller.testbench(vocalization_controller.build(), given, AMI_1500_IDEAL.v_dd)
     run = NoiseRun(SEED, INTERVAL_GRID, WHITE_ONLY)
     calls = simulate_noisy(to_kernel(bench, SILICON), run, record=("call",)).spikes["call"]
     spread = interval_spread(numbers, SILICON, WHITE, np.array([rate]))
@@ -144,7 +144,7 @@ def interval_beside(intervals: int) -> Beside:
 
 def _step(result: Result) -> float:
     """From the first synapse's switch closing to its opening, s."""
-    off, half = result["excite0.off"], 0.5 * AMI_1500.v_dd
+    off, half = result["excite0.off"], 0.5 * AMI_1500_IDEAL.v_dd
     closes, opens = falling_crossing(result.time, off, half), rising_crossing(result.time, off, half)
     return opens - closes if opens is not None and closes is not None else np.nan
 
@@ -152,7 +152,7 @@ def _step(result: Result) -> float:
 def _lso_bench(events: Mapping[str, float], duration: float) -> Testbench:
     quiet: dict[str, float | None] = {s.name: None for s in lso_neuron.BLOCK.stimuli}
     given = quiet | dict(events) | {"duration": duration}
-    return lso_neuron.testbench(lso_neuron.build(), given, AMI_1500.v_dd)
+    return lso_neuron.testbench(lso_neuron.build(), given, AMI_1500_IDEAL.v_dd)
 
 
 def _trials(bench: Testbench, grid: float, trials: int, port: str) -> F64:

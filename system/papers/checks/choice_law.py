@@ -24,7 +24,7 @@ from chips.selection.measure import UNDECIDED, Pair, measure_pairs
 from chips.selection.model import MARGIN
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500_FULL
+from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report, with_progress
 from system.plot import COLOURS
@@ -70,8 +70,8 @@ def compare(dies: Iterable[int], progress: Progress = lambda _: None) -> tuple[l
     every = [(kind, t, number) for kind in KINDS for t in TEMPERATURES for number in dies]
     found = []
     for kind, t, number in with_progress(every, progress):
-        pairs += measure_pairs((number,), PROFILES, t, made_in=AMI_1500_FULL, kind=kind)
-        found.append(heard(kind, Silicon(AMI_1500_FULL, t, Die(number=number)), number))
+        pairs += measure_pairs((number,), PROFILES, t, made_in=AMI_1500, kind=kind)
+        found.append(heard(kind, Silicon(AMI_1500, t, Die(number=number)), number))
     return pairs, found
 
 

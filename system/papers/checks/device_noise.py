@@ -34,7 +34,7 @@ from circuits.lowering.kernel import Machine, to_kernel
 from circuits.place import circuit_at
 from circuits.registry import load_block
 from circuits.silicon.die import Die
-from circuits.silicon.process import BOLTZMANN, ELEMENTARY_CHARGE, kelvin
+from circuits.silicon.process import AMI_1500_IDEAL, BOLTZMANN, ELEMENTARY_CHARGE, kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver import small_signal
 from circuits.solver.modes import natural_rates
@@ -119,7 +119,7 @@ def run(progress: Progress, execution: Execution = ALONE, trials: int = TRIALS) 
 def thermal_ratio(circuit: Circuit, sources: Sequence[Source], temperature_c: float) -> float:
     """Give the integrated noise of node `y`, which has one path and one capacitance, over k T / C."""
     bench = Testbench(circuit.name, circuit, tuple(sources), 1.0)
-    point = operating_point(bench, Silicon(temperature_c=temperature_c))
+    point = operating_point(bench, Silicon(AMI_1500_IDEAL, temperature_c=temperature_c))
     linear = small_signal.linearise(point)
     conductance, capacitance = linear.conductance.toarray()[:, :1], linear.charge.toarray()[:, :1]
     corner = float(-natural_rates(conductance, capacitance).real[0]) / (2.0 * np.pi)
@@ -153,7 +153,7 @@ def measure_beside(
 def neuron_machine(k: int) -> Machine:
     """Lower neuron `k` of the nominal ranging chip at its place, after a call alone."""
     neuron, place = circuit_at(ranging_chip.build(), (("neuron", (k,)),))
-    silicon = Silicon(place=place)
+    silicon = Silicon(AMI_1500_IDEAL, place=place)
     stimuli = {"delay": 0.0, "call": 1.0, "echo": None, "duration": STOP}
     return to_kernel(rebound_neuron.testbench(neuron, stimuli, silicon.process.v_dd), silicon)
 
@@ -201,7 +201,7 @@ def jitter_rows(white: F64, finer: F64, flicker: F64) -> list[Statement]:
 
 def behavioural_jitter(model: NoiseModel | None) -> float:
     """Give the standard deviation of the behavioural neuron's t_inh, s."""
-    jitter = RangingChip(Silicon(), noise=SiliconNoise(SEED, flicker=model)).jitter_at(27.0)
+    jitter = RangingChip(Silicon(AMI_1500_IDEAL), noise=SiliconNoise(SEED, flicker=model)).jitter_at(27.0)
     return np.nan if jitter is None else float(spread(jitter)[NEURON])
 
 

@@ -34,7 +34,7 @@ from circuits.circuit import BiasKind
 from circuits.place import bias_path
 from circuits.silicon.components import Extent
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, Process
+from circuits.silicon.process import ROLLS_180_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from system.experiment import Experiment, Progress, Report
@@ -70,7 +70,7 @@ class Found:
 
 def rate_errors(
     die: int, temperature: float, kind: BiasKind, shares: tuple[float, ...] = SHARES,
-    process: Process = ROLLS_180, variation: Extent = "plain",
+    process: Process = ROLLS_180_IDEAL, variation: Extent = "plain",
 ) -> F64:  # fmt: skip
     """Rates of the model over those of the transistor circuit, less 1, of the chip's neuron number `die`."""
     number, silicon = die % 4096, Silicon(process, temperature, Die(number=die, variation=variation))
@@ -87,7 +87,7 @@ def rate_errors(
         rate = share * highest / (1.0 + share * highest * law.refractory[number])
         current = law.leak[number] + law.charge[number] / (1.0 / rate - law.refractory[number])
         stimuli = {"current": current * LEAK, "duration": 3.5 / rate + 2.0 * nef_neuron.STEP_TIME}
-        bench = nef_neuron.testbench(circuit, stimuli, ROLLS_180.v_dd)
+        bench = nef_neuron.testbench(circuit, stimuli, ROLLS_180_IDEAL.v_dd)
         spikes = simulate(bench, there, record=("v_mem",)).spikes["spike"]
         told = float(law.rates(number, np.array([current]))[0])
         found.append(told * float(spikes[-1] - spikes[-2]) - 1.0)
@@ -96,7 +96,7 @@ def rate_errors(
 
 def nef_rate_unit() -> float:
     """Give the leak over the charge of the nominal neuron at 27 degC, 1/s."""
-    law = neurons_on(Silicon(ROLLS_180), 1, nef_neuron.BIASES)
+    law = neurons_on(Silicon(ROLLS_180_IDEAL), 1, nef_neuron.BIASES)
     return float(law.leak[0] / law.charge[0])
 
 

@@ -30,7 +30,7 @@ from circuits.blocks.drive import Wave, current_into, powered, step
 from circuits.blocks.nef.encoder import bits_of
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180_FULL
+from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import simulate
@@ -153,13 +153,13 @@ def measure(progress: Progress, dies: int = DIES, chains: int = CHAINS) -> tuple
     """Return errors of rates, [conditions, dies, shares], of chains, and whether each chain is decided."""
     settings = list(product(KINDS, TEMPERATURES))
     rate = np.array([
-        [rate_errors(FIRST + k, t, kind, process=ROLLS_180_FULL) for k in range(dies)] for kind, t in settings
+        [rate_errors(FIRST + k, t, kind, process=ROLLS_180) for k in range(dies)] for kind, t in settings
     ])  # fmt: skip
     progress(0.5)
     random, errors = np.random.default_rng(FIRST), np.empty((2, len(settings), chains))
     for k in range(chains):
         for j, (kind, t) in enumerate(settings):
-            here = NefChip(Die(number=FIRST + k), kind, {}, t, 1024, process=ROLLS_180_FULL).at(t)
+            here = NefChip(Die(number=FIRST + k), kind, {}, t, 1024, process=ROLLS_180).at(t)
             given = drawn(here, random)
             errors[0, j, k], errors[1, j, k] = chain_error(here, given), decided(here, given)
         progress(0.5 + 0.5 * (k + 1) / chains)

@@ -22,6 +22,7 @@ from circuits.arrays import F64
 from circuits.blocks.sonar import rebound_neuron
 from circuits.blocks.sonar.tuning import RESOLUTION, NeuronClass, Tuning, search, tune, tuning_machine
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from netlists.ngspice.tuning import LARGEST_STEP, RELTOL, NgspiceTrials, edges_hold
 from system.experiment import Experiment, Progress, Report
@@ -97,7 +98,7 @@ def answer_of(tuning: Tuning) -> Answer:
 
 def silicon_of(number: int) -> Silicon:
     """Give die `number` of lot A at 27 degC, with local mismatch alone."""
-    return Silicon(die=Die(number=number, process=False))
+    return Silicon(AMI_1500_IDEAL, die=Die(number=number, process=False))
 
 
 def _rows(one: Beside) -> list[Statement]:

@@ -22,7 +22,7 @@ from circuits.bias import rebias
 from circuits.blocks.sonar import rebound_neuron, tuning
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500_FULL
+from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report, with_progress
 from system.plot import COLOURS
@@ -64,7 +64,7 @@ def beside(kind: BiasKind, silicon: Silicon) -> Beside:
 def compare(dies: Iterable[int], progress: Progress = lambda _: None) -> list[Beside]:
     """Return the neuron on every die at every temperature with every kind of bias, under the full law."""
     every = [(kind, t, number) for kind in KINDS for t in TEMPERATURES for number in dies]
-    return [beside(k, Silicon(AMI_1500_FULL, t, Die(number=n))) for k, t, n in with_progress(every, progress)]
+    return [beside(k, Silicon(AMI_1500, t, Die(number=n))) for k, t, n in with_progress(every, progress)]
 
 
 def statements(found: list[Beside]) -> tuple[Statement, ...]:

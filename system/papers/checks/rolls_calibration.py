@@ -27,7 +27,7 @@ from chips.rolls.setups.populations import population_errors, populations_task
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
@@ -71,7 +71,7 @@ class Calibrations:
     def __call__(self, key: Numbered) -> Calibrated:
         """Calibrate once."""
         task, kind = populations_task(), cast(BiasKind, key.condition)
-        silicon = Silicon(ROLLS_180, 27.0, Die(number=key.number))
+        silicon = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=key.number))
         calibration = calibrate(task, silicon, kind)
         dropped = sum(len(gone) for gone in calibration.blacklist.values())
         errors = np.array(list(population_errors(task, calibration, silicon, kind).values()))

@@ -56,6 +56,7 @@ from chips.rolls.depression.trains import (
 )
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report, with_progress
 from system.plot import COLOURS, INK
@@ -113,7 +114,7 @@ def run(
     keys += [Asked(STEP, die, t, HIGH) for die, t in zip(first, cycle(STEP_TEMPERATURES), strict=False)]
     keys += [Asked(FIXED, FIRST_DIE, t, FIXED_RATE) for t in TEMPERATURES]
     keys += [
-        Asked(RESPONSE, die, Silicon().temperature_c, ROWS if die in first else 0)
+        Asked(RESPONSE, die, Silicon(AMI_1500_IDEAL).temperature_c, ROWS if die in first else 0)
         for die in range(FIRST_DIE, FIRST_DIE + population_dies)
     ]
     campaign = Campaign(EXPERIMENT.name, measure, Asked, Answer, (version("noctule"),))

@@ -35,7 +35,7 @@ from circuits.devices.ekv import steepness
 from circuits.errors import SolverError
 from circuits.event import WIDTH, falling_crossing
 from circuits.lowering.on_die import on_die, transistor_of
-from circuits.silicon.process import ROLLS_180, kelvin
+from circuits.silicon.process import ROLLS_180_IDEAL, kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from system.experiment import Experiment, Progress, Report
@@ -67,7 +67,7 @@ class Quantity:
 
 def _run(block: Block, circuit: Circuit, silicon: Silicon, **stimuli: float) -> Result:
     values = block.defaults | stimuli
-    return simulate(block.testbench(circuit, values, ROLLS_180.v_dd), silicon, rtol=RTOL)
+    return simulate(block.testbench(circuit, values, ROLLS_180_IDEAL.v_dd), silicon, rtol=RTOL)
 
 
 def _current(bias: str, circuit: Circuit, silicon: Silicon) -> float:
@@ -93,7 +93,7 @@ def _refractory(circuit: Circuit, silicon: Silicon) -> float:
     result = _run(rolls_neuron.BLOCK, circuit, silicon, current=DRIVE, duration=20e-3)
     spike = float(result.spikes["spike"][0])
     after = result.time > spike
-    half = 0.5 * ROLLS_180.v_dd
+    half = 0.5 * ROLLS_180_IDEAL.v_dd
     held = result["reset.k2"][after]
     high = int(np.argmax(held > half))
     end = falling_crossing(result.time[after][high:], held[high:], half)
@@ -119,7 +119,7 @@ QUANTITIES = (
 def measured(quantity: Quantity, kind: BiasKind, temperature_c: float) -> float:
     """Measure the quantity of the nominal circuit, in SI units."""
     circuit = rebias(quantity.block.build(), kind=kind)
-    return quantity.measure(circuit, Silicon(ROLLS_180, temperature_c))
+    return quantity.measure(circuit, Silicon(ROLLS_180_IDEAL, temperature_c))
 
 
 def current_slope(circuit: Circuit, bias: str, kind: BiasKind) -> float:
@@ -127,11 +127,11 @@ def current_slope(circuit: Circuit, bias: str, kind: BiasKind) -> float:
     kelvins = kelvin(REFERENCE)
     if kind == "ideal":
         return 1.0 / kelvins
-    found, silicon = circuit.bias(bias), Silicon(ROLLS_180, REFERENCE)
+    found, silicon = circuit.bias(bias), Silicon(ROLLS_180_IDEAL, REFERENCE)
     name = found.device or ""
-    model, d = ROLLS_180.model(transistor_of(circuit, name).polarity), on_die(circuit, silicon, (name,))
+    model, d = ROLLS_180_IDEAL.model(transistor_of(circuit, name).polarity), on_die(circuit, silicon, (name,))
     gate = float(bias_voltages(circuit, found, silicon))
-    above = ROLLS_180.v_dd - gate if transistor_of(circuit, name).polarity == "p" else gate
+    above = ROLLS_180_IDEAL.v_dd - gate if transistor_of(circuit, name).polarity == "p" else gate
     drift = (abs(model.v_t0_drift) + (model.v_t0 - above) / kelvins) * model.kappa / d.u_t
     carried = d.saturated(name, above) / d.fet[name].current
     return (2.0 + model.mobility_exponent) / kelvins + float(steepness(carried)) * drift

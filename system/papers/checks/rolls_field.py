@@ -21,7 +21,7 @@ from chips.rolls.calibration import calibrate
 from chips.rolls.setups.populations import Bump, field_bump, field_task
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
@@ -45,7 +45,7 @@ def reproduce(progress: Progress, execution: Execution = ALONE, dies: int = DIES
 def decide(key: Numbered) -> Bump:
     """Let the field of one die decide; the seed of its events is the die's number."""
     die, kind = key.number, cast(BiasKind, key.condition)
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=die))
+    silicon = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=die))
     return field_bump(calibrate(field_task(), silicon, kind), silicon, kind, die % 2, die)
 
 

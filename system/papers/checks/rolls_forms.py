@@ -35,7 +35,7 @@ from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.devices import Source
 from circuits.devices.source import Constant
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result, simulate
@@ -79,10 +79,10 @@ def run(progress: Progress) -> Report:
         for k, (level, rate) in enumerate((a, b) for a in LEVELS for b, _ in TRAINS)
     ]
     rows.append(_nearest(means, trains))
-    capacitance = prepare(Params(), ROLLS_180).filters[0][0]
+    capacitance = prepare(Params(), ROLLS_180_IDEAL).filters[0][0]
     filter_ = forms.circuit_synapse(1.0, capacitance)
-    both = 0.5 * (ROLLS_180.n.kappa + ROLLS_180.p.kappa)
-    rows.append(_beside("synapse_decay_mean_kappa_s", filter_.tau * ROLLS_180.p.kappa / both, decay))
+    both = 0.5 * (ROLLS_180_IDEAL.n.kappa + ROLLS_180_IDEAL.p.kappa)
+    rows.append(_beside("synapse_decay_mean_kappa_s", filter_.tau * ROLLS_180_IDEAL.p.kappa / both, decay))
     rows.append(_beside("synapse_decay_output_kappa_s", filter_.tau, decay))
     for name, found in curves.items():
         for current, ours, theirs in zip(CURRENTS, rates, found, strict=True):
@@ -95,12 +95,12 @@ def run(progress: Progress) -> Report:
 
 
 def _silicon() -> Silicon:
-    return Silicon(ROLLS_180)
+    return Silicon(ROLLS_180_IDEAL)
 
 
 def _synapses(progress: Progress) -> tuple[F64, dict[str, F64], float]:
     """Mean currents of the circuit and of each form over the box, A, and the circuit's decay, s."""
-    capacitance = prepare(Params(), ROLLS_180).filters[0][0]
+    capacitance = prepare(Params(), ROLLS_180_IDEAL).filters[0][0]
     means, found, decay = [], [], 0.0
     for level in LEVELS:
         form = forms.circuit_synapse(level_current(default_biases(), level), capacitance)
@@ -123,12 +123,12 @@ def _train(level: int, rate: float, events: int) -> Result:
         "level": float(level), "events": float(events), "rate": rate,
         "duration": dpi_synapse.FIRST_EVENT + events / rate,
     }  # fmt: skip
-    bench = dpi_synapse.testbench(dpi_synapse.build(), values, ROLLS_180.v_dd)
+    bench = dpi_synapse.testbench(dpi_synapse.build(), values, ROLLS_180_IDEAL.v_dd)
     return simulate(bench, _silicon(), rtol=1e-6)
 
 
 def _neuron_form() -> NeuronForm:
-    return forms.circuit_neuron(float(prepare(Params(), ROLLS_180).neuron[0, 0]))
+    return forms.circuit_neuron(float(prepare(Params(), ROLLS_180_IDEAL).neuron[0, 0]))
 
 
 def _neurons(progress: Progress) -> tuple[F64, dict[str, F64], float]:
@@ -154,7 +154,7 @@ def _neuron(current: float, drawn: float) -> Result:
         "current": current,
         "duration": LENGTH,
     }
-    bench = rolls_neuron.testbench(rolls_neuron.build(), values, ROLLS_180.v_dd)
+    bench = rolls_neuron.testbench(rolls_neuron.build(), values, ROLLS_180_IDEAL.v_dd)
     if drawn:
         source = Source("i_ahp", "v_mem", Constant(-drawn), "current")
         bench = replace(bench, sources=(*bench.sources, source))
@@ -170,7 +170,7 @@ def _reset(result: Result) -> float:
     """From the first spike to where the membrane is let go, s."""
     spike = float(result.spikes["spike"][0])
     after = result.time > spike
-    held = result["reset.k2"][after] > 0.5 * ROLLS_180.v_dd
+    held = result["reset.k2"][after] > 0.5 * ROLLS_180_IDEAL.v_dd
     first = int(held.argmax())
     return float(result.time[after][first + int((~held[first:]).argmax())] - spike)
 

@@ -32,7 +32,7 @@ from circuits.blocks.rolls import depressing_synapse
 from circuits.blocks.rolls.dpi_synapse import FIRST_EVENT
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180_FULL
+from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current
 from circuits.solver.transient import simulate
@@ -96,13 +96,13 @@ def of_synapses(fields: tuple[str, ...]) -> Mapping[str, float]:
 
 
 def _nominal(fields: tuple[str, ...]) -> Silicon:
-    return Silicon(with_effects(ROLLS_180_FULL, fields))
+    return Silicon(with_effects(ROLLS_180, fields))
 
 
 def _conditions() -> Iterator[tuple[Silicon, BiasKind]]:
     """Dies at their temperatures, one of each kind of bias."""
     for k, (celsius, kind) in enumerate(product(TEMPERATURES, KINDS)):
-        yield Silicon(ROLLS_180_FULL, celsius, Die(number=FIRST_DIE + k)), kind
+        yield Silicon(ROLLS_180, celsius, Die(number=FIRST_DIE + k)), kind
 
 
 def _depression() -> tuple[Statement, ...]:

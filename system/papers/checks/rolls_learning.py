@@ -33,7 +33,7 @@ from chips.rolls.plastic.reference import Stimulus, moves, simulated, stepped
 from chips.rolls.setups.learning import CLASSES, Lesson, Task, chips_of, lesson
 from chips.rolls.setups.learning_groups import GROUPS, of_group
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS, INK
@@ -124,7 +124,7 @@ def reproduce(
 
 def silicon_of(die: int, *, mismatch: bool = True, temperature_c: float = 27.0) -> Silicon:
     """Give a die with or without its local mismatch."""
-    return Silicon(ROLLS_180, temperature_c, Die(number=die, mismatch=mismatch))
+    return Silicon(ROLLS_180_IDEAL, temperature_c, Die(number=die, mismatch=mismatch))
 
 
 def group_shares(chips: tuple[RollsChip, RollsChip], task: Task, die: int) -> Mapping[str, float]:

@@ -25,7 +25,7 @@ from chips.rolls.program.bias_file import default_biases
 from chips.rolls.spread import RATES, Spread, correlation, parts_of, predicted, sampled
 from circuits.arrays import F64
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report, with_progress
 from system.plot import COLOURS, INK, PALE
@@ -60,11 +60,11 @@ def run(progress: Progress) -> Report:
 
 def run_on(progress: Progress, dies: tuple[int, ...]) -> Report:
     """Predict and measure the spread of all parts on some dies."""
-    silicon = Silicon(ROLLS_180)
+    silicon = Silicon(ROLLS_180_IDEAL)
     found: list[Found] = []
     parts = parts_of(default_biases(), silicon)
     for part in with_progress(parts, progress):
-        expected = predicted(part, ROLLS_180, silicon)
+        expected = predicted(part, ROLLS_180_IDEAL, silicon)
         logs: dict[str, list[F64]] = {name: [] for name in expected}
         for number in dies:
             for name, values in sampled(part, replace(silicon, die=Die(number=number))).items():

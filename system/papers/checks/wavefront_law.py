@@ -34,7 +34,7 @@ from circuits.circuit import BiasKind
 from circuits.lowering.kernel import to_kernel
 from circuits.place import circuit_at
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500_FULL
+from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.event_jitter import event_jitter
 from circuits.solver.transient import simulate
@@ -104,7 +104,7 @@ def wave_of(kind: BiasKind, silicon: Silicon) -> tuple[F64, F64]:
 
 def jitter_of(code: int) -> tuple[float, float]:
     """Return the jitter of the nominal axon at a code by circuit and by model, s."""
-    silicon, circuit = Silicon(AMI_1500_FULL), axon_delay.build()
+    silicon, circuit = Silicon(AMI_1500), axon_delay.build()
     bench = axon_delay.testbench(circuit, {"code": float(code), "duration": None}, silicon.process.v_dd)
     found = event_jitter(to_kernel(bench, silicon), "delayed", rest=axon_delay.FIRE_TIME)
     model = chip_model((1,), silicon.process)
@@ -116,7 +116,7 @@ def jitter_of(code: int) -> tuple[float, float]:
 def compare(dies: Iterable[int], progress: Progress = lambda _: None) -> list[Axons]:
     """Return axons of every die at every temperature with every kind of bias, under the full law."""
     every = [
-        (kind, Silicon(AMI_1500_FULL, celsius, Die(number=number)))
+        (kind, Silicon(AMI_1500, celsius, Die(number=number)))
         for kind in KINDS
         for celsius in TEMPERATURES
         for number in dies
@@ -127,7 +127,7 @@ def compare(dies: Iterable[int], progress: Progress = lambda _: None) -> list[Ax
 def waves(dies: Iterable[int]) -> list[tuple[F64, F64]]:
     """Return waves on dies, each at every temperature with every kind of bias."""
     return [
-        wave_of(kind, Silicon(AMI_1500_FULL, t, Die(number=n)))
+        wave_of(kind, Silicon(AMI_1500, t, Die(number=n)))
         for n in dies
         for t in TEMPERATURES
         for kind in KINDS

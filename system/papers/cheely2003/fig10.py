@@ -21,6 +21,7 @@ from chips.ranging.circuit import BEST_DELAYS
 from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board, vocalization_controller
 from circuits.errors import SolverError
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from system.experiment import Experiment, Progress, Report, with_progress
@@ -72,7 +73,7 @@ def _measure(proximity: float) -> tuple[float, float]:
     """Call rate (Hz) and amplitude (V) at a proximity voltage (V)."""
     circuit = vocalization_controller.build()
     stimuli = {"proximity": proximity, "amplitude_control": None, "duration": None}
-    bench = vocalization_controller.testbench(circuit, stimuli, Silicon().process.v_dd)
+    bench = vocalization_controller.testbench(circuit, stimuli, Silicon(AMI_1500_IDEAL).process.v_dd)
     found = vocalization_controller.measures(simulate(bench, rtol=RTOL))
     rate, amplitude = found["call_rate_Hz"], found["amplitude_V"]
     if rate is None or amplitude is None:

@@ -23,6 +23,7 @@ from matplotlib.figure import Figure
 from circuits.arrays import F64
 from circuits.blocks.sonar import rebound_neuron
 from circuits.event import LENGTH
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from system.experiment import Experiment, Progress, Report, with_progress
@@ -79,7 +80,9 @@ def _simulate(case: Case) -> Result:
     if case.off is not None:
         stimuli[case.off] = None
     circuit = rebound_neuron.build()
-    return simulate(rebound_neuron.testbench(circuit, stimuli, Silicon().process.v_dd), rtol=RTOL)
+    return simulate(
+        rebound_neuron.testbench(circuit, stimuli, Silicon(AMI_1500_IDEAL).process.v_dd), rtol=RTOL
+    )
 
 
 def _spike_row(case: Case, result: Result) -> Statement:

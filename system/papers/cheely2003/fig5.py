@@ -45,7 +45,7 @@ from circuits.devices.transistor import capacitances, drain_current
 from circuits.errors import TopologyError
 from circuits.event import HALF_WIDTH, LENGTH
 from circuits.lowering.coupling import coupled
-from circuits.silicon.process import at_temperature
+from circuits.silicon.process import AMI_1500_IDEAL, at_temperature
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from system.experiment import Experiment, Progress, Report
@@ -91,7 +91,7 @@ class Decay:
 
 def run(progress: Progress) -> Report:
     """Simulate an echo alone, fit the decay of its current, and compare it with the paper's."""
-    circuit, silicon = rebound_neuron.build(), Silicon()
+    circuit, silicon = rebound_neuron.build(), Silicon(AMI_1500_IDEAL)
     current = _current(circuit, silicon)
     progress(1.0)
     decay = _decay(current)

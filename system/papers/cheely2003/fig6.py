@@ -35,6 +35,7 @@ from circuits.circuit import Circuit
 from circuits.devices.source import polyline
 from circuits.event import pulse
 from circuits.lowering.kernel import Machine
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
@@ -101,7 +102,7 @@ def run_on_grid(progress: Progress, step: float, check_step: float) -> Report:
 
 def neurons(params: bias_chain.Params) -> tuple[Circuit, ...]:
     """Build the 13 neurons with the currents of the chain's operating point."""
-    silicon = Silicon()
+    silicon = Silicon(AMI_1500_IDEAL)
     bench = bias_chain.testbench(bias_chain.build(params), {"duration": None}, silicon.process.v_dd)
     found = bias_chain.currents(operating_point(bench, silicon))
     return tuple(
@@ -120,7 +121,7 @@ def _curves(params: bias_chain.Params, delay: F64, check_step: float, progress: 
     share, tunings, checked, wrong = [], [], 0, 0
     sparse = np.linspace(0.0, LONGEST, round(LONGEST / check_step) + 1)
     for k, neuron in with_progress(list(enumerate(neurons(params))), progress):
-        machine = tuning_machine(neuron, Silicon())
+        machine = tuning_machine(neuron, Silicon(AMI_1500_IDEAL))
         tuning = tune(machine)
         pairs = jittered(delay, k)
         share.append(_facilitates(tuning, pairs).mean(axis=1))

@@ -38,6 +38,7 @@ from circuits.blocks.sonar import (
 from circuits.circuit import Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, PiecewiseLinear, Sampled, Waveform
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
@@ -92,7 +93,7 @@ def run(progress: Progress) -> Report:
 def _amplitude_law() -> tuple[float, float]:
     """(intercept V, slope V/V) of the call's amplitude against the proximity voltage."""
     board = vocalization_controller.Params()
-    return vocalization_controller.amplitude_law(board, Silicon().process.v_dd)
+    return vocalization_controller.amplitude_law(board, Silicon(AMI_1500_IDEAL).process.v_dd)
 
 
 def _call(ear: mic.Microphone) -> Call:
@@ -122,7 +123,10 @@ def _record(progress: Progress) -> Recording:
 
 
 def _simulate(circuit: Circuit, port: str, waveform: Waveform, watch: tuple[str, ...] = ()) -> Result:
-    sources = (Source("vdd", "vdd", Constant(Silicon().process.v_dd)), Source(port, port, waveform))
+    sources = (
+        Source("vdd", "vdd", Constant(Silicon(AMI_1500_IDEAL).process.v_dd)),
+        Source(port, port, waveform),
+    )
     return simulate(Testbench(circuit.name, circuit, sources, STOP, watch))
 
 
@@ -194,7 +198,7 @@ def _drive(call: Call) -> tuple[F64, F64]:
     time = np.arange(round(STOP * DRIVE_RATE)) / DRIVE_RATE
     on = (time >= call.start) & (time < call.start + call.duration)
     high = np.fmod(time * call.carrier_frequency, 1.0) < 0.5
-    return time, np.where(on & high, Silicon().process.v_dd, 0.0)
+    return time, np.where(on & high, Silicon(AMI_1500_IDEAL).process.v_dd, 0.0)
 
 
 def _draw(recording: Recording, figure: Figure) -> None:

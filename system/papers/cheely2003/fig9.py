@@ -42,7 +42,7 @@ from circuits.circuit import Circuit
 from circuits.devices.source import Polyline, polyline
 from circuits.event import pulse
 from circuits.lowering.kernel import to_kernel
-from circuits.silicon.process import kelvin
+from circuits.silicon.process import AMI_1500_IDEAL, kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
@@ -115,14 +115,14 @@ def _curve(chip: Circuit, delays: F64, progress: Progress) -> Curve:
     spikes = tuple(tuple(sorted(train)) for train in trains)
     proximity = _proximity(spikes)
     progress(1.0)
-    speed = speed_of_sound(kelvin(Silicon().temperature_c))
+    speed = speed_of_sound(kelvin(Silicon(AMI_1500_IDEAL).temperature_c))
     return Curve(delays, 0.5 * speed * delays, proximity, spikes)
 
 
 def _neuron_spikes(chip: Circuit, k: int, delays: F64) -> list[list[float]]:
     """Spikes of neuron `k` after the call, s, for an echo at each of `delays`."""
     neuron = rebias(rebound_neuron.build(), ranging_chip.neuron_biases(chip, k))
-    v_dd = Silicon().process.v_dd
+    v_dd = Silicon(AMI_1500_IDEAL).process.v_dd
     stimuli: dict[str, float | None] = {"delay": 0.0, "call": 1.0, "echo": None, "duration": None}
     machine = to_kernel(rebound_neuron.testbench(neuron, stimuli, v_dd))
     runner, rest = Runner(machine), operating_point(machine)
@@ -139,7 +139,7 @@ def _neuron_spikes(chip: Circuit, k: int, delays: F64) -> list[list[float]]:
 
 def _proximity(trains: tuple[Spikes, ...]) -> F64:
     """Settled proximity voltage (V) of the board for each train of spikes that follows every call."""
-    v_dd = Silicon().process.v_dd
+    v_dd = Silicon(AMI_1500_IDEAL).process.v_dd
     stop = FIRST_CALL + CALLS / CALL_RATE
     stimuli: dict[str, float | None] = {"neuron": 0.0, "second": None, "rate": None, "duration": stop}
     machine = to_kernel(centroid_board.testbench(centroid_board.build(), stimuli, v_dd))

@@ -32,6 +32,7 @@ from circuits.devices import Source
 from circuits.devices.source import Constant, Driven, Polyline, polyline
 from circuits.event import pulse
 from circuits.lowering.kernel import Machine, to_kernel
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.power import delivered_energy
@@ -108,7 +109,7 @@ def at_rest(circuit: Circuit) -> OperatingPoint:
     """Solve the operating point of a chip, a neuron or a chain, with its events driven from outside."""
     events = [p.name for p in circuit.ports if p.kind == "event" and p.direction == "in"]
     sources = (
-        Source("vdd", "vdd", Constant(Silicon().process.v_dd)),
+        Source("vdd", "vdd", Constant(Silicon(AMI_1500_IDEAL).process.v_dd)),
         *(Source(name, name, Driven(0.0)) for name in events),
     )
     return operating_point(to_kernel(Testbench(circuit.name, circuit, sources, math.inf)))

@@ -19,6 +19,7 @@ from chips.latency.chip import LatencyChip
 from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
 from circuits.arrays import F64, I64
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report
 from system.openspace.law import ARCS, DIRECTIONS, MIDDLE, Arcs, Bat, arcs_of
@@ -59,7 +60,7 @@ def reproduce(progress: Progress) -> Report:
 def tell() -> ChipStory:
     """Run the scene on the chip, with the model's unit first, then with transistors in its place."""
     arcs, numbers = arcs_of(Bat(ping_rate=PING_RATE)), Numbers()
-    design, silicon = design_of(arcs, numbers), Silicon()
+    design, silicon = design_of(arcs, numbers), Silicon(AMI_1500_IDEAL)
     biases = usual_biases(design, "ideal")
     bare = brain_with(LatencyChip(design, biases, silicon), arcs, numbers)
     replies = _scene(bare, arcs)

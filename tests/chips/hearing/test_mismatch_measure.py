@@ -9,6 +9,7 @@ from chips.hearing import mismatch_measure as m
 from chips.hearing.mismatch import PARAMETERS
 from chips.measured.table_record import TEMPERATURES
 from chips.record import kept_record
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 WARM = TEMPERATURES.index(27.0)
@@ -17,7 +18,7 @@ WARM = TEMPERATURES.index(27.0)
 @pytest.mark.parametrize("device", ["mt", "generator.comparator.mc6"])
 def test_a_gradient_of_the_rest_margin_is_the_central_difference(device: str) -> None:
     parameter, h = f"onset_neuron/{device}.v_t0", 2e-3
-    low, high = (m.rest_margin(m.Deviating(Silicon(), parameter, s * h)) for s in (-1.0, 1.0))
+    low, high = (m.rest_margin(m.Deviating(Silicon(AMI_1500_IDEAL), parameter, s * h)) for s in (-1.0, 1.0))
     gradient = kept_record("hearing")["onset_rest_margin_gradient"][WARM, PARAMETERS.index(parameter)]
     # the bisection's 20 uV on each side
     assert (high - low) / (2.0 * h) == pytest.approx(gradient, abs=0.03)
@@ -27,7 +28,7 @@ def test_a_gradient_of_the_rest_margin_is_the_central_difference(device: str) ->
 def test_a_gradient_of_a_threshold_is_the_central_difference() -> None:
     parameter, h = "onset_neuron/generator.comparator.mc1.v_t0", 3e-3
     low, high = (
-        m.threshold(m.Deviating(Silicon(), parameter, s * h), "onset_neuron", (0.03, 0.05))
+        m.threshold(m.Deviating(Silicon(AMI_1500_IDEAL), parameter, s * h), "onset_neuron", (0.03, 0.05))
         for s in (-1.0, 1.0)
     )
     gradient = kept_record("hearing")["onset_threshold_gradient"][WARM, PARAMETERS.index(parameter)]
@@ -47,5 +48,7 @@ def test_what_a_neuron_does_not_contain_does_not_move_it() -> None:
 
 
 def test_a_deviation_moves_only_the_circuit_that_has_the_device() -> None:
-    silent = m.Deviating(Silicon(), "high_threshold_neuron/generator.comparator.mc1.v_t0", 50e-3)
-    assert m.rest_margin(silent) == m.rest_margin(m.Deviating(Silicon()))
+    silent = m.Deviating(
+        Silicon(AMI_1500_IDEAL), "high_threshold_neuron/generator.comparator.mc1.v_t0", 50e-3
+    )
+    assert m.rest_margin(silent) == m.rest_margin(m.Deviating(Silicon(AMI_1500_IDEAL)))

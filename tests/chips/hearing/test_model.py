@@ -8,9 +8,13 @@ import pytest
 from chips.hearing.measure import Ears, model_spikes, paired, random_sounds
 from chips.hearing.model import NEURONS, HearingState, hear, hearing_on
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
-CASES = ((Silicon(), 10e-6), (Silicon(temperature_c=60.0, die=Die("A", 1003)), 40e-6))
+CASES = (
+    (Silicon(AMI_1500_IDEAL), 10e-6),
+    (Silicon(AMI_1500_IDEAL, temperature_c=60.0, die=Die("A", 1003)), 40e-6),
+)
 
 
 @pytest.mark.parametrize(("silicon", "tolerance"), CASES, ids=["nominal", "die"])
@@ -25,7 +29,7 @@ def test_spikes_come_as_the_circuits_for_calls_and_echoes(silicon: Silicon, tole
 
 
 def test_what_is_softer_than_the_threshold_is_not_heard() -> None:
-    model = hearing_on(Silicon())
+    model = hearing_on(Silicon(AMI_1500_IDEAL))
     soft = hear(model, HearingState(), [(1e-3, 0.9 * model.onset.threshold)])
     assert soft.due == ()
     assert soft.undecided == 0
@@ -35,7 +39,7 @@ def test_what_is_softer_than_the_threshold_is_not_heard() -> None:
 
 
 def test_louder_is_sooner_and_the_second_of_two_close_sounds_is_lost() -> None:
-    model = hearing_on(Silicon())
+    model = hearing_on(Silicon(AMI_1500_IDEAL))
     times = [hear(model, HearingState(), [(0.0, peak)]).due[0][0] for peak in (0.05, 0.2, 1.0, 8.0)]
     assert times == sorted(times, reverse=True)
     close = hear(model, HearingState(), [(0.0, 1.0), (1.1e-3, 0.2)])

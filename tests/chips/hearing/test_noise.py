@@ -13,11 +13,12 @@ from chips.noise import SiliconNoise
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.event_jitter import event_jitter
 
-SILICON = Silicon()
-SHARP, DEAF = Silicon(die=Die("A", 1)), Silicon(die=Die("A", 8))
+SILICON = Silicon(AMI_1500_IDEAL)
+SHARP, DEAF = Silicon(AMI_1500_IDEAL, die=Die("A", 1)), Silicon(AMI_1500_IDEAL, die=Die("A", 8))
 
 
 @cache

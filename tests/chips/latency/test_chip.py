@@ -11,6 +11,7 @@ from chips.latency.errors import usual_design
 from chips.latency.model import usual_biases
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 DESIGN = usual_design()
@@ -42,7 +43,7 @@ def test_memories_slow_the_race_and_are_repeated() -> None:
 
 def test_a_die_says_the_same_from_any_thread() -> None:
     def run(number: int) -> list[PingResponse]:
-        silicon = Silicon(die=Die(number=number))
+        silicon = Silicon(AMI_1500_IDEAL, die=Die(number=number))
         return told(LatencyChip(DESIGN, usual_biases(DESIGN, "ideal"), silicon))
 
     alone = [run(k) for k in range(4)]

@@ -12,6 +12,7 @@ from circuits.blocks.block import Values
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import flatten
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
@@ -29,7 +30,7 @@ def bench(circuit: Circuit, **changes: float | None) -> Testbench:
 def test_two_pings_are_those_of_the_model() -> None:
     # the second is followed until its memory has answered
     run = bench(build(SMALL), first=EVENT, duration=FIRST + PERIOD + 15e-3)
-    found = simulate(run, Silicon())
+    found = simulate(run, Silicon(AMI_1500_IDEAL))
     chip = LatencyChip(design_of(SMALL))
     kept, at = chip.new_memory(), chip.addresses
     one = chip.ping(kept, FIRST, np.array([0.0, EVENT, CHARGE]), np.array([at.onset, 0, at.goal]))

@@ -10,6 +10,7 @@ from chips.latency.errors import usual_design
 from chips.latency.model import nominal_charges, usual_biases
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from tests.refusals import refusals
 
@@ -29,7 +30,7 @@ def test_a_current_is_a_charge_over_a_time() -> None:
 def test_a_fixed_gate_knows_no_die_and_the_others_do() -> None:
     for kind, same in (("gate", True), ("ideal", False), ("generator", False)):
         biases = usual_biases(DESIGN, kind)  # type: ignore[arg-type]
-        found = [gate_voltages(biases, Silicon(die=Die(number=n)))["tap"] for n in (1, 2)]
+        found = [gate_voltages(biases, Silicon(AMI_1500_IDEAL, die=Die(number=n)))["tap"] for n in (1, 2)]
         assert np.array_equal(*found) is same
 
 

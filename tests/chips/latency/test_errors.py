@@ -16,16 +16,16 @@ from chips.latency.errors import (
 from chips.latency.model import usual_biases
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 ERROR = 0.02  # the largest in the record is 1.5 %
 
 
 CASES = [
-    ("ideal", 45.0, Die(number=1002), AMI_1500), ("gate", 10.0, Die(number=1005), AMI_1500),
-    ("generator", 60.0, Die(number=1006), AMI_1500_FULL),
-    ("gate", 27.0, Die(number=1001, variation="full"), AMI_1500_FULL),  # its capacitors are 2 % larger
+    ("ideal", 45.0, Die(number=1002), AMI_1500_IDEAL), ("gate", 10.0, Die(number=1005), AMI_1500_IDEAL),
+    ("generator", 60.0, Die(number=1006), AMI_1500),
+    ("gate", 27.0, Die(number=1001, variation="full"), AMI_1500),  # its capacitors are 2 % larger
 ]  # fmt: skip
 
 
@@ -43,7 +43,7 @@ def test_times_are_those_of_the_transistors(chip: LatencyChip) -> None:
         tap_delays(chip, 7), neuron_latencies(chip, 20), race_latencies(chip, 4),
         # under the full law later periods may be shorter than the first
         *((ours, theirs) for name, ours, theirs in inhibition_times(chip, 12, 3)
-          if name != "tonic" or chip.silicon.process is AMI_1500),
+          if name != "tonic" or chip.silicon.process is AMI_1500_IDEAL),
     ]  # fmt: skip
     for ours, theirs in found:
         assert ours == pytest.approx(theirs, rel=ERROR)

@@ -7,7 +7,7 @@ from chips.latency.measure import Found
 from chips.measured.timer import PARAMETERS
 from chips.record import kept_record
 from circuits.errors import SolverError
-from circuits.silicon.process import AMI_1500_FULL
+from circuits.silicon.process import AMI_1500
 
 
 def test_a_comparators_pair_moves_the_reference_by_its_own_offset() -> None:
@@ -28,7 +28,7 @@ def test_errors_on_other_dies_are_in_the_record() -> None:
 
 
 def test_under_the_full_law_charges_are_those_of_any_temperature_and_threshold() -> None:
-    record = kept_record("latency_chip", AMI_1500_FULL)
+    record = kept_record("latency_chip", AMI_1500)
     for name in ("timer", "tap", "tonic", "integrating", "race", "second", "recurrent"):
         table = np.asarray(record[name])
         # what leaks is a current; the rest is the comparator's, the reset's and the drain's place

@@ -14,13 +14,13 @@ from circuits.blocks.latency import tap as latency_tap
 from circuits.devices.noise import WHITE_ONLY
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL, ELEMENTARY_CHARGE
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.event_jitter import event_jitter
 from tests.chips.latency.test_chip import CHIP, DESIGN, told
 
 WHITE = SiliconNoise(1, flicker=WHITE_ONLY)
-SILICON = Silicon()
+SILICON = Silicon(AMI_1500_IDEAL)
 
 
 @pytest.fixture(scope="module")
@@ -71,17 +71,17 @@ def test_a_cell_alone_races_with_shot_noise():
     assert free.std(axis=0).mean() == pytest.approx(expected.mean(), rel=0.03)
 
 
-@pytest.mark.parametrize("process", [AMI_1500, AMI_1500_FULL])
+@pytest.mark.parametrize("process", [AMI_1500_IDEAL, AMI_1500])
 def test_a_tap_jitters_as_the_transistors(process):
     """Linear theory of the whole tap, within 5 %: its comparator and mirrors make that much."""
     circuit, silicon = latency_tap.build(latency_tap.Params(taps=1)), Silicon(process)
-    machine = to_kernel(latency_tap.testbench(circuit, {"duration": 3.3e-3}, AMI_1500.v_dd), silicon)
+    machine = to_kernel(latency_tap.testbench(circuit, {"duration": 3.3e-3}, AMI_1500_IDEAL.v_dd), silicon)
     for noise in (WHITE, SiliconNoise(1)):
         jitter = event_jitter(machine, "out[0]", noise.flicker)
         delay = np.array([jitter.time - latency_tap.START])
         charge = charges_on(silicon)["tap"]
         # under the full law the current is 1.5 % above that of a drain at its gate
-        assert delay == pytest.approx(charge / 3.34e-9, rel=0.01 if process is AMI_1500 else 0.02)
+        assert delay == pytest.approx(charge / 3.34e-9, rel=0.01 if process is AMI_1500_IDEAL else 0.02)
         spread = charge_spread(silicon, noise, charge / delay, delay)
         assert delay * spread / jitter.deviation == pytest.approx(1.0, abs=0.05)
 
@@ -92,7 +92,7 @@ def test_flicker_follows_the_devices_area():
     added = both**2 - white**2
     assert more**2 - white**2 == pytest.approx(added / 4.0, rel=1e-6)
     # K_F of a pFET of 6 x 24 um, and a band of some e-folds from 0.1 Hz to a few times 1 / 3 ms
-    per_fold = 2e-25 / (SOURCE.gate_area * AMI_1500.p.oxide_capacitance)
+    per_fold = 2e-25 / (SOURCE.gate_area * AMI_1500_IDEAL.p.oxide_capacitance)
     current = charges_on(SILICON)["tap"] / CHIP.lumped.tap
     psi = steepness(current, SILICON.law("p").square_current * SOURCE.square)
     folds = added / (per_fold * (psi * SILICON.law("p").kappa / SILICON.thermal_voltage) ** 2)
@@ -102,7 +102,7 @@ def test_flicker_follows_the_devices_area():
 def test_draws_are_of_seed_die_and_ping_alone():
     def run(seed, number=3):
         noise = None if seed is None else SiliconNoise(seed)
-        return told(LatencyChip(DESIGN, silicon=Silicon(die=Die(number=number)), noise=noise))
+        return told(LatencyChip(DESIGN, silicon=Silicon(AMI_1500_IDEAL, die=Die(number=number)), noise=noise))
 
     def same(a, b):
         return all(np.array_equal(x.free, y.free) and np.array_equal(x.memory, y.memory)

@@ -12,13 +12,14 @@ from chips.noise import SiliconNoise
 from chips.part import Event
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from tests.chips.looped import looped
 
 
 @pytest.mark.parametrize("noise", [None, SiliconNoise(seed=2)])
 def test_a_ping_in_the_loop_is_the_chip_s(noise: SiliconNoise | None) -> None:
-    chip = LatencyChip(usual_design(), silicon=Silicon(die=Die(number=5)), noise=noise)
+    chip = LatencyChip(usual_design(), silicon=Silicon(AMI_1500_IDEAL, die=Die(number=5)), noise=noise)
     first = [("onset", 0.1), ("goal[16]", 0.105), ("direction[2]", 0.11)]
     heard = ((14, 0.108), (15, 0.109), (16, 0.107), (17, 0.109), (18, 0.108))
     first += [(f"memory[{p}]", t) for p, t in heard]

@@ -7,11 +7,12 @@ from chips.latency.model import usual_biases
 from chips.latency.place import UNIT_WIRES, bench_at, line_volts, standing
 from circuits.blocks.latency import unit as latency_unit
 from circuits.devices.source import Constant, Pulse
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 
 def test_a_unit_takes_the_chips_voltages() -> None:
-    part, silicon = latency_unit.build(), Silicon()
+    part, silicon = latency_unit.build(), Silicon(AMI_1500_IDEAL)
     volts = line_volts(usual_biases(usual_design()), silicon, UNIT_WIRES, {})
     assert set(volts) == {p.name for p in part.ports if p.kind == "bias"}
     assert volts["v_ref"] == 2.0
@@ -24,6 +25,6 @@ def test_a_unit_takes_the_chips_voltages() -> None:
 
 
 def test_a_place_begins_with_the_chip() -> None:
-    assert standing(Silicon(), ("memory", (3,)), ("unit", (4,))).place == (
+    assert standing(Silicon(AMI_1500_IDEAL), ("memory", (3,)), ("unit", (4,))).place == (
         ("latency_chip", ()), ("memory", (3,)), ("unit", (4,)),
     )  # fmt: skip

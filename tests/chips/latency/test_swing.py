@@ -14,10 +14,10 @@ from chips.latency.swing import (
 )
 from circuits.blocks.latency import coincidence, race
 from circuits.lowering.on_die import standing
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
-FULL = Silicon(AMI_1500_FULL, 60.0)
+FULL = Silicon(AMI_1500, 60.0)
 CELL = race.build()
 
 
@@ -31,7 +31,7 @@ def test_halfway_stands_for_the_whole_swing() -> None:
 
 
 def test_nothing_leaks_under_the_ideal_law() -> None:
-    d = standing(CELL, Silicon(AMI_1500, 60.0))
+    d = standing(CELL, Silicon(AMI_1500_IDEAL, 60.0))
     assert idle_current(d, "mz", "mx") == 0.0
     assert idle_inhibition(d, "inhibit0.", d.gate["v_inh"]) == 0.0
     assert swing_current(d, "mp", np.array(1.0)) == d.saturated("mp", np.array(1.0))

@@ -11,13 +11,13 @@ from chips.latency.unit_level import TransistorUnit
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL, Process
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 
 PLACE = (16, 4)
 
 
-@pytest.mark.parametrize("process", [AMI_1500, AMI_1500_FULL])
+@pytest.mark.parametrize("process", [AMI_1500_IDEAL, AMI_1500])
 def test_the_unit_stores_repeats_and_forgets_as_the_model_does(process: Process) -> None:
     design = usual_design()
     biases, silicon = usual_biases(design, "ideal", process), Silicon(process, die=Die(number=1003))
@@ -50,7 +50,10 @@ def test_a_silence_goes_on_at_another_temperature_as_the_model_says(
     kind: BiasKind, before: float, after: float
 ) -> None:
     design = usual_design()
-    biases, silicon = usual_biases(design, kind), Silicon(temperature_c=before, die=Die(number=1004))
+    biases, silicon = (
+        usual_biases(design, kind),
+        Silicon(AMI_1500_IDEAL, temperature_c=before, die=Die(number=1004)),
+    )
     unit = TransistorUnit(biases, silicon, *PLACE, record=("inh_spike",))
     chip = LatencyChip(design, biases, silicon, units={PLACE: unit})
     memory, kept = chip.new_memory(), chip.lumped

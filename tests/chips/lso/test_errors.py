@@ -9,7 +9,7 @@ from chips.lso.model import RECORD, head_on
 from chips.record import kept_record
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500_FULL
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 ERROR = 0.025  # of a spike's time, the largest in the record
@@ -24,7 +24,7 @@ CASES: list[tuple[BiasKind, int, float]] = [
 
 @pytest.mark.parametrize(("kind", "number", "celsius"), CASES)
 def test_spikes_are_those_of_the_transistors(kind: BiasKind, number: int, celsius: float) -> None:
-    silicon = Silicon(temperature_c=celsius, die=Die(number=number))
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=celsius, die=Die(number=number))
     head, side = head_on(silicon, kind), number % 2
     ours, theirs = neuron_spikes(head, silicon, kind, side, inputs(number))
     assert theirs.size > 0
@@ -38,7 +38,7 @@ def test_spikes_are_those_of_the_transistors(kind: BiasKind, number: int, celsiu
 
 @pytest.mark.parametrize(("kind", "number", "celsius"), [("gate", 1000, 27.0), ("generator", 1003, -10.0)])
 def test_under_the_full_law_too(kind: BiasKind, number: int, celsius: float) -> None:
-    silicon = Silicon(AMI_1500_FULL, celsius, Die(number=number))
+    silicon = Silicon(AMI_1500, celsius, Die(number=number))
     head, side = head_on(silicon, kind), number % 2
     ours, theirs = neuron_spikes(head, silicon, kind, side, inputs(number))
     assert ours.size == theirs.size > 0
@@ -50,14 +50,14 @@ def test_under_the_full_law_too(kind: BiasKind, number: int, celsius: float) -> 
 
 
 def test_a_deaf_level_unit_is_deaf_in_the_circuit() -> None:
-    silicon = Silicon(die=Die(number=515))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=515))
     head, place = head_on(silicon, "ideal"), (1, 5)
     assert head.rest[place] > -FROM
     assert level_delays(head, silicon, "ideal", place, 2e3)[1] == np.inf
 
 
 def test_under_the_full_law_a_unit_that_rests_as_if_it_heard_is_still_deaf() -> None:
-    silicon, place = Silicon(AMI_1500_FULL, 60.0, Die(number=102)), (0, 2)
+    silicon, place = Silicon(AMI_1500, 60.0, Die(number=102)), (0, 2)
     head = head_on(silicon)
     assert head.rest[place] > -FROM
     assert level_delays(head, silicon, "gate", place, 800.0)[1] == np.inf

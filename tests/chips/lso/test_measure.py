@@ -16,6 +16,7 @@ from chips.measured.timer import COMPARATOR
 from chips.record import kept_record
 from circuits.bias import rebias
 from circuits.errors import SolverError
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 
@@ -34,8 +35,8 @@ def test_a_pair_moves_its_reference_by_its_own_offset() -> None:
 
 def test_the_nominal_level_unit_is_the_records() -> None:
     level = rebias(circuits()[1], {}, "ideal")
-    delays = {s: level_delay(level, Silicon(), s) for s in (SLOW, FAST)}
-    offset, charge = level_numbers(level, Silicon(), lambda s: delays[s])
+    delays = {s: level_delay(level, Silicon(AMI_1500_IDEAL), s) for s in (SLOW, FAST)}
+    offset, charge = level_numbers(level, Silicon(AMI_1500_IDEAL), lambda s: delays[s])
     data = kept_record("lso_neuron")
     at = data.numbers("temperature").index(27.0), 0, data.numbers("shift").index(0.0)
     assert offset == pytest.approx(float(data["level_offset"][at]), abs=1e-6)
@@ -49,4 +50,4 @@ def test_a_mirror_takes_what_it_is_given() -> None:
 
 def test_a_ramp_without_a_spike_is_named() -> None:
     with pytest.raises(SolverError, match=r"sonar_head\.level: no spike in the run"):
-        level_delay(rebias(circuits()[1], {}, "ideal"), Silicon(), FAST, "mc7.v_t0", -0.2)
+        level_delay(rebias(circuits()[1], {}, "ideal"), Silicon(AMI_1500_IDEAL), FAST, "mc7.v_t0", -0.2)

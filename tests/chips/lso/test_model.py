@@ -9,10 +9,10 @@ from chips.lso.measure import LEVELS
 from chips.lso.model import SIDES, head_on, level_times, side_spikes
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import kelvin
+from circuits.silicon.process import AMI_1500_IDEAL, kelvin
 from circuits.silicon.silicon import Silicon
 
-NOMINAL = head_on(Silicon())
+NOMINAL = head_on(Silicon(AMI_1500_IDEAL))
 
 
 def echo(left: int, right: int, at: float = 1e-3) -> np.ndarray:
@@ -39,7 +39,7 @@ def test_the_louder_side_spikes_by_the_difference() -> None:
 
 
 def test_a_generator_makes_steps_that_follow_the_temperature_and_gates_more() -> None:
-    cold = Silicon(temperature_c=0.0)
+    cold = Silicon(AMI_1500_IDEAL, temperature_c=0.0)
     generator, gate = head_on(cold, "ideal"), head_on(cold, "gate")
     warm = kelvin(27.0) / kelvin(0.0)
     # the charge moves by 0.1 %
@@ -51,7 +51,7 @@ def test_a_generator_makes_steps_that_follow_the_temperature_and_gates_more() ->
 
 
 def test_a_die_is_the_same_again_and_area_takes_its_mismatch_away() -> None:
-    silicon = Silicon(die=Die(number=3, process=False))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=3, process=False))
     one, again = head_on(silicon), head_on(silicon)
     assert np.array_equal(one.excite, again.excite)
     small, large = (float(head_on(silicon, area=a).offset.std()) for a in (0.25, 4.0))
@@ -71,9 +71,9 @@ def test_an_area_outside_the_record_is_refused(area: float) -> None:
     with pytest.raises(
         ParameterError, match=r"sonar_head\.area: .* must be (> 0 and finite|at least 0.0625 times)"
     ):
-        head_on(Silicon(), area=area)
+        head_on(Silicon(AMI_1500_IDEAL), area=area)
 
 
 def test_silicon_outside_the_record_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"sonar_head\.temperature: 80 degC, must be -10 to 65"):
-        head_on(Silicon(temperature_c=80.0))
+        head_on(Silicon(AMI_1500_IDEAL, temperature_c=80.0))

@@ -14,11 +14,11 @@ from circuits.blocks.lso import lso_neuron
 from circuits.blocks.sonar import high_threshold_neuron
 from circuits.devices.noise import WHITE_ONLY
 from circuits.lowering.kernel import to_kernel
-from circuits.silicon.process import AMI_1500, ELEMENTARY_CHARGE
+from circuits.silicon.process import AMI_1500_IDEAL, ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import NoiseRun, map_trials
 
-SILICON = Silicon()
+SILICON = Silicon(AMI_1500_IDEAL)
 HEAD = head_on(SILICON)
 WHITE = noise_of(HEAD, SILICON, SiliconNoise(1, flicker=WHITE_ONLY))
 
@@ -56,7 +56,7 @@ def test_a_neuron_jitters_as_the_transistors():
     given = {s.name: None for s in lso_neuron.BLOCK.stimuli} | {
         "excite_1": 0.5e-3, "excite_2": 0.54e-3, "inhibit_1": 0.6e-3, "duration": 2.5e-3,
     }  # fmt: skip
-    machine = to_kernel(lso_neuron.testbench(lso_neuron.build(), given, AMI_1500.v_dd), SILICON)
+    machine = to_kernel(lso_neuron.testbench(lso_neuron.build(), given, AMI_1500_IDEAL.v_dd), SILICON)
     run = NoiseRun(1, 4e-6, WHITE_ONLY)
     theirs = np.array(map_trials(lambda r: r.spikes["spike"][0], machine, run, range(24), 1, record=()))
     ours = spikes(heard([0.5e-3, 0.54e-3], [0.6e-3]), 400)[:, 0]
@@ -68,7 +68,7 @@ def test_a_neuron_jitters_as_the_transistors():
 def test_a_level_unit_jitters_as_the_transistors():
     slope = 3e3
     level = rebias(high_threshold_neuron.build(), {"v_threshold": THRESHOLD})
-    machine = to_kernel(ramp_bench(level, slope, AMI_1500.v_dd), SILICON)
+    machine = to_kernel(ramp_bench(level, slope, AMI_1500_IDEAL.v_dd), SILICON)
     run = NoiseRun(1, 0.2e-6, WHITE_ONLY)
     theirs = np.array(map_trials(lambda r: r.spikes["spike"][0], machine, run, range(24), 1, record=()))
     current = HEAD.level_current[0, :1]

@@ -11,7 +11,7 @@ from circuits.blocks.nef import synapse as nef_synapse
 from circuits.circuit import BiasKind
 from circuits.lowering.check import check_circuit
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL, Process
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from system.papers.checks.nef_chip import rate_errors
@@ -25,7 +25,7 @@ def test_rates_are_the_transistor_circuits(die: int, temperature: float, kind: B
     assert np.abs(rate_errors(die, temperature, kind, (0.1, 1.0))).max() < 0.03
 
 
-@pytest.mark.parametrize("process", [ROLLS_180, ROLLS_180_FULL])
+@pytest.mark.parametrize("process", [ROLLS_180_IDEAL, ROLLS_180])
 def test_capacitors_that_deviate_move_rates_and_time_constants(process: Process) -> None:
     # the capacitors of die 3302 are 2.6 % more than drawn
     assert np.abs(rate_errors(3302, 27.0, "gate", (0.1, 1.0), process, "full")).max() < 0.01
@@ -40,11 +40,11 @@ def test_capacitors_that_deviate_move_rates_and_time_constants(process: Process)
 
 def test_a_stage_of_the_chip_is_its_circuit() -> None:
     die, number, code = Die(number=3103), 5, 37
-    silicon = Silicon(ROLLS_180, 27.0, die)
+    silicon = Silicon(ROLLS_180_IDEAL, 27.0, die)
     found = column_on(silicon, 2, number + 1, chip_biases())
     on = (code >> np.arange(nef_encoder.BITS)) & 1
-    there = Silicon(ROLLS_180, 27.0, die, (*PLACE, ("column", (2,)), ("stage", (number,))))
-    bench = nef_encoder.testbench(nef_encoder.build(), {"code": code, "step": None}, ROLLS_180.v_dd)
+    there = Silicon(ROLLS_180_IDEAL, 27.0, die, (*PLACE, ("column", (2,)), ("stage", (number,))))
+    bench = nef_encoder.testbench(nef_encoder.build(), {"code": code, "step": None}, ROLLS_180_IDEAL.v_dd)
     current = nef_encoder.measures(simulate(bench, there))["current_A"]
     assert current is not None
     a, b = float((on * found.signal[number]).sum()), float((on * found.reference[number]).sum())
@@ -54,10 +54,10 @@ def test_a_stage_of_the_chip_is_its_circuit() -> None:
 
 
 def test_a_filter_is_its_circuit() -> None:
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=3104, mismatch=False))
+    silicon = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=3104, mismatch=False))
     biases = chip_biases()
     found = filters_on(silicon, np.array([design_tau()]), biases)
-    bench = nef_synapse.testbench(nef_synapse.build(), {"step": 0.3, "duration": 0.08}, ROLLS_180.v_dd)
+    bench = nef_synapse.testbench(nef_synapse.build(), {"step": 0.3, "duration": 0.08}, ROLLS_180_IDEAL.v_dd)
     measured = nef_synapse.measures(simulate(bench, silicon))
     full = nef_synapse.LINE_UNITS * unit_of(silicon, biases) * 40e-12
     assert measured["time_constant_s"] == pytest.approx(found.tau[0], rel=0.03)
@@ -67,17 +67,17 @@ def test_a_filter_is_its_circuit() -> None:
 
 def test_nominal_neurons_are_alike_and_a_dies_are_not() -> None:
     biases = chip_biases()
-    nominal, own = (neurons_on(Silicon(ROLLS_180, 27.0, d), 50, biases) for d in (Die(), Die(number=1)))
+    nominal, own = (neurons_on(Silicon(ROLLS_180_IDEAL, 27.0, d), 50, biases) for d in (Die(), Die(number=1)))
     assert nominal.leak == pytest.approx(np.ones(50))
     assert own.leak.std() / own.leak.mean() == pytest.approx(0.065, rel=0.4)  # 2 um^2, 50 neurons
     assert (
         own.head(7).leak.tolist()
-        == neurons_on(Silicon(ROLLS_180, 27.0, Die(number=1)), 7, biases).leak.tolist()
+        == neurons_on(Silicon(ROLLS_180_IDEAL, 27.0, Die(number=1)), 7, biases).leak.tolist()
     )
 
 
 def test_lines_split_where_the_sum_is_the_reference() -> None:
-    found = lines_on(Silicon(ROLLS_180, 27.0, Die(number=1)), 64, chip_biases())
+    found = lines_on(Silicon(ROLLS_180_IDEAL, 27.0, Die(number=1)), 64, chip_biases())
     for part in found[:3]:
         assert part.std() / part.mean() < 0.06  # mirrors of 32 um^2
 

@@ -20,7 +20,7 @@ from circuits.blocks.nef.neuron import LEAK
 from circuits.devices.noise import WHITE_ONLY
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
-from circuits.silicon.process import ELEMENTARY_CHARGE, ROLLS_180
+from circuits.silicon.process import ELEMENTARY_CHARGE, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import NoiseRun, simulate_noisy
 from tests.chips.nef.test_chip import one
@@ -77,7 +77,9 @@ def test_intervals_vary_as_the_closed_form():
 def test_jitter_is_the_transistors():
     """With an ideal source as input, whose current makes no noise."""
     given = {"current": INPUT * LEAK, "duration": 0.9}
-    machine = to_kernel(nef_neuron.testbench(nef_neuron.build(), given, ROLLS_180.v_dd), Silicon(ROLLS_180))
+    machine = to_kernel(
+        nef_neuron.testbench(nef_neuron.build(), given, ROLLS_180_IDEAL.v_dd), Silicon(ROLLS_180_IDEAL)
+    )
     result = simulate_noisy(machine, NoiseRun(1, 20e-6, WHITE_ONLY), record=("v_mem",))
     theirs = np.diff(result.spikes["spike"])[1:]
     chip, noise = driven(WHITE, silent_input=True)
@@ -141,7 +143,7 @@ def test_a_filters_noise_is_that_of_its_capacitor():
         found.append(state.s.copy())
     moving = np.flatnonzero(noise.lanes > 0.0)
     relative = np.array(found)[200:, moving]
-    u_t = Silicon(ROLLS_180).thermal_voltage
+    u_t = Silicon(ROLLS_180_IDEAL).thermal_voltage
     expected_variance = ELEMENTARY_CHARGE * 0.75 / (6.06e-12 * u_t)
     quiet = relative.std(axis=0) / relative.mean(axis=0)
     # the first lane is a node's and still; spikes move the others by more

@@ -21,12 +21,12 @@ from circuits.blocks.nef import synapse as nef_synapse
 from circuits.blocks.nef.neuron import LEAK
 from circuits.silicon.course import Course
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.temperature import simulate_course
 
 NUMBER, CURRENT = 5, 0.25e-9  # of the neuron, and A into it
-SILICON = Silicon(ROLLS_180, 27.0, Die(number=3104))
+SILICON = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=3104))
 NETWORK = Network(
     (Ensemble("x", 30),), (Node("in", 1),), (Connection("in", "x"),), (Probe("x?", "x", synapse=0.02),)
 )
@@ -35,7 +35,9 @@ NETWORK = Network(
 @pytest.mark.parametrize("to", [7.0, 47.0])
 def test_a_step_of_20_degrees_moves_a_neuron_s_spikes_as_the_circuit_s(to: float) -> None:
     there = replace(SILICON, place=(*PLACE, ("neuron", (NUMBER,))))
-    bench = nef_neuron.testbench(nef_neuron.build(), {"current": CURRENT, "duration": 0.1}, ROLLS_180.v_dd)
+    bench = nef_neuron.testbench(
+        nef_neuron.build(), {"current": CURRENT, "duration": 0.1}, ROLLS_180_IDEAL.v_dd
+    )
     spikes = simulate_course(bench, there, Course(((0.0, 27.0),)), record=()).spikes["spike"]
     last, period = spikes[-2], spikes[-1] - spikes[-2]
     step = last + 0.6 * period
@@ -54,14 +56,14 @@ def test_a_step_of_20_degrees_moves_a_neuron_s_spikes_as_the_circuit_s(to: float
 @pytest.mark.parametrize("to", [7.0, 47.0])
 def test_a_filter_goes_on_from_its_voltage_as_the_circuit_does(to: float) -> None:
     silicon, step, stop = replace(SILICON, die=Die(number=3104, mismatch=False)), 0.07, 0.3
-    bench = nef_synapse.testbench(nef_synapse.build(), {"step": 0.3, "duration": stop}, ROLLS_180.v_dd)
+    bench = nef_synapse.testbench(nef_synapse.build(), {"step": 0.3, "duration": stop}, ROLLS_180_IDEAL.v_dd)
     course = Course(((0.0, 27.0), (step - 1e-7, 27.0), (step, to)))
     found = simulate_course(bench, silicon, course, record=("v_syn",))
     taus = np.array([design_tau()])
     old, new = (filters_on(replace(silicon, temperature_c=t), taus, chip_biases()) for t in (27.0, to))
 
     def ratio(time: float, at: Filters) -> float:
-        below = ROLLS_180.v_dd - float(np.interp(time, found.time, found["v_syn"]))
+        below = ROLLS_180_IDEAL.v_dd - float(np.interp(time, found.time, found["v_syn"]))
         return float(np.exp((below - at.middle[0]) / at.fold))
 
     assert ratio(step - 1e-4, old) == pytest.approx(1.3, rel=0.03)

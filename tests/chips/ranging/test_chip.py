@@ -20,17 +20,18 @@ from circuits.devices.source import Polyline
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.place import circuit_at
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.loop import EventWire, Loop
 from tests.chips.looped import Script
 
-DIE = Silicon(die=Die(number=1007, process=False))  # has neurons of several classes
+DIE = Silicon(AMI_1500_IDEAL, die=Die(number=1007, process=False))  # has neurons of several classes
 PAIRS = ((1e-3, 7.4e-3), (61e-3, 82.5e-3))  # s, call and echo
 
 
 @pytest.fixture(scope="module")
 def chip() -> RangingChip:
-    return RangingChip(Silicon(), path="bat.ranging_chip")
+    return RangingChip(Silicon(AMI_1500_IDEAL), path="bat.ranging_chip")
 
 
 def _run(chip: RangingChip, events: Sequence[Event], until: float, **lines: Polyline) -> list[Event]:
@@ -127,7 +128,7 @@ def test_a_running_temperature_moves_the_release(chip: RangingChip) -> None:
 
 def test_outside_the_box_it_refuses_or_goes_on_with_the_path(chip: RangingChip) -> None:
     with pytest.raises(ParameterError, match=r"bat\.chip\.temperature: 90 degC, must be -10 to 65 degC"):
-        RangingChip(Silicon(temperature_c=90.0), path="bat.chip")
+        RangingChip(Silicon(AMI_1500_IDEAL, temperature_c=90.0), path="bat.chip")
     low = (np.array([0.0]), np.array([2.0]))
     with pytest.raises(ParameterError, match=r"bat\.ranging_chip\.v_ex_max: 2 V"):
         chip.advance(chip.begin(), 1e-3, (), {"v_ex_max": low})
@@ -136,7 +137,7 @@ def test_outside_the_box_it_refuses_or_goes_on_with_the_path(chip: RangingChip) 
         chip.advance(chip.begin(), 1e-3, (), {"temperature": hot})
     slow = rebias(ranging_chip.build(), {"i_inh_tau": (*ranging_chip.I_INH_TAU[:-1], 0.8e-12)})
     with outside_boxes("warn") as left:
-        RangingChip(Silicon(), slow, "bat.chip")
+        RangingChip(Silicon(AMI_1500_IDEAL), slow, "bat.chip")
     (text,) = left.texts()
     assert text.startswith("bat.chip.neuron[12].i_inh_tau: 8e-13 A, must be 1e-12 to 3e-08 A, where")
 
@@ -147,10 +148,10 @@ def test_an_unknown_event_port_is_named(chip: RangingChip) -> None:
 
 
 def test_what_is_too_near_to_call_is_counted() -> None:
-    chip = RangingChip(Silicon())
+    chip = RangingChip(Silicon(AMI_1500_IDEAL))
     was = chip.model.record
     record = replace(was, errors={**was.errors, "margin_rms_V": 0.075})
-    unsure = RangingChip(Silicon(), record=record)
+    unsure = RangingChip(Silicon(AMI_1500_IDEAL), record=record)
     for part, count in ((chip, 0), (unsure, 13)):
         state, _, _ = part.advance(part.begin(), 60e-3, [("call", 1e-3)])
         assert state.undecided == count

@@ -15,13 +15,14 @@ from circuits.event import falling_crossing
 from circuits.lowering.check import check_circuit
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import simulate
 from netlists.dialects.ngspice import format_testbench
 
 QUIET: dict[str, float | None] = {"delay": None, "call": None, "echo": None, "duration": 1e-3}
-SILICON = Silicon(die=Die("A", 1003))
+SILICON = Silicon(AMI_1500_IDEAL, die=Die("A", 1003))
 
 
 def machine(params: bias_chain.Params, silicon: Silicon | None = None) -> Machine:

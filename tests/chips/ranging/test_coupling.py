@@ -12,6 +12,7 @@ from chips.ranging.coupling import Coupling, measure_coupling, separate_neuron
 from circuits.blocks.sonar import rebound_neuron
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 
@@ -20,7 +21,7 @@ QUIET: dict[str, float | None] = {"delay": None, "call": None, "echo": None, "du
 
 @pytest.fixture(scope="module")
 def found() -> Coupling:
-    return measure_coupling(Silicon(), rtol=1e-4)
+    return measure_coupling(Silicon(AMI_1500_IDEAL), rtol=1e-4)
 
 
 def test_inhibition_ends_earlier_on_the_coupled_chip(found: Coupling) -> None:
@@ -49,7 +50,7 @@ def test_a_neuron_that_fires_in_one_only_is_told(found: Coupling) -> None:
 
 
 def test_a_separate_neuron_rests_where_it_does_on_the_chip() -> None:
-    silicon = Silicon(die=Die("A", 1003))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die("A", 1003))
     chip = ranging_chip.build_with_chain()
     rest = operating_point(to_kernel(ranging_chip.testbench(chip, QUIET, 5.0), silicon))
     neuron, there = separate_neuron(chip, rest, 5)

@@ -12,13 +12,13 @@ from chips.ranging.model import model_of, neurons_on
 from circuits.blocks.sonar import rebound_neuron
 from circuits.lowering.on_die import standing
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL, Process
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 
 DELTA = 1e-6  # V
 
 
-@pytest.fixture(scope="module", params=[AMI_1500, AMI_1500_FULL], ids=lambda p: p.effects)
+@pytest.fixture(scope="module", params=[AMI_1500_IDEAL, AMI_1500], ids=lambda p: p.effects)
 def neuron(request: pytest.FixtureRequest) -> Neurons:
     return neurons_on(model_of(rebound_neuron.build(), request.param), Silicon(request.param))
 
@@ -67,7 +67,7 @@ def _from_devices(silicon: Silicon, v: float, r: float, x: float) -> tuple[float
     return mem, slow, from_supply("excitation.me4", "v_ex_tau", x)
 
 
-@pytest.mark.parametrize("process", [AMI_1500, AMI_1500_FULL], ids=lambda p: p.effects)
+@pytest.mark.parametrize("process", [AMI_1500_IDEAL, AMI_1500], ids=lambda p: p.effects)
 @pytest.mark.parametrize("celsius", [-10.0, 60.0])
 def test_currents_are_those_of_the_devices(process: Process, celsius: float) -> None:
     silicon = Silicon(process, celsius, Die(number=1003))

@@ -17,7 +17,7 @@ from chips.record import kept_record, read_record, write_record
 from chips.record_file import ENVIRONMENT, cache_folder, record_file, shipped_file
 from circuits.blocks.sonar import rebound_neuron
 from circuits.errors import DataError, SolverError
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.cli import characterise as command
 from system.cli.command_line import main
@@ -27,7 +27,7 @@ from system.cli.command_line import main
 def test_the_record_holds_what_is_measured(task: c._Task) -> None:
     record = record_of()
     i, j = 4, 2  # 100 pA, 27 degC
-    silicon = Silicon(temperature_c=record.grid.temperature[j])
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=record.grid.temperature[j])
     found = task.measure(rebound_neuron.build(), silicon, record.grid.current[i], c.Perturb())
     for name, value in zip(task.names, found, strict=True):
         table = record.quantities[name].value
@@ -40,7 +40,9 @@ def test_a_gradient_is_the_central_difference() -> None:
     q = record.quantities["threshold"]
     h = 10e-3
     values = [
-        c._measure_firing(rebound_neuron.build(), Silicon(), 0.0, c.Perturb("comparator.mc1", s * h))[0]
+        c._measure_firing(
+            rebound_neuron.build(), Silicon(AMI_1500_IDEAL), 0.0, c.Perturb("comparator.mc1", s * h)
+        )[0]
         for s in (-1.0, 1.0)
     ]
     expected = q.gradient[0, 2, q.parameters.index("comparator.mc1.v_t0")]
@@ -49,7 +51,7 @@ def test_a_gradient_is_the_central_difference() -> None:
 
 
 def test_a_shared_deviation_moves_all_but_the_current_that_is_set() -> None:
-    machine = stimulated(rebound_neuron.build(), Silicon())
+    machine = stimulated(rebound_neuron.build(), Silicon(AMI_1500_IDEAL))
     moved = c.Perturb("n", 10e-3).apply(machine).kernel.transistors
     before = machine.kernel.transistors
     shift = moved.v_t0 - before.v_t0
@@ -59,7 +61,7 @@ def test_a_shared_deviation_moves_all_but_the_current_that_is_set() -> None:
 
 def test_the_errors_on_a_die_are_within_those_of_the_record() -> None:
     record = record_of()
-    errors = c.held_out_errors(rebound_neuron.build(), AMI_1500, record, (500,))
+    errors = c.held_out_errors(rebound_neuron.build(), AMI_1500_IDEAL, record, (500,))
     assert errors["margin_max_V"] <= record.errors["margin_max_V"] + 0.1e-3
     assert errors["release_relative_max"] <= record.errors["release_relative_max"] + 1e-5
 
@@ -141,11 +143,11 @@ def test_a_stale_or_broken_record_of_the_caches_is_told(caches: Path) -> None:
     shipped = read_record(shipped_file("rebound_neuron"))
     write_record(replace(shipped, key="of another circuit"), caches)
     with pytest.raises(DataError, match=r"caches/records/rebound_neuron\.nc.*another circuit.*or delete it"):
-        model_of(rebound_neuron.build(), AMI_1500)
+        model_of(rebound_neuron.build(), AMI_1500_IDEAL)
     caches.write_bytes(b"no netCDF")
     kept_record.cache_clear()
     with pytest.raises(DataError, match=r"caches/records/rebound_neuron\.nc: no record, .*delete it"):
-        model_of(rebound_neuron.build(), AMI_1500)
+        model_of(rebound_neuron.build(), AMI_1500_IDEAL)
 
 
 def test_the_packages_record_is_written_in_a_checkout_only(

@@ -14,7 +14,7 @@ from chips.ranging.neuron_kernel import COLUMNS, NOW, PEAK, V_EX, V_MEM, V_R
 from circuits.blocks.sonar import rebound_neuron
 from circuits.devices import Source
 from circuits.devices.source import Pulse
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
@@ -22,13 +22,13 @@ from circuits.solver.transient import Runner
 
 @pytest.fixture(scope="module")
 def neuron() -> Neurons:
-    return neurons_on(model_of(rebound_neuron.build(), AMI_1500), Silicon())
+    return neurons_on(model_of(rebound_neuron.build(), AMI_1500_IDEAL), Silicon(AMI_1500_IDEAL))
 
 
 def test_the_rest_state_is_the_operating_point(neuron: Neurons) -> None:
     state = np.zeros(COLUMNS)
     core.begin(neuron, 0, state, 0.0)
-    point = operating_point(stimulated(rebound_neuron.build(), Silicon()))
+    point = operating_point(stimulated(rebound_neuron.build(), Silicon(AMI_1500_IDEAL)))
     nodes = ("v_mem", "membrane.v_r", "excitation.v_ex")
     for column, node in zip((V_MEM, V_R, V_EX), nodes, strict=True):
         assert state[column] == pytest.approx(point[node], abs=1e-6)
@@ -36,7 +36,7 @@ def test_the_rest_state_is_the_operating_point(neuron: Neurons) -> None:
 
 def test_the_rebound_is_the_circuit_s(neuron: Neurons) -> None:
     call = Source("call", "call", Pulse(0.0, 5.0, (0.0,), 10e-6, 0.1e-6, 0.1e-6))
-    machine = stimulated(rebound_neuron.build(), Silicon(), (call,))
+    machine = stimulated(rebound_neuron.build(), Silicon(AMI_1500_IDEAL), (call,))
     runner = Runner(machine, ("v_mem", "membrane.v_r"), 1e-5)
     state = np.zeros(COLUMNS)
     core.begin(neuron, 0, state, 0.0)

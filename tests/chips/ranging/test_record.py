@@ -12,9 +12,9 @@ from chips.record import kept_record
 from chips.record_file import measured_by, shipped_file
 from circuits.blocks.sonar import rebound_neuron
 from circuits.errors import DataError
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL, Process
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, Process
 
-BOTH = pytest.mark.parametrize("process", [AMI_1500, AMI_1500_FULL], ids=lambda p: p.effects)
+BOTH = pytest.mark.parametrize("process", [AMI_1500_IDEAL, AMI_1500], ids=lambda p: p.effects)
 
 
 @BOTH
@@ -36,14 +36,16 @@ def test_the_record_of_is_small_and_names_its_errors(process: Process) -> None:
 def test_what_is_measured_anew_changes_the_key() -> None:
     neuron = rebound_neuron.build()
     keys = {
-        rebound_key(neuron, AMI_1500, GRID),
-        rebound_key(neuron, AMI_1500, Grid(GRID.current, (0.0, 27.0))),
-        rebound_key(neuron, replace(AMI_1500, v_dd=3.3), GRID),
-        rebound_key(rebound_neuron.build(rebound_neuron.Params(rebound_capacitance=500e-15)), AMI_1500, GRID),
+        rebound_key(neuron, AMI_1500_IDEAL, GRID),
+        rebound_key(neuron, AMI_1500_IDEAL, Grid(GRID.current, (0.0, 27.0))),
+        rebound_key(neuron, replace(AMI_1500_IDEAL, v_dd=3.3), GRID),
+        rebound_key(
+            rebound_neuron.build(rebound_neuron.Params(rebound_capacitance=500e-15)), AMI_1500_IDEAL, GRID
+        ),
     }
     assert len(keys) == 4
     rebiased = replace(neuron, biases=neuron.biases[:1])
-    assert rebound_key(rebiased, AMI_1500, GRID) in keys
+    assert rebound_key(rebiased, AMI_1500_IDEAL, GRID) in keys
 
 
 def test_the_model_s_record_is_the_file_s() -> None:

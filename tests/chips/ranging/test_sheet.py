@@ -11,9 +11,10 @@ from chips.validity import outside_boxes
 from circuits.blocks.sonar import rebound_neuron
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
-SILICON = Silicon(die=Die(number=1003), temperature_c=35.0)
+SILICON = Silicon(AMI_1500_IDEAL, die=Die(number=1003), temperature_c=35.0)
 
 
 def test_figures_are_those_of_the_model_on_this_die() -> None:
@@ -28,7 +29,7 @@ def test_figures_are_those_of_the_model_on_this_die() -> None:
 
 
 def test_branches_give_the_model_s_matrix_back() -> None:
-    (figures,) = rebound_sheet(rebound_neuron.build(), Silicon()).figures
+    (figures,) = rebound_sheet(rebound_neuron.build(), Silicon(AMI_1500_IDEAL)).figures
     between = {(i, j): figures[f"c_{i}_{j}"] for i, j in (("mem", "r"), ("mem", "ex"), ("r", "ex"))}
     names = ("mem", "r", "ex")
     matrix = np.diag([figures[f"c_{name}"] for name in names])
@@ -36,7 +37,7 @@ def test_branches_give_the_model_s_matrix_back() -> None:
         a, b = names.index(i), names.index(j)
         matrix[[a, b], [a, b]] += c
         matrix[[a, b], [b, a]] -= c
-    model = model_of(rebound_neuron.build(), Silicon().process)
+    model = model_of(rebound_neuron.build(), Silicon(AMI_1500_IDEAL).process)
     # inverted once and back: a few rounding errors of the largest entry
     np.testing.assert_allclose(matrix, model.capacitance, rtol=1e-12, atol=1e-27)
 
@@ -53,7 +54,7 @@ def test_remarks_have_the_box_and_every_measured_error() -> None:
 
 
 def test_outside_the_box_is_refused_or_warned_of() -> None:
-    hot = Silicon(temperature_c=80.0)
+    hot = Silicon(AMI_1500_IDEAL, temperature_c=80.0)
     with pytest.raises(ParameterError, match="80 degC, must be -10 to 65 degC"):
         rebound_sheet(rebound_neuron.build(), hot)
     with outside_boxes("warn") as left:

@@ -15,10 +15,11 @@ from chips.ranging.kernel import Chip, new_chip, next_due, on_call, on_echo, tak
 from chips.ranging.temperature import Conditions, conditions_of, moved
 from circuits.place import circuit_at
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 NEURON, CALL, STEP, STOP = 6, 1e-3, 5e-3, 60e-3  # s: of the call, of the temperature, and the end
-SILICON = Silicon(die=Die(number=1003))
+SILICON = Silicon(AMI_1500_IDEAL, die=Die(number=1003))
 # echo after the call, s, near the end of an inhibition that goes on at the other temperature
 ECHOES = {47.0: 6.5e-3, 7.0: 17e-3}
 

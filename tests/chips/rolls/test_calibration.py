@@ -17,7 +17,7 @@ from chips.rolls.setups.populations import (
 from circuits.blocks.rolls.bias import current_of
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 
 
@@ -46,7 +46,7 @@ def test_targets_and_knobs_are_checked():
 
 
 def test_a_die_is_calibrated_by_codes_and_few_dropped_neurons():
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=7))
+    silicon = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=7))
     task = populations_task()
     found = calibrate(task, silicon)
     changed = {

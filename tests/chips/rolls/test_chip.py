@@ -17,14 +17,16 @@ from chips.rolls.synapse.reference import filter_errors
 from chips.validity import outside_boxes
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 
 SILENT = np.zeros((NEURONS, NEURONS), dtype=np.int8)
 QUIET = default_biases().with_code("IF_DC_P", 7, 0).with_code("VA_EXC_N", 3, 200)
 
 
-def chip_of(levels=SILENT, biases=QUIET, inputs=(), temperature=27.0, die=1003, process=ROLLS_180, **options):
+def chip_of(
+    levels=SILENT, biases=QUIET, inputs=(), temperature=27.0, die=1003, process=ROLLS_180_IDEAL, **options
+):
     silicon = Silicon(process, temperature, Die(number=die))
     return RollsChip(Program(levels, biases, inputs=inputs), silicon, **options)
 
@@ -63,7 +65,7 @@ def test_rates_are_the_behavioural_neurons(step, off):
         assert ours[0] == pytest.approx(theirs[0], rel=1e-2)
 
 
-@pytest.mark.parametrize("process", [ROLLS_180, ROLLS_180_FULL], ids=["ideal", "full"])
+@pytest.mark.parametrize("process", [ROLLS_180_IDEAL, ROLLS_180], ids=["ideal", "full"])
 @pytest.mark.parametrize(("level", "rate"), [(1, 300.0), (-1, 100.0)])
 def test_filters_are_the_behavioural_synapses(level, rate, process):
     levels = SILENT.copy()
@@ -71,11 +73,11 @@ def test_filters_are_the_behavioural_synapses(level, rate, process):
     chip = chip_of(levels, process=process)
     errors = filter_errors(chip, level, 7, range(3), np.arange(5e-3, 0.05, 1.0 / rate), 0.06)
     # 3.6 % seen: one equation for v_syn and the line; 5 % is what charges may be off under the full law
-    assert np.abs(errors).max() < (0.04 if process is ROLLS_180 else 0.05)
+    assert np.abs(errors).max() < (0.04 if process is ROLLS_180_IDEAL else 0.05)
 
 
 def test_rates_are_the_behavioural_neurons_under_the_full_law():
-    for ours, theirs in spikes_beside_the_neurons(chip_of(biases=DRIVEN, process=ROLLS_180_FULL)):
+    for ours, theirs in spikes_beside_the_neurons(chip_of(biases=DRIVEN, process=ROLLS_180)):
         # 1.5 %: the step, as under the ideal law, and what I_dc changes over v_mem
         assert np.diff(ours).mean() == pytest.approx(np.diff(theirs).mean(), rel=1.5e-2)
 

@@ -17,10 +17,10 @@ from circuits.errors import ParameterError
 from circuits.event import pulse
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 
-SILICON = Silicon(ROLLS_180, 27.0, Die(number=1003))
+SILICON = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=1003))
 TABLE = default_biases().with_code("IF_DC_P", 7, 0)
 LEVELS = np.zeros((256, 256), np.int8)
 LEVELS[5, 17], LEVELS[5, 40] = 4, -2
@@ -87,7 +87,7 @@ def test_a_row_without_synapses_is_its_neuron_with_silent_filters() -> None:
 
 
 def test_the_nominal_die_needs_no_plan_and_a_257th_row_is_refused() -> None:
-    cut, nominal = cut_row(PROGRAM, 6), Silicon(ROLLS_180)
+    cut, nominal = cut_row(PROGRAM, 6), Silicon(ROLLS_180_IDEAL)
     assert silicon_of(cut, nominal) is nominal
     with pytest.raises(ParameterError, match=r"row\[256\]: must be 0 to 255"):
         cut_row(PROGRAM, 256)

@@ -11,7 +11,7 @@ from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.program.program import Program
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from tests.chips.looped import looped
 
@@ -21,7 +21,7 @@ def test_a_rolls_chip_in_the_loop_is_its_run() -> None:
     levels[:40, 7], levels[40:50, :30] = 2, 1
     biases = default_biases().with_code("IF_DC_P", 5, 150)
     # a bus on which events wait for each other across steps
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=1003))
+    silicon = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=1003))
     chip = RollsChip(Program(levels, biases), silicon, bus=Bus(service=20e-6, depth=40))
     times = np.sort(np.random.default_rng(3).uniform(1e-3, 20e-3, 400))
     neurons = np.arange(400) % 40

@@ -10,7 +10,7 @@ from chips.rolls.portrait import DC, Portrait, dc_currents, neuron_devices, port
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.tables import prepare
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, thermal_voltage
+from circuits.silicon.process import ROLLS_180_IDEAL, thermal_voltage
 from circuits.silicon.silicon import Silicon
 
 OFF = default_biases().with_code(DC, 7, 0)
@@ -20,7 +20,7 @@ OFF = default_biases().with_code(DC, 7, 0)
 def found() -> Portrait:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(rolls_portrait, "MULTIPLES", np.array([0.5, 3.0, 9.0]))
-        return portrait(default_biases(), Silicon(ROLLS_180, 27.0, Die(number=1003, process=False)))
+        return portrait(default_biases(), Silicon(ROLLS_180_IDEAL, 27.0, Die(number=1003, process=False)))
 
 
 def test_curves_rise_from_silence(found: Portrait) -> None:
@@ -37,8 +37,8 @@ def test_every_neuron_fires_by_the_default_current(found: Portrait) -> None:
 
 def test_the_time_constant_spreads_as_the_area_of_its_leak(found: Portrait) -> None:
     # ml4 is 1 um by 9 um and in weak inversion; 256 neurons tell a CV to 4.4 % (standard error)
-    sigma = ROLLS_180.pair_a_vt / np.sqrt(2.0 * 9e-12)
-    expected = ROLLS_180.n.kappa * sigma / thermal_voltage(27.0)
+    sigma = ROLLS_180_IDEAL.pair_a_vt / np.sqrt(2.0 * 9e-12)
+    expected = ROLLS_180_IDEAL.n.kappa * sigma / thermal_voltage(27.0)
     assert np.log(found.tau).std() == pytest.approx(expected, rel=0.12)
 
 
@@ -53,9 +53,9 @@ def test_an_event_brings_its_current_for_the_length_of_a_pulse(found: Portrait) 
 
 
 def test_the_threshold_is_where_the_neuron_begins_to_fire() -> None:
-    silicon = Silicon(ROLLS_180)
+    silicon = Silicon(ROLLS_180_IDEAL)
     d = neuron_devices(Params(), OFF, "gate", silicon)
-    m = neurons_of(d, prepare(Params(), ROLLS_180).neuron)
+    m = neurons_of(d, prepare(Params(), ROLLS_180_IDEAL).neuron)
     one = rolls_portrait.neurons_chosen(m, np.array([7]))
     threshold = float(rheobase(m)[7])
     # 5 %: the table has 257 points over v_mem
@@ -66,7 +66,7 @@ def test_the_threshold_is_where_the_neuron_begins_to_fire() -> None:
 
 
 def test_dc_transistors_of_the_nominal_die_give_the_nominal_current() -> None:
-    d = neuron_devices(Params(), OFF, "gate", Silicon(ROLLS_180))
+    d = neuron_devices(Params(), OFF, "gate", Silicon(ROLLS_180_IDEAL))
     currents = np.array([1e-10, 1e-8])
     assert dc_currents(d, d, currents) == pytest.approx(np.tile(currents[:, None], 256), rel=1e-9)
 

@@ -16,10 +16,10 @@ from chips.rolls.spread import INPUT, PartOfRow, Spread, correlation, parts_of, 
 from chips.rolls.synapse.whole_kernel import currents, output
 from circuits.arrays import F64
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL, thermal_voltage
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL, thermal_voltage
 from circuits.silicon.silicon import Silicon
 
-SILICON = Silicon(ROLLS_180)
+SILICON = Silicon(ROLLS_180_IDEAL)
 
 
 @pytest.fixture(scope="module")
@@ -30,20 +30,20 @@ def parts() -> Iterator[dict[str, PartOfRow]]:
 
 
 def test_a_filter_s_time_constant_is_its_leak_s_area(parts: dict[str, PartOfRow]) -> None:
-    found = predicted(parts["excitatory"], ROLLS_180, SILICON)["excitatory time constant"]
+    found = predicted(parts["excitatory"], ROLLS_180_IDEAL, SILICON)["excitatory time constant"]
     # md3 is 0.5 um by 4 um, its g_m less by its inversion; 1 %: the differences are by one sigma
-    p, u_t = ROLLS_180.p, thermal_voltage(27.0)
+    p, u_t = ROLLS_180_IDEAL.p, thermal_voltage(27.0)
     root = np.sqrt(default_biases().current("NPDPIE_TAU_P") / (2.0 * p.mu_cox * u_t**2 / p.kappa / 8.0))
-    sigma = ROLLS_180.pair_a_vt / np.sqrt(2.0 * 2e-12) * p.kappa / u_t * -np.expm1(-root) / root
-    beta = ROLLS_180.pair_a_beta / np.sqrt(2.0 * 2e-12)
+    sigma = ROLLS_180_IDEAL.pair_a_vt / np.sqrt(2.0 * 2e-12) * p.kappa / u_t * -np.expm1(-root) / root
+    beta = ROLLS_180_IDEAL.pair_a_beta / np.sqrt(2.0 * 2e-12)
     assert found.cv == pytest.approx(np.hypot(sigma, beta), rel=0.01)
     assert found.by_device()["md3"] == pytest.approx(1.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", ["excitatory", "inhibitory", "extender", "synapse"])
 def test_first_order_tells_the_spread_of_a_die(parts: dict[str, PartOfRow], name: str) -> None:
-    drawn = sampled(parts[name], Silicon(ROLLS_180, 27.0, Die(number=1001)))
-    for quantity, spread in predicted(parts[name], ROLLS_180, SILICON).items():
+    drawn = sampled(parts[name], Silicon(ROLLS_180_IDEAL, 27.0, Die(number=1001)))
+    for quantity, spread in predicted(parts[name], ROLLS_180_IDEAL, SILICON).items():
         # 256 parts tell a CV to 4.4 %: three standard errors
         assert spread.cv == pytest.approx(np.log(drawn[quantity]).std(), rel=0.14), quantity
 
@@ -53,21 +53,21 @@ def whole() -> dict[str, PartOfRow]:
     """Under the full law."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(rolls_spread, "currents_at", lambda *_: np.array([1e-9]))
-        return {p.name: p for p in parts_of(default_biases(), Silicon(ROLLS_180_FULL))}
+        return {p.name: p for p in parts_of(default_biases(), Silicon(ROLLS_180))}
 
 
 @pytest.mark.parametrize("name", ["excitatory", "inhibitory", "extender", "synapse"])
 def test_first_order_tells_the_spread_of_a_die_under_the_full_law(
     whole: dict[str, PartOfRow], name: str
 ) -> None:
-    drawn = sampled(whole[name], Silicon(ROLLS_180_FULL, 27.0, Die(number=1001)))
-    for quantity, spread in predicted(whole[name], ROLLS_180_FULL, Silicon(ROLLS_180_FULL)).items():
+    drawn = sampled(whole[name], Silicon(ROLLS_180, 27.0, Die(number=1001)))
+    for quantity, spread in predicted(whole[name], ROLLS_180, Silicon(ROLLS_180)).items():
         assert spread.cv == pytest.approx(np.log(drawn[quantity]).std(), rel=0.14), quantity
 
 
 @pytest.mark.parametrize("name", ["excitatory", "inhibitory"])
 def test_a_filter_s_gain_is_that_of_its_equations_at_rest(whole: dict[str, PartOfRow], name: str) -> None:
-    part, silicon = whole[name], Silicon(ROLLS_180_FULL)
+    part, silicon = whole[name], Silicon(ROLLS_180)
     d = devices_at(part.circuit, (("copy", (1,)),), silicon, part.gates)
     gain = float(part.measure(d)[f"{name} gain"][0])
     inhibitory = name == "inhibitory"
@@ -85,8 +85,8 @@ def test_a_filter_s_gain_is_that_of_its_equations_at_rest(whole: dict[str, PartO
 
 
 def test_neurons_of_a_die_spread_as_predicted(parts: dict[str, PartOfRow]) -> None:
-    found = predicted(parts["neuron"], ROLLS_180, SILICON)
-    drawn = sampled(parts["neuron"], Silicon(ROLLS_180, 27.0, Die(number=1001)))
+    found = predicted(parts["neuron"], ROLLS_180_IDEAL, SILICON)
+    drawn = sampled(parts["neuron"], Silicon(ROLLS_180_IDEAL, 27.0, Die(number=1001)))
     for quantity in ("rate at 200 Hz", "threshold current", "refractory period"):
         assert found[quantity].cv == pytest.approx(np.log(drawn[quantity]).std(), rel=0.14)
     tau, threshold = found["membrane time constant"], found["threshold current"]

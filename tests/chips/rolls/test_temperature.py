@@ -16,11 +16,11 @@ from chips.rolls.program.program import Program
 from circuits.circuit import BiasKind
 from circuits.silicon.course import Course
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.temperature import simulate_course
 
-SILICON = Silicon(ROLLS_180, 27.0, Die(number=1003))
+SILICON = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=1003))
 # all neurons run on a direct current, at some 200 Hz
 PROGRAM = Program(np.zeros((NEURONS, NEURONS), np.int8), default_biases().with_code("IF_DC_P", 5, 150))
 NEURON, STEP, STOP = 5, 0.06, 0.12  # s: of the temperature, and the end
@@ -33,7 +33,7 @@ def test_a_step_of_20_degrees_moves_spikes_as_it_does_the_circuit_s(kind: BiasKi
     found, _ = chip.run(chip.at_rest(), STOP, NO_INPUTS, lambda t: 27.0 if t < STEP - 1e-4 else to)
     ours = found.times[found.neurons == NEURON]
     cut = cut_row(PROGRAM, NEURON, kind)
-    bench, on = replace(bench_of(cut, {}, STOP, ROLLS_180.v_dd), begin="uic"), silicon_of(cut, SILICON)
+    bench, on = replace(bench_of(cut, {}, STOP, ROLLS_180_IDEAL.v_dd), begin="uic"), silicon_of(cut, SILICON)
 
     def circuit(step: float, stop: float) -> np.ndarray:
         course = Course(((0.0, 27.0), (step - 1e-7, 27.0), (step, to)))

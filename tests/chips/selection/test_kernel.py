@@ -8,6 +8,7 @@ from chips.selection import kernel as k
 from chips.selection.model import decision, selection
 from circuits.blocks.selection.winner_take_all import CELLS, STANDING
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 
@@ -26,7 +27,7 @@ def test_the_inversion_has_the_derivatives_of_the_law(u: float) -> None:
 
 
 def test_the_line_is_charged_by_the_excess_of_a_logistic_growth() -> None:
-    chip = selection(Silicon())
+    chip = selection(Silicon(AMI_1500_IDEAL))
     growth = 0.01  # A/s
     found = k._charging(chip, 0, growth)
     x = chip.turn[0] / chip.tail
@@ -38,7 +39,7 @@ def test_the_line_is_charged_by_the_excess_of_a_logistic_growth() -> None:
 
 
 def test_a_slower_growth_charges_later() -> None:
-    chip = selection(Silicon())
+    chip = selection(Silicon(AMI_1500_IDEAL))
     times = [k._charging(chip, 0, g) for g in (1.0, 1e-2, 1e-4)]
     assert times[0] < times[1] < times[2]
 
@@ -50,7 +51,7 @@ def test_a_compiled_loop_calls_it() -> None:
         for p in range(excite.shape[0]):
             found[p] = k.decide(chip, excite[p], risk, scratch)[0]
 
-    chip = selection(Silicon(die=Die(number=1000)))
+    chip = selection(Silicon(AMI_1500_IDEAL, die=Die(number=1000)))
     excite = np.random.default_rng(1).uniform(30e-9, 60e-9, (5, CELLS))
     risk = np.full(CELLS, STANDING)
     found = np.zeros(5, dtype=np.int64)

@@ -13,7 +13,7 @@ from circuits.devices import Transistor
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
@@ -29,7 +29,7 @@ def excitation(contrast: float, n: int = 8) -> np.ndarray:
 
 
 def test_without_deviations_the_greatest_current_wins() -> None:
-    chip = selection(Silicon())
+    chip = selection(Silicon(AMI_1500_IDEAL))
     excite, risk = np.full(block.CELLS, 30e-9), np.full(block.CELLS, block.STANDING)
     excite[20], excite[7] = 52e-9, 60e-9
     assert decision(chip, excite, risk).winner == 7
@@ -49,7 +49,7 @@ def test_the_time_is_that_of_the_circuit(contrast: float) -> None:
     circuit = block.build(SMALL)
     bench = block.decision_testbench(circuit, excite, NONE, block.RELEASE + 20e-6 + 1e-6 / contrast, 5.0)
     solved = simulate(bench)
-    found = decision(selection(Silicon(), SMALL), excite, NONE)
+    found = decision(selection(Silicon(AMI_1500_IDEAL), SMALL), excite, NONE)
     assert block.lines_high(solved).tolist() == [found.winner]
     assert found.time == pytest.approx(block.decision_time(solved), rel=0.05)
 
@@ -61,7 +61,7 @@ def test_a_die_decides_as_its_transistors(kind: str, temperature: float) -> None
     circuit = rebias(block.build(SMALL), kind=kind)
     excite = excitation(0.01)
     for number in (1000, 1001, 1002):
-        silicon = Silicon(temperature_c=temperature, die=Die(number=number))
+        silicon = Silicon(AMI_1500_IDEAL, temperature_c=temperature, die=Die(number=number))
         found = decision(selection(silicon, SMALL, circuit), excite, NONE)
         assert found.certain
         stop = block.RELEASE + 2.0 * found.time + 10e-6
@@ -73,12 +73,12 @@ def test_a_die_decides_as_its_transistors(kind: str, temperature: float) -> None
 
 def test_dies_choose_differently() -> None:
     excite = excitation(0.01)
-    chips = [selection(Silicon(die=Die(number=n)), SMALL) for n in range(1000, 1020)]
+    chips = [selection(Silicon(AMI_1500_IDEAL, die=Die(number=n)), SMALL) for n in range(1000, 1020)]
     assert {decision(chip, excite, NONE).winner for chip in chips} >= {3, 4}
 
 
 def test_the_gains_are_those_of_the_transistor_level() -> None:
-    silicon = Silicon(die=Die(number=1002, process=False))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=1002, process=False))
     chip = selection(silicon, SMALL)
     machine = to_kernel(
         block.decision_testbench(block.build(SMALL), excitation(0.1), NONE, 1e-3, 5.0), silicon
@@ -93,7 +93,7 @@ def test_the_gains_are_those_of_the_transistor_level() -> None:
 
     def shift(name: str) -> float:
         k = labels.index(name)
-        model = AMI_1500.n if t.sign[k] > 0.0 else AMI_1500.p
+        model = AMI_1500_IDEAL.n if t.sign[k] > 0.0 else AMI_1500_IDEAL.p
         return float((t.v_t0[k] - model.v_t0) * t.kappa[k] * 2.0 * t.inverse_2ut[k])
 
     for k in (0, 5):
@@ -108,13 +108,13 @@ def test_the_gains_are_those_of_the_transistor_level() -> None:
 
 
 def test_a_larger_area_spreads_less_by_pelgrom() -> None:
-    small, large = (selection(Silicon(die=Die(number=1000)), area=a) for a in (1.0, 4.0))
+    small, large = (selection(Silicon(AMI_1500_IDEAL, die=Die(number=1000)), area=a) for a in (1.0, 4.0))
     assert large.excite_threshold == pytest.approx(0.5 * small.excite_threshold)
     assert large.risk_threshold == pytest.approx(0.5 * small.risk_threshold)
 
 
 def test_the_time_diverges_at_a_tie_and_the_answer_is_not_certain() -> None:
-    chip = selection(Silicon(), SMALL)
+    chip = selection(Silicon(AMI_1500_IDEAL), SMALL)
     times = [decision(chip, excitation(c), NONE).time for c in (1e-4, 1e-5)]
     assert times[1] / times[0] == pytest.approx(10.0, rel=0.02)
     tie = decision(chip, excitation(0.0), NONE)
@@ -125,13 +125,13 @@ def test_the_time_diverges_at_a_tie_and_the_answer_is_not_certain() -> None:
 
 
 def test_nobody_wins_where_the_risks_are_above_all_excitations() -> None:
-    found = decision(selection(Silicon(), SMALL), np.full(8, 5e-9), np.full(8, 20e-9))
+    found = decision(selection(Silicon(AMI_1500_IDEAL), SMALL), np.full(8, 5e-9), np.full(8, 20e-9))
     assert (found.winner, found.time, found.certain) == (NOBODY, np.inf, False)
 
 
 def test_every_random_profile_has_an_answer() -> None:
     generator = np.random.default_rng(1)
-    chip: Selection = selection(Silicon(die=Die(number=1003)))
+    chip: Selection = selection(Silicon(AMI_1500_IDEAL, die=Die(number=1003)))
     for _ in range(200):
         profile = random_profile(generator)
         found = decision(chip, profile.excite, profile.risk)
@@ -142,14 +142,14 @@ def test_every_random_profile_has_an_answer() -> None:
 
 def test_what_is_none_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"selection\.area: 0 times the circuits', must be > 0"):
-        selection(Silicon(), area=0.0)
+        selection(Silicon(AMI_1500_IDEAL), area=0.0)
     with pytest.raises(ParameterError, match=r"selection\.currents: .* must be \(8,\) both"):
-        decision(selection(Silicon(), SMALL), np.ones(6), np.ones(8))
+        decision(selection(Silicon(AMI_1500_IDEAL), SMALL), np.ones(6), np.ones(8))
 
 
 def test_temperatures_at_which_nothing_was_measured_are_refused() -> None:
     with pytest.raises(ParameterError, match=r"selection.temperature: 90 degC, must be -20 to 85 degC"):
-        selection(Silicon(AMI_1500, 90.0))
+        selection(Silicon(AMI_1500_IDEAL, 90.0))
 
 
 def test_the_record_tells_the_model_s_errors() -> None:

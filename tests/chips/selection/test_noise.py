@@ -11,11 +11,12 @@ from circuits.blocks.selection.winner_take_all import RELEASE, STANDING, Params,
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.event_jitter import event_jitter
 
 SMALL, CELLS = Params(cells=8), 8
-SILICON = Silicon()
+SILICON = Silicon(AMI_1500_IDEAL)
 CHIP = selection(SILICON, SMALL)
 WHITE, ALL = SiliconNoise(1, flicker=WHITE_ONLY), SiliconNoise(1)
 

@@ -20,16 +20,16 @@ from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.lowering.on_die import standing
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500_FULL
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 CIRCUIT = axon_delay.build()
 
 
 def test_under_the_full_law_both_currents_are_those_of_drains_that_are_far() -> None:
-    silicon = Silicon(AMI_1500_FULL, 60.0, Die(number=1000, mismatch=False))
+    silicon = Silicon(AMI_1500, 60.0, Die(number=1000, mismatch=False))
     devices = standing(CIRCUIT, silicon)
-    model = axon_model(CIRCUIT, AMI_1500_FULL)
+    model = axon_model(CIRCUIT, AMI_1500)
     found = conditions(axon_tables(model, silicon), silicon, process_shifts(silicon))
     expected = float(devices.saturated(SINK, devices.gate["v_delay"])[0])
     assert np.exp(found.log_current) == pytest.approx(expected, rel=1e-12)
@@ -44,7 +44,7 @@ def test_under_the_full_law_both_currents_are_those_of_drains_that_are_far() -> 
 @pytest.mark.parametrize("temperature", [0.0, 27.0, 60.0])
 def test_the_sink_s_current_is_the_law_s_on_the_die(kind: BiasKind, temperature: float) -> None:
     circuit = rebias(CIRCUIT, kind=kind)
-    silicon = Silicon(temperature_c=temperature, die=Die(number=1000, mismatch=False))
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=temperature, die=Die(number=1000, mismatch=False))
     found = conditions(axon_tables(axon_model(circuit), silicon), silicon, process_shifts(silicon))
     expected = die_current(circuit, circuit.bias("i_delay"), silicon)
     assert np.exp(found.log_current) == pytest.approx(expected, rel=1e-9)
@@ -53,8 +53,8 @@ def test_the_sink_s_current_is_the_law_s_on_the_die(kind: BiasKind, temperature:
 
 
 def test_fixed_gates_are_found_once_and_a_generator_s_on_every_die() -> None:
-    assert axon_tables(axon_model(CIRCUIT), Silicon()).gates is not None
-    assert axon_tables(axon_model(rebias(CIRCUIT, kind="ideal")), Silicon()).gates is None
+    assert axon_tables(axon_model(CIRCUIT), Silicon(AMI_1500_IDEAL)).gates is not None
+    assert axon_tables(axon_model(rebias(CIRCUIT, kind="ideal")), Silicon(AMI_1500_IDEAL)).gates is None
 
 
 def test_the_derivatives_by_the_current_are_those_of_the_value() -> None:
@@ -62,9 +62,12 @@ def test_the_derivatives_by_the_current_are_those_of_the_value() -> None:
     step = 1e-3
     at = [
         conditions(
-            axon_tables(replace(model, circuit=rebias(CIRCUIT, {"i_delay": 3e-9 * np.exp(s)})), Silicon()),
-            Silicon(),
-            process_shifts(Silicon()),
+            axon_tables(
+                replace(model, circuit=rebias(CIRCUIT, {"i_delay": 3e-9 * np.exp(s)})),
+                Silicon(AMI_1500_IDEAL),
+            ),
+            Silicon(AMI_1500_IDEAL),
+            process_shifts(Silicon(AMI_1500_IDEAL)),
         ).log_charge
         for s in (-step, 0.0, step)
     ]
@@ -76,9 +79,13 @@ def test_the_derivatives_by_the_current_are_those_of_the_value() -> None:
 def test_what_lies_outside_the_record_is_refused_by_name() -> None:
     model = axon_model(rebias(CIRCUIT, {"i_cmp": 1e-9}))
     with pytest.raises(ParameterError, match=r"axon_delay\.i_cmp: 1e-09 A, must be 3e-09 to 3e-06 A"):
-        conditions(axon_tables(model, Silicon()), Silicon(), process_shifts(Silicon()))
+        conditions(
+            axon_tables(model, Silicon(AMI_1500_IDEAL)),
+            Silicon(AMI_1500_IDEAL),
+            process_shifts(Silicon(AMI_1500_IDEAL)),
+        )
     with pytest.raises(ParameterError, match=r"axon_delay\.temperature: -40 degC, must be -10 to 65 degC"):
-        axon_tables(model, Silicon(temperature_c=-40.0))
+        axon_tables(model, Silicon(AMI_1500_IDEAL, temperature_c=-40.0))
     check_local(model, np.array([[0.05, 0.05, -0.05, -0.05]]))  # both of a pair, by a gradient
     with pytest.raises(ParameterError, match=r"mc\.v_t0_shift: 0\.05 V, must be -0\.04 to 0\.04 V"):
         check_local(model, np.array([[0.0, 0.1, 0.0, 0.0]]))

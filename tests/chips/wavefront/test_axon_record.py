@@ -9,10 +9,10 @@ from chips.wavefront.axon_record import BOX, AxonGrid, axon_key, axon_record, gr
 from chips.wavefront.model import cell_record
 from circuits.blocks.wavefront import axon_delay
 from circuits.errors import DataError
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL, Process
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, Process
 
 RECORD = axon_record()
-BOTH = pytest.mark.parametrize("process", [AMI_1500, AMI_1500_FULL], ids=lambda p: p.effects)
+BOTH = pytest.mark.parametrize("process", [AMI_1500_IDEAL, AMI_1500], ids=lambda p: p.effects)
 
 
 @BOTH
@@ -31,12 +31,12 @@ def test_the_cell_s_record_is_not_stale(process: Process) -> None:
 
 def test_the_key_follows_circuit_process_and_grid_but_not_biases_and_matching() -> None:
     circuit = axon_delay.build()
-    key = axon_key(circuit, AMI_1500)
-    assert axon_key(replace(circuit, biases=()), AMI_1500) == key
-    assert axon_key(circuit, replace(AMI_1500, pair_a_vt=1e-9)) == key
-    assert axon_key(axon_delay.build(axon_delay.Params(sink_width=24e-6)), AMI_1500) != key
-    assert axon_key(circuit, replace(AMI_1500, v_dd=4.9)) != key
-    assert axon_key(circuit, AMI_1500, AxonGrid(temperature=(0.0, 27.0))) != key
+    key = axon_key(circuit, AMI_1500_IDEAL)
+    assert axon_key(replace(circuit, biases=()), AMI_1500_IDEAL) == key
+    assert axon_key(circuit, replace(AMI_1500_IDEAL, pair_a_vt=1e-9)) == key
+    assert axon_key(axon_delay.build(axon_delay.Params(sink_width=24e-6)), AMI_1500_IDEAL) != key
+    assert axon_key(circuit, replace(AMI_1500_IDEAL, v_dd=4.9)) != key
+    assert axon_key(circuit, AMI_1500_IDEAL, AxonGrid(temperature=(0.0, 27.0))) != key
 
 
 @BOTH

@@ -15,10 +15,11 @@ from chips.wavefront.model import edge_delays
 from chips.wavefront.readout import UnreachableError, causal_path, spike_times
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 MAP = np.random.default_rng(11).integers(1, 11, (20, 20))
-MISMATCHED = Silicon(die=Die(number=1000, process=False))
+MISMATCHED = Silicon(AMI_1500_IDEAL, die=Die(number=1000, process=False))
 
 
 def test_ideal_plan_is_dijkstra_in_units() -> None:

@@ -14,14 +14,14 @@ from chips.wavefront.measure import axon_errors, measure_axon
 from chips.wavefront.model import cell_record
 from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront.axon_linearity import delay_at, delay_machine
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL, Process
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from system.cli.command_line import main
 
-MACHINE = delay_machine(axon_delay.build(), Silicon())
+MACHINE = delay_machine(axon_delay.build(), Silicon(AMI_1500_IDEAL))
 
 
-@pytest.mark.parametrize("process", [AMI_1500, AMI_1500_FULL], ids=lambda p: p.effects)
+@pytest.mark.parametrize("process", [AMI_1500_IDEAL, AMI_1500], ids=lambda p: p.effects)
 def test_a_small_grid_agrees_with_the_record_of(process: Process) -> None:
     shipped = axon_record(process)
     i, j = 7, 5
@@ -59,8 +59,8 @@ def test_errors_are_those_of_the_dies_that_are_asked_for() -> None:
 
 
 def test_the_cell_s_record_is_what_the_cell_does() -> None:
-    data = cell_record(AMI_1500)
-    found = w._cell_at(Silicon())
+    data = cell_record(AMI_1500_IDEAL)
+    found = w._cell_at(Silicon(AMI_1500_IDEAL))
     for name, value in found.items():
         at = data.numbers("temperature").index(27.0), 0, data.numbers("shift").index(0.0)
         assert value == pytest.approx(float(data[name][at]), rel=1e-6)

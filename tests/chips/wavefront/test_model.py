@@ -30,14 +30,14 @@ from circuits.lowering.kernel import to_kernel
 from circuits.place import circuit_at
 from circuits.silicon.components import Extent
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL, Process
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
 # Of the delay: what the model leaves out, the axon's other devices, and interpolation; sinks spread by 4.4 %.
 RMS, LARGEST = 5e-4, 2.5e-3
 CODES = 1, 3, 9, 20, 31
-BOTH = pytest.mark.parametrize("process", [AMI_1500, AMI_1500_FULL], ids=lambda p: p.effects)
+BOTH = pytest.mark.parametrize("process", [AMI_1500_IDEAL, AMI_1500], ids=lambda p: p.effects)
 
 
 @BOTH
@@ -79,7 +79,7 @@ def test_an_axon_of_the_chip_is_the_very_one_at_its_place(
 
 
 def test_the_draws_are_those_of_the_transistor_level() -> None:
-    silicon = Silicon(die=Die(number=1002, process=False))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=1002, process=False))
     found = axon_draws(chip_model((2, 3)), silicon)
     grid = np.ones((2, 3), dtype=np.int64)
     bench = plan_testbench(build(Params(2, 3)), grid, (0, 0), 1e-3, 5.0)
@@ -110,7 +110,7 @@ def test_a_wave_through_transistors_takes_the_delays_of_the_model(process: Proce
 def test_edges_carry_their_sender_s_delay_and_blocked_cells_none() -> None:
     graph = grid_graph(2, 3)
     codes = np.array([1, 2, 3, 4, 0, 31])
-    silicon = Silicon(die=Die(number=1000))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=1000))
     edges = edge_delays(graph, codes, silicon)
     cells = axon_delays(chip_model((2, 3)), silicon, codes) + input_delay(silicon)
     assert edges.shape == (graph.edges,)
@@ -122,7 +122,7 @@ def test_edges_carry_their_sender_s_delay_and_blocked_cells_none() -> None:
 def test_a_graph_without_a_grid_has_axons_in_a_row() -> None:
     grid = grid_graph(1, 3)
     row = AxonGraph(grid.offsets, grid.targets, grid.inputs)
-    silicon = Silicon(die=Die(number=1000))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=1000))
     codes = np.array([1, 1, 1])
     assert not np.allclose(edge_delays(row, codes, silicon), edge_delays(grid, codes, silicon), rtol=1e-4)
 
@@ -130,7 +130,7 @@ def test_a_graph_without_a_grid_has_axons_in_a_row() -> None:
 def test_nominal_delays_are_the_codes_in_units() -> None:
     codes = np.arange(1, 32)
     for unit in (20e-6, 100e-6, 1e-3):
-        delays = axon_delays(chip_model((31,), unit=unit), Silicon(), codes)
+        delays = axon_delays(chip_model((31,), unit=unit), Silicon(AMI_1500_IDEAL), codes)
         slope, offset = np.polyfit(codes, delays, 1)
         # the unit is the mean step; the fixed charge cancels the comparator's delay at the usual unit alone
         assert slope == pytest.approx(unit, rel=2e-3)
@@ -141,7 +141,7 @@ def test_a_unit_under_the_full_law_is_that_of_the_same_currents() -> None:
     codes = np.arange(1, 32)
     shares = []
     for unit in (20e-6, 100e-6, 1e-3):
-        delays = axon_delays(chip_model((31,), AMI_1500_FULL, unit=unit), Silicon(AMI_1500_FULL), codes)
+        delays = axon_delays(chip_model((31,), AMI_1500, unit=unit), Silicon(AMI_1500), codes)
         shares.append(np.polyfit(codes, delays, 1)[0] / unit)
     # the ramp's mean of 3.5 V over the diode's gate, at an Early voltage of 120 V: 2.4 % less at most
     assert shares == pytest.approx([shares[1]] * 3, rel=3e-3)
@@ -149,7 +149,7 @@ def test_a_unit_under_the_full_law_is_that_of_the_same_currents() -> None:
 
 
 def test_many_dies_are_the_single_ones() -> None:
-    model, silicon = chip_model((2, 2)), Silicon()
+    model, silicon = chip_model((2, 2)), Silicon(AMI_1500_IDEAL)
     codes = np.array([[1, 5], [9, 0]])
     dies = [Die(number=k) for k in (1000, 1001)]
     found = dies_delays(model, silicon, codes, dies)
@@ -159,7 +159,7 @@ def test_many_dies_are_the_single_ones() -> None:
 
 
 def test_a_larger_area_spreads_less_by_pelgrom() -> None:
-    silicon = Silicon(die=Die(number=1000))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=1000))
     small, large = (axon_draws(chip_model((20, 20), area=a), silicon) for a in (1.0, 4.0))
     assert large.sink == pytest.approx(0.5 * small.sink)
     assert large.local == pytest.approx(0.5 * small.local)
@@ -168,12 +168,12 @@ def test_a_larger_area_spreads_less_by_pelgrom() -> None:
 def test_outside_the_record_is_refused() -> None:
     model, codes = chip_model((1,)), np.array([1])
     with pytest.raises(ParameterError, match=r"wavefront_chip\.temperature: 80 degC, must be -10 to 65 degC"):
-        axon_delays(model, Silicon(temperature_c=80.0), codes)
+        axon_delays(model, Silicon(AMI_1500_IDEAL, temperature_c=80.0), codes)
     with pytest.raises(ParameterError, match=r"wavefront_chip\.unit: 1e-06 s, must be"):
         chip_model((1,), unit=1e-6)
     with pytest.raises(ParameterError, match=r"wavefront_chip\.area: 0 times"):
         chip_model((1,), area=0.0)
-    slow = replace(AMI_1500, variation=replace(AMI_1500.variation, sigma_v_t0=0.5))
+    slow = replace(AMI_1500_IDEAL, variation=replace(AMI_1500_IDEAL.variation, sigma_v_t0=0.5))
     with pytest.raises(ParameterError, match="use the transistor level"):
         axon_delays(model, Silicon(slow, die=Die(number=1000)), codes)
 
@@ -181,7 +181,7 @@ def test_outside_the_record_is_refused() -> None:
 @pytest.mark.parametrize("codes", [[32], [-1], [1, 2]])
 def test_codes_that_are_none_are_refused(codes: list[int]) -> None:
     with pytest.raises(ParameterError, match="must be 1 whole numbers from 0 to 31"):
-        axon_delays(chip_model((1,)), Silicon(), np.array(codes))
+        axon_delays(chip_model((1,)), Silicon(AMI_1500_IDEAL), np.array(codes))
 
 
 def test_a_record_of_another_circuit_is_refused() -> None:

@@ -13,7 +13,7 @@ from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL, ELEMENTARY_CHARGE, Process
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, ELEMENTARY_CHARGE, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.event_jitter import event_jitter
 
@@ -22,7 +22,7 @@ MAP = np.random.default_rng(11).integers(1, 11, (6, 6))
 
 
 def test_white_jitter_is_the_sinks_shot_noise() -> None:
-    model, silicon = chip_model((1, 3)), Silicon()
+    model, silicon = chip_model((1, 3)), Silicon(AMI_1500_IDEAL)
     delays = axon_delays(model, silicon, np.array([[1, 9, 0]])).ravel()
     found = axon_spread(model, silicon, delays, WHITE)
     current, specific, _ = sinks_on(model, silicon)
@@ -40,7 +40,7 @@ def test_white_jitter_is_the_sinks_shot_noise() -> None:
     assert 6.0 < extra[1] / extra[0] < 9.5
 
 
-@pytest.mark.parametrize("process", [AMI_1500, AMI_1500_FULL], ids=lambda p: p.effects)
+@pytest.mark.parametrize("process", [AMI_1500_IDEAL, AMI_1500], ids=lambda p: p.effects)
 @pytest.mark.parametrize("code", [1, 9])
 def test_jitter_is_that_of_the_axon_s_circuit(code: int, process: Process) -> None:
     model, silicon = chip_model((1, 2), process), Silicon(process)
@@ -57,7 +57,7 @@ def test_jitter_is_that_of_the_axon_s_circuit(code: int, process: Process) -> No
 
 
 def test_draws_have_the_spread_and_follow_seed_and_plan() -> None:
-    model, silicon = chip_model((50, 50)), Silicon()
+    model, silicon = chip_model((50, 50)), Silicon(AMI_1500_IDEAL)
     delays = np.full(2500, 100e-6)
     drawn = axon_jitter(model, silicon, delays, WHITE, 0)
     spread = axon_spread(model, silicon, delays, WHITE)
@@ -77,13 +77,16 @@ def test_draws_have_the_spread_and_follow_seed_and_plan() -> None:
 
 def test_a_die_has_currents_of_its_own() -> None:
     model = chip_model((4, 4))
-    nominal, die = (sinks_on(model, s).current for s in (Silicon(), Silicon(die=Die(number=1003))))
+    nominal, die = (
+        sinks_on(model, s).current
+        for s in (Silicon(AMI_1500_IDEAL), Silicon(AMI_1500_IDEAL, die=Die(number=1003)))
+    )
     np.testing.assert_allclose(nominal, nominal[0])
     assert np.unique(die).size == 16
 
 
 def test_plans_differ_only_with_noise() -> None:
-    silicon = Silicon(die=Die(number=1000, process=False))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=1000, process=False))
     quiet, noisy = (WavefrontChip(6, 6, cells=ChipCells(silicon, noise=n)) for n in (None, SiliconNoise(1)))
     program = quiet.program(MAP)
     plain = quiet.plan(program, (0, 0)).arrivals

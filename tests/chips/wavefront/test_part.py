@@ -11,12 +11,13 @@ from chips.wavefront.chip import ChipCells, WavefrontChip
 from chips.wavefront.part import WavefrontPart
 from circuits.errors import UnknownNameError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from tests.chips.looped import looped
 
 
 def test_a_wave_in_the_loop_is_the_plan_s() -> None:
-    cells = ChipCells(Silicon(die=Die(number=3)), noise=SiliconNoise(seed=1))
+    cells = ChipCells(Silicon(AMI_1500_IDEAL, die=Die(number=3)), noise=SiliconNoise(seed=1))
     chip = WavefrontChip(6, 5, cells=cells)
     program = chip.program(np.random.default_rng(1).integers(1, 9, (6, 5)))
     part = WavefrontPart(chip, program, goal=(5, 4))

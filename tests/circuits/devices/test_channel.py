@@ -14,11 +14,11 @@ from circuits.devices.channel import (
     terms_of,
 )
 from circuits.devices.transistor import drain_current, drain_currents, transistor_arrays, transistor_work
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL, ROLLS_180_FULL, Polarity, Process
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, ROLLS_180, Polarity, Process
 from circuits.silicon.silicon import Silicon
 
 WIDTH, LENGTH = 2e-6, 0.7e-6
-PROCESSES = (AMI_1500, AMI_1500_FULL, ROLLS_180_FULL)
+PROCESSES = (AMI_1500_IDEAL, AMI_1500, ROLLS_180)
 
 
 def _voltages(process: Process) -> np.ndarray:
@@ -68,7 +68,7 @@ def test_functions_of_arrays_are_those_of_kernels_and_their_inverses(process: Pr
 
 
 def test_early_effect_and_mobility_are_the_factors_of_the_channel() -> None:
-    law = Silicon(ROLLS_180_FULL).law("n")
+    law = Silicon(ROLLS_180).law("n")
     gate, drain = 0.5, 1.5
     whole = terms_of(law, WIDTH, LENGTH, 1e-7, law.v_t0)
     bare = whole._replace(early=0.0, reduction=0.0)

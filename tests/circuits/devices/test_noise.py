@@ -8,15 +8,22 @@ import pytest
 from circuits.devices import noise
 from circuits.devices.transistor import drain_currents, transistor_arrays, transistor_work
 from circuits.errors import ParameterError
-from circuits.silicon.process import AMI_1500, BOLTZMANN, ELEMENTARY_CHARGE, PROCESSES, at_temperature, kelvin
+from circuits.silicon.process import (
+    AMI_1500_IDEAL,
+    BOLTZMANN,
+    ELEMENTARY_CHARGE,
+    PROCESSES,
+    at_temperature,
+    kelvin,
+)
 
 GATES = np.array([0.3, 0.5, 0.6, 0.8, 1.0, 2.0, 5.0])
 
 
 def _channels(drain: float, temperature_c: float = 27.0, leakage: float = 0.0):  # type: ignore[no-untyped-def]
     """Arrays, law and white densities of square nFETs at GATES, source and bulk at ground."""
-    model = replace(AMI_1500.n, junction_leakage=leakage)
-    law = at_temperature(model, AMI_1500, temperature_c)
+    model = replace(AMI_1500_IDEAL.n, junction_leakage=leakage)
+    law = at_temperature(model, AMI_1500_IDEAL, temperature_c)
     n = GATES.size
     terminal = np.stack([np.full(n, n), np.arange(n), np.full(n, n + 1), np.full(n, n + 1)]).astype(np.int32)
     side = np.full(n, 3e-6)
@@ -74,18 +81,18 @@ def test_a_junction_makes_shot_noise_of_its_leakage() -> None:
 
 
 def test_flicker_falls_with_area_and_follows_the_polarity() -> None:
-    model = noise.noise_model(AMI_1500)
+    model = noise.noise_model(AMI_1500_IDEAL)
     found = noise.gate_flicker(
-        model, AMI_1500, np.array([True, True, False]), np.array([9e-12, 36e-12, 9e-12])
+        model, AMI_1500_IDEAL, np.array([True, True, False]), np.array([9e-12, 36e-12, 9e-12])
     )
     assert found[0] == pytest.approx(4.0 * found[1])
     assert found[0] / found[2] == pytest.approx(model.flicker_n / model.flicker_p)
-    assert found[0] == pytest.approx(model.flicker_n / AMI_1500.n.oxide_capacitance / 9e-12)
+    assert found[0] == pytest.approx(model.flicker_n / AMI_1500_IDEAL.n.oxide_capacitance / 9e-12)
 
 
 def test_every_process_has_its_flicker_and_another_name_the_usual_one() -> None:
     assert set(noise.NOISE_MODELS) == set(PROCESSES)
-    assert noise.noise_model(replace(AMI_1500, name="mine")) == noise.noise_model(AMI_1500)
+    assert noise.noise_model(replace(AMI_1500_IDEAL, name="mine")) == noise.noise_model(AMI_1500_IDEAL)
 
 
 def test_a_resistor() -> None:

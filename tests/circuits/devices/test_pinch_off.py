@@ -7,12 +7,13 @@ import pytest
 
 from circuits.devices.pinch_off import pinch_off
 from circuits.devices.transistor import drain_current
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 
 @pytest.mark.parametrize("gate", [0.3, 0.7, 2.0])
 def test_a_source_at_pinch_off_takes_the_square_of_ln_2(gate: float) -> None:
-    law = Silicon().law("n")
+    law = Silicon(AMI_1500_IDEAL).law("n")
     source = pinch_off(law.kappa, gate, law.v_t0)
     found = drain_current(law, "n", 3e-6, 3e-6, source + 3.0, gate, source)
     # the solver's law is within 1e-9 of the closed form, and the drain 3 V up takes none of it

@@ -21,8 +21,8 @@ from circuits.devices.transistor import (
 from circuits.errors import ParameterError
 from circuits.silicon.process import (
     AMI_1500,
-    AMI_1500_FULL,
-    ROLLS_180_FULL,
+    AMI_1500_IDEAL,
+    ROLLS_180,
     Polarity,
     TransistorAtTemperature,
     TransistorModel,
@@ -31,14 +31,14 @@ from circuits.silicon.process import (
 
 UM = 1e-6
 LAWS = {
-    "ekv": AMI_1500.n,
-    "ekv-gamma": replace(AMI_1500.n, law="ekv-gamma"),
-    "early": replace(AMI_1500.n, early_field=1.0 / (0.03 * 3 * UM)),
-    "everything": replace(AMI_1500.n, law="ekv-gamma", early_field=10e6, junction_leakage=1e-6),
-    "full 1.5 um": AMI_1500_FULL.n,
-    "full 0.18 um": ROLLS_180_FULL.n,
+    "ekv": AMI_1500_IDEAL.n,
+    "ekv-gamma": replace(AMI_1500_IDEAL.n, law="ekv-gamma"),
+    "early": replace(AMI_1500_IDEAL.n, early_field=1.0 / (0.03 * 3 * UM)),
+    "everything": replace(AMI_1500_IDEAL.n, law="ekv-gamma", early_field=10e6, junction_leakage=1e-6),
+    "full 1.5 um": AMI_1500.n,
+    "full 0.18 um": ROLLS_180.n,
     "strongly reduced": replace(
-        ROLLS_180_FULL.n, early_field=0.5e6, early_rise=1.0, mobility_reduction=5.0, junction_leakage=1e-6,
+        ROLLS_180.n, early_field=0.5e6, early_rise=1.0, mobility_reduction=5.0, junction_leakage=1e-6,
         gate_induced_leakage=1e-5, gate_induced_slope=0.5,
     ),
 }  # fmt: skip
@@ -46,7 +46,7 @@ VOLTS = st.floats(min_value=0.0, max_value=5.0)
 
 
 def at(model: TransistorModel, temperature_c: float = 27.0) -> TransistorAtTemperature:
-    return at_temperature(model, AMI_1500, temperature_c)
+    return at_temperature(model, AMI_1500_IDEAL, temperature_c)
 
 
 def current(law: TransistorAtTemperature, d: float, g: float, s: float, b: float = 0.0) -> float:
@@ -70,7 +70,7 @@ def solve(model: TransistorModel, polarity: Polarity, v: F64) -> TransistorWork:
     st.floats(min_value=0.0, max_value=5.0),
 )
 def test_weak_inversion_is_equation_1(v_g: float, v_s: float, v_ds: float) -> None:
-    law = at(AMI_1500.n)
+    law = at(AMI_1500_IDEAL.n)
     u_t, kappa = law.u_t, law.kappa
     v_ds += 1e-3
     i_0 = law.square_current * math.exp(-kappa * law.v_t0 / u_t)
@@ -82,11 +82,11 @@ def test_weak_inversion_is_equation_1(v_g: float, v_s: float, v_ds: float) -> No
 
 
 def test_strong_inversion_is_the_square_law() -> None:
-    law = at(AMI_1500.n)
+    law = at(AMI_1500_IDEAL.n)
     overdrive = law.kappa * (5.0 - law.v_t0)
     square = law.square_current * 2.0 * (overdrive / (2.0 * law.u_t)) ** 2
     assert current(law, 5.0, 5.0, 0.0) == pytest.approx(square, rel=1e-12)  # e^-60 is left out
-    beta = 2.0 * AMI_1500.n.mu_cox
+    beta = 2.0 * AMI_1500_IDEAL.n.mu_cox
     assert square == pytest.approx(0.5 * beta * overdrive**2 / law.kappa, rel=1e-12)
 
 
@@ -161,7 +161,7 @@ def test_kappa_moves_by_15_percent_over_the_source_voltage() -> None:
 
 
 def test_width_length_and_multiplicity_scale_the_current() -> None:
-    law, one = at(AMI_1500.n), np.ones(1)
+    law, one = at(AMI_1500_IDEAL.n), np.ones(1)
     v = np.array([2.0, 0.8, 0.1, 0.0])
 
     def scaled(width: float, length: float, multiplicity: float) -> float:
@@ -178,7 +178,7 @@ def test_width_length_and_multiplicity_scale_the_current() -> None:
 
 
 def test_mismatch_shifts_threshold_and_scales_current() -> None:
-    law, one = at(AMI_1500.n), np.ones(1)
+    law, one = at(AMI_1500_IDEAL.n), np.ones(1)
     v = np.array([2.0, 0.4, 0.0, 0.0])
 
     def with_mismatch(delta_v_t: float, relative_beta: float, shift: float) -> float:
@@ -194,7 +194,7 @@ def test_mismatch_shifts_threshold_and_scales_current() -> None:
 
 
 def test_early_effect_is_off_by_default_and_proportional_to_the_drain_voltage() -> None:
-    law, early = at(AMI_1500.n), at(LAWS["early"])
+    law, early = at(AMI_1500_IDEAL.n), at(LAWS["early"])
     assert current(law, 4.0, 0.7, 0.0) == pytest.approx(current(law, 2.0, 0.7, 0.0), rel=1e-14)
     ratio = current(early, 4.0, 0.7, 0.0) / current(law, 4.0, 0.7, 0.0)
     assert ratio == pytest.approx(1.0 + 0.03 * 4.0, rel=1e-12)
@@ -202,24 +202,24 @@ def test_early_effect_is_off_by_default_and_proportional_to_the_drain_voltage() 
 
 def test_off_current() -> None:
     # v_g = v_s = 0: I_S e^(-kappa V_T0 / U_T), about 1e-14 A; F(u) is 1 - e^(u/2) of e^u
-    law = at(AMI_1500.n)
+    law = at(AMI_1500_IDEAL.n)
     expected = 2.0 * law.square_current * math.exp(-law.kappa * law.v_t0 / law.u_t)
     assert current(law, 5.0, 0.0, 0.0) == pytest.approx(expected, rel=1e-3)
 
 
 def test_junction_leaks_to_the_bulk_and_doubles_every_9_kelvin() -> None:
-    model = replace(AMI_1500.n, junction_leakage=1e-6)
+    model = replace(AMI_1500_IDEAL.n, junction_leakage=1e-6)
     cold, warm, hot = at(model), at(model, 36.0), at(model, 45.0)
     assert warm.junction_leakage / cold.junction_leakage == pytest.approx(2.0, rel=1e-12)
     assert hot.junction_leakage / cold.junction_leakage == pytest.approx(4.0, rel=1e-12)
     work = solve(model, "n", np.array([5.0, 0.0, 0.0, 0.0]))
     assert work.junction[0, 0] == pytest.approx(1e-6 * 6 * UM, rel=1e-12)  # 5 V are 193 U_T
     assert work.junction[1, 0] == 0.0
-    assert solve(AMI_1500.n, "n", np.array([5.0, 0.0, 0.0, 0.0])).junction[0, 0] == 0.0
+    assert solve(AMI_1500_IDEAL.n, "n", np.array([5.0, 0.0, 0.0, 0.0])).junction[0, 0] == 0.0
 
 
 def test_forward_junction_continues_smoothly_beyond_20_thermal_voltages() -> None:
-    model = replace(AMI_1500.n, junction_leakage=1e-6)
+    model = replace(AMI_1500_IDEAL.n, junction_leakage=1e-6)
     edge = 20.0 * at(model).u_t
     below = solve(model, "n", np.array([0.0, 0.0, 0.0, edge - 1e-9]))
     above = solve(model, "n", np.array([0.0, 0.0, 0.0, edge + 1e-9]))
@@ -231,7 +231,7 @@ def test_forward_junction_continues_smoothly_beyond_20_thermal_voltages() -> Non
 
 
 def test_current_of_the_function_includes_the_drain_junction() -> None:
-    model = replace(AMI_1500.n, junction_leakage=1e-6)
+    model = replace(AMI_1500_IDEAL.n, junction_leakage=1e-6)
     work = solve(model, "n", np.array([3.0, 0.5, 0.0, 0.0]))
     total = drain_current(at(model), "n", 6 * UM, 3 * UM, np.array([3.0]), 0.5, 0.0)
     assert total[0] == work.current[0] + work.junction[0, 0]
@@ -239,7 +239,7 @@ def test_current_of_the_function_includes_the_drain_junction() -> None:
 
 def test_capacitances_of_the_facts() -> None:
     # gate-bulk 0.5 * 1.1 fF/um^2, overlap 0.2 fF/um, junction 1.5 fF/um; 6 um by 3 um, twice
-    found = capacitances(AMI_1500.n, np.array([6 * UM]), np.array([3 * UM]), np.array([2.0]))
+    found = capacitances(AMI_1500_IDEAL.n, np.array([6 * UM]), np.array([3 * UM]), np.array([2.0]))
     expected = {
         (1, 3): 2 * 9.9e-15,
         (1, 0): 2 * 1.2e-15,

@@ -11,7 +11,7 @@ from circuits.generator.noise import following, line_noise, shared_noise
 from circuits.generator.voltage import Line
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.analysis import noise
 from circuits.solver.operating_point import operating_point
@@ -19,29 +19,34 @@ from circuits.solver.operating_point import operating_point
 DEVICE = Transistor("m", "n", "d", "g", "0", "0", 6e-6, 6e-6)  # of the size of the block's output device
 LINES = Line((("chip", ()),), "v_tau", (3,), None, DEVICE)
 CURRENT = np.array([400e-12, 100e-12, 10e-9])
-MODEL = noise_model(AMI_1500)
+MODEL = noise_model(AMI_1500_IDEAL)
 
 
 @pytest.mark.parametrize("current", CURRENT.tolist())
 def test_a_line_and_its_masters_make_the_noise_of_the_whole_generator(current):
     line = Line((("chip", ()),), "v_tau", (1,), None, DEVICE)
     own, shared = (
-        line_noise(line, np.array([current]), Silicon(), MODEL),
-        shared_noise(line, Silicon(), MODEL),
+        line_noise(line, np.array([current]), Silicon(AMI_1500_IDEAL), MODEL),
+        shared_noise(line, Silicon(AMI_1500_IDEAL), MODEL),
     )
     white = own.white + (following(shared.white, own) ** 2).sum(axis=1)
     flicker = own.flicker + (following(shared.flicker, own) ** 2).sum(axis=1)
     coarse, fine = codes_of(np.array([current]))[0]
     circuit = generator.build(generator.Params(coarse=int(coarse), fine=int(fine)))
     bench = generator.BLOCK.bench(circuit)
-    whole = noise(operating_point(to_kernel(bench, Silicon())), "v_n", np.array([1.0]), model=MODEL)
+    whole = noise(
+        operating_point(to_kernel(bench, Silicon(AMI_1500_IDEAL))), "v_n", np.array([1.0]), model=MODEL
+    )
     # the block ends its other coarse branches at ground, where the chip's masters have diodes
     assert white == pytest.approx(whole.white.sum(), rel=5e-3)
     assert flicker == pytest.approx(whole.flicker.sum(), rel=5e-3)
 
 
 def test_lines_of_a_coarse_code_follow_the_same_sources():
-    own, shared = line_noise(LINES, CURRENT, Silicon(), MODEL), shared_noise(LINES, Silicon(), MODEL)
+    own, shared = (
+        line_noise(LINES, CURRENT, Silicon(AMI_1500_IDEAL), MODEL),
+        shared_noise(LINES, Silicon(AMI_1500_IDEAL), MODEL),
+    )
     assert own.coarse.tolist() == [5, 6, 3]
     follow = following(shared.flicker, own)
     covariance = follow @ follow.T
@@ -53,7 +58,7 @@ def test_lines_of_a_coarse_code_follow_the_same_sources():
 
 
 def test_a_die_moves_its_lines_noise_and_white_devices_have_no_flicker():
-    die = Silicon(die=Die(number=1000))
-    nominal, own = (line_noise(LINES, CURRENT, s, MODEL) for s in (Silicon(), die))
+    die = Silicon(AMI_1500_IDEAL, die=Die(number=1000))
+    nominal, own = (line_noise(LINES, CURRENT, s, MODEL) for s in (Silicon(AMI_1500_IDEAL), die))
     assert (np.abs(own.white / nominal.white - 1.0) > 1e-3).all()
     assert not line_noise(LINES, CURRENT, die, WHITE_ONLY).flicker.any()

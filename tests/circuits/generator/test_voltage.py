@@ -23,7 +23,7 @@ from circuits.lowering.kernel import Machine, to_kernel
 from circuits.place import circuit_at
 from circuits.registry import load_block
 from circuits.silicon.die import Die, Path
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL, ROLLS_180, ROLLS_180_FULL, Polarity, Process
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, ROLLS_180, ROLLS_180_IDEAL, Polarity, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.testbench import Testbench
@@ -32,7 +32,7 @@ CHIP = (("chip", ()),)
 DIES = range(1000, 1060)
 LAWS = pytest.mark.parametrize(
     "process",
-    [AMI_1500, AMI_1500_FULL, ROLLS_180, ROLLS_180_FULL],
+    [AMI_1500_IDEAL, AMI_1500, ROLLS_180_IDEAL, ROLLS_180],
     ids=["ami", "ami-full", "rolls", "rolls-full"],
 )
 
@@ -90,7 +90,7 @@ def whole(code: tuple[int, int], device: Transistor, silicon: Silicon) -> Machin
 
 
 @pytest.mark.parametrize(
-    "process", [AMI_1500, AMI_1500_FULL, ROLLS_180, ROLLS_180_FULL], ids=lambda p: p.name
+    "process", [AMI_1500_IDEAL, AMI_1500, ROLLS_180_IDEAL, ROLLS_180], ids=lambda p: p.name
 )
 @pytest.mark.parametrize(
     ("number", "celsius", "wanted", "polarity"),
@@ -108,7 +108,7 @@ def test_a_line_is_at_the_operating_point_of_its_circuit(
 
 
 def test_many_lines_at_once_are_each_alone() -> None:
-    silicon = Silicon(die=Die("A", 1003))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die("A", 1003))
     wanted = (1e-12, 80e-12, 3e-9, 2e-6)
     lines = Line(CHIP, "gate", (4,), None, biased())
     together = line_voltages(lines, np.array(wanted), silicon)
@@ -117,7 +117,7 @@ def test_many_lines_at_once_are_each_alone() -> None:
     assert np.unique(line_voltages(lines, np.full(4, 1e-9), silicon)).size == 4
 
 
-@pytest.mark.parametrize("process", [AMI_1500, ROLLS_180], ids=lambda p: p.name)
+@pytest.mark.parametrize("process", [AMI_1500_IDEAL, ROLLS_180_IDEAL], ids=lambda p: p.name)
 def test_the_nominal_line_gives_its_code_s_current_and_follows_the_temperature(process: Process) -> None:
     for wanted in (100e-12, 10e-9, 1e-6):
         for celsius in (-10.0, 27.0, 60.0):
@@ -129,7 +129,7 @@ def test_the_nominal_line_gives_its_code_s_current_and_follows_the_temperature(p
 
 
 @pytest.mark.parametrize(
-    "process", [AMI_1500, AMI_1500_FULL, ROLLS_180, ROLLS_180_FULL], ids=lambda p: p.name
+    "process", [AMI_1500_IDEAL, AMI_1500, ROLLS_180_IDEAL, ROLLS_180], ids=lambda p: p.name
 )
 def test_the_resistor_makes_the_master_current_of_its_process(process: Process) -> None:
     nominal = Silicon(process)
@@ -138,12 +138,12 @@ def test_the_resistor_makes_the_master_current_of_its_process(process: Process) 
     circuit = Circuit("masters", (Port("vdd", "supply"),), masters(resistance))
     point = operating_point(Testbench("masters", circuit, (supply,), 1.0), nominal)
     assert point["core_r"] / resistance == pytest.approx(MASTER_CURRENT, rel=1e-6)
-    assert resistor_of(AMI_1500) == pytest.approx(147.93e3, rel=1e-4)  # the block's
+    assert resistor_of(AMI_1500_IDEAL) == pytest.approx(147.93e3, rel=1e-4)  # the block's
 
 
 def test_lines_of_a_chip_share_its_masters_and_have_their_own_splitters() -> None:
     wanted = (1e-6, 1e-6)
-    dies = [volts(cell(wanted), Silicon(die=Die("A", n, process=False))) for n in DIES]
+    dies = [volts(cell(wanted), Silicon(AMI_1500_IDEAL, die=Die("A", n, process=False))) for n in DIES]
     both = np.array(dies)
     apart = np.abs(both[:, 0] - both[:, 1])
     assert apart.min() > 0.0
@@ -157,7 +157,7 @@ def test_a_part_of_a_chip_has_the_line_of_its_chip() -> None:
     wires = {"vdd": "vdd", "gate": "b", "out": "out"}
     bias = Bias("i_b", "b", "generator", 2e-9, "cell.m")
     chip = Circuit("chip", ports, (), (Instance("cell", part, wires),), biases=(bias,))
-    silicon = Silicon(die=Die("A", 1007))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die("A", 1007))
     inner, place = circuit_at(chip, (("cell", ()),))
     there = bias_voltages(inner, inner.bias("i"), replace(silicon, place=place))
     assert there == pytest.approx(bias_voltages(chip, bias, silicon), abs=1e-12)
@@ -166,15 +166,15 @@ def test_a_part_of_a_chip_has_the_line_of_its_chip() -> None:
 def test_spread_over_dies_is_the_block_s() -> None:
     # CV of the block at 100 pA over these 60 dies: 15.3 %. Two standard deviations of 60 draws differ by 13 %
     # (one sigma) of each other; within 2.5 of that
-    ours = [current(100e-12, Silicon(die=Die("A", n))) for n in DIES]
+    ours = [current(100e-12, Silicon(AMI_1500_IDEAL, die=Die("A", n))) for n in DIES]
     circuit = build(Params(*code_for(100e-12)))
     bench = block_bench(circuit, {"output": 2.5, "duration": None}, 5.0)
-    block = [output_current(operating_point(bench, Silicon(die=Die("A", n)))) for n in DIES]
+    block = [output_current(operating_point(bench, Silicon(AMI_1500_IDEAL, die=Die("A", n)))) for n in DIES]
     assert stdev(block) / mean(block) == pytest.approx(0.153, abs=0.001)
     assert stdev(ours) / mean(ours) == pytest.approx(stdev(block) / mean(block), rel=0.33)
 
 
-@pytest.mark.parametrize(("process", "least", "most"), [(AMI_1500, 0.0, 1e-4), (AMI_1500_FULL, 0.04, 0.08)])
+@pytest.mark.parametrize(("process", "least", "most"), [(AMI_1500_IDEAL, 0.0, 1e-4), (AMI_1500, 0.04, 0.08)])
 def test_a_supply_moves_a_line_by_the_early_effect_alone(process: Process, least: float, most: float) -> None:
     # shares of the current a volt; mirrors of devices 3 to 6 um long at 10 V/um move by some per cent each
     nominal = Silicon(process)
@@ -192,12 +192,12 @@ def test_a_supply_moves_a_line_by_the_early_effect_alone(process: Process, least
 
 def test_a_supply_without_room_is_told() -> None:
     with pytest.raises(SolverError, match=r"no operating point at 0.01 V .* give a higher supply"):
-        volts(cell(100e-12), Silicon(replace(AMI_1500, v_dd=0.01)))
+        volts(cell(100e-12), Silicon(replace(AMI_1500_IDEAL, v_dd=0.01)))
 
 
 def test_what_no_code_reaches_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"cell\.i: bias code: 0.001 A, must be > 0 and at most"):
-        volts(cell(1e-3), Silicon())
+        volts(cell(1e-3), Silicon(AMI_1500_IDEAL))
 
 
 @pytest.mark.parametrize("variation", ["transistors", "full"])

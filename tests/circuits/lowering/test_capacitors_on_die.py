@@ -11,11 +11,11 @@ from circuits.errors import ParameterError, UnknownNameError
 from circuits.lowering.capacitors_on_die import capacitor_changes, capacitors_deviate
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import NOMINAL, Die
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 
-FULL = Silicon(AMI_1500, die=Die(number=1003, variation="full"))
+FULL = Silicon(AMI_1500_IDEAL, die=Die(number=1003, variation="full"))
 LONE = Circuit(
     "lone", (Port("vdd", "supply"),),
     (mos("a", "n", "x", "x", "0", 6, 3), Capacitor("c", "x", "0", 1e-12), Capacitor("d", "x", "vdd", 2e-12)),
@@ -32,7 +32,7 @@ def test_changes_are_those_of_the_solver_s_capacitors() -> None:
     assert [x.shape for x in found.values()] == [(4,), (4,)]
     assert np.unique(np.stack([*found.values()])).size == 8
     bench = Testbench("t", ROW, (Source("vdd", "vdd", Constant(5.0)),), 1.0)
-    plain, moved = (to_kernel(bench, s).kernel.charge.value for s in (Silicon(AMI_1500), FULL))
+    plain, moved = (to_kernel(bench, s).kernel.charge.value for s in (Silicon(AMI_1500_IDEAL), FULL))
     # each node x has an entry of the matrix for itself, for the supply and for ground
     to_ground, to_supply = found["each.c"] * np.array(SIZES), found["each.d"] * 2e-12
     different = (moved - plain)[moved != plain].reshape(4, 3)
@@ -51,7 +51,7 @@ def test_a_place_on_a_chip_is_the_chip_s() -> None:
 
 @pytest.mark.parametrize("die", [NOMINAL, Die(number=3), Die(number=3, variation="transistors")])
 def test_other_dies_have_the_capacitors_that_were_drawn(die: Die) -> None:
-    silicon = Silicon(AMI_1500, die=die)
+    silicon = Silicon(AMI_1500_IDEAL, die=die)
     assert not capacitors_deviate(LONE, silicon)
     assert capacitor_changes(LONE, silicon, ("c",))["c"] == 0.0
 

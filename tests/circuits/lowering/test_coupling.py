@@ -9,7 +9,7 @@ from circuits.errors import ParameterError
 from circuits.lowering.capacitance import capacitance_matrix
 from circuits.lowering.coupling import COUPLINGS, STYLES, coupled
 from circuits.registry import load_block
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from netlists.read import read_netlist
 from netlists.registry import Settings, load_dialect
@@ -77,7 +77,7 @@ def test_instances_are_coupled_and_what_has_no_transistors_is_not() -> None:
 def test_every_node_has_as_much_more_as_its_capacitors_say() -> None:
     plain = rebound_neuron.build()
     nodes = ("v_mem", "excitation.v_ex", "echo")
-    before, after = (capacitance_matrix(c, AMI_1500, nodes) for c in (plain, coupled(plain, "bus")))
+    before, after = (capacitance_matrix(c, AMI_1500_IDEAL, nodes) for c in (plain, coupled(plain, "bus")))
     cells = [i.circuit for i in coupled(plain, "bus").instances]
     assert after[0, 2] - before[0, 2] == pytest.approx(-between(cells[1], "echo", "v_mem"), rel=1e-9)
     assert after[0, 0] > before[0, 0]
@@ -86,7 +86,7 @@ def test_every_node_has_as_much_more_as_its_capacitors_say() -> None:
 def test_a_netlist_has_them_and_gives_them_back() -> None:
     block = load_block("rebound-neuron")
     bench = block.bench(coupled(block.build(), "bus"))
-    text = load_dialect("ngspice").write(bench, Silicon(), Settings())
+    text = load_dialect("ngspice").write(bench, Silicon(AMI_1500_IDEAL), Settings())
     assert "ccoupling1 echo v_mem 8.36" in text
     assert read_netlist(text).testbench == bench
 

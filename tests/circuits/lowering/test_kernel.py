@@ -11,7 +11,7 @@ from circuits.circuit import Circuit, InstanceArray, Port
 from circuits.devices.source import Constant, Sampled
 from circuits.lowering.flatten import flatten
 from circuits.lowering.kernel import Machine, add_device, to_kernel
-from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.newton import allocate, evaluate, fill_jacobian, set_base
 from circuits.solver.operating_point import write_dense
@@ -20,9 +20,9 @@ from circuits.testbench import Testbench
 
 UM = 1e-6
 FULL: Process = replace(
-    AMI_1500,
-    n=replace(AMI_1500.n, law="ekv-gamma", early_field=10e6, junction_leakage=1e-6),
-    p=replace(AMI_1500.p, early_field=5e6, junction_leakage=1e-6),
+    AMI_1500_IDEAL,
+    n=replace(AMI_1500_IDEAL.n, law="ekv-gamma", early_field=10e6, junction_leakage=1e-6),
+    p=replace(AMI_1500_IDEAL.p, early_field=5e6, junction_leakage=1e-6),
 )
 NODES = ("d", "g", "s", "b", "o", "w")
 DEVICES: tuple[devices.Device, ...] = (
@@ -116,8 +116,8 @@ def test_device_currents_add_to_nothing() -> None:
 
 
 def test_the_constant_law_is_chosen_where_nothing_asks_for_more() -> None:
-    assert not everything(AMI_1500).kernel.transistors.body_effect
-    assert not everything(AMI_1500).kernel.transistors.leaks
+    assert not everything(AMI_1500_IDEAL).kernel.transistors.body_effect
+    assert not everything(AMI_1500_IDEAL).kernel.transistors.leaks
     assert everything().kernel.transistors.body_effect
     assert everything().kernel.transistors.leaks
 

@@ -17,6 +17,7 @@ from circuits.lowering.variation import variation_draws, variation_labels
 from circuits.registry import load_block
 from circuits.silicon.components import EXTENTS, Extent
 from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.device_table import resistor_table_at
 from circuits.solver.operating_point import operating_point
@@ -51,13 +52,13 @@ def require_equal(one: Machine, other: Machine) -> None:
 @pytest.mark.parametrize("bench", [divider(), BLOCK.bench(BLOCK.build())], ids=["divider", "rebound"])
 def test_a_machine_put_on_a_die_is_that_lowered_there(bench: Testbench, variation: Extent) -> None:
     die = replace(FULL, variation=variation)
-    there = to_kernel(bench, Silicon(die=die))
+    there = to_kernel(bench, Silicon(AMI_1500_IDEAL, die=die))
     require_equal(on_die(to_kernel(bench), die), there)
     require_equal(on_die(there, NOMINAL), to_kernel(bench))
 
 
 def test_a_divider_has_the_resistances_of_its_die() -> None:
-    bench, silicon = divider(), Silicon(die=FULL)
+    bench, silicon = divider(), Silicon(AMI_1500_IDEAL, die=FULL)
     point = operating_point(bench, silicon)
     change = made(flatten(bench.circuit).groups[0], "divider", silicon)[0] / 3e6
     assert abs(change - 1.0) > 1e-3
@@ -69,9 +70,9 @@ def test_a_divider_has_the_resistances_of_its_die() -> None:
 def test_labels_name_what_a_die_draws() -> None:
     circuit = divider().circuit
     flat = flatten(circuit)
-    plain = variation_labels(flat, Silicon(die=replace(FULL, variation="plain")))
-    more = variation_labels(flat, Silicon(die=replace(FULL, variation="transistors")))
-    full = variation_labels(flat, Silicon(die=FULL))
+    plain = variation_labels(flat, Silicon(AMI_1500_IDEAL, die=replace(FULL, variation="plain")))
+    more = variation_labels(flat, Silicon(AMI_1500_IDEAL, die=replace(FULL, variation="transistors")))
+    full = variation_labels(flat, Silicon(AMI_1500_IDEAL, die=FULL))
     assert set(plain) < set(more) < set(full)
     assert {label for label in more if label not in plain} == {
         *(f"gradient.{p}.{axis}.{name}" for p in "np" for axis in "xy" for name in ("v_t0", "beta")),
@@ -82,7 +83,7 @@ def test_labels_name_what_a_die_draws() -> None:
         *(f"{level}.capacitor.shared.capacitance" for level in ("process", "wafer")),
         *(f"{level}.resistor.shared.resistance" for level in ("process", "wafer")),
     }
-    silicon = Silicon(die=FULL)
+    silicon = Silicon(AMI_1500_IDEAL, die=FULL)
     draws = dict(zip(full, variation_draws(flat, silicon, FULL), strict=True))
     near = dict(zip(full, variation_draws(flat, silicon, replace(FULL, number=1004)), strict=True))
     same = {label for label in full if draws[label] == near[label]}

@@ -17,11 +17,11 @@ from circuits.lowering.kernel import to_kernel
 from circuits.lowering.made import made
 from circuits.lowering.on_die import DieDevices, bias_lines, on_die
 from circuits.silicon.die import Die, Path
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 
-SILICON = Silicon(AMI_1500, 40.0, Die(number=1003))
+SILICON = Silicon(AMI_1500_IDEAL, 40.0, Die(number=1003))
 PORTS = (Port("vdd", "supply"), Port("g", "analog"))
 PAIR = Circuit(
     "pair", PORTS,
@@ -168,7 +168,7 @@ def test_lines_are_those_of_the_circuit_s_own_biases() -> None:
     lines = bias_lines(neuron, SILICON)
     assert set(lines) == {b.port for b in neuron.biases}
     d = on_die(neuron, SILICON, ("membrane.mr1",), gate=lines)
-    assert float(d.below("v_pw")) == AMI_1500.v_dd - float(lines["v_pw"])
+    assert float(d.below("v_pw")) == AMI_1500_IDEAL.v_dd - float(lines["v_pw"])
 
 
 def test_what_is_no_transistor_is_refused() -> None:
@@ -199,7 +199,7 @@ def test_capacitors_have_what_the_solver_gives_them() -> None:
         added_capacitance(PAIR, silicon, ("a",))
 
 
-FULL = replace(SILICON, process=AMI_1500_FULL)
+FULL = replace(SILICON, process=AMI_1500)
 
 
 def test_a_current_under_the_full_law_is_the_solvers() -> None:

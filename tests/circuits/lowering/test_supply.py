@@ -14,14 +14,14 @@ from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
 from circuits.lowering.supply import half_supply, spike_levels
 from circuits.registry import block_names, load_block
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
 from tests.circuits.solver.oscillators import OSCILLATORS
 
 LOW = 1.8
-RING = OSCILLATORS["ring"](AMI_1500, 3, 0.3e-6).circuit
+RING = OSCILLATORS["ring"](AMI_1500_IDEAL, 3, 0.3e-6).circuit
 
 
 def bench(circuit: Circuit, **supplies: float) -> Testbench:

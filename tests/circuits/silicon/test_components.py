@@ -16,14 +16,14 @@ from circuits.silicon.components import AMI_1500_COMPONENTS, DIES_A_WAFER, EXTEN
 from circuits.silicon.die import CORNER_SIGMAS, Die, Place, mismatch, shared
 from circuits.silicon.floor_plan import FLOOR_PLANS
 from circuits.silicon.passive import Kind, passive
-from circuits.silicon.process import AMI_1500, POLARITIES, Polarity, Process
+from circuits.silicon.process import AMI_1500_IDEAL, POLARITIES, Polarity, Process
 from circuits.silicon.sampling import Sampling
 from circuits.silicon.silicon import Silicon
 from tests.refusals import refusals
 
 DRAWS = 2000
 ERRORS = 4.0  # standard errors that a statistic may be off
-FIGURES, VARIATION = AMI_1500_COMPONENTS, AMI_1500.variation
+FIGURES, VARIATION = AMI_1500_COMPONENTS, AMI_1500_IDEAL.variation
 CHIP: Place = (("chip", ()),)
 WAFERS = DRAWS * 2 // DIES_A_WAFER
 
@@ -39,9 +39,8 @@ def require_sigma(values: np.ndarray, sigma: float) -> None:
 
 
 def test_what_dies_of_many_lots_share_has_the_variance_that_the_process_states() -> None:
-    shifts = np.array([
-        [shared(die(k, f"lot {k}"), AMI_1500, polarity) for polarity in POLARITIES] for k in range(DRAWS)
-    ])  # fmt: skip
+    dies = [die(k, f"lot {k}") for k in range(DRAWS)]
+    shifts = np.array([[shared(each, AMI_1500_IDEAL, polarity) for polarity in POLARITIES] for each in dies])
     for p in range(2):
         require_sigma(shifts[:, p, 0], VARIATION.sigma_v_t0)
         require_sigma(shifts[:, p, 1], VARIATION.sigma_beta)
@@ -51,7 +50,7 @@ def test_what_dies_of_many_lots_share_has_the_variance_that_the_process_states()
 
 
 def test_lot_wafer_and_die_have_their_shares() -> None:
-    v_t0 = np.array([shared(die(k), AMI_1500, "n").v_t0 for k in range(WAFERS * DIES_A_WAFER)])
+    v_t0 = np.array([shared(die(k), AMI_1500_IDEAL, "n").v_t0 for k in range(WAFERS * DIES_A_WAFER)])
     by_wafer = v_t0.reshape(WAFERS, DIES_A_WAFER)
     own = by_wafer - by_wafer.mean(axis=1, keepdims=True)
     left = 1.0 - FIGURES.lot_share - FIGURES.wafer_share
@@ -62,7 +61,7 @@ def test_lot_wafer_and_die_have_their_shares() -> None:
     found = float(by_wafer.mean(axis=1).std(ddof=1))
     assert found == pytest.approx(between, rel=ERRORS / np.sqrt(2.0 * WAFERS))
     lots = np.array([
-        np.mean([shared(die(k * DIES_A_WAFER, f"lot {n}"), AMI_1500, "n").v_t0 for k in range(20)])
+        np.mean([shared(die(k * DIES_A_WAFER, f"lot {n}"), AMI_1500_IDEAL, "n").v_t0 for k in range(20)])
         for n in range(100)
     ])  # fmt: skip
     among = np.sqrt(FIGURES.lot_share + (1.0 - FIGURES.lot_share) / 20) * VARIATION.sigma_v_t0
@@ -70,16 +69,16 @@ def test_lot_wafer_and_die_have_their_shares() -> None:
 
 
 def test_the_die_s_own_part_is_the_draw_of_the_plain_die() -> None:
-    alone = replace(AMI_1500, components=replace(FIGURES, lot_share=0.0, wafer_share=0.0))
+    alone = replace(AMI_1500_IDEAL, components=replace(FIGURES, lot_share=0.0, wafer_share=0.0))
     for number in range(5):
-        assert shared(die(number), alone, "n") == shared(Die(number=number), AMI_1500, "n")
+        assert shared(die(number), alone, "n") == shared(Die(number=number), AMI_1500_IDEAL, "n")
 
 
 @pytest.mark.parametrize("variation", EXTENTS)
 def test_a_corner_is_the_same_with_components(variation: Extent) -> None:
     at = Die(number=3, corner="ss", variation=variation)
-    assert shared(at, AMI_1500, "n").v_t0 == CORNER_SIGMAS * VARIATION.sigma_v_t0
-    assert isinstance(passive(at, AMI_1500, CHIP, [(("r", ()),)], "resistor", np.ones(1)), float) == (
+    assert shared(at, AMI_1500_IDEAL, "n").v_t0 == CORNER_SIGMAS * VARIATION.sigma_v_t0
+    assert isinstance(passive(at, AMI_1500_IDEAL, CHIP, [(("r", ()),)], "resistor", np.ones(1)), float) == (
         variation != "full"
     )
 
@@ -89,8 +88,8 @@ def plane_differences(dx: int, dy: int, polarity: Polarity) -> np.ndarray:
     path = (("axon", (20, 20)), ("m", ()))
     found = []
     for number in range(DRAWS):
-        plane = Silicon(AMI_1500, die=die(number, variation="transistors"))
-        local = mismatch(plane.die, AMI_1500, (("wavefront_chip", ()),), [path], 1e-12)
+        plane = Silicon(AMI_1500_IDEAL, die=die(number, variation="transistors"))
+        local = mismatch(plane.die, AMI_1500_IDEAL, (("wavefront_chip", ()),), [path], 1e-12)
         given = plane.deviations("wavefront_chip", [path], 1e-12, [polarity])
         row = [np.asarray(a - b).reshape(20, 20) for a, b in zip(given, local, strict=True)]
         found.append([x[0, 0] - x[dy, dx] for x in row])
@@ -111,7 +110,7 @@ def test_capacitors_differ_by_their_area_and_share_a_shift(value: float) -> None
     values = np.full(50, value)
     path = (("cell", (50,)), ("c", ()))
     found = np.array([
-        passive(die(k, f"lot {k}"), AMI_1500, CHIP, [path], "capacitor", values) for k in range(DRAWS)
+        passive(die(k, f"lot {k}"), AMI_1500_IDEAL, CHIP, [path], "capacitor", values) for k in range(DRAWS)
     ])  # fmt: skip
     single = FIGURES.pair_a_capacitance / np.sqrt(2.0 * value / FIGURES.capacitance_density)
     local = found - found.mean(axis=1, keepdims=True)
@@ -122,7 +121,7 @@ def test_capacitors_differ_by_their_area_and_share_a_shift(value: float) -> None
 def test_resistors_of_a_die_share_a_shift_alone() -> None:
     path = (("cell", (2,)), ("r", ()))
     found = np.array([
-        passive(die(k, f"lot {k}"), AMI_1500, CHIP, [path], "resistor", np.array([1e3, 1e6]))
+        passive(die(k, f"lot {k}"), AMI_1500_IDEAL, CHIP, [path], "resistor", np.array([1e3, 1e6]))
         for k in range(DRAWS)
     ])  # fmt: skip
     assert (found[:, 0] == found[:, 1]).all()
@@ -132,22 +131,24 @@ def test_resistors_of_a_die_share_a_shift_alone() -> None:
 @pytest.mark.parametrize("kind", ["capacitor", "resistor"])
 def test_parts_of_a_board_are_those_of_no_die(kind: Kind) -> None:
     place: Place = (("vocalization_controller", ()),)
-    assert passive(die(3), AMI_1500, place, [(("c", ()),)], kind, np.ones(1)) == 0.0
+    assert passive(die(3), AMI_1500_IDEAL, place, [(("c", ()),)], kind, np.ones(1)) == 0.0
 
 
 def test_transistors_alone_leaves_capacitors_and_resistors() -> None:
     there = die(3, variation="transistors")
-    assert passive(there, AMI_1500, CHIP, [(("c", ()),)], "capacitor", np.ones(1)) == 0.0
+    assert passive(there, AMI_1500_IDEAL, CHIP, [(("c", ()),)], "capacitor", np.ones(1)) == 0.0
     assert (
-        shared(there, AMI_1500, "p") == shared(die(3), AMI_1500, "p") != shared(Die(number=3), AMI_1500, "p")
+        shared(there, AMI_1500_IDEAL, "p")
+        == shared(die(3), AMI_1500_IDEAL, "p")
+        != shared(Die(number=3), AMI_1500_IDEAL, "p")
     )
 
 
 def test_off_nothing_is_another_draw() -> None:
     """Of the plain die: the same numbers with and without components stated."""
-    bare = replace(AMI_1500, components=None)
+    bare = replace(AMI_1500_IDEAL, components=None)
     path = (("neuron", (13,)), ("m", ()))
-    for process in (AMI_1500, bare):
+    for process in (AMI_1500_IDEAL, bare):
         silicon = Silicon(process, die=Die(number=1003))
         v_t0, beta = silicon.deviations("ranging_chip", [path], 1e-12)
         own = mismatch(silicon.die, bare, (("ranging_chip", ()),), [path], 1e-12)
@@ -160,15 +161,15 @@ def test_order_neighbours_and_workers_change_nothing() -> None:
     area = np.full(39, 1e-12)
 
     def one(number: int) -> list[float]:
-        silicon = Silicon(die=die(number))
+        silicon = Silicon(AMI_1500_IDEAL, die=die(number))
         v_t0, _ = silicon.deviations("ranging_chip", paths, area, ["n", "p", "n"])
         alone = [
             silicon.deviations("ranging_chip", [path], area[:13], [polarity]).v_t0
             for path, polarity in zip(paths, ("n", "p", "n"), strict=True)
         ]
         np.testing.assert_array_equal(v_t0, np.concatenate(alone))
-        c = passive(silicon.die, AMI_1500, CHIP, paths, "capacitor", np.full(39, 1e-12))
-        return [*np.ravel(v_t0), *np.ravel(c), *shared(silicon.die, AMI_1500, "p")]
+        c = passive(silicon.die, AMI_1500_IDEAL, CHIP, paths, "capacitor", np.full(39, 1e-12))
+        return [*np.ravel(v_t0), *np.ravel(c), *shared(silicon.die, AMI_1500_IDEAL, "p")]
 
     with ThreadPoolExecutor(2) as executor:
         assert list(executor.map(one, range(8))) == [one(k) for k in reversed(range(8))][::-1]
@@ -177,7 +178,7 @@ def test_order_neighbours_and_workers_change_nothing() -> None:
 def test_a_plan_gives_the_draws_of_wafers_and_gradients() -> None:
     columns = {"wafer.n.shared.v_t0": 0, "gradient.n.x.v_t0": 1, "ranging_chip.c.capacitance": 2}
     low, high = (
-        Silicon(die=replace(die(7), sampling=Sampling("mine", 7, columns, np.array([row]))))
+        Silicon(AMI_1500_IDEAL, die=replace(die(7), sampling=Sampling("mine", 7, columns, np.array([row]))))
         for row in ([0.0, 0.0, 0.0], [2.0, 3.0, 4.0])
     )
     share = np.sqrt(FIGURES.wafer_share) * VARIATION.sigma_v_t0
@@ -193,7 +194,10 @@ def test_a_plan_gives_the_draws_of_wafers_and_gradients() -> None:
 
 
 def test_a_circuit_called_wafer_is_no_wafer() -> None:
-    each = [float(Silicon(die=die(k)).deviation("wafer", (("n", ()),), 1e-12, "n").v_t0[0]) for k in (3, 4)]
+    each = [
+        float(Silicon(AMI_1500_IDEAL, die=die(k)).deviation("wafer", (("n", ()),), 1e-12, "n").v_t0[0])
+        for k in (3, 4)
+    ]
     assert each[0] != each[1]
 
 
@@ -202,11 +206,13 @@ def without(process: Process) -> Silicon:
 
 
 test_a_process_without_components_is_refused = refusals(
-    ParameterError, without, [(replace(AMI_1500, components=None), "ami-1500.components: none stated.*plain")]
+    ParameterError,
+    without,
+    [(replace(AMI_1500_IDEAL, components=None), "ami-1500.components: none stated.*plain")],
 )
 test_gradients_need_polarities = refusals(
     ParameterError,
-    lambda number: Silicon(die=die(number)).deviation("c", (("m", ()),), 1e-12),
+    lambda number: Silicon(AMI_1500_IDEAL, die=die(number)).deviation("c", (("m", ()),), 1e-12),
     [(3, "c: no polarities of its transistors")],
 )
 test_figures_that_are_none_are_refused = refusals(

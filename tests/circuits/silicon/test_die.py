@@ -22,7 +22,7 @@ from circuits.silicon.die import (
     shared,
     standard_normals,
 )
-from circuits.silicon.process import AMI_1500, POLARITIES
+from circuits.silicon.process import AMI_1500_IDEAL, POLARITIES
 
 CHIP: Place = (("chip", ()),)
 NAMES = st.text(alphabet="ab._", min_size=1, max_size=3)
@@ -155,12 +155,12 @@ def test_sigma_follows_the_area_with_the_pair_s_figure(
     width: float, length: float, multiplicity: float
 ) -> None:
     n = 100_000
-    v_t0, beta = mismatch(Die(number=1), AMI_1500, CHIP, [array(n)], width * length * multiplicity)
+    v_t0, beta = mismatch(Die(number=1), AMI_1500_IDEAL, CHIP, [array(n)], width * length * multiplicity)
     root = np.sqrt(2.0 * width * length * multiplicity)
-    assert np.std(v_t0) == pytest.approx(AMI_1500.pair_a_vt / root, rel=5.0 / np.sqrt(2 * n))
-    assert np.std(beta) == pytest.approx(AMI_1500.pair_a_beta / root, rel=5.0 / np.sqrt(2 * n))
+    assert np.std(v_t0) == pytest.approx(AMI_1500_IDEAL.pair_a_vt / root, rel=5.0 / np.sqrt(2 * n))
+    assert np.std(beta) == pytest.approx(AMI_1500_IDEAL.pair_a_beta / root, rel=5.0 / np.sqrt(2 * n))
     pair = np.asarray(v_t0)[: n // 2] - np.asarray(v_t0)[n // 2 :]
-    published = AMI_1500.pair_a_vt / np.sqrt(width * length * multiplicity)
+    published = AMI_1500_IDEAL.pair_a_vt / np.sqrt(width * length * multiplicity)
     assert np.std(pair) == pytest.approx(published, rel=5.0 / np.sqrt(n))
 
 
@@ -172,10 +172,10 @@ def test_mismatch_and_process_are_switched_separately() -> None:
     )
 
     def deviations(die: Die) -> list[float]:
-        return [float(np.ravel(x)[0]) for x in mismatch(die, AMI_1500, CHIP, [array(1)], 1e-12)]
+        return [float(np.ravel(x)[0]) for x in mismatch(die, AMI_1500_IDEAL, CHIP, [array(1)], 1e-12)]
 
     def shifts(die: Die) -> list[float]:
-        return [x for p in POLARITIES for x in shared(die, AMI_1500, p)]
+        return [x for p in POLARITIES for x in shared(die, AMI_1500_IDEAL, p)]
 
     assert deviations(both) == deviations(local) != [0.0, 0.0]
     assert deviations(common) == [0.0, 0.0]
@@ -188,14 +188,14 @@ def test_mismatch_and_process_are_switched_separately() -> None:
 
 def test_process_shifts_have_their_sigma_from_die_to_die() -> None:
     n = 2000
-    shifts = np.array([shared(Die(number=k), AMI_1500, "n") for k in range(n)])
-    expected = (AMI_1500.variation.sigma_v_t0, AMI_1500.variation.sigma_beta)
+    shifts = np.array([shared(Die(number=k), AMI_1500_IDEAL, "n") for k in range(n)])
+    expected = (AMI_1500_IDEAL.variation.sigma_v_t0, AMI_1500_IDEAL.variation.sigma_beta)
     np.testing.assert_allclose(shifts.std(axis=0), expected, rtol=5.0 / np.sqrt(2 * n))
     assert abs(np.corrcoef(shifts.T)[0, 1]) < 5.0 / np.sqrt(n)
 
 
 def test_a_circuit_called_process_shares_no_draw_with_the_process() -> None:
-    shift = shared(Die(number=1), AMI_1500, "n").v_t0 / AMI_1500.variation.sigma_v_t0
+    shift = shared(Die(number=1), AMI_1500_IDEAL, "n").v_t0 / AMI_1500_IDEAL.variation.sigma_v_t0
     assert draw(Die(number=1), (("n", ()),), place=(("process", ()),))[0] != shift
 
 
@@ -204,16 +204,16 @@ def test_a_circuit_called_process_shares_no_draw_with_the_process() -> None:
 )
 def test_corners_are_three_sigma(corner: str, n: int, p: int) -> None:
     for polarity, slow in zip(POLARITIES, (n, p), strict=True):
-        variation = AMI_1500.variation
+        variation = AMI_1500_IDEAL.variation
         expected = (slow * CORNER_SIGMAS * variation.sigma_v_t0, -slow * CORNER_SIGMAS * variation.sigma_beta)
         for die in (Die(corner=corner), Die(number=3, corner=corner)):  # type: ignore[arg-type]
-            assert tuple(shared(die, AMI_1500, polarity)) == expected
+            assert tuple(shared(die, AMI_1500_IDEAL, polarity)) == expected
     assert corner in CORNERS
 
 
 def test_a_corner_keeps_the_mismatch() -> None:
     drawn, slow = (
-        mismatch(Die(number=3, corner=corner), AMI_1500, CHIP, [array(2)], 1e-12)
+        mismatch(Die(number=3, corner=corner), AMI_1500_IDEAL, CHIP, [array(2)], 1e-12)
         for corner in (CORNERS[0], CORNERS[2])
     )
     np.testing.assert_array_equal(np.array(drawn), np.array(slow))

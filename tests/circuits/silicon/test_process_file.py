@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from circuits.errors import CircuitError
-from circuits.silicon.process import AMI_1500, AMI_1500_FULL, PROCESSES, ROLLS_180_FULL, Process
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, PROCESSES, ROLLS_180, Process
 from circuits.silicon.process_file import process_of, process_under, read_process
 
 
@@ -22,7 +22,9 @@ def text_of(process: Process) -> str:
     return "\n".join(lines).replace("'", '"')
 
 
-@pytest.mark.parametrize("process", [*PROCESSES.values(), AMI_1500], ids=lambda p: f"{p.name}-{p.effects}")
+@pytest.mark.parametrize(
+    "process", [*PROCESSES.values(), AMI_1500_IDEAL], ids=lambda p: f"{p.name}-{p.effects}"
+)
 def test_a_file_is_read_as_it_stands(process: Process, tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(text_of(process))
@@ -50,7 +52,7 @@ def test_a_file_is_read_as_it_stands(process: Process, tmp_path: Path) -> None:
 )
 def test_what_is_wrong_is_named(old: str, new: str, said: str, tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    path.write_text(text_of(ROLLS_180_FULL).replace(old, new, 1))
+    path.write_text(text_of(ROLLS_180).replace(old, new, 1))
     with pytest.raises(CircuitError) as caught:
         read_process(path)
     assert said in str(caught.value)
@@ -59,8 +61,8 @@ def test_what_is_wrong_is_named(old: str, new: str, said: str, tmp_path: Path) -
 
 def test_components_alone_may_be_left_out(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    path.write_text(text_of(ROLLS_180_FULL).partition("[components]")[0])
-    assert read_process(path) == replace(ROLLS_180_FULL, components=None)
+    path.write_text(text_of(ROLLS_180).partition("[components]")[0])
+    assert read_process(path) == replace(ROLLS_180, components=None)
 
 
 def test_a_missing_file_and_an_unknown_name_are_refused(tmp_path: Path) -> None:
@@ -71,8 +73,8 @@ def test_a_missing_file_and_an_unknown_name_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_block_s_process_goes_under_a_law() -> None:
-    assert process_under(AMI_1500, None, "full") == AMI_1500_FULL
-    assert process_under(AMI_1500, None, "ideal") == AMI_1500
-    assert process_under(AMI_1500, "rolls-180", "ideal") == ROLLS_180_FULL.ideal()
+    assert process_under(AMI_1500_IDEAL, None, "full") == AMI_1500
+    assert process_under(AMI_1500_IDEAL, None, "ideal") == AMI_1500_IDEAL
+    assert process_under(AMI_1500_IDEAL, "rolls-180", "ideal") == ROLLS_180.ideal()
     assert {p.effects for p in PROCESSES.values()} == {"full"}
-    assert AMI_1500.effects == "ideal"
+    assert AMI_1500_IDEAL.effects == "ideal"

@@ -14,6 +14,7 @@ from circuits.errors import ParameterError
 from circuits.lowering.flatten import flatten
 from circuits.lowering.variation import variation_draws, variation_labels
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.sampling import Sampling, labels
 from circuits.silicon.silicon import Silicon
 
@@ -21,15 +22,15 @@ FLAT = flatten(rebound_neuron.build())
 
 
 def test_every_transistor_has_two_labels_and_every_polarity_two() -> None:
-    silicon = Silicon(die=Die(number=3))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=3))
     found = variation_labels(FLAT, silicon)
     transistors = [g for g in FLAT.groups if hasattr(g.device, "polarity")]
     assert len(found) == len(set(found)) == 2 * len(transistors) + 4
     assert "rebound_neuron.inhibition.mi5.v_t0" in found
     assert "process.p.shared.beta" in found
-    local = variation_labels(FLAT, Silicon(die=Die(number=3, process=False)))
+    local = variation_labels(FLAT, Silicon(AMI_1500_IDEAL, die=Die(number=3, process=False)))
     assert len(local) == 2 * len(transistors)
-    assert len(variation_labels(FLAT, Silicon(die=Die(number=3, mismatch=False)))) == 4
+    assert len(variation_labels(FLAT, Silicon(AMI_1500_IDEAL, die=Die(number=3, mismatch=False)))) == 4
 
 
 def test_arrays_are_labelled_element_by_element() -> None:
@@ -42,7 +43,7 @@ def test_arrays_are_labelled_element_by_element() -> None:
 
 def test_a_plan_takes_the_place_of_the_draws_that_it_has() -> None:
     die = Die(number=5)
-    silicon = Silicon(die=die)
+    silicon = Silicon(AMI_1500_IDEAL, die=die)
     found = variation_labels(FLAT, silicon)
     own = variation_draws(FLAT, silicon, die)
     rows = np.array([[9.0, 8.0], [7.0, 6.0]])
@@ -52,7 +53,7 @@ def test_a_plan_takes_the_place_of_the_draws_that_it_has() -> None:
     assert [found[k] for k in changed] == [found[3], "process.n.shared.v_t0"]
     assert planned[changed].tolist() == [9.0, 8.0]
     there = replace(silicon, die=replace(die, sampling=plan))
-    shift = there.law("n").v_t0 - Silicon().law("n").v_t0
+    shift = there.law("n").v_t0 - Silicon(AMI_1500_IDEAL).law("n").v_t0
     assert shift == pytest.approx(8.0 * 33e-3)
     again = pickle.loads(pickle.dumps(replace(die, sampling=plan)))
     np.testing.assert_array_equal(variation_draws(FLAT, silicon, again), planned)
@@ -62,7 +63,7 @@ def test_a_die_outside_the_plan_is_refused_and_named() -> None:
     plan = Sampling("lhs", 5, {"process.n.shared.v_t0": 0}, np.zeros((2, 1)))
     die = Die(number=7, sampling=plan)
     with pytest.raises(ParameterError, match="die: 7, the plan lhs has 5 to 6"):
-        Silicon(die=die).law("n")
+        Silicon(AMI_1500_IDEAL, die=die).law("n")
     assert str(replace(die, number=6)) == "die A/6 plan lhs"
 
 
@@ -72,7 +73,7 @@ def test_the_labels_are_those_of_the_solver_s_draws() -> None:
     array = InstanceArray("neuron", inner, (2,), ports)
     chip = Circuit("pair", tuple(inner.ports), instances=(array,))
     flat = flatten(chip)
-    silicon = Silicon(die=Die(number=1, process=False))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=1, process=False))
     found = variation_labels(flat, silicon)
     plan = Sampling("one", 1, {"pair.neuron[1].inhibition.mi5.v_t0": 0}, np.array([[100.0]]))
     drawn = variation_draws(flat, silicon, replace(silicon.die, sampling=plan))

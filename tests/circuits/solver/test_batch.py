@@ -14,7 +14,7 @@ from circuits.devices.source import Constant, Driven
 from circuits.errors import ParameterError, SolverError
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.batch import map_dies, rest_near, samples
 from circuits.solver.operating_point import operating_point
@@ -24,9 +24,9 @@ from circuits.testbench import Testbench
 NEURON = rebound_neuron.build()
 DIES = [Die(number=k) for k in range(1000, 1012)]
 BODY = replace(
-    AMI_1500,
-    n=replace(AMI_1500.n, law="ekv-gamma"),
-    p=replace(AMI_1500.p, law="ekv-gamma", junction_leakage=1e-9, early_field=5e6),
+    AMI_1500_IDEAL,
+    n=replace(AMI_1500_IDEAL.n, law="ekv-gamma"),
+    p=replace(AMI_1500_IDEAL.p, law="ekv-gamma", junction_leakage=1e-9, early_field=5e6),
 )
 
 
@@ -47,9 +47,9 @@ def leaves(value: object) -> list[np.ndarray]:
 @pytest.mark.parametrize(
     "silicon",
     [
-        Silicon(),
+        Silicon(AMI_1500_IDEAL),
         Silicon(process=BODY, temperature_c=40.0, place=(("chip", ()), ("neuron", (3,)))),
-        Silicon(die=Die("B", 3, "ff")),
+        Silicon(AMI_1500_IDEAL, die=Die("B", 3, "ff")),
     ],
 )
 def test_a_machine_on_a_die_equals_lowering_there(kind: BiasKind, silicon: Silicon) -> None:
@@ -87,7 +87,7 @@ def waveform(machine: Machine) -> bytes:
 
 
 def test_bits_are_the_same_for_any_workers_order_and_subset() -> None:
-    machine = machine_of(NEURON, Silicon())
+    machine = machine_of(NEURON, Silicon(AMI_1500_IDEAL))
     one = map_dies(waveform, machine, DIES, workers=1)
     assert [s.die for s in one] == DIES
     assert len({s.value for s in one}) == len(DIES)
@@ -95,12 +95,12 @@ def test_bits_are_the_same_for_any_workers_order_and_subset() -> None:
         assert map_dies(waveform, machine, DIES, workers=workers) == one
     assert map_dies(waveform, machine, DIES[::-1], workers=2) == one[::-1]
     assert map_dies(waveform, machine, DIES[3:4]) == one[3:4]
-    fresh = [waveform(machine_of(NEURON, Silicon(die=die))) for die in DIES[:2]]
+    fresh = [waveform(machine_of(NEURON, Silicon(AMI_1500_IDEAL, die=die))) for die in DIES[:2]]
     assert fresh == [s.value for s in one[:2]]
 
 
 def test_a_rest_state_near_the_nominal_one_is_the_die_s_own() -> None:
-    machine = machine_of(NEURON, Silicon())
+    machine = machine_of(NEURON, Silicon(AMI_1500_IDEAL))
     nominal = operating_point(machine)
     for there in (on_die(machine, die) for die in DIES):
         near, cold = rest_near(there, nominal), operating_point(there)
@@ -120,7 +120,7 @@ def number(machine: Machine) -> int:
 
 
 def test_a_sample_that_fails_is_reported_and_the_others_go_on() -> None:
-    machine = machine_of(NEURON, Silicon())
+    machine = machine_of(NEURON, Silicon(AMI_1500_IDEAL))
     done: list[int] = []
     found = map_dies(number, machine, DIES, workers=2, progress=done.append)
     assert [s.value for s in found] == [None if k in {1003, 1005} else k for k in range(1000, 1012)]
@@ -131,7 +131,7 @@ def test_a_sample_that_fails_is_reported_and_the_others_go_on() -> None:
 
 def test_samples_come_as_they_are_asked_for() -> None:
     """Dies may have no end, and closing the iterator drops those that were not begun."""
-    machine, begun, lock = machine_of(NEURON, Silicon()), [], threading.Lock()
+    machine, begun, lock = machine_of(NEURON, Silicon(AMI_1500_IDEAL)), [], threading.Lock()
 
     def note(m: Machine) -> int:
         with lock:
@@ -147,4 +147,4 @@ def test_samples_come_as_they_are_asked_for() -> None:
 
 def test_workers_are_at_least_one() -> None:
     with pytest.raises(ParameterError, match="workers: 0, must be at least 1"):
-        samples(number, machine_of(NEURON, Silicon()), DIES, workers=0)
+        samples(number, machine_of(NEURON, Silicon(AMI_1500_IDEAL)), DIES, workers=0)

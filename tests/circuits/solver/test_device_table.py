@@ -9,7 +9,7 @@ from circuits.circuit import Circuit, InstanceArray, Node, Port
 from circuits.devices import Resistor, Source, Transistor
 from circuits.devices.source import Constant
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, Polarity, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Polarity, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.device_table import TransistorTable, resistor_table_at, transistor_table_at
 from circuits.solver.operating_point import OperatingPoint, operating_point
@@ -29,12 +29,12 @@ def driven(polarity: Polarity, silicon: Silicon, **voltages: float) -> Operating
 
 
 def table(polarity: Polarity, silicon: Silicon | None = None, **voltages: float) -> TransistorTable:
-    return transistor_table_at(driven(polarity, silicon or Silicon(), **voltages))
+    return transistor_table_at(driven(polarity, silicon or Silicon(AMI_1500_IDEAL), **voltages))
 
 
 def with_models(**changes: object) -> Process:
-    n, p = (replace(m, **changes) for m in (AMI_1500.n, AMI_1500.p))  # type: ignore[arg-type]
-    return replace(AMI_1500, n=n, p=p)
+    n, p = (replace(m, **changes) for m in (AMI_1500_IDEAL.n, AMI_1500_IDEAL.p))  # type: ignore[arg-type]
+    return replace(AMI_1500_IDEAL, n=n, p=p)
 
 
 @pytest.mark.parametrize("temperature_c", [-20.0, 27.0, 85.0])
@@ -45,9 +45,9 @@ def with_models(**changes: object) -> Process:
 def test_weak_inversion_has_the_efficiency_kappa_over_u_t(
     polarity: Polarity, at: dict[str, float], temperature_c: float
 ) -> None:
-    silicon = Silicon(temperature_c=temperature_c)
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=temperature_c)
     found = table(polarity, silicon, **at)
-    limit = AMI_1500.model(polarity).kappa / silicon.thermal_voltage
+    limit = AMI_1500_IDEAL.model(polarity).kappa / silicon.thermal_voltage
     # EKV in saturation: (1 - e^-r) / r of the limit with r = IC^0.5; the reverse term, e^-20, is left out
     root = np.sqrt(found.inversion_coefficient[0])
     assert root < 0.1
@@ -59,7 +59,7 @@ def test_weak_inversion_has_the_efficiency_kappa_over_u_t(
 
 
 def test_saturated_without_early_effect_ic_is_the_current_over_the_specific_current() -> None:
-    silicon = Silicon()
+    silicon = Silicon(AMI_1500_IDEAL)
     for gate, word in ((0.4, "weak"), (0.65, "moderate"), (2.0, "strong")):
         found = table("n", silicon, d=5.0, g=gate, s=0.0, b=0.0)
         specific = silicon.law("n").square_current * 6.0 / 3.0
@@ -69,7 +69,7 @@ def test_saturated_without_early_effect_ic_is_the_current_over_the_specific_curr
 
 def test_strong_inversion_efficiency_is_two_over_the_overdrive() -> None:
     found = table("n", d=5.0, g=2.6, s=0.0, b=0.0)
-    assert found.efficiency[0] == pytest.approx(2.0 / (2.6 - AMI_1500.n.v_t0), rel=1e-6)
+    assert found.efficiency[0] == pytest.approx(2.0 / (2.6 - AMI_1500_IDEAL.n.v_t0), rel=1e-6)
 
 
 @pytest.mark.parametrize("law", ["ekv", "ekv-gamma"])
@@ -91,7 +91,7 @@ def test_conductances_are_the_slopes_of_the_current(polarity: Polarity, law: str
 
 
 def test_saturation_without_early_effect_has_the_conductance_of_the_reverse_term() -> None:
-    silicon = Silicon()
+    silicon = Silicon(AMI_1500_IDEAL)
     found = table("n", silicon, d=0.2, g=0.3, s=0.0, b=0.0)
     # weak inversion: I = I_F (1 - x) with x = e^(-V_DS/U_T), so that g_ds / I_D = x / (1 - x) / U_T
     share = np.exp(-0.2 / silicon.thermal_voltage)
@@ -131,7 +131,7 @@ def mirrors(count: int) -> Testbench:
 
 
 def test_a_mirror_copies_by_its_widths_and_every_element_is_listed() -> None:
-    point = operating_point(mirrors(3), Silicon())
+    point = operating_point(mirrors(3), Silicon(AMI_1500_IDEAL))
     found, loads = transistor_table_at(point), resistor_table_at(point)
     assert found.name == ("diode", "copy[0].m", "copy[1].m", "copy[2].m")
     assert loads.name == ("feed", "copy[0].load", "copy[1].load", "copy[2].load")
@@ -170,8 +170,8 @@ def test_currents_of_the_table_add_up_to_nothing_at_every_free_node(die: Die) ->
 
 
 def test_a_die_moves_the_specific_current_too() -> None:
-    silicon = Silicon(die=Die("A", 3))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die("A", 3))
     found = transistor_table_at(operating_point(mirrors(3), silicon))
-    nominal = transistor_table_at(operating_point(mirrors(3), Silicon()))
+    nominal = transistor_table_at(operating_point(mirrors(3), Silicon(AMI_1500_IDEAL)))
     assert (np.abs(found.drain_current / nominal.drain_current - 1.0) > 1e-6).all()
     assert len(set(found.drain_current[1:] / nominal.drain_current[1:])) == 3

@@ -15,6 +15,7 @@ from circuits.errors import SolverError, UnknownNameError
 from circuits.lowering.kernel import to_kernel
 from circuits.registry import load_block
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.modes import natural_rates
 from circuits.solver.newton import allocate, evaluate, fill_jacobian, set_base
@@ -42,7 +43,7 @@ def remaining_update(point: OperatingPoint) -> float:
 
 @pytest.mark.parametrize("temperature_c", [-40.0, 0.0, 27.0, 85.0, 125.0])
 def test_the_neuron_rests_at_every_temperature_from_a_cold_start(temperature_c: float) -> None:
-    point = operating_point(neuron(), Silicon(temperature_c=temperature_c))
+    point = operating_point(neuron(), Silicon(AMI_1500_IDEAL, temperature_c=temperature_c))
     assert point.stable
     assert point.others == ()
     assert remaining_update(point) < 1e-9  # V, the solver's own tolerance
@@ -55,7 +56,9 @@ def test_the_neuron_rests_at_every_temperature_from_a_cold_start(temperature_c: 
 def test_kirchhoff_holds_whatever_the_biases(kind: BiasKind, temperature_c: float) -> None:
     bench = neuron()
     circuit = rebias(bench.circuit, {"i_inh_tau": 40.1e-12, "i_ex_tau": 19.7e-12}, kind)
-    point = operating_point(replace(bench, circuit=circuit), Silicon(temperature_c=temperature_c))
+    point = operating_point(
+        replace(bench, circuit=circuit), Silicon(AMI_1500_IDEAL, temperature_c=temperature_c)
+    )
     assert remaining_update(point) < 1e-9
     assert point.stable
 
@@ -209,6 +212,6 @@ def test_a_die_on_which_a_cold_start_fails_is_reached_from_the_nominal_one() -> 
     block = load_block("onset-neuron")
     circuit = block.build()
     testbench = block.testbench(circuit, block.defaults, 5.0)
-    point = operating_point(testbench, Silicon(die=Die(number=1002)))
+    point = operating_point(testbench, Silicon(AMI_1500_IDEAL, die=Die(number=1002)))
     assert point.stable
     assert point["spike"] == pytest.approx(0.0, abs=1e-3)

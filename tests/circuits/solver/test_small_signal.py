@@ -9,7 +9,7 @@ from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError, UnknownNameError
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.small_signal import ac, frequency_grid, linearise
@@ -56,7 +56,7 @@ def test_an_amplifier_and_a_transconductance() -> None:
 @pytest.mark.parametrize("temperature_c", [-40.0, 27.0, 125.0])
 def test_at_low_frequency_it_is_the_slope_of_a_sweep(temperature_c: float) -> None:
     circuit = Circuit("inverter", (Port("vdd", "supply"), IN, OUT), inverter("i", "a", "y"))
-    silicon = Silicon(temperature_c=temperature_c)
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=temperature_c)
     for v in (1.0, 2.1, 3.0):
         bench = Testbench("inverter", circuit, (SUPPLY, Source("a", "a", Constant(v))), 1.0)
         found = ac(operating_point(bench, silicon), "a", np.array([1e-6]), ["y"])
@@ -80,7 +80,7 @@ def test_at_high_frequency_capacitances_divide() -> None:
 
 
 def test_junction_leakage_conducts() -> None:
-    leaky = replace(AMI_1500, n=replace(AMI_1500.n, junction_leakage=1e-6))
+    leaky = replace(AMI_1500_IDEAL, n=replace(AMI_1500_IDEAL.n, junction_leakage=1e-6))
     circuit = Circuit("leak", (IN, OUT), (
         Transistor("m", "n", "y", "0", "0", "0", 3 * UM, 1.5 * UM), Resistor("r", "a", "y", 1e9),
     ))  # fmt: skip

@@ -10,7 +10,7 @@ from circuits.devices import Resistor, Source, Transistor
 from circuits.devices.source import Constant
 from circuits.devices.transistor import drain_current
 from circuits.errors import ParameterError, SolverError, UnknownNameError
-from circuits.silicon.process import AMI_1500, at_temperature
+from circuits.silicon.process import AMI_1500_IDEAL, at_temperature
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.power import drain_current as swept_current
@@ -47,7 +47,7 @@ def test_resistive_divider() -> None:
 @pytest.mark.parametrize("temperature_c", [-40.0, 27.0, 125.0])
 def test_transfer_curve_of_an_inverter_falls(temperature_c: float) -> None:
     values = np.linspace(0.0, 5.0, 101)
-    silicon = Silicon(temperature_c=temperature_c)
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=temperature_c)
     sweep = dc_sweep(INVERTER, "a", values, silicon)
     y = sweep["y"]
     # two transistors in weak inversion leave e^(-kappa ...) of the rail; rounding of 5 V is 1e-15
@@ -67,7 +67,7 @@ def test_transistor_on_a_resistor_follows_the_law() -> None:
     ports = (Port("vdd", "supply"), IN, OUT)
     bench = Testbench("load", Circuit("load", ports, devices), (SUPPLY, DRIVE), 1.0)
     sweep = dc_sweep(bench, "a", np.linspace(0.0, 3.0, 31))
-    law = at_temperature(AMI_1500.n, AMI_1500, 27.0)
+    law = at_temperature(AMI_1500_IDEAL.n, AMI_1500_IDEAL, 27.0)
     current = drain_current(law, "n", 6 * UM, 3 * UM, sweep["y"], sweep["a"], 0.0)
     # an update below 1e-9 V of 1 Mohm is 1e-15 A
     np.testing.assert_allclose((5.0 - sweep["y"]) / 1e6, current, rtol=1e-9, atol=2e-15)
@@ -119,7 +119,7 @@ def test_current_of_a_transistor_over_a_sweep_follows_the_law() -> None:
     single = Circuit("single", ports, (Transistor("m", "n", "d", "g", "0", "0", 6 * UM, 3 * UM),))
     sources = (Source("d", "d", Constant(1.0)), Source("g", "g", Constant(0.0)))
     gates = np.linspace(0.2, 2.0, 37)
-    for silicon in (Silicon(), Silicon(temperature_c=60.0)):
+    for silicon in (Silicon(AMI_1500_IDEAL), Silicon(AMI_1500_IDEAL, temperature_c=60.0)):
         sweep = dc_sweep(Testbench("single", single, sources, 1.0), "g", gates, silicon)
         law = silicon.law("n")
         expected = drain_current(law, "n", 6 * UM, 3 * UM, 1.0, gates, 0.0)

@@ -16,6 +16,7 @@ from circuits.devices.source import Constant, Driven, PiecewiseLinear, Polyline,
 from circuits.errors import ParameterError, SolverError, UnknownNameError
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.outcome import Outcome
@@ -84,7 +85,7 @@ def test_spike_time_of_the_neuron_converges() -> None:
 
 @pytest.mark.parametrize("number", [1003, 1022, 1023])  # 3 to 4 us off at an rtol of 2e-5
 def test_spikes_of_dies_come_within_a_microsecond_at_the_default(number: int) -> None:
-    machine = to_kernel(neuron(), Silicon(die=Die(number=number)))
+    machine = to_kernel(neuron(), Silicon(AMI_1500_IDEAL, die=Die(number=number)))
     default, converged = (simulate(machine, rtol=r).spikes["spike"] for r in (DEFAULT_RTOL, 1e-8))
     assert default.size == converged.size > 0
     assert np.abs(default - converged).max() < 1e-6
@@ -140,7 +141,7 @@ def test_energy_needs_every_node() -> None:
 @settings(deadline=None, max_examples=20)
 @given(st.lists(st.floats(min_value=1e-9, max_value=STOP), min_size=1, max_size=6))
 def test_a_run_in_pieces_is_the_run(cuts: list[float]) -> None:
-    machine = to_kernel(low_pass(STEP, STOP), Silicon())
+    machine = to_kernel(low_pass(STEP, STOP), Silicon(AMI_1500_IDEAL))
     runner, state = begun(machine, 1e-5)
     times, volts = [], []
     column = machine.names.index("y")
@@ -155,7 +156,7 @@ def test_a_run_in_pieces_is_the_run(cuts: list[float]) -> None:
 
 
 def test_the_neuron_in_pieces_spikes_at_the_same_time() -> None:
-    machine = to_kernel(neuron(), Silicon())
+    machine = to_kernel(neuron(), Silicon(AMI_1500_IDEAL))
     whole = simulate(machine, rtol=1e-6)
     runner, state = begun(machine, 1e-6)
     spikes: list[tuple[str, float]] = []
@@ -171,7 +172,7 @@ def test_the_neuron_in_pieces_spikes_at_the_same_time() -> None:
 
 def test_stopping_at_an_event_lands_on_the_crossing() -> None:
     wave = PiecewiseLinear((0.0, 1e-9), (0.0, 5.0))
-    machine = to_kernel(low_pass(wave, STOP, watch=True), Silicon())
+    machine = to_kernel(low_pass(wave, STOP, watch=True), Silicon(AMI_1500_IDEAL))
     runner, state = begun(machine, 1e-6)
     state, segment = runner.advance(state, STOP)
     assert segment.outcome is Outcome.EVENT
@@ -195,7 +196,7 @@ def test_each_pulse_is_one_event_and_the_detector_arms_again_below_0_8_of_the_th
 
 def test_events_of_a_run_are_those_of_its_pieces() -> None:
     wave = Pulse(0.0, 5.0, (1e-6, 21e-6, 41e-6), 10e-6, 1e-7, 1e-7)
-    machine = to_kernel(low_pass(wave, 60e-6, watch=True), Silicon())
+    machine = to_kernel(low_pass(wave, 60e-6, watch=True), Silicon(AMI_1500_IDEAL))
     whole = simulate(machine, rtol=1e-6).spikes["y"]
     runner, state = begun(machine, 1e-6)
     _, segments = run_on(runner, state, 60e-6)
@@ -227,7 +228,7 @@ def test_a_sampled_source_is_not_a_breakpoint_a_sample() -> None:
 
 
 def test_inputs_are_in_force_from_the_call_on() -> None:
-    machine = to_kernel(low_pass(Driven(0.0), math.inf), Silicon())
+    machine = to_kernel(low_pass(Driven(0.0), math.inf), Silicon(AMI_1500_IDEAL))
     runner, state = begun(machine, 1e-6)
     state, segment = runner.advance(state, 1e-6)
     assert np.abs(segment.voltage).max() == 0.0
@@ -241,7 +242,7 @@ def test_inputs_are_in_force_from_the_call_on() -> None:
 
 
 def test_a_jump_of_an_input_starts_the_solver_afresh() -> None:
-    machine = to_kernel(low_pass(Driven(0.0), math.inf), Silicon())
+    machine = to_kernel(low_pass(Driven(0.0), math.inf), Silicon(AMI_1500_IDEAL))
     runner, state = begun(machine, 1e-5)
     state, _ = runner.advance(state, 1e-6)
     state, segment = runner.advance(state, STOP, {"a": (np.zeros(1), np.ones(1))})
@@ -251,7 +252,7 @@ def test_a_jump_of_an_input_starts_the_solver_afresh() -> None:
 
 def test_inputs_that_bend_before_now_are_followed() -> None:
     # a new slope without a vertex at the moment of the call
-    machine = to_kernel(low_pass(Driven(0.0), math.inf), Silicon())
+    machine = to_kernel(low_pass(Driven(0.0), math.inf), Silicon(AMI_1500_IDEAL))
     runner, state = begun(machine, 1e-6)
     state, _ = runner.advance(state, 2e-6)
     line: Polyline = (np.array([1e-6, 3e-6, 4e-6]), np.array([-1.0, 1.0, 1.0]))  # passes 0 V at 2 us
@@ -262,7 +263,7 @@ def test_inputs_that_bend_before_now_are_followed() -> None:
 
 
 def test_bad_inputs_are_named() -> None:
-    runner, state = begun(to_kernel(low_pass(Driven(0.0), 1.0), Silicon()))
+    runner, state = begun(to_kernel(low_pass(Driven(0.0), 1.0), Silicon(AMI_1500_IDEAL)))
     with pytest.raises(UnknownNameError, match="source b: unknown; known are a"):
         runner.advance(state, 1e-6, {"b": (np.zeros(1), np.zeros(1))})
     with pytest.raises(ParameterError, match=r"a: time .* times must rise"):
@@ -272,7 +273,7 @@ def test_bad_inputs_are_named() -> None:
 
 
 def test_advancing_to_now_changes_nothing() -> None:
-    runner, state = begun(to_kernel(low_pass(STEP, STOP), Silicon()))
+    runner, state = begun(to_kernel(low_pass(STEP, STOP), Silicon(AMI_1500_IDEAL)))
     state, _ = runner.advance(state, 2e-6)
     again, segment = runner.advance(state, 2e-6)
     assert segment.time.size == 0
@@ -281,7 +282,7 @@ def test_advancing_to_now_changes_nothing() -> None:
 
 
 def test_states_are_values() -> None:
-    runner, state = begun(to_kernel(neuron(), Silicon()))
+    runner, state = begun(to_kernel(neuron(), Silicon(AMI_1500_IDEAL)))
     middle, _ = runner.advance(state, 7.5e-3)
     before = pickle.dumps(middle)
     first, one = runner.advance(middle, 9e-3)
@@ -307,7 +308,7 @@ def test_a_latch_stays_in_the_state_it_started_in() -> None:
 
 
 def test_too_many_steps_is_an_error_with_time_and_remedy() -> None:
-    runner, state = begun(to_kernel(neuron(), Silicon()))
+    runner, state = begun(to_kernel(neuron(), Silicon(AMI_1500_IDEAL)))
     with pytest.raises(SolverError, match=r"rebound neuron: too many steps at .* s; raise max_steps"):
         runner.advance(state, 15e-3, max_steps=50)
     with pytest.raises(ArithmeticError):
@@ -316,7 +317,7 @@ def test_too_many_steps_is_an_error_with_time_and_remedy() -> None:
 
 def test_the_bound_on_steps_holds_beyond_the_recording_buffer() -> None:
     wave = Sampled(0.0, 1e9, np.zeros(20_001))
-    runner, state = begun(to_kernel(low_pass(wave, 20e-6), Silicon()))
+    runner, state = begun(to_kernel(low_pass(wave, 20e-6), Silicon(AMI_1500_IDEAL)))
     with pytest.raises(SolverError, match="too many steps"):
         runner.advance(state, 20e-6, max_steps=6000)
     done, _ = runner.advance(state, 20e-6, max_steps=50_000)
@@ -326,7 +327,7 @@ def test_the_bound_on_steps_holds_beyond_the_recording_buffer() -> None:
 @pytest.mark.parametrize("rtol", [1e-10, 0.02, 0.0, -1.0, math.nan])
 def test_rtol_outside_its_bounds_is_refused(rtol: float) -> None:
     with pytest.raises(ParameterError, match=r"rtol: .* must be within 1e-9 to 1e-2"):
-        Runner(to_kernel(low_pass(STEP, STOP), Silicon()), rtol=rtol)
+        Runner(to_kernel(low_pass(STEP, STOP), Silicon(AMI_1500_IDEAL)), rtol=rtol)
 
 
 def test_every_outcome_has_a_remedy() -> None:

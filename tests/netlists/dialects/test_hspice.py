@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 from circuits.devices import OperationalAmplifier, Transistor
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from netlists.dialects import ngspice as ngspice_text
 from netlists.dialects.hspice import DIALECT
 
 LONGEST = 1024
 format_device = DIALECT.devices["ekv"]
-GAMMA = Silicon(replace(AMI_1500, n=replace(AMI_1500.n, law="ekv-gamma", early_field=15e6)))
+GAMMA = Silicon(replace(AMI_1500_IDEAL, n=replace(AMI_1500_IDEAL.n, law="ekv-gamma", early_field=15e6)))
 
 
 def test_a_long_expression_is_continued_and_is_the_same_expression() -> None:
@@ -32,7 +32,7 @@ def test_a_long_expression_is_continued_and_is_the_same_expression() -> None:
 
 
 def test_a_short_one_is_one_line() -> None:
-    up, down = format_device(OperationalAmplifier("u", "p", "n", "y", "vdd"), Silicon())
+    up, down = format_device(OperationalAmplifier("u", "p", "n", "y", "vdd"), Silicon(AMI_1500_IDEAL))
     assert up.startswith("gu__up y vdd cur='")
     assert down.startswith("gu__down y 0 cur='")
     assert up.endswith("'")

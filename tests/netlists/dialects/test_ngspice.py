@@ -15,14 +15,14 @@ from circuits.errors import ParameterError, TopologyError, UnknownNameError
 from circuits.lowering.flatten import flatten
 from circuits.registry import block_names, load_block
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.dialects.ngspice import DIALECT, format_device, format_testbench, node_name, run_name
 from netlists.write.traversal import to_design
 from tests.circuits.devices.examples import EXAMPLES
 
-SILICON = Silicon()
+SILICON = Silicon(AMI_1500_IDEAL)
 
 
 def low_pass(resistance: float = 1e3) -> Circuit:
@@ -104,7 +104,7 @@ def test_a_transistor_has_its_capacitances_and_skips_those_between_one_node() ->
     diode = Transistor("m", "n", "g", "g", "0", "0", 3e-6, 1.5e-6)
     names = [line.split()[0] for line in format_device(diode, SILICON)]
     assert names == ["bm", "cm#gb", "cm#gs", "cm#db"]
-    leaky = Silicon(replace(AMI_1500, n=replace(AMI_1500.n, junction_leakage=1e-9)))
+    leaky = Silicon(replace(AMI_1500_IDEAL, n=replace(AMI_1500_IDEAL.n, junction_leakage=1e-9)))
     assert [n for n in (line.split()[0] for line in format_device(diode, leaky)) if n[0] == "b"] == [
         "bm", "bm#db", "bm#sb",
     ]  # fmt: skip
@@ -112,7 +112,7 @@ def test_a_transistor_has_its_capacitances_and_skips_those_between_one_node() ->
 
 def test_constants_are_folded_at_the_temperature() -> None:
     device = Transistor("m1", "p", "d", "g", "s", "vdd", 6e-6, 1.5e-6)
-    cold, hot = (format_device(device, Silicon(temperature_c=t))[0] for t in (-20.0, 85.0))
+    cold, hot = (format_device(device, Silicon(AMI_1500_IDEAL, temperature_c=t))[0] for t in (-20.0, 85.0))
     assert cold != hot
     assert "temper" not in cold + hot
 
@@ -202,7 +202,7 @@ def test_a_die_has_its_own_transistors_and_says_so() -> None:
     testbench = Testbench("t", circuit, drives, 1e-3)
     nominal = format_testbench(testbench, SILICON)
     assert lines(nominal, ".subckt") == [".subckt follower a y vdd", ".subckt bank a vdd y#0 y#1"]
-    die = Silicon(die=Die("A", 3))
+    die = Silicon(AMI_1500_IDEAL, die=Die("A", 3))
     text = format_testbench(testbench, die)
     assert "die A/3" in text.splitlines()[0]
     assert len(lines(text, ".subckt")) == 3

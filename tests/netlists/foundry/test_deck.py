@@ -10,6 +10,7 @@ from circuits.circuit import Circuit, InstanceArray, Node, Port
 from circuits.devices import Resistor, Transistor
 from circuits.devices.transistor import drain_current
 from circuits.errors import DataError, ParameterError, UnknownNameError
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.foundry.deck import format_foundry, gate_voltages, map_circuit, resized, sweep_gate
@@ -24,7 +25,7 @@ pytestmark = pytest.mark.usefixtures("ngspice_library")
 
 
 def neuron(mapping: DeviceMapping) -> Circuit:
-    return map_circuit(rebound_neuron.build(), mapping, Silicon())
+    return map_circuit(rebound_neuron.build(), mapping, Silicon(AMI_1500_IDEAL))
 
 
 def spikes(
@@ -82,7 +83,7 @@ def test_a_bias_s_current_flows_in_the_foundry_s_device(
 def test_voltages_follow_the_supply_and_a_gate_keeps_its_current(mapping: DeviceMapping) -> None:
     circuit = neuron(mapping)
     assert circuit.bias("v_rest").value == pytest.approx(1.8 * 3.3 / 5.0)
-    v_ex_max, silicon = circuit.bias("v_ex_max").value, Silicon()
+    v_ex_max, silicon = circuit.bias("v_ex_max").value, Silicon(AMI_1500_IDEAL)
     assert isinstance(v_ex_max, float)
     ours = float(drain_current(silicon.law("p"), "p", 6e-6, 3e-6, 0.0, 4.301, 5.0, 5.0)[0])
     device = Transistor("me5", "p", "d", "g", "s", "b", 3e-6, 1.5e-6)
@@ -90,12 +91,12 @@ def test_voltages_follow_the_supply_and_a_gate_keeps_its_current(mapping: Device
     _, swept = sweep_gate([device], mapping, (gate, gate + 1e-4, 1e-4), mapping.temperature_c)
     assert swept[0, 0] == pytest.approx(-ours, rel=2e-3)
     given = replace(mapping, biases={"v_rest": ("volts", 1.3)})
-    assert map_circuit(rebound_neuron.build(), given, Silicon()).bias("v_rest").value == 1.3
+    assert map_circuit(rebound_neuron.build(), given, Silicon(AMI_1500_IDEAL)).bias("v_rest").value == 1.3
     with pytest.raises(UnknownNameError, match="excitatory_synapse device me9"):
         map_circuit(
             rebound_neuron.build(),
             replace(mapping, biases={"v_th": ("gate_of", "excitation.me9")}),
-            Silicon(),
+            Silicon(AMI_1500_IDEAL),
         )
 
 
@@ -118,7 +119,9 @@ def test_arrays_and_wide_devices(mapping: DeviceMapping) -> None:
     array = InstanceArray("cell", cell, (2,), {"g": "g", "d": "d"}, {"m.width": (6e-6, 0.1e-6)})
     wide = Transistor("wide", "n", "g", "g", "0", "0", 500e-6, 1.5e-6, 2.0)
     circuit = Circuit("top", (Port("g", "analog"),), (wide,), (array,), (Node("d", (2,)),))
-    deck = format_foundry(Testbench("t", map_circuit(circuit, mapping, Silicon()), (), 1e-3), mapping)
+    deck = format_foundry(
+        Testbench("t", map_circuit(circuit, mapping, Silicon(AMI_1500_IDEAL)), (), 1e-3), mapping
+    )
     sizes = [line.split()[6:9] for line in deck.splitlines() if line.startswith("mm ")]
     assert sizes == [["w=3e-06", "l=3e-06", "m=1.0"], ["w=2.2e-07", "l=3e-06", "m=1.0"]]
     # 250 um: three times 83 um, for each of the two
@@ -140,4 +143,4 @@ def test_without_the_package_there_is_no_deck(
     mapping: DeviceMapping, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with pytest.raises(DataError, match="not installed"):
-        map_circuit(rebound_neuron.build(), replace(mapping, package="none-such"), Silicon())
+        map_circuit(rebound_neuron.build(), replace(mapping, package="none-such"), Silicon(AMI_1500_IDEAL))

@@ -12,6 +12,7 @@ from circuits.devices import Capacitor, Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import SimulatorError
 from circuits.registry import load_block
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver import operating_point as native
 from circuits.solver.outcome import Outcome
@@ -20,7 +21,7 @@ from circuits.testbench import Testbench
 from netlists.ngspice import engine
 
 pytestmark = pytest.mark.usefixtures("ngspice_library")
-SILICON = Silicon()
+SILICON = Silicon(AMI_1500_IDEAL)
 RC = 1e-6  # s
 
 

@@ -20,6 +20,7 @@ from circuits.devices import Capacitor, Source, Transistor
 from circuits.devices.source import Constant, PiecewiseLinear, Pulse, Waveform
 from circuits.errors import SimulatorError
 from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.solver import operating_point as native
 from circuits.testbench import Testbench
@@ -55,7 +56,9 @@ def circuit_of(name: str) -> tuple[Testbench, Silicon]:
     ports = tuple(Port(p, "supply" if p == "vdd" else "analog") for p in it["ports"])
     sources = tuple(Source(s["name"], s["node"], waveform(s)) for s in it["sources"])
     die = NOMINAL if it["die"] is None else Die(number=it["die"])
-    return Testbench(name, Circuit(name, ports, devices), sources, it["stop_s"]), Silicon(die=die)
+    return Testbench(name, Circuit(name, ports, devices), sources, it["stop_s"]), Silicon(
+        AMI_1500_IDEAL, die=die
+    )
 
 
 def imbalance(bench: Testbench, silicon: Silicon, volts: dict[str, float]) -> float:

@@ -10,6 +10,7 @@ from circuits.arrays import F64
 from circuits.circuit import Circuit, InstanceArray, Node, Port
 from circuits.devices import Capacitor, Resistor, Source
 from circuits.devices.source import PiecewiseLinear
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
@@ -40,7 +41,7 @@ def wave(file: RawRead, name: str) -> F64:
 
 @pytest.fixture(scope="module")
 def result() -> Result:
-    return simulate(bench(), Silicon())
+    return simulate(bench(), Silicon(AMI_1500_IDEAL))
 
 
 @pytest.fixture
@@ -50,7 +51,7 @@ def path(result: Result, tmp_path: Path) -> Path:
 
 
 def test_the_same_run_gives_the_same_bytes(path: Path, tmp_path: Path) -> None:
-    write_raw(simulate(bench(), Silicon()), tmp_path / "again.raw")
+    write_raw(simulate(bench(), Silicon(AMI_1500_IDEAL)), tmp_path / "again.raw")
     assert (tmp_path / "again.raw").read_bytes() == path.read_bytes()
 
 
@@ -97,7 +98,7 @@ def test_what_ngspice_writes_has_the_same_names(path: Path, tmp_path: Path) -> N
 
 @pytest.mark.usefixtures("ngspice_library")
 def test_a_run_of_ngspice_is_written_too(tmp_path: Path) -> None:
-    run = engine.simulate(bench(), Silicon())
+    run = engine.simulate(bench(), Silicon(AMI_1500_IDEAL))
     write_raw(run, tmp_path / "run.raw")
     found = RawRead(tmp_path / "run.raw", verbose=False)
     assert tuple(found.get_trace_names()) == NAMES

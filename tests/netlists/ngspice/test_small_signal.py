@@ -9,6 +9,7 @@ from circuits.devices import Resistor
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import UnknownNameError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver import small_signal
 from circuits.solver.noise import analysis as noise_analysis
@@ -32,8 +33,13 @@ def point_of(block: Block, silicon: Silicon) -> OperatingPoint:
 @pytest.mark.parametrize(
     ("block", "source", "node", "silicon"),
     [
-        (rebound_neuron.BLOCK, "v_rest", "v_mem", Silicon(temperature_c=85.0, die=Die(number=1003))),
-        (onset_neuron.BLOCK, "envelope", "v_amp", Silicon(temperature_c=-20.0)),
+        (
+            rebound_neuron.BLOCK,
+            "v_rest",
+            "v_mem",
+            Silicon(AMI_1500_IDEAL, temperature_c=85.0, die=Die(number=1003)),
+        ),
+        (onset_neuron.BLOCK, "envelope", "v_amp", Silicon(AMI_1500_IDEAL, temperature_c=-20.0)),
     ],
 )
 def test_transfer_and_noise_are_ngspices(block: Block, source: str, node: str, silicon: Silicon) -> None:
@@ -58,7 +64,7 @@ def test_transfer_and_noise_are_ngspices(block: Block, source: str, node: str, s
 
 def test_a_resistors_noise_is_ngspices_own() -> None:
     """The amplifier stage of the onset neuron is resistors: left to themselves they make all of it."""
-    point = point_of(onset_neuron.BLOCK, Silicon())
+    point = point_of(onset_neuron.BLOCK, Silicon(AMI_1500_IDEAL))
     sources = noise_analysis.noise_sources(point, WHITE_ONLY)
     silent = sources._replace(white=np.where([k == "resistor" for k in sources.kind], sources.white, 0.0))
     frequency, output, _ = peer.noise(point, "v_amp", "envelope", GRID, silent)
@@ -70,6 +76,6 @@ def test_a_resistors_noise_is_ngspices_own() -> None:
 
 
 def test_wrong_names_are_told() -> None:
-    point = point_of(rebound_neuron.BLOCK, Silicon())
+    point = point_of(rebound_neuron.BLOCK, Silicon(AMI_1500_IDEAL))
     with pytest.raises(UnknownNameError, match="source v_nothing"):
         peer.ac(point, "v_nothing", GRID, ["v_mem"])

@@ -10,6 +10,7 @@ import pytest
 
 from circuits.blocks.sonar import rebound_neuron
 from circuits.blocks.sonar.tuning import tune, tuning_machine
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result
 from netlists.ngspice import tuning
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("kept_ngspice")
 
 
 def test_the_nominal_neuron_is_silent_but_after_both() -> None:
-    neuron, silicon = rebound_neuron.build(), Silicon()
+    neuron, silicon = rebound_neuron.build(), Silicon(AMI_1500_IDEAL)
     ours = tune(tuning_machine(neuron, silicon))
     trials = NgspiceTrials(neuron, silicon)
     assert not trials.fires_at_rest(1e-3)

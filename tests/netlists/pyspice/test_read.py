@@ -13,6 +13,7 @@ from circuits.circuit import Circuit, Instance, Port
 from circuits.devices import Capacitor, Resistor, Source, Transistor
 from circuits.devices.source import Constant, PiecewiseLinear, Pulse
 from circuits.errors import CircuitError, DataError
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import simulate
@@ -69,11 +70,11 @@ def test_a_mirror_in_a_sub_circuit_comes_back_as_ours() -> None:
 @pytest.mark.usefixtures("ngspice_library")
 def test_what_comes_back_works_in_the_solver_and_again_in_pyspice() -> None:
     bench = from_pyspice(circuit(), stop=1e-6)
-    point = operating_point(bench, Silicon())
+    point = operating_point(bench, Silicon(AMI_1500_IDEAL))
     # drawn by a diode of W/L 1/2 through 10 MOhm; the output's devices are 4 times as wide together
     drawn, copied = (5.0 - point["diode"]) / 10.01e6, (5.0 - point["out_"]) / 1e6
     assert copied == pytest.approx(4.0 * drawn, rel=1e-3)
-    theirs = pyspice_simulator(to_pyspice(bench, Silicon())).operating_point()
+    theirs = pyspice_simulator(to_pyspice(bench, Silicon(AMI_1500_IDEAL))).operating_point()
     assert float(np.asarray(theirs["xa_mirror_s_test.diode"])[0]) == pytest.approx(point["diode"], abs=1e-4)
 
 
@@ -106,7 +107,7 @@ def test_sources_become_stimuli_with_their_signs() -> None:
 
 @pytest.mark.usefixtures("ngspice_library")
 def test_stimuli_are_what_ngspice_makes_of_them() -> None:
-    ours = simulate(from_pyspice(sources(), stop=10e-3), Silicon())
+    ours = simulate(from_pyspice(sources(), stop=10e-3), Silicon(AMI_1500_IDEAL))
     theirs = pyspice_simulator(sources()).transient(step_time=1e-5, end_time=10e-3, max_time=1e-5)
     time = np.asarray(theirs.time)
     # both begin the ramp of a pulse a moment apart in rounding, so that its edges are left out

@@ -11,6 +11,7 @@ from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import SimulatorError
 from circuits.registry import load_block
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate as solve
 from circuits.testbench import Testbench
@@ -47,7 +48,7 @@ def stages() -> Testbench:
 
 @pytest.mark.usefixtures("ngspice_library")
 def test_the_neuron_fires_when_the_exported_text_does() -> None:
-    silicon, bench = Silicon(die=Die("A", 9)), load_block("high-threshold-neuron").bench()
+    silicon, bench = Silicon(AMI_1500_IDEAL, die=Die("A", 9)), load_block("high-threshold-neuron").bench()
     text = engine.simulate(bench, silicon)
     analysis = to_pyspice(bench, silicon).transient()
     time, spike = np.asarray(analysis.time), np.asarray(analysis["spike"])
@@ -59,8 +60,8 @@ def test_the_neuron_fires_when_the_exported_text_does() -> None:
 
 @pytest.mark.usefixtures("ngspice_library")
 def test_arrays_resistors_and_controlled_sources_agree_with_the_solver() -> None:
-    circuit = to_pyspice(stages(), Silicon())
-    ours = solve(stages(), Silicon(), rtol=1e-6)
+    circuit = to_pyspice(stages(), Silicon(AMI_1500_IDEAL))
+    ours = solve(stages(), Silicon(AMI_1500_IDEAL), rtol=1e-6)
     analysis = circuit.transient()
     for path in ("y[0]", "y[1]", "k"):
         theirs = np.interp(
@@ -71,7 +72,7 @@ def test_arrays_resistors_and_controlled_sources_agree_with_the_solver() -> None
 
 
 def test_the_circuit_has_the_elements_of_the_text_and_plain_numbers() -> None:
-    silicon = Silicon(temperature_c=60.0)
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=60.0)
     circuit = to_pyspice(neuron(), silicon)
     theirs = [line.lower() for line in str(circuit).splitlines()]
     deck = format_testbench(neuron(), silicon).replace("\n+ ", " ").splitlines()
@@ -84,7 +85,7 @@ def test_the_circuit_has_the_elements_of_the_text_and_plain_numbers() -> None:
 
 
 def test_the_tolerances_are_those_of_the_text() -> None:
-    deck = format_testbench(neuron(), Silicon())
+    deck = format_testbench(neuron(), Silicon(AMI_1500_IDEAL))
     assert all(f"{name}={value}" in deck for name, value in OPTIONS.items())
 
 
@@ -93,7 +94,7 @@ def test_a_start_is_handed_on() -> None:
     bench = neuron()
     circuit = to_pyspice(
         Testbench(bench.title, bench.circuit, bench.sources, bench.stop, start={"membrane.v_r": 3.1}),
-        Silicon(),
+        Silicon(AMI_1500_IDEAL),
     )
     assert ".nodeset v(xrebound_neuron.xmembrane.v_r)=3.1" in str(circuit.simulator()).lower()
     found = circuit.simulator().operating_point()

@@ -10,6 +10,7 @@ from circuits.devices.source import Pulse
 from circuits.errors import DataError, UnknownNameError
 from circuits.lowering.flatten import flatten
 from circuits.lowering.kernel import to_kernel
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.solver.operating_point import operating_point
 from netlists.read import Limits, Note, read_netlist
@@ -37,7 +38,7 @@ Cl out 0 10fF
 
 def test_a_deck_becomes_a_circuit_that_runs() -> None:
     found = read_netlist(INVERTERS, drop=["nch", "pch"])
-    machine = to_kernel(found.testbench, Silicon())
+    machine = to_kernel(found.testbench, Silicon(AMI_1500_IDEAL))
     voltages = operating_point(machine).voltages()
     assert voltages["net_x2d_3"] == pytest.approx(5.0, abs=1e-3)  # leakage alone moves it
     assert voltages["out"] == pytest.approx(0.0, abs=1e-3)

@@ -21,6 +21,7 @@ from chips.ranging.sheet import rebound_sheet
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from netlists.verilog_a.cell import FIGURES, MODULE, PORTS, CellArray, cell_module, format_cells
 from tests.netlists.verilog_a.compiled_cell import CompiledCell, Drive
@@ -37,7 +38,7 @@ def cells(circuit: Circuit, silicon: Silicon) -> CellArray:
 
 
 def test_the_sheet_has_the_figures_of_the_module_and_no_others() -> None:
-    (figures,) = cells(rebound_neuron.build(), Silicon()).figures
+    (figures,) = cells(rebound_neuron.build(), Silicon(AMI_1500_IDEAL)).figures
     assert set(figures) == set(FIGURES)
 
 
@@ -52,7 +53,7 @@ def test_the_module_is_whole_and_uses_what_it_declares() -> None:
 
 
 def test_a_chip_is_a_cell_a_neuron_with_its_own_figures() -> None:
-    silicon = Silicon(die=Die(number=1003), temperature_c=35.0)
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=1003), temperature_c=35.0)
     array = cells(ranging_chip.build(), silicon)
     text = format_cells(array, silicon, "ranging chip")
     first, *_ = text.splitlines()
@@ -68,7 +69,9 @@ def test_a_chip_is_a_cell_a_neuron_with_its_own_figures() -> None:
 
 
 def test_a_lone_neuron_is_a_module_around_one_cell() -> None:
-    text = format_cells(cells(rebound_neuron.build(), Silicon()), Silicon(), "neuron")
+    text = format_cells(
+        cells(rebound_neuron.build(), Silicon(AMI_1500_IDEAL)), Silicon(AMI_1500_IDEAL), "neuron"
+    )
     assert "module rebound_neuron(call, echo, v_ex_max, v_mem, spike);" in text
     assert "xneuron(call, echo, v_ex_max, v_mem, spike);" in text
 
@@ -85,7 +88,10 @@ def test_the_compiled_cell_spikes_when_the_behavioural_neuron_does(
     number: int | None, k: int, temperature: float, tmp_path: Path
 ) -> None:
     """An echo in the middle of the facilitating interval, one well before it, and no echo."""
-    circuit, silicon = ranging_chip.build(), Silicon(die=Die(number=number), temperature_c=temperature)
+    circuit, silicon = (
+        ranging_chip.build(),
+        Silicon(AMI_1500_IDEAL, die=Die(number=number), temperature_c=temperature),
+    )
     array = cells(circuit, silicon)
     module = compiled(format_cells(array, silicon, "chip"), tmp_path)
     nodes = tuple(node["name"] for node in module.get_osdi_descriptor()["nodes"])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from circuits.devices.transistor import capacitances, drain_current
-from circuits.silicon.process import AMI_1500, POLARITIES, Polarity, Process
+from circuits.silicon.process import AMI_1500_IDEAL, POLARITIES, Polarity, Process
 from circuits.silicon.silicon import Silicon
 from netlists.verilog_a.law import MODULES, TRANSISTORS, module_text
 
@@ -19,11 +19,13 @@ VOLTAGES = [(5.0, 0.4, 0.0, 0.0), (0.02, 0.9, 0.1, 0.0), (1.0, 3.0, 4.0, 0.5), (
 
 
 def varied(**figures: object) -> Process:
-    return replace(AMI_1500, n=replace(AMI_1500.n, **figures), p=replace(AMI_1500.p, **figures))  # type: ignore[arg-type]
+    return replace(
+        AMI_1500_IDEAL, n=replace(AMI_1500_IDEAL.n, **figures), p=replace(AMI_1500_IDEAL.p, **figures)
+    )  # type: ignore[arg-type]
 
 
 PROCESSES = {
-    "ekv": AMI_1500,
+    "ekv": AMI_1500_IDEAL,
     "ekv-gamma": varied(law="ekv-gamma"),
     "leaking": varied(early_field=5e6, junction_leakage=1e-6, leakage_doubling=8.0),
 }
@@ -31,7 +33,7 @@ PROCESSES = {
 
 @pytest.mark.parametrize("name", sorted(MODULES))
 def test_a_module_is_whole_and_uses_what_it_declares(name: str) -> None:
-    text = module_text(name, Silicon())
+    text = module_text(name, Silicon(AMI_1500_IDEAL))
     assert text.startswith(f"module {name}(")
     assert text.endswith("endmodule\n")
     bare = re.sub(r"//.*", "", text)
@@ -53,7 +55,7 @@ def test_parameters_are_the_process_s(polarity: Polarity) -> None:
     assert float(given["v_t0"]) == model.v_t0
     assert float(given["gamma"]) == model.gamma
     assert float(given["temperature_c"]) == 40.0
-    assert "parameter real gamma = 0.0;" in module_text(TRANSISTORS[polarity], Silicon())
+    assert "parameter real gamma = 0.0;" in module_text(TRANSISTORS[polarity], Silicon(AMI_1500_IDEAL))
 
 
 @pytest.mark.parametrize("voltage", VOLTAGES)

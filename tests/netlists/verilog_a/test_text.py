@@ -11,6 +11,7 @@ from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, 
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.registry import block_names, load_block
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import NO_DEVIATION, Silicon
 from circuits.testbench import Testbench
 from netlists.registry import Settings
@@ -47,7 +48,9 @@ def modules(text: str) -> dict[str, str]:
 
 @pytest.mark.parametrize("name", block_names())
 def test_every_instance_fits_its_module_and_every_node_is_declared(name: str) -> None:
-    found = modules(DIALECT.write(block_testbench(name), Silicon(die=Die("A", 3)), Settings()))
+    found = modules(
+        DIALECT.write(block_testbench(name), Silicon(AMI_1500_IDEAL, die=Die("A", 3)), Settings())
+    )
     ports = {}
     for module, text in found.items():
         head = re.match(r"module \w+(?:\((.*?)\))?;", text, re.DOTALL)
@@ -67,14 +70,14 @@ def test_every_instance_fits_its_module_and_every_node_is_declared(name: str) ->
 
 
 def test_only_laws_that_are_used_are_written() -> None:
-    found = modules(DIALECT.write(bank(), Silicon(), Settings()))
+    found = modules(DIALECT.write(bank(), Silicon(AMI_1500_IDEAL), Settings()))
     assert set(found) & MODULES == {"noctule_nfet", "noctule_capacitor", "noctule_resistor"}
     assert list(found)[-3:] == ["module__r", "bank", "testbench"]
     assert "module__r xcell__1(a, y__1);" in found["bank"]
 
 
 def test_sources_are_renewed_at_their_vertices() -> None:
-    text = modules(DIALECT.write(bank(), Silicon(), Settings()))["testbench"]
+    text = modules(DIALECT.write(bank(), Silicon(AMI_1500_IDEAL), Settings()))["testbench"]
     assert "@(initial_step) begin t0 = 0.0; v0 = 0.0; slope = 1000.0; end" in text
     assert "@(timer(0.001)) begin t0 = 0.001; v0 = 1.0; slope = 0.0; end" in text
     assert "V(a, gnd) <+ v0 + slope * ($abstime - t0);" in text
@@ -82,17 +85,17 @@ def test_sources_are_renewed_at_their_vertices() -> None:
 
 
 def test_deviations_of_a_die_are_parameters() -> None:
-    silicon = Silicon(die=Die("A", 3))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die("A", 3))
     device = Transistor("m", "p", "d", "g", "s", "vdd", 3e-6, 3e-6)
     text = format_device(device, silicon)[0]
     total = total_deviation(silicon, "p", NO_DEVIATION)
     assert f".delta_v_t0({total.v_t0!r})" in text
     assert f".delta_beta({total.beta!r})" in text
-    assert "delta" not in format_device(device, Silicon())[0]
+    assert "delta" not in format_device(device, Silicon(AMI_1500_IDEAL))[0]
 
 
 def test_all_devices_are_instances_with_notes() -> None:
-    silicon = Silicon()
+    silicon = Silicon(AMI_1500_IDEAL)
     for device, module in (
         (Capacitor("c", "a", "0", 1e-12), "noctule_capacitor #(.c(1e-12)) cc(a, gnd);"),
         (Resistor("r", "a", "b[2]", 1e3), "noctule_resistor #(.r(1000.0)) rr(a, b__2);"),
@@ -111,7 +114,7 @@ def test_all_devices_are_instances_with_notes() -> None:
 
 
 def test_parasitics_are_capacitors() -> None:
-    text = DIALECT.write(bank(), Silicon(), Settings(parasitics={"cell[1].inner": 1e-15}))
+    text = DIALECT.write(bank(), Silicon(AMI_1500_IDEAL), Settings(parasitics={"cell[1].inner": 1e-15}))
     found = modules(text)
     assert "noctule_capacitor #(.c(1e-15)) cparasitic0(inner, gnd);" in found["module_2"]
     assert "parasitic" not in found["module__r"]

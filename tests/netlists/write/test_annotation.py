@@ -15,7 +15,7 @@ from circuits.devices import Resistor, Source, Transistor
 from circuits.devices.source import PiecewiseLinear, Pulse, Sampled
 from circuits.errors import DataError
 from circuits.silicon.die import CORNERS, Die
-from circuits.silicon.process import AMI_1500, TransistorModel, Variation
+from circuits.silicon.process import AMI_1500_IDEAL, TransistorModel, Variation
 from circuits.silicon.sampling import Sampling
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.testbench import Testbench
@@ -159,13 +159,13 @@ def test_a_title_cannot_end_its_line() -> None:
 @pytest.mark.parametrize(
     "silicon",
     [
-        Silicon(),
-        Silicon(temperature_c=-20.0, die=Die("B", 1003, "ss", mismatch=False)),
-        Silicon(place=(("chip", ()), ("neuron", (2,)), ("bias copy", ()))),
-        Silicon(replace(AMI_1500, n=TransistorModel(0.5, 0.6, 1e-4, "ekv-gamma"))),
-        Silicon(replace(AMI_1500, variation=Variation(0.1, 0.2))),
-        Silicon(die=Die("B", 1003, variation="full")),
-        Silicon(replace(AMI_1500, components=None)),
+        Silicon(AMI_1500_IDEAL),
+        Silicon(AMI_1500_IDEAL, temperature_c=-20.0, die=Die("B", 1003, "ss", mismatch=False)),
+        Silicon(AMI_1500_IDEAL, place=(("chip", ()), ("neuron", (2,)), ("bias copy", ()))),
+        Silicon(replace(AMI_1500_IDEAL, n=TransistorModel(0.5, 0.6, 1e-4, "ekv-gamma"))),
+        Silicon(replace(AMI_1500_IDEAL, variation=Variation(0.1, 0.2))),
+        Silicon(AMI_1500_IDEAL, die=Die("B", 1003, variation="full")),
+        Silicon(replace(AMI_1500_IDEAL, components=None)),
     ],
     ids=["nominal", "die", "place", "process", "variation", "components", "none stated"],
 )  # fmt: skip
@@ -176,17 +176,17 @@ def test_silicon_comes_back(silicon: Silicon) -> None:
 def test_a_die_of_a_plan_has_its_draws() -> None:
     columns = {"process.n.shared.v_t0": 1, "c.m.v_t0": 0}
     plan = Sampling("lhs", 5, columns, np.array([[0.0, 0.0], [1.5, -2.0], [9.0, 9.0]]))
-    silicon = Silicon(die=Die("A", 6, sampling=plan))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die("A", 6, sampling=plan))
     found = to_silicon(read(format_annotation(note)) for note in silicon_notes(silicon))
     assert found.law("n") == silicon.law("n")
-    assert found.law("n") != Silicon(die=Die("A", 6)).law("n")
+    assert found.law("n") != Silicon(AMI_1500_IDEAL, die=Die("A", 6)).law("n")
     assert found.deviation("c", (("m", ()),), 1e-11) == silicon.deviation("c", (("m", ()),), 1e-11)
     assert str(found.die) == str(silicon.die)
 
 
 def test_silicon_without_a_part_is_refused() -> None:
     with pytest.raises(DataError, match="note die: missing"):
-        to_silicon(silicon_notes(Silicon())[:-1])
+        to_silicon(silicon_notes(Silicon(AMI_1500_IDEAL))[:-1])
 
 
 def test_a_circuit_has_ports_nodes_and_biases() -> None:

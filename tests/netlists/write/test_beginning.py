@@ -12,6 +12,7 @@ from circuits.circuit import Circuit, InstanceArray, Node, Port
 from circuits.devices import Capacitor, Resistor, Source, Transistor
 from circuits.devices.source import Constant
 from circuits.errors import DataError
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
@@ -63,7 +64,7 @@ def chain() -> Testbench:
 def test_held_voltages_and_charges_are_those_of_ngspice(begin: str) -> None:
     bench = replace(chain(), begin=begin)  # type: ignore[arg-type]  # one of the two
     own = simulate(bench, rtol=1e-7)
-    peer = engine.simulate(bench, Silicon(), reltol=1e-6, tmax=bench.stop / 20_000)
+    peer = engine.simulate(bench, Silicon(AMI_1500_IDEAL), reltol=1e-6, tmax=bench.stop / 20_000)
     after = peer.time > 5e-9  # with uic ngspice's first point has no meaning
     for node in own.nodes[1:]:
         ours = np.interp(peer.time[after], own.time, own[node])
@@ -99,7 +100,7 @@ def test_without_notes_it_comes_back_as_well(dialect: str, begin: str) -> None:
         (Resistor("r", "vdd", "y", 1e3), Capacitor("c", "y", "0", NF, ic=1.0), Resistor("s", "y", "0", 1e3)),
     )  # fmt: skip
     bench = Testbench("pair", circuit, (SUPPLY,), US, start={"y": 2.0}, begin=begin)  # type: ignore[arg-type]
-    text = load_dialect(dialect).write(bench, Silicon(), Settings())
+    text = load_dialect(dialect).write(bench, Silicon(AMI_1500_IDEAL), Settings())
     plain = "\n".join(line for line in text.splitlines() if not line.startswith("*%")) + "\n"
     found = read_netlist(plain, dialect=dialect).testbench
     assert found.begin == begin
@@ -118,9 +119,9 @@ def test_dialects_write_their_own_words(dialect: str) -> None:
         "spectre": ("\nic ", " skipdc=yes"),
     }[dialect]
     write = load_dialect(dialect).write
-    held = write(chain(), Silicon(), Settings())
+    held = write(chain(), Silicon(AMI_1500_IDEAL), Settings())
     assert words[1] not in held
-    charged = write(replace(chain(), begin="uic"), Silicon(), Settings())
+    charged = write(replace(chain(), begin="uic"), Silicon(AMI_1500_IDEAL), Settings())
     assert words[1] in charged
     if dialect != "ngspice":
         assert words[0] in held
@@ -132,7 +133,7 @@ def test_dialects_write_their_own_words(dialect: str) -> None:
 @pytest.mark.parametrize("begin", ["disturbed", "uic"])
 def test_pyspice_begins_likewise(begin: str) -> None:
     bench = replace(chain(), begin=begin)  # type: ignore[arg-type]  # one of the two
-    circuit = to_pyspice(bench, Silicon())
+    circuit = to_pyspice(bench, Silicon(AMI_1500_IDEAL))
     found = circuit.transient()
     own = simulate(bench, rtol=1e-7)
     last = float(np.asarray(found[circuit.run_names["y[1]"]])[-1])
@@ -176,12 +177,12 @@ def test_ngspice_counts_at_the_circuit_s_own_threshold() -> None:
 def test_a_latch_is_set_in_both_engines() -> None:
     for node, other in (("a", "b"), ("b", "a")):
         bench = replace(latch(), initial={node: 5.0})
-        for result in (simulate(bench), engine.simulate(bench, Silicon())):
+        for result in (simulate(bench), engine.simulate(bench, Silicon(AMI_1500_IDEAL))):
             assert result[node][-1] > 4.9
             assert result[other][-1] < 0.1
 
 
 def test_what_the_notes_do_not_say_is_refused() -> None:
-    text = load_dialect("ngspice").write(chain(), Silicon(), Settings())
+    text = load_dialect("ngspice").write(chain(), Silicon(AMI_1500_IDEAL), Settings())
     with pytest.raises(DataError, match="edited"):
         read_netlist(text.replace("=3.5", "=3.6"))

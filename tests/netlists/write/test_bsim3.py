@@ -12,7 +12,7 @@ from circuits.devices import Transistor
 from circuits.devices.transistor import drain_current
 from circuits.registry import load_block
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, POLARITIES, Polarity, Process
+from circuits.silicon.process import AMI_1500_IDEAL, POLARITIES, Polarity, Process
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.solver.transient import simulate
 from netlists.ngspice import run as ngspice
@@ -22,7 +22,9 @@ from netlists.write import bsim3
 
 SIZE = 6e-6
 NONE = Deviation(0.0, 0.0)
-GAMMA = replace(AMI_1500, n=replace(AMI_1500.n, law="ekv-gamma"), p=replace(AMI_1500.p, law="ekv-gamma"))
+GAMMA = replace(
+    AMI_1500_IDEAL, n=replace(AMI_1500_IDEAL.n, law="ekv-gamma"), p=replace(AMI_1500_IDEAL.p, law="ekv-gamma")
+)
 
 
 def currents(
@@ -72,7 +74,7 @@ def sweep(process: Process, polarity: Polarity, temperature: float, v_s: float) 
 @pytest.mark.parametrize("polarity", POLARITIES)
 def test_nominal_devices_agree_in_weak_inversion(polarity: Polarity, temperature: float) -> None:
     """Source at the bulk. The factor is that of moderate inversion's onset; deeper down it goes to 1."""
-    i, peer, specific = sweep(AMI_1500, polarity, temperature, 0.0)
+    i, peer, specific = sweep(AMI_1500_IDEAL, polarity, temperature, 0.0)
     weak = i < 0.1 * specific
     assert np.abs(np.log(peer / i))[weak].max() < np.log(1.15)
     deep = i < 1e-3 * specific
@@ -83,19 +85,19 @@ def test_nominal_devices_agree_in_weak_inversion(polarity: Polarity, temperature
 
 @pytest.mark.parametrize("polarity", POLARITIES)
 def test_the_current_at_threshold_agrees(polarity: Polarity) -> None:
-    silicon = Silicon()
+    silicon = Silicon(AMI_1500_IDEAL)
     gate = silicon.law(polarity).v_t0 + np.array([0.0, 0.01])
     ratio = currents(silicon, polarity, gate)[0] / ours(silicon, polarity, gate)[0]
     assert ratio == pytest.approx(0.94, abs=0.06)
 
 
-@pytest.mark.parametrize("process", [AMI_1500, GAMMA], ids=["ekv", "ekv-gamma"])
+@pytest.mark.parametrize("process", [AMI_1500_IDEAL, GAMMA], ids=["ekv", "ekv-gamma"])
 @pytest.mark.parametrize("v_s", [1.0, 1.8])
 @pytest.mark.parametrize("polarity", POLARITIES)
 def test_the_body_effect_is_that_of_the_law(polarity: Polarity, v_s: float, process: Process) -> None:
     i, peer, _ = sweep(process, polarity, 27.0, v_s)
     assert np.abs(np.log(peer / i)).max() < np.log(1.6)
-    other = GAMMA if process is AMI_1500 else AMI_1500
+    other = GAMMA if process is AMI_1500_IDEAL else AMI_1500_IDEAL
     j, wrong, _ = sweep(other, polarity, 27.0, v_s)
     n = min(i.size, j.size)
     assert np.abs(np.log(wrong[-n:] / i[-n:])).max() > np.log(2.0)
@@ -125,7 +127,7 @@ def test_second_order_effects_are_those_of_the_law(polarity: Polarity) -> None:
 @pytest.mark.parametrize("shift", [-0.05, 0.03])
 def test_deviations_are_exact(polarity: Polarity, shift: float) -> None:
     """A higher |V_T0| by 30 mV is the curve moved by 30 mV, a higher beta the same current times 1 + beta."""
-    silicon, gate = Silicon(), np.linspace(0.4, 2.0, 9)
+    silicon, gate = Silicon(AMI_1500_IDEAL), np.linspace(0.4, 2.0, 9)
     plain = currents(silicon, polarity, gate)
     moved = currents(silicon, polarity, gate + shift, deviation=Deviation(shift, 0.0))
     assert moved == pytest.approx(plain, rel=1e-3)
@@ -137,20 +139,20 @@ def test_deviations_are_exact(polarity: Polarity, shift: float) -> None:
 
 
 def test_a_die_s_deviations_are_shared_and_local_together() -> None:
-    silicon = Silicon(die=Die("A", 3))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die("A", 3))
     local = Deviation(0.01, -0.05)
     for polarity in POLARITIES:
         total = bsim3.total_deviation(silicon, polarity, local)
-        nominal, shared = Silicon().law(polarity), silicon.law(polarity)
+        nominal, shared = Silicon(AMI_1500_IDEAL).law(polarity), silicon.law(polarity)
         assert nominal.v_t0 + total.v_t0 == pytest.approx(shared.v_t0 + 0.01, rel=1e-12)
         assert nominal.square_current * (1 + total.beta) == pytest.approx(
             shared.square_current * 0.95, rel=1e-12
         )
-    assert bsim3.total_deviation(Silicon(), "n", Deviation(0.0, 0.0)) == (0.0, 0.0)
+    assert bsim3.total_deviation(Silicon(AMI_1500_IDEAL), "n", Deviation(0.0, 0.0)) == (0.0, 0.0)
 
 
 def test_constant_capacitances_and_leakage_are_those_of_the_process() -> None:
-    leaky = replace(AMI_1500, n=replace(AMI_1500.n, junction_leakage=1e-9))
+    leaky = replace(AMI_1500_IDEAL, n=replace(AMI_1500_IDEAL.n, junction_leakage=1e-9))
     silicon = Silicon(leaky, 45.0)
     card = bsim3.card(silicon, "n")
     size = bsim3.size(Transistor("m", "n", "d", "g", "s", "0", 3e-6, 1.5e-6, 2.0))
@@ -163,8 +165,8 @@ def test_constant_capacitances_and_leakage_are_those_of_the_process() -> None:
 
 def test_a_card_at_another_temperature_follows_the_process_s_laws() -> None:
     """A card made at 27 degC and run at 85 is the card made at 85, but for what V_off does."""
-    hot = Silicon(temperature_c=85.0)
-    there, here = bsim3.card(hot, "p"), bsim3.card(Silicon(), "p")
+    hot = Silicon(AMI_1500_IDEAL, temperature_c=85.0)
+    there, here = bsim3.card(hot, "p"), bsim3.card(Silicon(AMI_1500_IDEAL), "p")
     ratio = (85.0 + 273.15) / (27.0 + 273.15)
     # kt1 is of the magnitude in BSIM3 too: vth0 of a pFET is made more negative by a negative one
     assert abs(here["vth0"]) + here["kt1"] * (ratio - 1.0) == pytest.approx(abs(there["vth0"]), rel=1e-9)
@@ -175,9 +177,9 @@ def test_a_card_at_another_temperature_follows_the_process_s_laws() -> None:
 def test_a_deviating_device_has_parameters_or_a_card_of_its_own(name: str) -> None:
     write = load_dialect(name).devices["bsim3"]
     device = Transistor("m", "p", "d", "g", "s", "vdd", 3e-6, 1.5e-6)
-    nominal = write(device, Silicon())
+    nominal = write(device, Silicon(AMI_1500_IDEAL))
     assert "bsim3_p" in " ".join(nominal)
-    text = " ".join(write(device, Silicon(), Deviation(0.01, -0.05)))
+    text = " ".join(write(device, Silicon(AMI_1500_IDEAL), Deviation(0.01, -0.05)))
     if name in {"ngspice", "hspice"}:
         assert "delvto=-0.01 mulu0=0.95" in text
     else:
@@ -189,13 +191,13 @@ def test_a_deviating_device_has_parameters_or_a_card_of_its_own(name: str) -> No
 def test_only_cards_that_are_used_are_written() -> None:
     block = load_block("rebound-neuron")
     bench = block.bench()
-    text = load_dialect("ngspice").write(bench, Silicon(), Settings("bsim3"))
+    text = load_dialect("ngspice").write(bench, Silicon(AMI_1500_IDEAL), Settings("bsim3"))
     assert text.count("\n.model bsim3_") == 2
     assert "\nb" not in text
     board = load_block("centroid-board")
     bench = board.bench()
     assert (
-        load_dialect("ngspice").write(bench, Silicon(), Settings("bsim3")).count("\nb") > 0
+        load_dialect("ngspice").write(bench, Silicon(AMI_1500_IDEAL), Settings("bsim3")).count("\nb") > 0
     )  # its amplifier
 
 
@@ -204,7 +206,7 @@ def test_the_rebound_neuron_runs_on_bsim3(die: Die) -> None:
     """One spike after the rebound, within 10 % of our law's: moderate inversion moves it by some 5 %."""
     block = load_block("rebound-neuron")
     bench = block.bench()
-    silicon = Silicon(die=die)
+    silicon = Silicon(AMI_1500_IDEAL, die=die)
     text = load_dialect("ngspice").write(bench, silicon, Settings("bsim3", reltol=1e-4, tmax=10e-6))
     waveforms = ngspice.run(text)
     spikes = upward_crossings(waveforms.axis, waveforms.values[node_names(bench, silicon)["spike"]], 2.5)

@@ -15,6 +15,7 @@ from circuits.devices.source import Constant
 from circuits.lowering.flatten import flatten
 from circuits.registry import block_names, load_block
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.testbench import Testbench
 from netlists.write.traversal import Definition, Design, element, to_design
@@ -98,13 +99,13 @@ def test_blocks_expand_to_their_flat_devices(name: str, die: Die) -> None:
     block = load_block(name)
     circuit = block.build()
     bench = block.testbench(circuit, block.defaults, block.process.v_dd)
-    silicon = Silicon(die=die)
+    silicon = Silicon(AMI_1500_IDEAL, die=die)
     assert expand(to_design(bench, silicon)) == flat_devices(circuit, silicon)
 
 
 @pytest.mark.parametrize("die", DIES, ids=str)
 def test_nested_arrays_expand_to_their_flat_devices(die: Die) -> None:
-    circuit, silicon = nested(), Silicon(die=die)
+    circuit, silicon = nested(), Silicon(AMI_1500_IDEAL, die=die)
     design = to_design(Testbench("t", circuit, (Source("x", "x", Constant(1.0)),), 1.0), silicon)
     found = expand(design)
     assert found == flat_devices(circuit, silicon)
@@ -116,7 +117,7 @@ def test_nested_arrays_expand_to_their_flat_devices(die: Die) -> None:
 
 def test_definitions_stand_before_their_use_under_names_of_their_own() -> None:
     bench = Testbench("t", nested(), (Source("x", "x", Constant(1.0)),), 1.0)
-    design = to_design(bench, Silicon(die=Die("A", 3)))
+    design = to_design(bench, Silicon(AMI_1500_IDEAL, die=Die("A", 3)))
     seen: set[str] = set()
     for definition in design.definitions:
         assert all(c.definition in seen for calls in definition.calls for c in calls)
@@ -136,7 +137,7 @@ def test_circuits_that_differ_in_their_ports_kinds_or_biases_are_not_one() -> No
     )
     instances = tuple(Instance(f"i{k}", kind, {"a": "x"}) for k, kind in enumerate(kinds))
     top = Circuit("top", (Port("x", "analog"),), (), instances)
-    design = to_design(Testbench("t", top, (Source("x", "x", Constant(1.0)),), 1.0), Silicon())
+    design = to_design(Testbench("t", top, (Source("x", "x", Constant(1.0)),), 1.0), Silicon(AMI_1500_IDEAL))
     assert [c.definition for calls in design.top.calls for c in calls] == [
         "part", "part_2", "part_3", "part_4", "part",
     ]  # fmt: skip
@@ -144,7 +145,7 @@ def test_circuits_that_differ_in_their_ports_kinds_or_biases_are_not_one() -> No
 
 def test_sources_know_where_they_come_from() -> None:
     given = (Source("x", "x", Constant(1.0)), Source("v", "v[1]", Constant(9.0)))
-    drives = to_design(Testbench("t", nested(), given, 1.0), Silicon()).drives
+    drives = to_design(Testbench("t", nested(), given, 1.0), Silicon(AMI_1500_IDEAL)).drives
     assert [(d.source.name, d.biased) for d in drives] == [
         ("x", False), ("v", False), ("v[0]", True), ("v[2]", True),
     ]  # fmt: skip
@@ -153,7 +154,7 @@ def test_sources_know_where_they_come_from() -> None:
 def test_parasitics_make_definitions_only_where_they_are() -> None:
     bench = Testbench("t", nested(), (Source("x", "x", Constant(1.0)),), 1.0)
     loads = {"plain[2].t.in": 1e-15, "plain[3].t.in": 1e-15, "row[1,2].p[0].in": 2e-15, "mid[1]": 3e-15}
-    design = to_design(bench, Silicon(), loads)
+    design = to_design(bench, Silicon(AMI_1500_IDEAL), loads)
     named = {d.name: d for d in design.definitions}
     rows, plain = design.top.calls
     assert design.top.parasitics == (Capacitor("parasitic0", "mid[1]", "0", 3e-15),)

@@ -13,6 +13,7 @@ from chips.hearing.model import hearing_on
 from chips.noise import SiliconNoise
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.approach import behavioural as behavioural_approach
 from system.approach import loop as approach_loop
@@ -99,7 +100,7 @@ def test_noise_moves_calls_and_echoes_as_their_models_draw_it() -> None:
     quiet = replace(noisy, silicon_noise="off")
     plain, jittered = run(quiet), run(noisy)
     noise = SiliconNoise(1)
-    model = VocalizationModel(Silicon(), noise=noise)
+    model = VocalizationModel(Silicon(AMI_1500_IDEAL), noise=noise)
     # with no target found yet the interval is that of 5 Hz, and lacks the phase that the call left
     late = -phase_after_call(model.noise, 0, model.numbers.base) / model.numbers.base
     moved = jittered.calls[:, 0] - plain.calls[:, 0]
@@ -107,7 +108,7 @@ def test_noise_moves_calls_and_echoes_as_their_models_draw_it() -> None:
     assert moved[0] == 0.0
     assert np.sign(moved[1]) == np.sign(late)
     assert abs(moved[1]) < 2.0 * abs(late)  # a proximity that rises meanwhile makes intervals shorter
-    ears = hearing_on(Silicon(), noise=noise)
+    ears = hearing_on(Silicon(AMI_1500_IDEAL), noise=noise)
     assert 1e-9 < abs(jittered.echoes[1] - plain.echoes[1]) < 1e-5
     assert ears.noise.onset.size > 0
     assert jittered.pulses[0] != plain.pulses[0]

@@ -9,7 +9,7 @@ from chips.rolls.cut import cut_row, silicon_of
 from chips.rolls.program.bias_file import write_biases
 from circuits.lowering.flatten import flatten
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.cli.command_line import main
 from system.cli.export_rolls import row_testbench
@@ -54,7 +54,7 @@ def test_events_come_one_after_another_and_latches_are_set(program: str) -> None
     assert rests
     assert bench.stop == pytest.approx(1e-3 + 15e-3 + 10e-3)
     assert len(flatten(cut.circuit).groups) > 50
-    assert silicon_of(cut, Silicon(ROLLS_180, die=Die(number=3))).die.sampling is not None
+    assert silicon_of(cut, Silicon(ROLLS_180_IDEAL, die=Die(number=3))).die.sampling is not None
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from circuits.errors import UnknownNameError
 from circuits.lowering.kernel import Machine
 from circuits.registry import BLOCKS, METRICS, load_block, load_metric, metric_names
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.cli import montecarlo
 from system.cli.command_line import main
@@ -54,7 +55,7 @@ def test_samples_are_the_dies_in_order(run_json: RunJson) -> None:
     )
     assert found["dies"] == [1000, 1001, 1002]
     for k, number in enumerate(found["dies"]):
-        silicon = Silicon(die=Die(number=number, process=False))
+        silicon = Silicon(AMI_1500_IDEAL, die=Die(number=number, process=False))
         tuning = tune(tuning_machine(rebound_neuron.build(), silicon))
         assert found["outcomes"][k] == tuning.outcome.value
         value = found["values"]["best_delay"][k]
@@ -257,12 +258,12 @@ def test_the_share_of_dies_with_one_spike_an_echo(run_json: RunJson) -> None:
 
 def test_the_robust_biases_keep_the_nominal_neuron_and_work_on_fresh_dies() -> None:
     """The whole claim, over 300 dies, is a benchmark's; here a dozen, of which a third used to fail."""
-    before = tune(tuning_machine(rebound_neuron.build(), Silicon()))
+    before = tune(tuning_machine(rebound_neuron.build(), Silicon(AMI_1500_IDEAL)))
     circuit = rebias(rebound_neuron.build(), dict(rebound_neuron.ROBUST_BIASES))
-    after = tune(tuning_machine(circuit, Silicon()))
+    after = tune(tuning_machine(circuit, Silicon(AMI_1500_IDEAL)))
     assert after.best_delay == pytest.approx(before.best_delay, rel=0.05)
     assert after.width > 0.9 * before.width
-    dies = (Silicon(die=Die(number=k, process=False)) for k in range(1000, 1012))
+    dies = (Silicon(AMI_1500_IDEAL, die=Die(number=k, process=False)) for k in range(1000, 1012))
     assert sum(tune(tuning_machine(circuit, s)).outcome is NeuronClass.WORKS for s in dies) >= 11
 
 

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from chips.lso.model import head_on
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.head.ear import SPEED, amplitudes, hearing, listen
 from system.head.numbers import SonarHead
 
-NUMBERS, CHIP = SonarHead(), head_on(Silicon())
+NUMBERS, CHIP = SonarHead(), head_on(Silicon(AMI_1500_IDEAL))
 
 
 def level_db(angle_deg: float, distance: float = 1.0) -> float:

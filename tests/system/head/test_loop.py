@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from chips.lso.model import head_on
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.head.loop import ChipAt, Log, Neck, follow, longest_step, usual_spikes
 from system.head.numbers import Motion, SonarHead
 from system.head.world import way_of
 
 NUMBERS = SonarHead(ear_noise=0.0, glint=0.0)
-CHIP = head_on(Silicon())
+CHIP = head_on(Silicon(AMI_1500_IDEAL))
 
 
 def followed(numbers: SonarHead, duration: float = 1.0, kind: str = "step", **motion: float) -> Log:
@@ -94,7 +95,7 @@ def test_one_ear_knows_what_is_usual() -> None:
 
 
 def test_each_ping_hears_with_the_chip_at_its_time() -> None:
-    warm = head_on(Silicon(temperature_c=47.0))
+    warm = head_on(Silicon(AMI_1500_IDEAL, temperature_c=47.0))
     way = way_of("step", Motion(step_at=0.2, swing=0.0), 2.0, np.random.default_rng(0))
 
     def heard(at: ChipAt) -> Log:

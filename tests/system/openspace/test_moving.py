@@ -6,6 +6,7 @@ import numpy as np
 
 from circuits.silicon.course import Course, Points, course_through
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.openspace.flight import fly_sample, planter
 from system.openspace.law import Bat, arcs_of
@@ -18,7 +19,9 @@ STEP: Points = ((0.0, 27.0), (2.0, 27.0), (2.000001, 40.0))  # of the temperatur
 
 
 def made(celsius: float) -> Senses:
-    return senses_of(SENSING, BAT, Silicon(temperature_c=celsius, die=Die(number=1003)), (5, 1), 27.0)
+    return senses_of(
+        SENSING, BAT, Silicon(AMI_1500_IDEAL, temperature_c=celsius, die=Die(number=1003)), (5, 1), 27.0
+    )
 
 
 def moving(points: Points) -> Moving:

@@ -11,6 +11,7 @@ from chips.ranging.chip import RangingChip
 from chips.ranging.circuit import BEST_DELAYS
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.openspace.reader import (
     NOBODY,
@@ -24,8 +25,8 @@ from system.openspace.reader import (
     share_alike,
 )
 
-NOMINAL = Silicon()
-DIE = Silicon(die=Die(number=7, process=False))
+NOMINAL = Silicon(AMI_1500_IDEAL)
+DIE = Silicon(AMI_1500_IDEAL, die=Die(number=7, process=False))
 USED = (delays() > 2e-3) & (delays() < 29e-3)
 
 
@@ -69,7 +70,7 @@ def test_calibration_helps_a_die() -> None:
 
 
 def test_a_calibrated_reader_meets_other_temperatures_with_its_own_values() -> None:
-    warm = Silicon(temperature_c=34.0)
+    warm = Silicon(AMI_1500_IDEAL, temperature_c=34.0)
     assert error(warm, "calibrated") > 2.0 * error(NOMINAL, "calibrated")
     shorter = readings(warm, "nominal")[0]
     # gate voltages: the warm chip's delays are shorter, so that a far echo is past its last neuron's window

@@ -6,12 +6,12 @@ import pytest
 from chips.noise import SiliconNoise
 from chips.ranging.noise import spread
 from circuits.devices.noise import WHITE_ONLY
-from circuits.silicon.process import ELEMENTARY_CHARGE
+from circuits.silicon.process import AMI_1500_IDEAL, ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 from system.openspace.reader import STEP, delays, first_neurons, neurons_of, readings, values_of
 from system.openspace.reader_noise import begun, late_spikes, next_ping, no_reader, read, reader_of
 
-SILICON = Silicon()
+SILICON = Silicon(AMI_1500_IDEAL)
 NOISE = SiliconNoise(1, flicker=WHITE_ONLY)
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.openspace.flight import fly_sample, planter
 from system.openspace.law import ARCS, Bat, arcs_of
@@ -60,7 +61,9 @@ def test_noise_is_the_seeds() -> None:
 
 def test_a_die_is_a_die() -> None:
     both = Sensing("chip", "chip")
-    one, again, other = (senses_of(both, Bat(), Silicon(die=Die(number=n))) for n in (1000, 1000, 1001))
+    one, again, other = (
+        senses_of(both, Bat(), Silicon(AMI_1500_IDEAL, die=Die(number=n))) for n in (1000, 1000, 1001)
+    )
     assert np.array_equal(one.reading, again.reading, equal_nan=True)
     assert np.array_equal(one.chip.cell_threshold, again.chip.cell_threshold)
     assert not np.array_equal(one.reading, other.reading, equal_nan=True)

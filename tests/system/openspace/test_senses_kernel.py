@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from chips.selection.model import selection
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.openspace import state
 from system.openspace.kernel import choose, fly, ping
@@ -129,7 +130,7 @@ def test_a_selection_that_comes_too_late_changes_nothing() -> None:
 def test_desirabilities_that_are_alike_take_for_ever() -> None:
     # the goal behind and all arcs alike: no cell is above the others
     bat = Bat(sharp_turn_cost=0.0, goal_gain=1e-12, hysteresis=0.0, ping_bias=0.0)
-    chip = selection(Silicon(), projection(bat))
+    chip = selection(Silicon(AMI_1500_IDEAL), projection(bat))
     senses = senses_of(Sensing(selection="chip"), bat)._replace(chip=chip)
     cells, flight = scene((24.0, 0.0))
     ping(arcs_of(bat), senses, cells, flight)

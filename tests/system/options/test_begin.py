@@ -13,7 +13,7 @@ import pytest
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.circuit import Circuit
 from circuits.registry import BLOCKS
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from netlists.read import read_netlist
@@ -22,7 +22,7 @@ from system.options.begin import FREE, begin_choice
 from system.options.begun import begun
 from tests.circuits.solver.oscillators import OSCILLATORS
 
-RING = OSCILLATORS["ring"](AMI_1500, 3, 30e-9)
+RING = OSCILLATORS["ring"](AMI_1500_IDEAL, 3, 30e-9)
 HERE = "tests.system.options.test_begin"
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import pytest
 
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500_FULL
+from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from system.experiment import Progress, Report
 from system.papers.checks import (
@@ -61,7 +61,7 @@ def ranging_law_of_a_die(progress: Progress) -> Report:
 def wavefront_law_of_a_die(progress: Progress) -> Report:
     """One die of the twenty, one of its waves, and the jitter of one code."""
     found = wavefront_law.compare((1003,), progress)
-    wave = wavefront_law.wave_of("gate", Silicon(AMI_1500_FULL, die=Die(number=1003)))
+    wave = wavefront_law.wave_of("gate", Silicon(AMI_1500, die=Die(number=1003)))
     rows = wavefront_law.statements(found, [wavefront_law.jitter_of(1)], [wave])
     return Report(rows, lambda figure: wavefront_law.draw(found, figure))
 

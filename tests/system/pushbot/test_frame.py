@@ -7,7 +7,7 @@ import pytest
 
 from chips.rolls.chip import Spikes
 from circuits.errors import ParameterError
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.pushbot.brain import RELAYS, Architecture, brain_of
 from system.pushbot.drive import Readings
@@ -32,7 +32,7 @@ def test_sides_go_round_the_ring() -> None:
 
 def test_what_the_field_sees_drives_its_side_even_after_a_turn() -> None:
     relay = Relay((10, 11), (20, 21), *RELAYS, tuple(range(96, 224)))
-    chip = ring_chip(Silicon(ROLLS_180), "ideal")
+    chip = ring_chip(Silicon(ROLLS_180_IDEAL), "ideal")
     frame = Frame(chip, relay, chip.at_rest())
     times = np.arange(0.001, 0.05, 0.0005)
     neurons = 96 + np.tile(np.arange(18, 23), 20)[: times.size]  # 20 degrees to the left

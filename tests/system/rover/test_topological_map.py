@@ -9,6 +9,7 @@ import pytest
 from chips.wavefront.chip import ChipCells
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.rover.topological_map import plan_places, scatter_places
 
@@ -29,7 +30,10 @@ def test_a_thousand_places() -> None:
 def test_a_die_finds_a_way_that_is_nearly_as_cheap() -> None:
     graph = scatter_places(1000, np.random.default_rng(1000))
     cost = nx.get_node_attributes(graph, "cost")
-    way, best = (plan_places(graph, 0, 999, cells) for cells in (ChipCells(Silicon(die=Die("A", 3))), None))
+    way, best = (
+        plan_places(graph, 0, 999, cells)
+        for cells in (ChipCells(Silicon(AMI_1500_IDEAL, die=Die("A", 3))), None)
+    )
     assert way is not None
     assert best is not None
     assert nx.is_path(graph, way)

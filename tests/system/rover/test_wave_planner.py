@@ -8,6 +8,7 @@ import pytest
 from chips.wavefront.chip import ChipCells
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.rover.cost_map import load_map
 from system.rover.planner import path_cost, plan_path
@@ -18,7 +19,9 @@ ENDS = (2, 10), (19, 10)
 
 
 def chip(number: int | None, temperature_c: float = 27.0, area: float = 1.0) -> ChipPlanner:
-    return ChipPlanner(ChipCells(Silicon(temperature_c=temperature_c, die=Die("A", number)), area=area))
+    return ChipPlanner(
+        ChipCells(Silicon(AMI_1500_IDEAL, temperature_c=temperature_c, die=Die("A", number)), area=area)
+    )
 
 
 def test_the_nominal_chip_plans_as_cheaply_as_ideal_cells() -> None:

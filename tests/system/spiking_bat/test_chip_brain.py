@@ -9,6 +9,7 @@ from chips.latency.chip import LatencyChip
 from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
 from circuits.silicon.course import Course
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.openspace.law import MIDDLE, Bat, arcs_of
 from system.spiking_bat.bat import seen_from
@@ -95,7 +96,7 @@ def test_a_course_that_stays_changes_nothing_and_one_that_warms_does() -> None:
 
 def test_a_unit_of_transistors_follows_the_course() -> None:
     biases = usual_biases(design_of(ARCS, S))
-    unit = TransistorUnit(biases, Silicon(), 16, 5)
+    unit = TransistorUnit(biases, Silicon(AMI_1500_IDEAL), 16, 5)
     chip = LatencyChip(design_of(ARCS, S), biases, units={(16, 5): unit})
     brain = brain_with(chip, ARCS, S, Course(((0.0, 30.0), (1.0, 40.0))))
     brain.ping(2, MIDDLE, NONE)

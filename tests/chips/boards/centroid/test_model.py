@@ -12,9 +12,14 @@ from chips.boards.centroid.model import CentroidModel
 from circuits.blocks.sonar import centroid_board
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
-DIES = (Silicon(), Silicon(temperature_c=60.0), Silicon(temperature_c=5.0, die=Die("A", 1003)))
+DIES = (
+    Silicon(AMI_1500_IDEAL),
+    Silicon(AMI_1500_IDEAL, temperature_c=60.0),
+    Silicon(AMI_1500_IDEAL, temperature_c=5.0, die=Die("A", 1003)),
+)
 
 
 @pytest.mark.parametrize("silicon", DIES, ids=str)
@@ -25,7 +30,7 @@ def test_the_proximity_voltage_follows_the_circuit_under_random_trains(silicon: 
 
 
 def test_one_spike_moves_the_hold_node_most_of_the_way_and_simultaneous_ones_average() -> None:
-    model = CentroidModel(Silicon())
+    model = CentroidModel(Silicon(AMI_1500_IDEAL))
     table = centroid_board.linear_lookup()
     state, _, _ = model.advance(model.begin(), 50e-6, [("spike[2]", 0.0)])
     assert state.board[1] == pytest.approx(0.61 * table[2], rel=0.02)
@@ -38,7 +43,7 @@ def test_one_spike_moves_the_hold_node_most_of_the_way_and_simultaneous_ones_ave
 
 
 def test_the_answer_does_not_depend_on_where_a_run_is_cut() -> None:
-    model = CentroidModel(Silicon())
+    model = CentroidModel(Silicon(AMI_1500_IDEAL))
     events = [("spike[3]", 1e-3), ("spike[9]", 1.004e-3)]
     whole, _, _ = model.advance(model.begin(), 60e-3, events)
     cut = model.begin()
@@ -50,11 +55,11 @@ def test_the_answer_does_not_depend_on_where_a_run_is_cut() -> None:
 
 
 def test_a_second_spike_within_the_pulse_is_merged() -> None:
-    model = CentroidModel(Silicon())
+    model = CentroidModel(Silicon(AMI_1500_IDEAL))
     state, _, _ = model.advance(model.begin(), 1e-3, [("spike[0]", 0.0), ("spike[0]", 5e-6)])
     assert state.merged == 1
 
 
 def test_outside_the_record_it_refuses_with_its_path() -> None:
     with pytest.raises(ParameterError, match=r"board\.temperature: 100 degC"):
-        CentroidModel(Silicon(temperature_c=100.0), path="board")
+        CentroidModel(Silicon(AMI_1500_IDEAL, temperature_c=100.0), path="board")

@@ -11,22 +11,25 @@ from chips.measured.table_record import on_silicon
 from chips.record import kept_record
 from circuits.event import WIDTH
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 
 def test_the_record_holds_what_is_measured() -> None:
     data = kept_record("first_target_isolation")
-    found = m._at(Silicon())
+    found = m._at(Silicon(AMI_1500_IDEAL))
     for name, value in found.items():
         # times to the tie's resolution, levels to a millionth
-        assert float(on_silicon(data, name, Silicon())) == pytest.approx(float(value), rel=1e-6, abs=1e-9)
+        assert float(on_silicon(data, name, Silicon(AMI_1500_IDEAL))) == pytest.approx(
+            float(value), rel=1e-6, abs=1e-9
+        )
     assert WIDTH < found["held_delay_s"] < WIDTH + 1e-6
     assert found["open_V"] == pytest.approx(4.301, abs=1e-3)
 
 
 def test_the_errors_on_other_dies_are_those_of_the_record() -> None:
     errors = kept_record("first_target_isolation").errors
-    silicon = Silicon(temperature_c=60.0, die=Die("0", DIES[0]))
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=60.0, die=Die("0", DIES[0]))
     train = m.random_train(np.random.default_rng(DIES[0]))
     late, _, alone = m.compare(m.circuit_output(silicon, train), m.model_output(silicon, train)[0])
     assert alone == 0
@@ -35,7 +38,7 @@ def test_the_errors_on_other_dies_are_those_of_the_record() -> None:
 
 
 def test_a_difference_between_levels_is_seen() -> None:
-    silicon = Silicon()
+    silicon = Silicon(AMI_1500_IDEAL)
     train = m.random_train(np.random.default_rng(0))
     one = m.circuit_output(silicon, train)
     late, off, alone = m.compare(one, (one[0] + 50e-9, one[1] + 0.02))

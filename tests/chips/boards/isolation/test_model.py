@@ -14,11 +14,12 @@ from chips.record import kept_record
 from circuits.blocks.sonar import first_target_isolation
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 
 def test_it_isolates_from_the_first_spike_to_the_next_call_as_the_circuit_does() -> None:
-    silicon = Silicon()
+    silicon = Silicon(AMI_1500_IDEAL)
     start = first_target_isolation.rest(silicon.process.v_dd)
     cell = Cell(first_target_isolation.build(), silicon, ("v_ex_max",), rtol=1e-3, start=start)
     model = IsolationModel(silicon)
@@ -41,7 +42,9 @@ LAGS = (-15e-6, -5e-6, -0.2e-6, -0.12e-6, -0.05e-6, 0.0, 0.3e-6, 5e-6, 9.9e-6, 1
 
 
 @pytest.mark.parametrize("lag", LAGS)
-@pytest.mark.parametrize("silicon", [Silicon(), Silicon(temperature_c=60.0, die=Die(number=1003))])
+@pytest.mark.parametrize(
+    "silicon", [Silicon(AMI_1500_IDEAL), Silicon(AMI_1500_IDEAL, temperature_c=60.0, die=Die(number=1003))]
+)
 def test_a_spike_near_a_call_ends_as_in_the_circuit(lag: float, silicon: Silicon) -> None:
     call = 40e-6
     events = [("call", call), ("spike[3]", call + lag)]
@@ -57,7 +60,7 @@ def test_a_spike_near_a_call_ends_as_in_the_circuit(lag: float, silicon: Silicon
 
 
 def test_events_at_one_instant_are_in_any_order_what_the_circuit_makes_of_them() -> None:
-    model = IsolationModel(Silicon())
+    model = IsolationModel(Silicon(AMI_1500_IDEAL))
     events = [("call", 1e-6), ("spike[1]", 1e-6)]
     outputs = [model.advance(model.begin(), 1e-3, e)[2] for e in (events, events[::-1])]
     for output in outputs:
@@ -67,14 +70,14 @@ def test_events_at_one_instant_are_in_any_order_what_the_circuit_makes_of_them()
 
 
 def test_a_spike_at_the_tie_is_counted_as_undecided() -> None:
-    model = IsolationModel(Silicon())
+    model = IsolationModel(Silicon(AMI_1500_IDEAL))
     for lag, undecided in ((0.0, 1), (0.9 * UNSURE, 1), (1.1 * UNSURE, 0), (-1.1 * UNSURE, 0)):
         events = [("call", 40e-6), ("spike[1]", 40e-6 + model.tie + lag)]
         assert model.advance(model.begin(), 1e-3, events)[0].undecided == undecided
 
 
 def test_any_cuts_of_a_run_give_the_same_changes() -> None:
-    model = IsolationModel(Silicon())
+    model = IsolationModel(Silicon(AMI_1500_IDEAL))
     events = [
         ("spike[1]", 10e-6),
         ("call", 30e-6),
@@ -97,4 +100,4 @@ def test_any_cuts_of_a_run_give_the_same_changes() -> None:
 
 def test_outside_the_record_it_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"board/isolation.temperature: 80 degC, must be -10 to 65 degC"):
-        IsolationModel(Silicon(temperature_c=80.0), path="board/isolation")
+        IsolationModel(Silicon(AMI_1500_IDEAL, temperature_c=80.0), path="board/isolation")

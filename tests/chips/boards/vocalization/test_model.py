@@ -8,9 +8,14 @@ import pytest
 from chips.boards.vocalization.measure import circuit_calls, model_calls, random_ramp
 from chips.boards.vocalization.model import VocalizationModel
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
-CASES = ((Silicon(), 5e-3), (Silicon(temperature_c=55.0), 5e-3), (Silicon(die=Die("A", 1003)), 0.026))
+CASES = (
+    (Silicon(AMI_1500_IDEAL), 5e-3),
+    (Silicon(AMI_1500_IDEAL, temperature_c=55.0), 5e-3),
+    (Silicon(AMI_1500_IDEAL, die=Die("A", 1003)), 0.026),
+)
 
 
 @pytest.mark.parametrize(("silicon", "tolerance"), CASES, ids=["nominal", "hot", "die"])
@@ -26,7 +31,7 @@ def test_calls_come_as_the_circuits_on_ramps(silicon: Silicon, tolerance: float)
 
 
 def test_calls_stop_the_advance_and_the_phase_goes_on() -> None:
-    model = VocalizationModel(Silicon())
+    model = VocalizationModel(Silicon(AMI_1500_IDEAL))
     line = {"proximity": (np.zeros(1), np.array([3.0]))}
     state, first, _ = model.advance(model.begin(), 1.0, (), line)
     cut = model.begin()

@@ -15,11 +15,11 @@ from chips.shot_noise import current_wander, steepness
 from circuits.blocks.sonar import vocalization_controller as board
 from circuits.devices.noise import WHITE_ONLY
 from circuits.lowering.kernel import to_kernel
-from circuits.silicon.process import BOLTZMANN, kelvin
+from circuits.silicon.process import AMI_1500_IDEAL, BOLTZMANN, kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.event_jitter import event_jitter
 
-SILICON = Silicon()
+SILICON = Silicon(AMI_1500_IDEAL)
 WHITE = SiliconNoise(1, flicker=WHITE_ONLY)
 PROXIMITY = 1.5
 BOARD = {"proximity": 3.0, "amplitude_control": None, "duration": None}

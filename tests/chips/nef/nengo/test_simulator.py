@@ -12,7 +12,7 @@ from chips.nef.chip import NefChip
 from chips.nef.nengo.simulator import Simulator
 from circuits.errors import CircuitError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL, Process
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL, Process
 
 pytestmark = pytest.mark.filterwarnings("ignore::nengo.exceptions.NengoWarning")
 
@@ -93,11 +93,11 @@ def test_an_ideal_die_is_nengo_in_distribution() -> None:
         assert ours[name] == pytest.approx(value, abs=0.02 * max(1.0, np.abs(value).max())), name
 
 
-@pytest.mark.parametrize("process", [ROLLS_180, ROLLS_180_FULL])
+@pytest.mark.parametrize("process", [ROLLS_180_IDEAL, ROLLS_180])
 def test_a_chip_does_the_same_sums(process: Process) -> None:
     net, probes = everything(World())
     with Simulator(net, chip=NefChip(Die(number=7), process=process)) as run:
-        assert (run._built.bends is None) == (process is ROLLS_180)
+        assert (run._built.bends is None) == (process is ROLLS_180_IDEAL)
         run.run(0.3)
         found = means(run, probes)
     assert found["a"] == pytest.approx([0.5, -0.3], abs=0.05)

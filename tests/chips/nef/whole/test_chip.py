@@ -20,14 +20,14 @@ from chips.noise import SiliconNoise
 from circuits.blocks.nef import synapse as nef_synapse
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from system.papers.checks import nef_law
 from system.papers.checks.nef_chip import rate_errors
 from tests.chips.nef.test_chip import DIE, one
 
-CHIP = NefChip(DIE, neurons=512, process=ROLLS_180_FULL)
+CHIP = NefChip(DIE, neurons=512, process=ROLLS_180)
 
 
 @pytest.mark.parametrize(
@@ -35,13 +35,13 @@ CHIP = NefChip(DIE, neurons=512, process=ROLLS_180_FULL)
 )
 def test_rates_are_the_transistor_circuits(die: int, temperature: float, kind: BiasKind) -> None:
     # the requirement is 3 %; `noctule reproduce nef-law` finds 0.9 % on ten dies
-    found = rate_errors(die, temperature, kind, (0.05, 1.0), ROLLS_180_FULL)
+    found = rate_errors(die, temperature, kind, (0.05, 1.0), ROLLS_180)
     assert np.abs(found).max() < 0.015
 
 
 @pytest.mark.parametrize("kind", ["gate", "generator"])
 def test_a_neuron_with_all_that_drives_it_is_its_transistors(kind: BiasKind) -> None:
-    here = NefChip(Die(number=3150), kind, {}, 27.0, 256, process=ROLLS_180_FULL).at(27.0)
+    here = NefChip(Die(number=3150), kind, {}, 27.0, 256, process=ROLLS_180).at(27.0)
     given = nef_law.drawn(here, np.random.default_rng(1))
     assert abs(nef_law.chain_error(here, given)) < nef_law.CURRENT_CLOSE
 
@@ -55,10 +55,10 @@ def test_rows_of_the_experiment() -> None:
 
 @pytest.mark.parametrize("step", [-0.4, 0.3])
 def test_a_filter_is_its_circuit(step: float) -> None:
-    silicon = Silicon(ROLLS_180_FULL)
+    silicon = Silicon(ROLLS_180)
     found = filters_on(silicon, np.array([design_tau()]), chip_biases())
     assert found.curves is not None
-    bench = nef_synapse.testbench(nef_synapse.build(), {"step": step, "duration": 0.08}, ROLLS_180.v_dd)
+    bench = nef_synapse.testbench(nef_synapse.build(), {"step": step, "duration": 0.08}, ROLLS_180_IDEAL.v_dd)
     result = simulate(bench, silicon)
     measured = nef_synapse.measures(result)
     # the testbench draws a share of 10 nA, and the middle is 4 % more by the Early effect of the converter
@@ -69,12 +69,12 @@ def test_a_filter_is_its_circuit(step: float) -> None:
     assert end / found.gain[0] == pytest.approx(
         (measured["current_A"] or 0.0) / (measured["middle_A"] or 1.0), rel=5e-3
     )
-    assert ROLLS_180.v_dd - result["v_syn"][-1] == pytest.approx(found.volts(s)[0], abs=0.5e-3)
+    assert ROLLS_180_IDEAL.v_dd - result["v_syn"][-1] == pytest.approx(found.volts(s)[0], abs=0.5e-3)
     assert lines_on(silicon, 1, chip_biases()).zero[0] == pytest.approx(1.0, rel=0.2)
 
 
 def test_the_ideal_law_bends_nothing() -> None:
-    ideal = replace(CHIP, process=ROLLS_180).at(27.0)
+    ideal = replace(CHIP, process=ROLLS_180_IDEAL).at(27.0)
     assert build(one(20), ideal, 1).bends is None
     assert (neurons_on(ideal.silicon, 5, ideal.biases).rise == 0.0).all()
     assert ideal.column(1).off == 0.0
@@ -82,7 +82,7 @@ def test_the_ideal_law_bends_nothing() -> None:
 
 @pytest.mark.parametrize("number", [None, 42])
 def test_an_ensemble_represents_what_it_is_given(number: int | None) -> None:
-    run = Simulation(build(one(300, 2, 0.7), NefChip(Die(number=number), process=ROLLS_180_FULL).at(27.0), 1))
+    run = Simulation(build(one(300, 2, 0.7), NefChip(Die(number=number), process=ROLLS_180).at(27.0), 1))
     run.set("in", [0.4, -0.2])
     run.advance(0.4)
     # as under the ideal law
@@ -124,7 +124,9 @@ def test_what_stays_is_voltage() -> None:
 
 
 def test_noise_is_that_of_how_devices_follow_their_gates() -> None:
-    ideal, full = (flicker_slopes(Silicon(process), chip_biases()) for process in (ROLLS_180, ROLLS_180_FULL))
+    ideal, full = (
+        flicker_slopes(Silicon(process), chip_biases()) for process in (ROLLS_180_IDEAL, ROLLS_180)
+    )
     # kappa is less where the gate is above v_p = 0 no more
     assert full == pytest.approx(ideal, rel=0.1)
     assert (full != ideal).all()

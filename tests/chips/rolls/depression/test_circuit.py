@@ -26,10 +26,10 @@ from circuits.devices import Transistor
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 
-SILICON = Silicon(ROLLS_180, 27.0, Die(number=1003))
+SILICON = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=1003))
 TABLE = default_biases().with_code("IF_DC_P", 7, 0).with_code("NPA_WEIGHT_STD_N", 5, 36)
 LEVELS = np.zeros((256, 256), np.int8)
 LEVELS[5, 17], LEVELS[5, 40] = 4, -2

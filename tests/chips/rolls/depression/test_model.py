@@ -15,7 +15,7 @@ from circuits.blocks.rolls.dpi_synapse import FIRST_EVENT
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL, Process
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.power import drain_current
@@ -30,11 +30,11 @@ def model_on(silicon: Silicon, kind: BiasKind = "gate", level: int = 1, **biases
 @pytest.mark.parametrize(
     ("process", "kind", "temperature", "die", "level"),
     [
+        (ROLLS_180_IDEAL, "ideal", 0.0, 1000, 1),
+        (ROLLS_180_IDEAL, "ideal", 60.0, 1001, 3),
+        (ROLLS_180_IDEAL, "gate", 27.0, 1001, 4),
         (ROLLS_180, "ideal", 0.0, 1000, 1),
-        (ROLLS_180, "ideal", 60.0, 1001, 3),
         (ROLLS_180, "gate", 27.0, 1001, 4),
-        (ROLLS_180_FULL, "ideal", 0.0, 1000, 1),
-        (ROLLS_180_FULL, "gate", 27.0, 1001, 4),
     ],
 )
 def test_pulses_of_a_train_are_the_transistors(
@@ -56,14 +56,14 @@ def test_pulses_of_a_train_are_the_transistors(
     modelled = charges(on, resources(on.branches, tuple(times)))[0]
     # 0.6 % seen, the most at 60 degC; under the full law 2.9 %, since the mirror's copy feels where the line
     # is, which is higher while the filter is nearly empty: 5 % is what a charge may be off
-    off, relative = (0.01, 0.004) if process is ROLLS_180 else (0.035, 0.01)
+    off, relative = (0.01, 0.004) if process is ROLLS_180_IDEAL else (0.035, 0.01)
     assert modelled == pytest.approx(drawn, rel=off)
     # 0.002 and 0.006 seen
     assert modelled / modelled[0] == pytest.approx(drawn / drawn[0], abs=relative)
 
 
 def test_a_long_train_settles_at_the_closed_form() -> None:
-    on = model_on(Silicon(ROLLS_180)).branches
+    on = model_on(Silicon(ROLLS_180_IDEAL)).branches
     interval = 10e-3
     found = resources(on, tuple(interval * np.arange(80)))[0, 0]
     spent, kept = np.exp(-interval / on.tau[0, 0]), np.exp(-on.step[0, 0] / on.u_t)
@@ -74,14 +74,14 @@ def test_a_long_train_settles_at_the_closed_form() -> None:
 
 
 def test_a_pause_brings_the_weight_back() -> None:
-    on = model_on(Silicon(ROLLS_180)).branches
+    on = model_on(Silicon(ROLLS_180_IDEAL)).branches
     found = resources(on, (0.0, 5e-3, 10e-3, 10e-3 + 20.0 * float(on.tau[0, 0])))[0, 0]
     assert found[2] < found[1] < 1.0
     assert found[3] == pytest.approx(1.0, abs=1e-8)
 
 
 def test_without_the_bias_nothing_is_spent() -> None:
-    on = model_on(Silicon(ROLLS_180), i_std=OFF_CURRENT)
+    on = model_on(Silicon(ROLLS_180_IDEAL), i_std=OFF_CURRENT)
     found = charges(on, resources(on.branches, tuple(5e-3 * np.arange(20))))[0]
     # a step of 7 uV: 20 of them are 0.5 % of U_T
     assert found / found[0] == pytest.approx(np.ones(20), abs=5e-3)
@@ -89,7 +89,7 @@ def test_without_the_bias_nothing_is_spent() -> None:
 
 @pytest.mark.parametrize(
     ("process", "level", "temperature"),
-    [(ROLLS_180, 1, 0.0), (ROLLS_180, 4, 27.0), (ROLLS_180_FULL, 1, 27.0)],
+    [(ROLLS_180_IDEAL, 1, 0.0), (ROLLS_180_IDEAL, 4, 27.0), (ROLLS_180, 1, 27.0)],
 )
 def test_the_gates_are_lifted_as_the_transistors_are(
     process: Process, level: int, temperature: float
@@ -103,31 +103,31 @@ def test_the_gates_are_lifted_as_the_transistors_are(
     found = model_on(silicon, "ideal", level, **off).branches
     # 0.7 and 1.1 mV; 1.2 % seen: what the mirror of a step that is off leaks
     # under the full law 5 %, of the same
-    assert lifted == pytest.approx(found.path[-1, 0, 0], rel=0.025 if process is ROLLS_180 else 0.06)
+    assert lifted == pytest.approx(found.path[-1, 0, 0], rel=0.025 if process is ROLLS_180_IDEAL else 0.06)
 
 
 def test_every_weight_device_of_a_level_has_its_own_cell() -> None:
-    on = model_on(Silicon(ROLLS_180, die=Die(number=1003)), level=4).branches
+    on = model_on(Silicon(ROLLS_180_IDEAL, die=Die(number=1003)), level=4).branches
     assert on.step.shape == (3, 1)
     # 14 % is what its mirrors make of a step
     assert np.ptp(on.step) > 0.01 * on.step.mean()
     assert np.ptp(on.tau) > 0.01 * on.tau.mean()
-    assert model_on(Silicon(ROLLS_180), level=3).branches.step.shape == (2, 1)
+    assert model_on(Silicon(ROLLS_180_IDEAL), level=3).branches.step.shape == (2, 1)
 
 
 @pytest.mark.parametrize("level", [0, -1, 5])
 def test_levels_that_do_not_excite_are_refused(level: int) -> None:
     with pytest.raises(ParameterError, match=rf"level: {level}, must be 1 to 4; inhibitory"):
-        model_on(Silicon(ROLLS_180), level=level)
+        model_on(Silicon(ROLLS_180_IDEAL), level=level)
 
 
 def test_leaks_let_a_gate_rest_above_its_bias_as_the_transistors_do() -> None:
     """With a recovery of a quarter of a femtoampere the junctions leak a twentieth of it."""
-    silicon = Silicon(ROLLS_180_FULL, 60.0, Die(number=1000))
+    silicon = Silicon(ROLLS_180, 60.0, Die(number=1000))
     weak = {"i_rec": 40e-16}
     values = {"level": 1.0, "events": 1.0, "rate": 100.0, "duration": 1e-3}
     point = operating_point(BLOCK.testbench(rebias(build(), weak, "ideal"), values, 1.8), silicon)
     volts = point.voltages()
     found = model_on(silicon, "ideal", **weak).branches.rest[0, 0]
     assert 5e-4 < found == pytest.approx(volts["w_exc"] - volts["v_exc"], rel=0.02)
-    assert model_on(replace(silicon, process=ROLLS_180), "ideal").branches.rest.max() == 0.0
+    assert model_on(replace(silicon, process=ROLLS_180_IDEAL), "ideal").branches.rest.max() == 0.0

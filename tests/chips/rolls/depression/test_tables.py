@@ -25,7 +25,7 @@ from circuits.devices.ekv import interpolation
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL, Process
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 
 TABLE = default_biases().with_code("IF_DC_P", 7, 0).with_code("NPA_WEIGHT_STD_N", 5, 36)
@@ -36,7 +36,7 @@ STD = ShortTermDepression()
 TRIALS = 400
 
 
-def chip_of(depression: ShortTermDepression | None = STD, process: Process = ROLLS_180) -> RollsChip:
+def chip_of(depression: ShortTermDepression | None = STD, process: Process = ROLLS_180_IDEAL) -> RollsChip:
     silicon = Silicon(process, 27.0, Die(number=1000))
     return RollsChip(Program(LEVELS, TABLE, depression=depression), silicon, "ideal")
 
@@ -53,7 +53,7 @@ def train(column: int, times: np.ndarray, neuron: int = 5) -> Inputs:
 @pytest.fixture(scope="module")
 def whole() -> RollsChip:
     """Under the full law."""
-    return chip_of(process=ROLLS_180_FULL)
+    return chip_of(process=ROLLS_180)
 
 
 @pytest.mark.parametrize("law", ["chip", "whole"])

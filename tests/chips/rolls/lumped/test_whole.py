@@ -19,13 +19,13 @@ from chips.rolls.lumped.whole import (
 from circuits.blocks.rolls import neuron
 from circuits.lowering.on_die import DieDevices, standing
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 
 POINTS = np.array([[0.05, 0.2, 0.6]])  # V
 
 
-def devices(process=ROLLS_180_FULL) -> DieDevices:
+def devices(process=ROLLS_180) -> DieDevices:
     return standing(neuron.build(), Silicon(process, 40.0, Die(number=1001)))
 
 
@@ -34,7 +34,7 @@ def at(value) -> np.ndarray:
 
 
 def test_without_effects_they_are_the_ideal_networks() -> None:
-    d = devices(ROLLS_180)
+    d = devices(ROLLS_180_IDEAL)
     low, high = d.fet["leak.ml3"], d.fet["leak.ml5"]
     found, expected = np.empty((1, 3)), np.empty(3)
     gates = d.gate["v_tau1"], d.v_dd

@@ -14,7 +14,7 @@ from circuits.blocks.rolls.neuron import BLOCK, STEP_TIME, build
 from circuits.circuit import BiasKind, Circuit, InstanceArray, Port
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL, Process
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import simulate
@@ -29,7 +29,7 @@ def circuit_spikes(
     stimuli = DEFAULTS | {"current": current, "duration": STEP_TIME + duration, "slow": slow}
     # 1e-7: at 1e-4 the period is 0.9 % off
     result = simulate(
-        BLOCK.testbench(circuit, stimuli, ROLLS_180.v_dd), silicon, rtol=1e-7, record=("v_mem",)
+        BLOCK.testbench(circuit, stimuli, ROLLS_180_IDEAL.v_dd), silicon, rtol=1e-7, record=("v_mem",)
     )
     return result.spikes["spike"] - STEP_TIME
 
@@ -38,7 +38,7 @@ def model_spikes(neurons: Neurons, current: float, duration: float) -> np.ndarra
     return respond(neurons, np.full((round(duration / STEP), neurons.top.size), current), STEP).spikes[0]
 
 
-LAWS = pytest.mark.parametrize("process", [ROLLS_180, ROLLS_180_FULL], ids=["ideal", "full"])
+LAWS = pytest.mark.parametrize("process", [ROLLS_180_IDEAL, ROLLS_180], ids=["ideal", "full"])
 
 
 # 5 % is what the model is made for; the largest error of benchmarks/rolls_models.py is below 2 %, here 1 %
@@ -96,10 +96,10 @@ def test_slow_leak_is_the_circuit_s(process: Process) -> None:
 def test_a_silent_neuron_with_the_slow_leak_rests(kind: BiasKind, temperature: float, least: int) -> None:
     # mismatch and process; all of the dies but one at 27 degC, and most at 60 degC, where off currents are
     # ten times as large and a generator's leak is a tenth larger
-    model = model_of(rebias(build(), kind=kind), ROLLS_180)
+    model = model_of(rebias(build(), kind=kind), ROLLS_180_IDEAL)
     rests = 0
     for die in range(100):
-        silicon = Silicon(ROLLS_180, temperature, Die(number=die))
+        silicon = Silicon(ROLLS_180_IDEAL, temperature, Die(number=die))
         neurons = neurons_on(model, silicon, np.array([True]))
         rests += bool(at_rest(neurons)[0, 0] < neurons.top[0])
     assert rests >= least
@@ -109,7 +109,9 @@ def test_a_silent_neuron_with_the_slow_leak_rests(kind: BiasKind, temperature: f
 def test_a_generator_keeps_the_least_firing_current(temperature: float) -> None:
     # feedback and I_thr's diode rise alike with v_mem, so that only V_shift / U_T moves with temperature:
     # 0.16 nA at 0 degC, 0.10 nA at 60 degC
-    neurons = neurons_on(model_of(rebias(build(), kind="ideal"), ROLLS_180), Silicon(ROLLS_180, temperature))
+    neurons = neurons_on(
+        model_of(rebias(build(), kind="ideal"), ROLLS_180_IDEAL), Silicon(ROLLS_180_IDEAL, temperature)
+    )
     assert model_spikes(neurons, 8e-11, 0.2).size == 0
     assert model_spikes(neurons, 2e-10, 0.2).size > 0
 
@@ -170,7 +172,7 @@ def test_nmda_current_enters_where_its_gate_lets_it(process: Process) -> None:
 
 
 def test_step_does_not_matter() -> None:
-    neurons = neurons_on(model_of(build(), ROLLS_180), Silicon(ROLLS_180))
+    neurons = neurons_on(model_of(build(), ROLLS_180_IDEAL), Silicon(ROLLS_180_IDEAL))
     coarse = respond(neurons, np.full((500, 1), 4e-10), 1e-4).spikes[0]
     fine = respond(neurons, np.full((5000, 1), 4e-10), 1e-5).spikes[0]
     # second order, in parts of 3 mV at most: a hundredth of what the model may be off
@@ -186,9 +188,9 @@ def test_neurons_of_an_array_are_those_at_their_places() -> None:
     biases = tuple(replace(b, device=f"neuron.{b.device}" if b.device else None) for b in neuron.biases)
     chip = Circuit("three", ports, (), (array,), biases=biases)
     die = Die(number=1001)
-    together = neurons_on(model_of(chip, ROLLS_180, "neuron"), Silicon(ROLLS_180, die=die))
+    together = neurons_on(model_of(chip, ROLLS_180_IDEAL, "neuron"), Silicon(ROLLS_180_IDEAL, die=die))
     place = (("three", ()), ("neuron", (2,)))
-    alone = neurons_on(model_of(neuron, ROLLS_180), Silicon(ROLLS_180, die=die, place=place))
+    alone = neurons_on(model_of(neuron, ROLLS_180_IDEAL), Silicon(ROLLS_180_IDEAL, die=die, place=place))
     assert together.top.shape == (3,)
     assert np.allclose(together.table[2], alone.table[0], rtol=1e-9)
     assert together.refractory[2] == pytest.approx(alone.refractory[0], rel=1e-9)
@@ -197,13 +199,15 @@ def test_neurons_of_an_array_are_those_at_their_places() -> None:
 
 def test_a_neuron_that_has_no_rest_fires_by_itself() -> None:
     # 0.35 nA of direct current are above what tau2 takes away
-    restless = neurons_on(model_of(rebias(build(), {"i_dc": 3.5e-10}), ROLLS_180), Silicon(ROLLS_180))
+    restless = neurons_on(
+        model_of(rebias(build(), {"i_dc": 3.5e-10}), ROLLS_180_IDEAL), Silicon(ROLLS_180_IDEAL)
+    )
     assert at_rest(restless)[0, 0] >= restless.top[0]
     assert model_spikes(restless, 0.0, 30e-3).size > 1
 
 
 def test_spikes_without_an_end_are_refused() -> None:
-    neurons = neurons_on(model_of(build(), ROLLS_180), Silicon(ROLLS_180))
+    neurons = neurons_on(model_of(build(), ROLLS_180_IDEAL), Silicon(ROLLS_180_IDEAL))
     endless = neurons._replace(refractory=np.zeros(1), top=np.full(1, 0.05))
     with pytest.raises(ParameterError, match="spikes, must be <="):
         respond(endless, np.full((10_000, 1), 5e-9), 1e-4)

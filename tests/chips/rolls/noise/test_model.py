@@ -23,7 +23,7 @@ from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.devices.noise import WHITE_ONLY
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
-from circuits.silicon.process import ELEMENTARY_CHARGE, ROLLS_180
+from circuits.silicon.process import ELEMENTARY_CHARGE, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import NoiseRun, simulate_noisy
 
@@ -34,7 +34,9 @@ WHITE_NOISE = SiliconNoise(3, flicker=WHITE_ONLY)
 
 def chip_of(noise, die=None, step=0.4e-3, drive=DRIVE):
     biases = default_biases().with_code("IF_DC_P", *code_for(drive))
-    return RollsChip(Program(SILENT, biases), Silicon(ROLLS_180, die=Die(number=die)), step=step, noise=noise)
+    return RollsChip(
+        Program(SILENT, biases), Silicon(ROLLS_180_IDEAL, die=Die(number=die)), step=step, noise=noise
+    )
 
 
 def trains(chip, *durations):
@@ -106,7 +108,9 @@ def test_intervals_vary_as_the_closed_form():
 def test_jitter_is_the_transistors(white):
     circuit = rebias(rolls_neuron.build(), {"i_dc": DRIVE})
     given = rolls_neuron.BLOCK.defaults | {"current": 0.0, "duration": 0.8}
-    machine = to_kernel(rolls_neuron.testbench(circuit, given, ROLLS_180.v_dd), Silicon(ROLLS_180))
+    machine = to_kernel(
+        rolls_neuron.testbench(circuit, given, ROLLS_180_IDEAL.v_dd), Silicon(ROLLS_180_IDEAL)
+    )
     result = simulate_noisy(machine, NoiseRun(1, 40e-6, WHITE_ONLY), record=("v_mem",))
     theirs = np.diff(result.spikes["spike"])[1:]
     times, neurons = trains(chip_of(WHITE_NOISE, step=0.1e-3), 0.3)
@@ -138,7 +142,7 @@ def test_a_filters_noise_is_that_of_its_charges(white):
 
 def test_the_plastic_filters_noise_is_that_of_leak_and_pulses():
     """`grain [(1 + v)^2 dt / tau + q (1 + v + excess)]` a step, of the slow filter and of the calcium."""
-    plastic, _ = prepared(Silicon(ROLLS_180), "gate", 0.4e-3)
+    plastic, _ = prepared(Silicon(ROLLS_180_IDEAL), "gate", 0.4e-3)
     n, steps = plastic.tables.up.shape[0], 500
     grain = np.array([[1e-4], [2e-4]], np.float32) * np.ones((2, n), np.float32)
     excess = np.array([[0.5], [3.0]], np.float32) * np.ones((2, n), np.float32)

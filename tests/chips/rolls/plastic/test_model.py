@@ -21,7 +21,7 @@ from circuits.devices import Source
 from circuits.devices.source import Constant
 from circuits.lowering.on_die import standing
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import simulate
@@ -37,7 +37,7 @@ def circuit_measures(circuit, silicon, up):
     )
 
 
-LAWS = pytest.mark.parametrize("process", [ROLLS_180, ROLLS_180_FULL], ids=["ideal", "full"])
+LAWS = pytest.mark.parametrize("process", [ROLLS_180_IDEAL, ROLLS_180], ids=["ideal", "full"])
 
 
 @LAWS
@@ -60,7 +60,7 @@ def test_jumps_drifts_and_charges_are_the_circuits(die, temperature, process):
     assert down["jump_V"] == pytest.approx(-lowered, rel=0.02)
     # the lines stay active in the testbench; 1.5 % seen: what drains at another voltage leak; under the full
     # law 6 %: the drift is that of the middle of its way, and here w is near its rail
-    off = 0.03 if process is ROLLS_180 else 0.07
+    off = 0.03 if process is ROLLS_180_IDEAL else 0.07
     assert up["drift_V_per_s"] == pytest.approx(-(cells.fall - cells.more_up)[0], rel=off)
     assert down["drift_V_per_s"] == pytest.approx((cells.rise - cells.more_down)[0], rel=off)
     assert down["charge_C"] == pytest.approx((cells.current * length + cells.switched)[0], rel=0.01)
@@ -103,7 +103,7 @@ def test_the_nmda_gates_share_is_that_of_its_pair_and_mirrors(process):
     share = here[:, :, 0] + here[:, :, 1] * zeta
     at = np.take_along_axis(membranes.lines[:, :, VOLTAGE:], row[:, :, None], axis=1)
     assert np.allclose(at[:, :, 0] + at[:, :, 1] * zeta, v, atol=1e-3)
-    current = 0.1e-9 if process is ROLLS_180 else 1e-9
-    exact = (Membrane if process is ROLLS_180 else WholeMembrane)(neuron, v).nmda(current) / current
+    current = 0.1e-9 if process is ROLLS_180_IDEAL else 1e-9
+    exact = (Membrane if process is ROLLS_180_IDEAL else WholeMembrane)(neuron, v).nmda(current) / current
     # weak inversion: 2 % seen in the mirrors' mismatch at 0.1 nA; a line of 1 / 16 octave bends by less
     assert np.abs(share / exact - 1.0).max() < 0.04

@@ -7,7 +7,7 @@ import pytest
 from chips.rolls.plastic.power import PlasticEnergies, plastic_energies
 from chips.rolls.setups.learning import learning_biases
 from circuits.errors import ParameterError
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 
 PULSE = 22.9e-6  # s, of the nominal extender
@@ -16,18 +16,18 @@ TOTAL = 65536
 
 @pytest.fixture(scope="module")
 def found() -> PlasticEnergies:
-    return plastic_energies(learning_biases(), Silicon(ROLLS_180))
+    return plastic_energies(learning_biases(), Silicon(ROLLS_180_IDEAL))
 
 
 def test_an_event_of_a_high_weight_is_its_charge_through_the_supply(found: PlasticEnergies) -> None:
-    least = learning_biases().current("PA_WHIDN_N") * PULSE * ROLLS_180.v_dd
+    least = learning_biases().current("PA_WHIDN_N") * PULSE * ROLLS_180_IDEAL.v_dd
     # gates and inverters of a pulse, which a low weight has too: 0.05 pJ
     assert least < found.high < 1.4 * least
     assert 0.0 < found.low < 0.3 * least
 
 
 def test_a_weight_at_rest_takes_its_comparators_current(found: PlasticEnergies) -> None:
-    held = learning_biases().current("PA_WDRIFT_P") * ROLLS_180.v_dd
+    held = learning_biases().current("PA_WDRIFT_P") * ROLLS_180_IDEAL.v_dd
     # one branch of the comparator, and leaks of a few picoamperes
     for rest in (found.low_rest, found.high_rest):
         assert held < rest < 1.5 * held

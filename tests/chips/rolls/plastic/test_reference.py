@@ -6,7 +6,7 @@ import pytest
 from chips.rolls.chip import STEP
 from chips.rolls.plastic.reference import Stimulus, moves, pair, simulated, stepped
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from tests.circuits.soundness import fault
 
@@ -24,11 +24,11 @@ def test_the_circuit_is_sound() -> None:
 @pytest.mark.parametrize(
     ("process", "die", "temperature", "kind"),
     [
-        (ROLLS_180, None, 27.0, "gate"),
+        (ROLLS_180_IDEAL, None, 27.0, "gate"),
+        (ROLLS_180_IDEAL, 1000, 27.0, "ideal"),
+        (ROLLS_180_IDEAL, 1001, 10.0, "ideal"),
         (ROLLS_180, 1000, 27.0, "ideal"),
-        (ROLLS_180, 1001, 10.0, "ideal"),
-        (ROLLS_180_FULL, 1000, 27.0, "ideal"),
-        (ROLLS_180_FULL, 1002, 27.0, "gate"),
+        (ROLLS_180, 1002, 27.0, "gate"),
     ],
 )
 def test_weight_moves_as_the_transistors_do(process, die, temperature, kind):
@@ -39,13 +39,13 @@ def test_weight_moves_as_the_transistors_do(process, die, temperature, kind):
     assert set(moves(ours, times, EVENTS, STEP)) == {-1, 0, 1}
     # a jump is 160 mV; 6 mV seen, half of it drift: shut stacks' leaks as they depend on the weight; under
     # the full law 19 mV: those leaks hold a weight that much off its rail
-    assert np.sqrt(np.mean((ours - theirs) ** 2)) < (0.012 if process is ROLLS_180 else 0.025)
+    assert np.sqrt(np.mean((ours - theirs) ** 2)) < (0.012 if process is ROLLS_180_IDEAL else 0.025)
     assert np.abs(ours - theirs).max() < 0.05
 
 
 def test_another_drift_would_be_seen():
     # without spikes there is no calcium, and no event moves the weight
-    silicon = Silicon(ROLLS_180)
+    silicon = Silicon(ROLLS_180_IDEAL)
     silent = Stimulus(EVENTS, (), DRIVE.membrane, DRIVE.duration)
     ours, _ = stepped(silent, silicon, "gate")
     assert np.abs(ours).max() == 0.0

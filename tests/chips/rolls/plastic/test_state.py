@@ -15,7 +15,7 @@ from chips.rolls.program.program import Program
 from chips.rolls.setups.learning import learning_biases
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 
 SILENT = np.zeros((NEURONS, NEURONS), dtype=np.int8)
@@ -27,7 +27,7 @@ HIGH[:4, 200:204] = True
 
 def chip_of(biases=None, die=1003, plastic=PlasticArray(LATCHES, HIGH), **options):  # noqa: B008 - frozen
     table = learning_biases() if biases is None else biases
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=die))
+    silicon = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=die))
     return RollsChip(Program(SILENT, table, plastic=plastic), silicon, "ideal", **options)
 
 
@@ -102,7 +102,7 @@ def test_a_spike_of_a_neuron_reaches_its_column_and_its_calcium():
     latches[:3, 3], high[:2, 3] = True, True
     levels = SILENT.copy()
     levels[3, 7] = 4
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=1003))
+    silicon = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=1003))
     program = Program(levels, learning_biases(), plastic=PlasticArray(latches, high))
     one = RollsChip(program, silicon, "ideal")
     times = np.arange(1e-3, 0.1, 2e-3)
@@ -149,7 +149,7 @@ def test_an_event_must_be_of_a_latched_synapse(chip):
 
 
 def test_what_needs_an_array_says_so(chip):
-    silicon = Silicon(ROLLS_180)
+    silicon = Silicon(ROLLS_180_IDEAL)
     with pytest.raises(ParameterError, match=r"chip.learning: given, must have a plastic array"):
         RollsChip(Program(SILENT), silicon, learning=Learning())
     plain = RollsChip(Program(SILENT), silicon)

@@ -18,7 +18,7 @@ from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Source
 from circuits.devices.source import Constant
 from circuits.event import pulse
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current
 from circuits.solver.transient import simulate
@@ -64,7 +64,7 @@ def of_the_circuit(table, times, silicon):
         Source("event", "event", pulse(tuple(times), 1.8)),
     )
     bench = Testbench("weight and filter", weight_and_filter(table), sources, LONG)
-    result = simulate(started_at_rest(bench, ROLLS_180), silicon)
+    result = simulate(started_at_rest(bench, ROLLS_180_IDEAL), silicon)
     return -np.trapezoid(drain_current(result, "filter.md5"), result.time) / LONG
 
 
@@ -82,7 +82,7 @@ def of_the_chip(table, times, silicon):
 
 
 def test_a_high_weights_mean_current_is_the_circuits():
-    table, silicon = learning_biases(), Silicon(ROLLS_180)
+    table, silicon = learning_biases(), Silicon(ROLLS_180_IDEAL)
     times = STEP * np.round(np.arange(5e-3, LONG, 0.01) / STEP)
     ours, theirs = (of(table, times, silicon) for of in (of_the_chip, of_the_circuit))
     # 2.2 % seen: one equation for v_syn and the line, as in the other filters

@@ -12,7 +12,7 @@ from chips.rolls.program.words import program_of_words, program_words, virtual_c
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 
 A, B = Population("a", (5, 6)), Population("b", (20, 9, 8))
@@ -87,7 +87,9 @@ def test_what_the_biases_and_virtual_synapses_lack_is_refused_by_the_program() -
 
 def chip_on(number: int | None, kind: BiasKind, biases: BiasTable | None = None) -> RollsChip:
     network = Network((A, B), (all_to_all(A, B, 2),), slow=(B,))
-    return RollsChip(network_program(network, biases), Silicon(ROLLS_180, 27.0, Die(number=number)), kind)
+    return RollsChip(
+        network_program(network, biases), Silicon(ROLLS_180_IDEAL, 27.0, Die(number=number)), kind
+    )
 
 
 @pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])

@@ -16,7 +16,7 @@ from chips.rolls.program.program import Program, level_current
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.devices.transistor import Transistor, drain_current
 from circuits.errors import DataError, ParameterError
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.pushbot.network.plain import pushbot_network
 
@@ -51,12 +51,12 @@ def test_a_threshold_balances_feedback_and_leak() -> None:
     threshold = float(nominal_linearisation(Program(np.zeros((1, 1)))).threshold[0])
     # v_mem at which I_mem, exponential by definition, is the threshold, and the circuit's feedback there
     circuit = rolls_neuron.build()
-    law = Silicon(ROLLS_180).law("n")
+    law = Silicon(ROLLS_180_IDEAL).law("n")
     v_mem = law.v_t0 + law.u_t / law.kappa * np.log(threshold / law.square_current)
     shift = float(np.asarray(circuit.bias("v_shift").value))
     sensing = circuit.device("sodium.mn1")
     assert isinstance(sensing, Transistor)
-    feedback = drain_current(law, "n", sensing.width, sensing.length, ROLLS_180.v_dd, v_mem, shift, 0.0)
+    feedback = drain_current(law, "n", sensing.width, sensing.length, ROLLS_180_IDEAL.v_dd, v_mem, shift, 0.0)
     # 2 %: the sensing transistor's first step into moderate inversion
     assert feedback == pytest.approx(leak, rel=0.02)
 

@@ -10,10 +10,10 @@ from chips.rolls.program.program import Program, VirtualInput
 from chips.rolls.program.words import input_words, program_of_words, program_words
 from chips.validity import outside_boxes
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 
-SILICON = Silicon(ROLLS_180, 27.0, Die(number=1004))
+SILICON = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=1004))
 TABLE = default_biases().with_code("IF_DC_P", 7, 0)
 DRIVE = VirtualInput("drive", tuple(range(NEURONS)))
 

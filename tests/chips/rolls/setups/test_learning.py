@@ -22,7 +22,7 @@ from chips.rolls.setups.learning import (
 from chips.rolls.setups.learning_groups import GROUPS, of_group
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from tests.refusals import refusals
 
@@ -32,7 +32,7 @@ DIE = 20  # one of those on which the numbers were chosen
 
 @pytest.fixture(scope="module")
 def chips():
-    return chips_of(SHORT, Silicon(ROLLS_180, 27.0, Die(number=DIE)), "ideal", DIE)
+    return chips_of(SHORT, Silicon(ROLLS_180_IDEAL, 27.0, Die(number=DIE)), "ideal", DIE)
 
 
 def test_patterns_have_as_many_active_columns_and_differ() -> None:
@@ -84,7 +84,7 @@ def test_held_biases_move_nothing(chips):
 
 
 def test_a_group_alone_is_from_the_die(chips):
-    plain = chips_of(SHORT, Silicon(ROLLS_180, 27.0, Die(number=DIE, mismatch=False)), "ideal", DIE)[
+    plain = chips_of(SHORT, Silicon(ROLLS_180_IDEAL, 27.0, Die(number=DIE, mismatch=False)), "ideal", DIE)[
         0
     ].built()
     die = chips[0].built()

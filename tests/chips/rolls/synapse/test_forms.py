@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chips.rolls.synapse import forms
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 
 SYNAPSE = forms.SynapseForm(i_w=20e-9, i_th=100e-12, i_tau=100e-12, tau=0.6e-3, rest=0.1e-12, power=1.136)
 NEURON = forms.circuit_neuron(2.1e-12)
@@ -62,13 +62,13 @@ def test_without_its_threshold_term_a_neuron_is_faster_and_with_ahp_twice_slower
 def test_feedbacks_are_as_printed() -> None:
     i = np.array([0.5e-9])
     assert forms.feedback_sigmoid(NEURON)(i) == pytest.approx(25e-12)
-    kappa = ROLLS_180.n.kappa
+    kappa = ROLLS_180_IDEAL.n.kappa
     power = NEURON.i_0 * (i / NEURON.i_0) ** (kappa / (kappa + 1.0))
     assert forms.feedback_power(NEURON)(i) == pytest.approx(power, rel=1e-12)
     assert forms.feedback_linear(NEURON)(i) == pytest.approx(NEURON.alpha * i)
 
 
 def test_the_process_has_the_software_s_off_current() -> None:
-    for m in (ROLLS_180.n, ROLLS_180.p):
+    for m in (ROLLS_180_IDEAL.n, ROLLS_180_IDEAL.p):
         # V_T0 has three digits
         assert forms.off_current(m.mu_cox, m.kappa, m.v_t0) == pytest.approx(0.5e-12, rel=0.02)

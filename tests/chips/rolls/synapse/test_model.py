@@ -13,7 +13,7 @@ from circuits.errors import ParameterError, UnknownNameError
 from circuits.lowering.kernel import to_kernel
 from circuits.lowering.on_die import DieDevices, standing
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL, Process
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current
 from circuits.solver.transient import simulate
@@ -23,9 +23,9 @@ DEFAULTS = BLOCK.defaults
 
 @pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
 def test_the_devices_are_those_of_the_circuit(kind: BiasKind) -> None:
-    silicon = Silicon(ROLLS_180, 40.0, Die(number=1003))
+    silicon = Silicon(ROLLS_180_IDEAL, 40.0, Die(number=1003))
     circuit = rebias(build(), kind=kind)
-    machine = to_kernel(BLOCK.testbench(circuit, DEFAULTS, ROLLS_180.v_dd), silicon)
+    machine = to_kernel(BLOCK.testbench(circuit, DEFAULTS, ROLLS_180_IDEAL.v_dd), silicon)
     d: DieDevices = standing(circuit, silicon)
     table = machine.kernel.transistors
     assert np.allclose(np.concatenate([f.threshold for f in d.fet.values()]), table.v_t0, rtol=1e-12)
@@ -39,7 +39,7 @@ def test_the_devices_are_those_of_the_circuit(kind: BiasKind) -> None:
 
 # 3 % is what the model is made for; the largest error over the whole box is half of that
 # (benchmarks/rolls_models.py), here at both signs, all levels and time constants from 1 to 100 ms
-@pytest.mark.parametrize("process", [ROLLS_180, ROLLS_180_FULL], ids=["ideal", "full"])
+@pytest.mark.parametrize("process", [ROLLS_180_IDEAL, ROLLS_180], ids=["ideal", "full"])
 @pytest.mark.parametrize(
     ("level", "i_tau", "rate", "die", "temperature", "kind"),
     [
@@ -59,7 +59,7 @@ def test_the_output_is_the_circuit_s(
     circuit = rebias(build(), {"i_etau": i_tau, "i_itau": i_tau}, kind)
     silicon = Silicon(process, temperature, Die(number=die))
     bench = BLOCK.testbench(
-        circuit, DEFAULTS | {"level": float(level), "events": 8.0, "rate": rate}, ROLLS_180.v_dd
+        circuit, DEFAULTS | {"level": float(level), "events": 8.0, "rate": rate}, ROLLS_180_IDEAL.v_dd
     )
     result = simulate(bench, silicon, rtol=1e-6)
     expected = np.abs(drain_current(result, "excitatory.md5" if level > 0 else "inhibitory.md7"))
@@ -71,11 +71,11 @@ def test_the_output_is_the_circuit_s(
     assert np.sqrt(square) < 0.03 * expected.max()
 
 
-@pytest.mark.parametrize("process", [ROLLS_180, ROLLS_180_FULL], ids=["ideal", "full"])
+@pytest.mark.parametrize("process", [ROLLS_180_IDEAL, ROLLS_180], ids=["ideal", "full"])
 def test_the_pulse_is_as_long_as_the_circuit_s(process: Process) -> None:
     for die in (1000, 1001):
         silicon = Silicon(process, die=Die(number=die))
-        bench = BLOCK.testbench(build(), DEFAULTS | {"events": 1.0, "duration": 1.1e-3}, ROLLS_180.v_dd)
+        bench = BLOCK.testbench(build(), DEFAULTS | {"events": 1.0, "duration": 1.1e-3}, ROLLS_180_IDEAL.v_dd)
         expected = BLOCK.measures(simulate(bench, silicon, rtol=1e-6))["pulse_width_s"]
         found = synapses_on(model_of(build(), process), silicon, 1)
         # 0.2 %: the circuit's is measured behind two more inverters
@@ -83,22 +83,22 @@ def test_the_pulse_is_as_long_as_the_circuit_s(process: Process) -> None:
 
 
 def test_pulses_that_overlap_are_one() -> None:
-    synapses = synapses_on(model_of(build(), ROLLS_180), Silicon(ROLLS_180), -1)
+    synapses = synapses_on(model_of(build(), ROLLS_180_IDEAL), Silicon(ROLLS_180_IDEAL), -1)
     starts, ends = pulses(synapses, 0, [1e-3, 1.01e-3, 3e-3])
     assert starts.size == 2
     assert ends[0] == pytest.approx(1.01e-3 + synapses.width[0])
 
 
 def test_a_mirror_that_was_on_is_sooner_on_again() -> None:
-    synapses = synapses_on(model_of(build(), ROLLS_180), Silicon(ROLLS_180), 1)
+    synapses = synapses_on(model_of(build(), ROLLS_180_IDEAL), Silicon(ROLLS_180_IDEAL), 1)
     starts, _ = pulses(synapses, 0, [1e-3, 1.05e-3])
     assert 0.0 < starts[1] - 1.05e-3 < starts[0] - 1e-3
 
 
 def test_a_small_weight_is_late() -> None:
     # 20 fF of the mirror's gate by 54 mV take 1 fC, most of what 42 pA (22 of them leaks) bring in a pulse
-    weak = model_of(rebias(build(), {"i_exc": 20e-12}), ROLLS_180)
-    synapses = synapses_on(weak, Silicon(ROLLS_180), 1)
+    weak = model_of(rebias(build(), {"i_exc": 20e-12}), ROLLS_180_IDEAL)
+    synapses = synapses_on(weak, Silicon(ROLLS_180_IDEAL), 1)
     starts, ends = pulses(synapses, 0, [1e-3])
     assert starts[0] - 1e-3 > 0.5 * synapses.width[0]
     assert ends[0] == pytest.approx(1e-3 + synapses.width[0])
@@ -107,9 +107,9 @@ def test_a_small_weight_is_late() -> None:
 @pytest.mark.parametrize("level", [0, 5, -5])
 def test_level_that_lets_nothing_in_or_does_not_exist(level: int) -> None:
     with pytest.raises(ParameterError, match="must be -4 to 4 and not 0"):
-        synapses_on(model_of(build(), ROLLS_180), Silicon(ROLLS_180), level)
+        synapses_on(model_of(build(), ROLLS_180_IDEAL), Silicon(ROLLS_180_IDEAL), level)
 
 
 def test_an_array_that_is_none_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="array"):
-        model_of(build(), ROLLS_180, "nothing")
+        model_of(build(), ROLLS_180_IDEAL, "nothing")

@@ -28,7 +28,7 @@ from circuits.circuit import Circuit
 from circuits.devices import Transistor
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import OperatingPoint, operating_point, solve_near
 from circuits.solver.transient import simulate
@@ -36,7 +36,7 @@ from circuits.solver.transient import simulate
 FACTS = 1e-12 * np.array([955.3, 330.7, 199.9, 143.2, 111.6, 91.4, 77.4, 67.1, 59.2, 52.9, 47.9, 43.7, 40.1])
 EX_TAU = 1e-12 * np.array([68.9, 64.8, 60.7, 56.6, 52.5, 48.4, 44.3, 40.2, 36.1, 32.0, 27.9, 23.8, 19.7])
 DEFAULTS = BLOCK.defaults
-NOMINAL = Silicon()
+NOMINAL = Silicon(AMI_1500_IDEAL)
 CHAINS = {"inhibition": "inh_tau", "excitation": "ex_tau"}
 
 
@@ -84,7 +84,7 @@ def test_gate_voltages_are_those_of_the_neuron_s_own_biases() -> None:
     for name, found in zip(("i_inh_tau", "i_ex_tau"), currents(point), strict=True):
         bias = neuron.bias(name)
         for k in range(NEURONS):
-            wanted = bias_voltages(neuron, replace(bias, value=float(found[k])), Silicon())
+            wanted = bias_voltages(neuron, replace(bias, value=float(found[k])), Silicon(AMI_1500_IDEAL))
             assert point[f"{bias.port}[{k}]"] == pytest.approx(float(wanted), abs=1e-6)
 
 
@@ -122,13 +122,13 @@ def test_a_shift_in_one_stage_moves_it_and_all_later_ones(
 
 
 def test_spread_over_dies_accumulates_along_the_chain() -> None:
-    dies = (Silicon(die=Die("A", number, process=False)) for number in range(1000, 1020))
+    dies = (Silicon(AMI_1500_IDEAL, die=Die("A", number, process=False)) for number in range(1000, 1020))
     logs = np.log([np.concatenate(currents(rest(LINEAR, silicon))) for silicon in dies])
     spread = logs.std(axis=0, ddof=1)
     # ma and md of the first stage alone, by area in weak inversion: sigma(ln I) = kappa sigma_VT / U_T each
-    sigma_v_t0 = AMI_1500.pair_a_vt / np.sqrt(2.0 * RECIPROCAL.side_length**2)
-    kappas = np.array([AMI_1500.n.kappa, AMI_1500.p.kappa])
-    first = float(np.linalg.norm(kappas)) * sigma_v_t0 / Silicon().thermal_voltage
+    sigma_v_t0 = AMI_1500_IDEAL.pair_a_vt / np.sqrt(2.0 * RECIPROCAL.side_length**2)
+    kappas = np.array([AMI_1500_IDEAL.n.kappa, AMI_1500_IDEAL.p.kappa])
+    first = float(np.linalg.norm(kappas)) * sigma_v_t0 / Silicon(AMI_1500_IDEAL).thermal_voltage
     assert spread[NEURONS - 1] == pytest.approx(first, rel=0.5)
     assert spread[2 * NEURONS - 1] == pytest.approx(first, rel=0.5)
     assert spread[0] > 1.5 * spread[NEURONS - 1]
@@ -139,7 +139,7 @@ def test_spread_over_dies_accumulates_along_the_chain() -> None:
 def test_currents_follow_their_biases_whatever_the_process_is(corner: str) -> None:
     # ideal biases take the process out of the added currents, and the mirrors do not bring it back
     circuit = rebias(build(), kind="ideal")
-    silicon = Silicon(die=Die(corner=corner))  # type: ignore[arg-type]
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(corner=corner))  # type: ignore[arg-type]
     found = currents(operating_point(BLOCK.testbench(circuit, DEFAULTS, 5.0), silicon))
     # an nFET's off current of some fA is 3 sigma larger in a fast process: 0.2 pA beside 2 pA steps
     assert found.inh_tau == pytest.approx(FACTS, rel=0.02)

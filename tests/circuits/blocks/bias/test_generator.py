@@ -19,7 +19,7 @@ from circuits.errors import ParameterError, UnknownNameError
 from circuits.generator.circuit import MASTER_CURRENT
 from circuits.generator.code import COARSE, CODES, REFERENCE_C
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import OperatingPoint, operating_point, solve_near
 from circuits.solver.transient import simulate
@@ -28,7 +28,7 @@ from tests.refusals import refusals
 
 DEFAULTS = BLOCK.defaults
 DIES = range(1000, 1020)
-NOMINAL = Silicon()
+NOMINAL = Silicon(AMI_1500_IDEAL)
 
 
 def nominal_current(params: Params, temperature_c: float = REFERENCE_C) -> float:
@@ -74,12 +74,14 @@ def expected_spread(coarse: int, fine: int) -> float:
         area = 2.0 * device.width * device.length * device.multiplicity
         by_v_t0 = (math.log(output_current(with_changes(point, k, v_t0=1e-4))) - base) / 1e-4
         by_beta = (math.log(output_current(with_changes(point, k, beta=1e-3))) - base) / 1e-3
-        variance += ((by_v_t0 * AMI_1500.pair_a_vt) ** 2 + (by_beta * AMI_1500.pair_a_beta) ** 2) / area
+        variance += (
+            (by_v_t0 * AMI_1500_IDEAL.pair_a_vt) ** 2 + (by_beta * AMI_1500_IDEAL.pair_a_beta) ** 2
+        ) / area
     return math.sqrt(variance)
 
 
 def spread(coarse: int, fine: int) -> float:
-    dies = (Silicon(die=Die("A", number, process=False)) for number in DIES)
+    dies = (Silicon(AMI_1500_IDEAL, die=Die("A", number, process=False)) for number in DIES)
     return stdev(math.log(current(coarse, fine, silicon)) for silicon in dies)
 
 
@@ -97,7 +99,7 @@ def test_the_master_current_is_the_stated_one() -> None:
     point = rest(5, 125)
     assert transistor_current(point, "m1") == pytest.approx(MASTER_CURRENT, rel=1e-3)
     # m2 in weak inversion: U_T ln 8 over the resistor, 10 % more for the core's inversion coefficient of 0.1
-    assert point["core_r"] == pytest.approx(Silicon().thermal_voltage * math.log(8.0), rel=0.12)
+    assert point["core_r"] == pytest.approx(Silicon(AMI_1500_IDEAL).thermal_voltage * math.log(8.0), rel=0.12)
 
 
 def test_current_rises_with_every_fine_code_on_the_nominal_die() -> None:
@@ -117,7 +119,7 @@ def test_current_rises_by_a_step_at_every_carry_of_the_outer_ranges(coarse: int)
 
 
 def test_dies_are_not_monotone_at_large_carries_as_published_generators_are() -> None:
-    silicon = Silicon(die=Die("A", 1000))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die("A", 1000))
 
     def rises(fine: int) -> bool:
         return current(5, fine, silicon) > current(5, fine - 1, silicon)
@@ -128,17 +130,17 @@ def test_dies_are_not_monotone_at_large_carries_as_published_generators_are() ->
 
 @pytest.mark.parametrize(("coarse", "fine"), [(0, 255), (2, 128), (5, 125)])
 def test_current_is_proportional_to_absolute_temperature(coarse: int, fine: int) -> None:
-    cold, hot = (current(coarse, fine, Silicon(temperature_c=t)) for t in (17.0, 37.0))
+    cold, hot = (current(coarse, fine, Silicon(AMI_1500_IDEAL, temperature_c=t)) for t in (17.0, 37.0))
     slope = (hot - cold) / 20.0 / current(coarse, fine)
     assert slope == pytest.approx(1.0 / 300.15, rel=0.05)  # +0.33 %/K
     for temperature in (0.0, 60.0):
-        found = current(coarse, fine, Silicon(temperature_c=temperature))
+        found = current(coarse, fine, Silicon(AMI_1500_IDEAL, temperature_c=temperature))
         assert found == pytest.approx(nominal_current(Params(coarse, fine), temperature), rel=0.01)
 
 
 @pytest.mark.parametrize("temperature", [0.0, 27.0, 85.0])
 def test_code_0_leaves_the_off_current_of_the_output(temperature: float) -> None:
-    silicon = Silicon(temperature_c=temperature)
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=temperature)
     assert current(7, 0, silicon) == pytest.approx(off_current(silicon), rel=0.05)
 
 
@@ -163,14 +165,14 @@ def test_a_mirror_in_weak_inversion_has_the_closed_sensitivity() -> None:
     point = rest(7, 16)
     names = [g.device.name for g in point.machine.flat.groups if isinstance(g.device, Transistor)]
     moved = output_current(with_changes(point, names.index("mout"), v_t0=1e-4))
-    law = Silicon().law("n")
+    law = Silicon(AMI_1500_IDEAL).law("n")
     assert math.log(moved / output_current(point)) == pytest.approx(-law.kappa * 1e-4 / law.u_t, rel=0.01)
 
 
 @pytest.mark.parametrize("corner", ["ss", "ff", "sf", "fs"])
 @pytest.mark.parametrize("temperature", [-20.0, 85.0])
 def test_it_starts_and_gives_its_current_at_every_corner(corner: str, temperature: float) -> None:
-    silicon = Silicon(temperature_c=temperature, die=Die(corner=corner))  # type: ignore[arg-type]
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=temperature, die=Die(corner=corner))  # type: ignore[arg-type]
     found = current(2, 128, silicon)
     assert found == pytest.approx(nominal_current(Params(2, 128), temperature), rel=0.1)
 
@@ -178,8 +180,8 @@ def test_it_starts_and_gives_its_current_at_every_corner(corner: str, temperatur
 @pytest.mark.parametrize("leakage", [0.0, 1e-9])
 def test_the_working_state_is_the_only_one(leakage: float) -> None:
     # with junctions that leak 1 nA a metre, off currents alone would not start the core
-    n, p = (replace(model, junction_leakage=leakage) for model in (AMI_1500.n, AMI_1500.p))
-    process = replace(AMI_1500, n=n, p=p)
+    n, p = (replace(model, junction_leakage=leakage) for model in (AMI_1500_IDEAL.n, AMI_1500_IDEAL.p))
+    process = replace(AMI_1500_IDEAL, n=n, p=p)
     bench = BLOCK.testbench(build(), DEFAULTS, 5.0)
     dead = {"core_n": 0.0, "core_p": 5.0, "kick": 0.0, "vdd": 5.0, "i_out": 2.5}
     point = operating_point(bench, Silicon(process), start=dead)

@@ -5,6 +5,7 @@ import pytest
 from circuits.blocks.latency.coincidence import BLOCK, Params, build
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
@@ -12,7 +13,9 @@ DEFAULTS = BLOCK.defaults
 
 
 def run(die: int | None = None, **stimuli: float | None) -> Result:
-    return simulate(BLOCK.testbench(build(), DEFAULTS | stimuli, 5.0), Silicon(die=Die(number=die)))
+    return simulate(
+        BLOCK.testbench(build(), DEFAULTS | stimuli, 5.0), Silicon(AMI_1500_IDEAL, die=Die(number=die))
+    )
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import pytest
 from circuits.bias import rebias
 from circuits.blocks.latency.conductance import BLOCK, REST, Params, build
 from circuits.errors import ParameterError
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
@@ -13,7 +14,9 @@ NONE: dict[str, float | None] = {s.name: None for s in BLOCK.stimuli}
 
 def run(biases: dict[str, float] | None = None, celsius: float = 27.0, **stimuli: float) -> Result:
     circuit = rebias(build(), biases or {}, "ideal")
-    return simulate(BLOCK.testbench(circuit, NONE | stimuli, 5.0), Silicon(temperature_c=celsius))
+    return simulate(
+        BLOCK.testbench(circuit, NONE | stimuli, 5.0), Silicon(AMI_1500_IDEAL, temperature_c=celsius)
+    )
 
 
 def spikes(result: Result) -> int:

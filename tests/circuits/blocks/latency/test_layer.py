@@ -6,6 +6,7 @@ from circuits.bias import rebias
 from circuits.blocks.latency.layer import BLOCK, Params, build
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from tests.refusals import refusals
@@ -13,7 +14,7 @@ from tests.refusals import refusals
 NONE: dict[str, float | None] = {s.name: None for s in BLOCK.stimuli}
 CHARGE, PASSIVE, Q = 10e-12 * 2.0, 345e-12, 800e-12 * 2e-3  # C, A, C
 STOP = 5e-12 * 2.0 / 7.3e-9  # s
-NOMINAL = Silicon()
+NOMINAL = Silicon(AMI_1500_IDEAL)
 
 
 def run(silicon: Silicon = NOMINAL, **stimuli: float) -> Result:
@@ -40,7 +41,10 @@ def test_cells_that_spike_before_the_stop_win_too() -> None:
 
 
 def test_dies_have_winners_of_their_own() -> None:
-    winners = {BLOCK.outcome(run(Silicon(die=Die(number=n)), excite_0=5e-3, excite_1=5e-3)) for n in range(6)}
+    winners = {
+        BLOCK.outcome(run(Silicon(AMI_1500_IDEAL, die=Die(number=n)), excite_0=5e-3, excite_1=5e-3))
+        for n in range(6)
+    }
     assert len(winners) > 1
 
 

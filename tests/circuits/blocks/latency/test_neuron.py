@@ -7,7 +7,7 @@ from circuits.blocks.latency.neuron import BLOCK, Params, build
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from tests.circuits.blocks.values import number
@@ -15,7 +15,7 @@ from tests.refusals import refusals
 
 DEFAULTS = BLOCK.defaults
 E_0, CHARGE = 2.5e-9, 10e-12 * 2.0  # A; C_mem V_ref, C
-SILICON = Silicon()
+SILICON = Silicon(AMI_1500_IDEAL)
 
 
 def measured(circuit: Circuit, silicon: Silicon, **stimuli: float | None) -> dict[str, float | None]:
@@ -45,7 +45,7 @@ def test_nothing_heard_is_nothing_said() -> None:
 
 
 def test_fixed_gates_slow_down_in_the_cold_and_generators_do_not() -> None:
-    cold, warm = (Silicon(AMI_1500, t) for t in (0.0, 60.0))
+    cold, warm = (Silicon(AMI_1500_IDEAL, t) for t in (0.0, 60.0))
     gate = build()
     generator = rebias(gate, {}, "ideal")
     late = [measured(gate, s)["latency_s"] for s in (cold, SILICON, warm)]
@@ -58,7 +58,7 @@ def test_fixed_gates_slow_down_in_the_cold_and_generators_do_not() -> None:
 
 def test_dies_differ_and_a_die_is_the_same_again() -> None:
     def latency(number: int) -> float | None:
-        return measured(build(), Silicon(die=Die(number=number)))["latency_s"]
+        return measured(build(), Silicon(AMI_1500_IDEAL, die=Die(number=number)))["latency_s"]
 
     assert latency(7) == latency(7)
     assert latency(7) != latency(8)

@@ -4,6 +4,7 @@ import pytest
 
 from circuits.blocks.latency.race import BLOCK, Params, build
 from circuits.errors import ParameterError
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
@@ -13,7 +14,9 @@ PASSIVE, Q, INHIBITION = 345e-12, 800e-12 * 2e-3, 100e-12  # A, C, A
 
 
 def latency(**stimuli: float) -> float | None:
-    return BLOCK.measures(simulate(BLOCK.testbench(build(), DEFAULTS | stimuli, 5.0), Silicon()))["latency_s"]
+    return BLOCK.measures(
+        simulate(BLOCK.testbench(build(), DEFAULTS | stimuli, 5.0), Silicon(AMI_1500_IDEAL))
+    )["latency_s"]
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from circuits.blocks.ports import SUPPLY, analog_in, bias_in, bias_ports, event_
 from circuits.circuit import Bias, Circuit, Port
 from circuits.errors import ParameterError
 from circuits.event import pulse
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
@@ -36,7 +37,7 @@ def clamped(part: Circuit) -> Result:
     ports = (SUPPLY, *event_in("event"), *bias_in(*biases), *analog_in("v_mem"))
     whole = Circuit("held", ports, (), (part.instance("syn"),), biases=kinds)
     sources = powered(5.0, {"event": pulse((START,), 5.0), "v_mem": 1.0})
-    return simulate(Testbench("held", whole, sources, 4e-3, watch=()), Silicon())
+    return simulate(Testbench("held", whole, sources, 4e-3, watch=()), Silicon(AMI_1500_IDEAL))
 
 
 @pytest.mark.parametrize("part", [step_synapse(TIMER), step_inhibition(TIMER)])
@@ -60,5 +61,7 @@ def test_the_comparator_turns_at_its_reference() -> None:
     ports = (SUPPLY, *analog_in("plus"), *bias_ports(biases))
     whole = Circuit("whole", ports, (), (compared("c", "plus", "above"),), biases=biases)
     for level, high in ((1.99, False), (2.01, True)):
-        result = simulate(Testbench("level", whole, powered(5.0, {"plus": level}), 1e-4), Silicon())
+        result = simulate(
+            Testbench("level", whole, powered(5.0, {"plus": level}), 1e-4), Silicon(AMI_1500_IDEAL)
+        )
         assert (np.asarray(result["above"])[-1] > 2.5) is np.bool_(high)

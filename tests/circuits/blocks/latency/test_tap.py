@@ -7,6 +7,7 @@ from circuits.blocks.latency.tap import BLOCK, Params, build
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from tests.refusals import refusals
@@ -19,7 +20,7 @@ def run(silicon: Silicon, kind: BiasKind = "gate") -> Result:
 
 
 def test_two_taps_take_twice_as_long() -> None:
-    result = run(Silicon())
+    result = run(Silicon(AMI_1500_IDEAL))
     found = BLOCK.measures(result)
     # 1.1 % of parasitics on the timer, and 10 to 14 us of events that hold it
     assert found["delay_s"] == pytest.approx(USUAL * 1.011 + 10e-6, rel=0.01)
@@ -30,7 +31,7 @@ def test_two_taps_take_twice_as_long() -> None:
 
 
 def test_a_generator_holds_the_delay_and_a_fixed_gate_does_not() -> None:
-    cold = Silicon(temperature_c=0.0)
+    cold = Silicon(AMI_1500_IDEAL, temperature_c=0.0)
     steady = BLOCK.measures(run(cold, "ideal"))["delay_s"]
     # PTAT: 300.15 / 273.15 as long; the comparator's own delay is below 0.2 %
     assert steady == pytest.approx(USUAL * 1.014 * 300.15 / 273.15, rel=0.01)
@@ -40,7 +41,9 @@ def test_a_generator_holds_the_delay_and_a_fixed_gate_does_not() -> None:
 
 
 def test_dies_differ() -> None:
-    a, b = (BLOCK.measures(run(Silicon(die=Die(number=n)), "ideal"))["delay_s"] for n in (1, 2))
+    a, b = (
+        BLOCK.measures(run(Silicon(AMI_1500_IDEAL, die=Die(number=n)), "ideal"))["delay_s"] for n in (1, 2)
+    )
     assert a != b
 
 

@@ -7,12 +7,13 @@ from circuits.blocks.latency.tonic import BLOCK, START, Params, build
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
 DEFAULTS = BLOCK.defaults
 PERIOD, HOLD = 5e-12 * 2.0 / 1e-9, 5e-12 * 2.0 / 57e-12  # s
-NOMINAL = Silicon()
+NOMINAL = Silicon(AMI_1500_IDEAL)
 
 
 def run(silicon: Silicon = NOMINAL, kind: BiasKind = "gate", **stimuli: float | None) -> Result:
@@ -39,7 +40,7 @@ def test_an_end_makes_it_spike_a_period_later() -> None:
 
 
 def test_a_generator_holds_the_time_within_what_is_absolute_temperature() -> None:
-    warm = Silicon(temperature_c=60.0)
+    warm = Silicon(AMI_1500_IDEAL, temperature_c=60.0)
     assert BLOCK.measures(run(warm, "ideal"))["hold_s"] == pytest.approx(HOLD * 300.15 / 333.15, rel=0.02)
     drifted = BLOCK.measures(run(warm))["hold_s"]
     assert drifted is not None
@@ -47,7 +48,9 @@ def test_a_generator_holds_the_time_within_what_is_absolute_temperature() -> Non
 
 
 def test_dies_differ() -> None:
-    a, b = (BLOCK.measures(run(Silicon(die=Die(number=n)), "ideal"))["hold_s"] for n in (1, 2))
+    a, b = (
+        BLOCK.measures(run(Silicon(AMI_1500_IDEAL, die=Die(number=n)), "ideal"))["hold_s"] for n in (1, 2)
+    )
     assert a != b
 
 

@@ -6,11 +6,12 @@ from circuits.bias import rebias
 from circuits.blocks.latency.unit import BLOCK, FIRST, PERIOD, Params, build
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
 DEFAULTS = BLOCK.defaults
-NOMINAL = Silicon()
+NOMINAL = Silicon(AMI_1500_IDEAL)
 
 
 def run(silicon: Silicon = NOMINAL, **stimuli: float | None) -> Result:
@@ -39,7 +40,7 @@ def test_what_does_not_coincide_is_not_stored(after: float | None) -> None:
 
 @pytest.mark.parametrize("number", range(4))
 def test_it_works_on_dies_hot_and_cold(number: int) -> None:
-    silicon = Silicon(temperature_c=(0.0, 60.0)[number % 2], die=Die(number=number))
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=(0.0, 60.0)[number % 2], die=Die(number=number))
     assert BLOCK.outcome(run(silicon)) == "remembered"
 
 

@@ -7,7 +7,7 @@ from circuits.blocks.lso.lso_neuron import BLOCK, Params, build
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
@@ -21,7 +21,7 @@ def run(
     **stimuli: float | None,
 ) -> Result:  # fmt: skip
     bench = BLOCK.testbench(circuit or build(), QUIET | stimuli | {"duration": duration}, 5.0)
-    return simulate(bench, silicon or Silicon())
+    return simulate(bench, silicon or Silicon(AMI_1500_IDEAL))
 
 
 def count(*args: object, **stimuli: float | None) -> float:
@@ -54,14 +54,16 @@ def test_the_first_spike_and_the_step_are_those_of_the_equations() -> None:
 def test_counts_stay_where_temperature_moves_currents(kind: str) -> None:
     circuit = rebias(build(), {}, kind)  # type: ignore[arg-type]
     for celsius, duration in ((0.0, 15e-3), (60.0, 6e-3)):
-        silicon = Silicon(AMI_1500, celsius)
+        silicon = Silicon(AMI_1500_IDEAL, celsius)
         assert count(circuit, silicon, duration, excite_1=AT, excite_2=AT) in {4.0, 5.0}
         assert count(circuit, silicon, duration, excite_1=AT, excite_2=AT, inhibit_1=AT) == 2.0
 
 
 def test_dies_differ_and_a_die_is_the_same_again() -> None:
     def latency(number: int) -> float | None:
-        return BLOCK.measures(run(None, Silicon(die=Die(number=number)), excite_1=AT))["latency_s"]
+        return BLOCK.measures(run(None, Silicon(AMI_1500_IDEAL, die=Die(number=number)), excite_1=AT))[
+            "latency_s"
+        ]
 
     assert latency(7) == latency(7)
     assert latency(7) != latency(8)

@@ -5,14 +5,14 @@ import pytest
 from circuits.blocks.nef.encoder import BLOCK, UNIT, Params, bits_of, build
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
 
 def current(code: float, die: Die = NOMINAL, temperature: float = 27.0) -> float:
-    bench = BLOCK.testbench(build(), {"code": code, "step": None}, ROLLS_180.v_dd)
-    found = BLOCK.measures(simulate(bench, Silicon(ROLLS_180, temperature, die)))["current_A"]
+    bench = BLOCK.testbench(build(), {"code": code, "step": None}, ROLLS_180_IDEAL.v_dd)
+    found = BLOCK.measures(simulate(bench, Silicon(ROLLS_180_IDEAL, temperature, die)))["current_A"]
     assert found is not None
     return found
 
@@ -25,8 +25,8 @@ def test_the_current_is_the_codes(code: float) -> None:
 
 def test_nothing_for_code_0_and_a_word_for_each() -> None:
     assert abs(current(0.0)) < 0.01 * UNIT
-    bench = BLOCK.testbench(build(), {"code": -7.0, "step": None}, ROLLS_180.v_dd)
-    assert BLOCK.outcome(simulate(bench, Silicon(ROLLS_180))) == "sink"
+    bench = BLOCK.testbench(build(), {"code": -7.0, "step": None}, ROLLS_180_IDEAL.v_dd)
+    assert BLOCK.outcome(simulate(bench, Silicon(ROLLS_180_IDEAL))) == "sink"
 
 
 def test_mismatch_falls_with_the_number_of_units() -> None:

@@ -6,20 +6,20 @@ from circuits.bias import rebias
 from circuits.blocks.nef.synapse import BLOCK, GAIN_CURRENT, REFERENCE, Params, build
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_FULL
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
-IDEAL, DEFAULT = Silicon(ROLLS_180), Params()
+IDEAL, DEFAULT = Silicon(ROLLS_180_IDEAL), Params()
 TRIMMED = 15.1e-12  # A, of I_th: at it the output's middle is the reference under the full law
-POWER = ROLLS_180.p.kappa / ROLLS_180.n.kappa
+POWER = ROLLS_180_IDEAL.p.kappa / ROLLS_180_IDEAL.n.kappa
 
 
 def measured(
     step: float, silicon: Silicon = IDEAL, i_thr: float = GAIN_CURRENT, params: Params = DEFAULT
 ) -> dict[str, float]:
     circuit = rebias(build(params), {"i_thr": i_thr})
-    bench = BLOCK.testbench(circuit, {"step": step, "duration": 0.04}, ROLLS_180.v_dd)
+    bench = BLOCK.testbench(circuit, {"step": step, "duration": 0.04}, ROLLS_180_IDEAL.v_dd)
     result = simulate(bench, silicon)
     found = {name: value for name, value in BLOCK.measures(result).items() if value is not None}
     return found | {"up": float(BLOCK.outcome(result) == "up")}
@@ -45,13 +45,13 @@ def test_the_line_takes_the_reference_away(step: float) -> None:
 @pytest.mark.parametrize("step", [-0.4, 0.4])
 @pytest.mark.parametrize("die", [NOMINAL, Die(number=1001, process=False)])
 def test_cascodes_keep_the_difference_under_the_full_law(step: float, die: Die) -> None:
-    found = measured(step, Silicon(ROLLS_180_FULL, die=die), TRIMMED)
+    found = measured(step, Silicon(ROLLS_180, die=die), TRIMMED)
     # mirrors of 32 um^2 deviate by 2 % of the reference
     assert found["signal_A"] == pytest.approx(found["current_A"] - REFERENCE, abs=0.05 * REFERENCE)
 
 
 def test_without_cascodes_the_early_effect_takes_the_difference() -> None:
-    full, plain = Silicon(ROLLS_180_FULL), Params(cascode_width=0.0)
+    full, plain = Silicon(ROLLS_180), Params(cascode_width=0.0)
     off = [measured(0.1, full, TRIMMED, p) for p in (DEFAULT, plain)]
     above = [found["current_A"] - REFERENCE for found in off]
     assert off[0]["signal_A"] == pytest.approx(above[0], rel=0.03)

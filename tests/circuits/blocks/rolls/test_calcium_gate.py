@@ -7,7 +7,7 @@ from circuits.blocks.rolls.calcium_gate import BLOCK, build
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
@@ -18,7 +18,7 @@ def run(
     rate: float, spikes: float, membrane: float, silicon: Silicon | None = None, kind: BiasKind = "gate"
 ) -> Result:
     values = {"rate": rate, "spikes": spikes, "membrane": membrane, "duration": spikes / rate + 0.05}
-    on = Silicon(ROLLS_180) if silicon is None else silicon
+    on = Silicon(ROLLS_180_IDEAL) if silicon is None else silicon
     return simulate(BLOCK.testbench(rebias(build(), {}, kind), values, 1.8), on)
 
 
@@ -47,7 +47,7 @@ def test_calcium_adds_up() -> None:
 
 
 def test_a_generator_holds_the_window_and_dies_differ() -> None:
-    hot = Silicon(ROLLS_180, 60.0)
+    hot = Silicon(ROLLS_180_IDEAL, 60.0)
     gate, generator = (BLOCK.measures(run(100.0, 6.0, 0.1, hot, k))["calcium_A"] for k in ("gate", "ideal"))
     usual = BLOCK.measures(run(100.0, 6.0, 0.1))["calcium_A"]
     assert gate is not None
@@ -55,7 +55,7 @@ def test_a_generator_holds_the_window_and_dies_differ() -> None:
     assert usual is not None
     assert gate / usual > 4.0
     assert generator / usual < 2.0
-    a, b = (BLOCK.measures(run(100.0, 3.0, 0.1, Silicon(ROLLS_180, die=Die(number=n)))) for n in (1, 2))
+    a, b = (BLOCK.measures(run(100.0, 3.0, 0.1, Silicon(ROLLS_180_IDEAL, die=Die(number=n)))) for n in (1, 2))
     assert a["calcium_A"] != b["calcium_A"]
 
 

@@ -15,12 +15,12 @@ from circuits.devices import Transistor
 from circuits.devices.transistor import drain_current
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, thermal_voltage
+from circuits.silicon.process import ROLLS_180_IDEAL, thermal_voltage
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current as drain_of
 from circuits.solver.transient import Result, simulate
 
-V_DD = ROLLS_180.v_dd
+V_DD = ROLLS_180_IDEAL.v_dd
 U_T = thermal_voltage(27.0)
 DEFAULTS = BLOCK.defaults
 PULSE = 22.88e-6  # s; the DPI synapse's tests have its closed form
@@ -32,7 +32,7 @@ def run(
     **values: float,
 ) -> Result:  # fmt: skip
     bench = BLOCK.testbench(rebias(build(), biases or {}, kind), DEFAULTS | values, V_DD)
-    return simulate(bench, Silicon(ROLLS_180) if silicon is None else silicon, rtol=1e-5)
+    return simulate(bench, Silicon(ROLLS_180_IDEAL) if silicon is None else silicon, rtol=1e-5)
 
 
 def number(result: Result, name: str) -> float:
@@ -43,7 +43,7 @@ def number(result: Result, name: str) -> float:
 
 def at_gate() -> float:
     """C_w and what me2, the step's drain and the recovery's source add, F."""
-    p, params = ROLLS_180.p, Params()
+    p, params = ROLLS_180_IDEAL.p, Params()
     one = params.synapse
     widths = 2.0 * one.weight_width + params.mirror_width + params.recovery_width
     junctions = params.mirror_width + params.recovery_width
@@ -84,7 +84,7 @@ def test_recovery_is_exponential_in_r_at_any_depth(events: float) -> None:
 
 def weight(x: float) -> float:
     """Current of the constant weight's pFET, its gate x above the bias, A: the law of moderate inversion."""
-    law, size = Silicon(ROLLS_180).law("p"), 1e-6
+    law, size = Silicon(ROLLS_180_IDEAL).law("p"), 1e-6
     device = Transistor("m", "p", "d", "g", "s", "b", size, size)
     bias = build().bias("i_exc").value
     assert isinstance(bias, float)
@@ -123,7 +123,7 @@ def test_without_the_bias_it_is_the_undepressed_synapse() -> None:
     bench = dpi_synapse.BLOCK.testbench(
         dpi_synapse.build(), {"level": 1.0, "events": 6.0, "rate": 200.0, "duration": 51e-3}, V_DD
     )
-    plain = simulate(bench, Silicon(ROLLS_180), rtol=1e-5)
+    plain = simulate(bench, Silicon(ROLLS_180_IDEAL), rtol=1e-5)
     # 3 %: es and em lift the gate by 0.7 mV in a pulse
     assert drawn(result) == pytest.approx(drawn(plain), rel=0.03)
     assert dpi_synapse.measures(result)["decay_s"] == pytest.approx(
@@ -145,21 +145,21 @@ def test_only_excitatory_pulses_take_steps(level: float) -> None:
 
 
 def test_a_generator_holds_step_and_recovery_over_temperature() -> None:
-    cold, hot = (run(Silicon(ROLLS_180, t), "ideal") for t in (0.0, 60.0))
+    cold, hot = (run(Silicon(ROLLS_180_IDEAL, t), "ideal") for t in (0.0, 60.0))
     # I_std t is constant where both go with temperature; 8 %: the inverter's threshold, edges
     assert number(hot, "step_V") == pytest.approx(number(cold, "step_V"), rel=0.08)
     assert number(hot, "recovery_s") == pytest.approx(number(cold, "recovery_s"), rel=0.02)
 
 
 def test_fixed_gates_do_not() -> None:
-    cold, hot = (run(Silicon(ROLLS_180, t)) for t in (0.0, 60.0))
+    cold, hot = (run(Silicon(ROLLS_180_IDEAL, t)) for t in (0.0, 60.0))
     # 4 to 7 %/K in I_std and I_rec; the pulse shortens too, so that the step grows less
     assert number(hot, "step_V") > 3.0 * number(cold, "step_V")
     assert number(cold, "recovery_s") > 10.0 * number(hot, "recovery_s")
 
 
 def test_dies_differ_and_a_die_is_itself() -> None:
-    a, b, again = (run(Silicon(ROLLS_180, die=Die(number=n))) for n in (1, 2, 1))
+    a, b, again = (run(Silicon(ROLLS_180_IDEAL, die=Die(number=n))) for n in (1, 2, 1))
     for name in ("step_V", "recovery_s", "last_to_first"):
         assert abs(number(a, name) / number(b, name) - 1.0) > 1e-3
         assert number(a, name) == number(again, name)

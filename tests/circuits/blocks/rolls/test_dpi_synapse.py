@@ -14,13 +14,13 @@ from circuits.blocks.rolls.bias import default_current
 from circuits.blocks.rolls.dpi_synapse import BLOCK, FIRST_EVENT, Params, build, latches
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.silicon.process import ROLLS_180, thermal_voltage
+from circuits.silicon.process import ROLLS_180_IDEAL, thermal_voltage
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result, simulate
 
-V_DD = ROLLS_180.v_dd
+V_DD = ROLLS_180_IDEAL.v_dd
 USUAL = Params()
 DEFAULTS = BLOCK.defaults
 # A line without load: what the filter's equation describes
@@ -29,7 +29,7 @@ LONE = Params(line_capacitance=1e-15)
 
 def run(level: float = 1.0, params: Params = USUAL, **biases: float) -> Result:
     bench = BLOCK.testbench(rebias(build(params), biases), DEFAULTS | {"level": level}, V_DD)
-    return simulate(bench, Silicon(ROLLS_180), rtol=1e-6)
+    return simulate(bench, Silicon(ROLLS_180_IDEAL), rtol=1e-6)
 
 
 def number(result: Result, name: str) -> float:
@@ -40,7 +40,7 @@ def number(result: Result, name: str) -> float:
 
 def at_v_syn(params: Params) -> float:
     """C_syn and what the pair and the output add: half an oxide each, the pair's drain."""
-    n = ROLLS_180.n
+    n = ROLLS_180_IDEAL.n
     areas = params.pair_width * params.pair_length + params.output_width * params.output_length
     drain = (n.overlap_capacitance + n.junction_capacitance) * params.pair_width * 1e-6
     return params.synapse_capacitance + 0.5 * n.oxide_capacitance * areas * 1e-12 + drain
@@ -53,7 +53,7 @@ def test_time_constant_is_the_closed_form(level: float, i_tau: str, within: floa
     circuit = build(LONE)
     current = circuit.bias(i_tau).value
     assert isinstance(current, float)
-    tau = at_v_syn(LONE) * thermal_voltage(27.0) / (ROLLS_180.p.kappa * current)
+    tau = at_v_syn(LONE) * thermal_voltage(27.0) / (ROLLS_180_IDEAL.p.kappa * current)
     assert number(run(level, LONE, i_inh=19e-9), "decay_s") == pytest.approx(tau, rel=within)
 
 
@@ -89,7 +89,7 @@ def test_level_of_one_sign_leaves_the_other_filter_at_rest() -> None:
 def leaks(level: float, temperature: float) -> tuple[float, float]:
     """What an idle synapse draws from its lines, A."""
     bench = BLOCK.testbench(build(), DEFAULTS | {"level": level}, V_DD)
-    point = operating_point(bench, Silicon(ROLLS_180, temperature))
+    point = operating_point(bench, Silicon(ROLLS_180_IDEAL, temperature))
     return (transistor_current(point, "synapse.me9"), transistor_current(point, "synapse.mi1"))
 
 
@@ -106,7 +106,7 @@ def test_an_idle_synapse_leaks_what_its_held_switch_does(level: float) -> None:
 @pytest.mark.parametrize(("level", "carried"), [(4.0, 616.7e-9), (-4.0, 44.0e-6)])
 def test_the_largest_default_weights_are_carried(level: float, carried: float) -> None:
     bench = BLOCK.testbench(build(), DEFAULTS | {"level": level, "events": 1.0, "duration": 1.02e-3}, V_DD)
-    result = simulate(bench, Silicon(ROLLS_180), rtol=1e-5)
+    result = simulate(bench, Silicon(ROLLS_180_IDEAL), rtol=1e-5)
     switch = "synapse.me9" if level > 0.0 else "synapse.mi1"
     drawn = np.abs(drain_current(result, switch))
     late = float(np.interp(FIRST_EVENT + 9e-6, result.time, drawn))
@@ -114,7 +114,7 @@ def test_the_largest_default_weights_are_carried(level: float, carried: float) -
 
 
 def test_the_pair_is_in_weak_inversion_at_excitatory_weights_only() -> None:
-    law = Silicon(ROLLS_180).law("n")
+    law = Silicon(ROLLS_180_IDEAL).law("n")
     specific = law.square_current * USUAL.pair_width / USUAL.pair_length
     exc = sum(default_current(f"NPA_WEIGHT_EXC{k}_P") for k in ("", "0", "1"))
     inh = [default_current(f"NPA_WEIGHT_INH{k}_N") for k in ("", "0", "1")]
@@ -131,7 +131,7 @@ def test_level_zero_lets_nothing_in() -> None:
 
 def decay(kind: BiasKind, temperature: float) -> float:
     bench = BLOCK.testbench(rebias(build(), kind=kind), DEFAULTS, V_DD)
-    return number(simulate(bench, Silicon(ROLLS_180, temperature), rtol=1e-5), "decay_s")
+    return number(simulate(bench, Silicon(ROLLS_180_IDEAL, temperature), rtol=1e-5), "decay_s")
 
 
 def test_generator_keeps_the_time_constant_over_temperature() -> None:
@@ -141,9 +141,9 @@ def test_generator_keeps_the_time_constant_over_temperature() -> None:
 
 def test_fixed_gate_drifts_as_the_closed_form_says() -> None:
     """d ln I/dT = (2 + m)/T + kappa |dV_T/dT|/U_T + kappa (V_T - V_G)/(U_T T); tau = C U_T/(kappa I)."""
-    p, u_t, t = ROLLS_180.p, thermal_voltage(27.0), 300.15
+    p, u_t, t = ROLLS_180_IDEAL.p, thermal_voltage(27.0), 300.15
     bias = build().bias("i_etau")
-    gate = V_DD - float(bias_voltages(build(), bias, Silicon(ROLLS_180)))
+    gate = V_DD - float(bias_voltages(build(), bias, Silicon(ROLLS_180_IDEAL)))
     drift = (
         (2.0 + p.mobility_exponent) / t - p.kappa * p.v_t0_drift / u_t + p.kappa * (p.v_t0 - gate) / (u_t * t)
     )

@@ -13,11 +13,11 @@ from circuits.blocks.rolls.neuron import BLOCK, STEP_TIME, Params, build
 from circuits.devices import Source
 from circuits.devices.source import PiecewiseLinear
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180, thermal_voltage
+from circuits.silicon.process import ROLLS_180_IDEAL, thermal_voltage
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
-V_DD = ROLLS_180.v_dd
+V_DD = ROLLS_180_IDEAL.v_dd
 DEFAULTS = BLOCK.defaults
 
 
@@ -25,7 +25,7 @@ def run(
     stimuli: dict[str, float | None], biases: dict[str, float] | None = None, rtol: float = 1e-6
 ) -> Result:
     circuit = rebias(build(), biases)
-    return simulate(BLOCK.testbench(circuit, DEFAULTS | stimuli, V_DD), Silicon(ROLLS_180), rtol=rtol)
+    return simulate(BLOCK.testbench(circuit, DEFAULTS | stimuli, V_DD), Silicon(ROLLS_180_IDEAL), rtol=rtol)
 
 
 def measure(result: Result, name: str) -> float:
@@ -52,7 +52,7 @@ def driven(points: tuple[tuple[float, float], ...], duration: float, node: str, 
     bench = BLOCK.testbench(build(), DEFAULTS | {"current": 0.0, "slow": slow, "duration": duration}, V_DD)
     wave = PiecewiseLinear(*zip(*points, strict=True))
     sources = (*(s for s in bench.sources if s.name != "i_in"), Source("i_in", node, wave, "current"))
-    return simulate(replace(bench, sources=sources), Silicon(ROLLS_180), rtol=1e-6)
+    return simulate(replace(bench, sources=sources), Silicon(ROLLS_180_IDEAL), rtol=1e-6)
 
 
 # The transistors at v_mem add 6.5 % to C_mem (their half oxides, overlaps and junctions). Against the slower
@@ -69,7 +69,7 @@ def test_a_silent_membrane_falls_with_its_time_constant(
     assert result.spikes["spike"].size == 0
     peak = int(result["v_mem"].argmax())
     times = np.interp((-0.18, -0.12), -result["v_mem"][peak:], result.time[peak:])
-    u_t, kappa = thermal_voltage(27.0), ROLLS_180.n.kappa
+    u_t, kappa = thermal_voltage(27.0), ROLLS_180_IDEAL.n.kappa
     found = (times[1] - times[0]) * u_t / (kappa * 0.06)  # I_mem = I_0 e^(kappa v_mem / U_T)
     closed = Params().membrane_capacitance * u_t / (kappa * default_current(name))
     assert longer[0] < found / closed < longer[1]
@@ -92,7 +92,7 @@ def test_refractory_period_is_the_closed_form() -> None:
     found = float(result.time[released][0]) - spike
     # V_inv of the inverter at v_ref lies between 0.4 and 0.55 of the supply; its gates (9 um^2, half of their
     # oxide) are beside C_ref; the membrane needs 20 us to rise
-    capacitance = Params().refractory_capacitance + 0.5 * ROLLS_180.n.oxide_capacitance * 9e-12
+    capacitance = Params().refractory_capacitance + 0.5 * ROLLS_180_IDEAL.n.oxide_capacitance * 9e-12
     low, high = (capacitance * (1.0 - share) * V_DD / i_rfr2 for share in (0.55, 0.4))
     assert low < found < high + 20e-6
 
@@ -128,7 +128,9 @@ def test_nmda_gate_passes_current_only_above_its_voltage() -> None:
 def test_mismatch_reaches_the_rate() -> None:
     bench = BLOCK.testbench(build(), DEFAULTS, V_DD)
     latencies = {
-        simulate(bench, Silicon(ROLLS_180, die=Die(number=k, process=False))).spikes["spike"][:1].tobytes()
+        simulate(bench, Silicon(ROLLS_180_IDEAL, die=Die(number=k, process=False)))
+        .spikes["spike"][:1]
+        .tobytes()
         for k in (1, 2, 3)
     }
     assert len(latencies) == 3

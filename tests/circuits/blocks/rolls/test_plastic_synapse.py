@@ -12,7 +12,7 @@ from circuits.devices import Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import supply_power
 from circuits.solver.transient import Result, simulate
@@ -28,7 +28,7 @@ def run(
 ) -> Result:  # fmt: skip
     values = {"up": up, "events": events, "rate": 200.0, "duration": duration}
     circuit = rebias(build(), biases or {}, kind)
-    on = Silicon(ROLLS_180) if silicon is None else silicon
+    on = Silicon(ROLLS_180_IDEAL) if silicon is None else silicon
     return simulate(BLOCK.testbench(circuit, values, 1.8), on)
 
 
@@ -70,7 +70,7 @@ def still(weight: float, temperature: float = 27.0) -> Result:
     volts = {"vdd": 1.8, "event": 0.0, "up_b": 1.8, "dn": 0.0, "line": 0.9, "w": weight}
     sources = tuple(Source(name, name, Constant(v)) for name, v in volts.items())
     bench = Testbench("still", rebias(build(), {}, "ideal"), sources, 2e-3)
-    return simulate(started_at_rest(bench, ROLLS_180), Silicon(ROLLS_180, temperature))
+    return simulate(started_at_rest(bench, ROLLS_180_IDEAL), Silicon(ROLLS_180_IDEAL, temperature))
 
 
 @pytest.mark.parametrize(("weight", "branches"), [(0.0, 1), (0.85, 2), (0.95, 1), (1.8, 1)])
@@ -98,7 +98,7 @@ def test_only_a_high_weight_draws_a_current() -> None:
 
 
 def test_a_generator_holds_the_drift_and_dies_differ() -> None:
-    warm = Silicon(ROLLS_180, 50.0)
+    warm = Silicon(ROLLS_180_IDEAL, 50.0)
     gate, generator = (BLOCK.measures(run(1.0, 1.0, warm, k))["drift_V_per_s"] for k in ("gate", "ideal"))
     usual = BLOCK.measures(run(1.0, 1.0))["drift_V_per_s"]
     assert gate is not None
@@ -107,7 +107,9 @@ def test_a_generator_holds_the_drift_and_dies_differ() -> None:
     assert abs(gate / usual) > 2.0
     # the off currents grow with temperature and take a part
     assert 0.6 < generator / usual < 1.1
-    a, b = (BLOCK.measures(run(1.0, 1.0, Silicon(ROLLS_180, die=Die(number=n))))["jump_V"] for n in (1, 2))
+    a, b = (
+        BLOCK.measures(run(1.0, 1.0, Silicon(ROLLS_180_IDEAL, die=Die(number=n))))["jump_V"] for n in (1, 2)
+    )
     assert a != b
 
 

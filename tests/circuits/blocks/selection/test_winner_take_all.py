@@ -16,6 +16,7 @@ from circuits.blocks.selection.winner_take_all import (
 )
 from circuits.errors import ParameterError
 from circuits.lowering.check import check_circuit
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.power import drain_current
@@ -53,7 +54,9 @@ def test_the_greatest_excitation_wins_at_the_edges_too(winner: int) -> None:
 
 @pytest.mark.parametrize("temperature", [-20.0, 27.0, 85.0])
 def test_the_equalised_state_is_a_stable_rest_without_a_winner(temperature: float) -> None:
-    point = operating_point(BLOCK.testbench(CIRCUIT, DEFAULTS, 5.0), Silicon(temperature_c=temperature))
+    point = operating_point(
+        BLOCK.testbench(CIRCUIT, DEFAULTS, 5.0), Silicon(AMI_1500_IDEAL, temperature_c=temperature)
+    )
     assert point.stable
     assert not point.others
     inputs = [point[f"v_in[{k}]"] for k in range(9)]
@@ -63,7 +66,7 @@ def test_the_equalised_state_is_a_stable_rest_without_a_winner(temperature: floa
 
 @pytest.mark.parametrize("temperature", [-20.0, 85.0])
 def test_it_decides_cold_and_hot(temperature: float) -> None:
-    assert BLOCK.outcome(run(Silicon(temperature_c=temperature))) == "4"
+    assert BLOCK.outcome(run(Silicon(AMI_1500_IDEAL, temperature_c=temperature))) == "4"
 
 
 def test_a_risk_takes_a_gaussian_from_its_neighbourhood() -> None:

@@ -9,6 +9,7 @@ from circuits.blocks.sonar import centroid_board as board
 from circuits.blocks.sonar import vocalization_controller
 from circuits.errors import ParameterError
 from circuits.event import HALF_WIDTH
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Result, simulate
@@ -27,7 +28,9 @@ def run(
     neuron: float, rate: float | None, duration: float, second: float | None = None, celsius: float = 27.0
 ) -> Result:
     stimuli = {"neuron": neuron, "second": second, "rate": rate, "duration": duration}
-    return simulate(board.testbench(board.build(), stimuli, V_DD), Silicon(temperature_c=celsius))
+    return simulate(
+        board.testbench(board.build(), stimuli, V_DD), Silicon(AMI_1500_IDEAL, temperature_c=celsius)
+    )
 
 
 def at(result: Result, node: str, time: float) -> float:
@@ -56,7 +59,7 @@ def test_static_centroid_agrees_with_the_circuit(on: tuple[int, ...], temperatur
     circuit = board.build()
     spikes = elements(circuit.port("spike"), dict.fromkeys(on, V_DD))
     testbench = Testbench("static", circuit, powered(V_DD, spikes), 1e-3)
-    point = operating_point(testbench, Silicon(temperature_c=temperature_c))
+    point = operating_point(testbench, Silicon(AMI_1500_IDEAL, temperature_c=temperature_c))
     voltages = [LOOKUP[k] for k in on]
     tolerance = GATE_SHIFTS * (max(voltages) - min(voltages)) + 1e-3
     assert point["common"] == pytest.approx(static_centroid(voltages), abs=tolerance)

@@ -15,7 +15,7 @@ from circuits.blocks.sonar.envelope_detector import (
 from circuits.devices import Source
 from circuits.devices.source import Constant, Sampled
 from circuits.errors import ParameterError
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
@@ -26,7 +26,7 @@ DEFAULTS = BLOCK.defaults
 
 
 def run(temperature: float = 27.0, **stimuli: float | None) -> Result:
-    return simulate(BLOCK.testbench(build(), DEFAULTS | stimuli, 5.0), Silicon(AMI_1500, temperature))
+    return simulate(BLOCK.testbench(build(), DEFAULTS | stimuli, 5.0), Silicon(AMI_1500_IDEAL, temperature))
 
 
 @pytest.mark.parametrize("temperature", TEMPERATURES)

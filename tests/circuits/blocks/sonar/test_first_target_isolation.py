@@ -9,6 +9,7 @@ from circuits.blocks.sonar import first_target_isolation as board
 from circuits.errors import ParameterError
 from circuits.event import pulse
 from circuits.lowering.check import check_circuit
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Result, simulate
@@ -25,7 +26,9 @@ def run(
     temperature_c: float, neuron: float = 2, spike: float | None = 0.1e-3, call: float | None = 0.3e-3
 ) -> Result:
     stimuli = {"neuron": neuron, "spike": spike, "call": call, "duration": 0.4e-3}
-    return simulate(board.testbench(board.build(), stimuli, V_DD), Silicon(temperature_c=temperature_c))
+    return simulate(
+        board.testbench(board.build(), stimuli, V_DD), Silicon(AMI_1500_IDEAL, temperature_c=temperature_c)
+    )
 
 
 def at(result: Result, node: str, time: float) -> float:
@@ -48,7 +51,9 @@ def test_circuit_checks_and_rests_open(temperature_c: float) -> None:
     circuit = board.build()
     check_circuit(circuit)
     stimuli = {"neuron": 0.0, "spike": None, "call": None, "duration": 1e-3}
-    point = operating_point(board.testbench(circuit, stimuli, V_DD), Silicon(temperature_c=temperature_c))
+    point = operating_point(
+        board.testbench(circuit, stimuli, V_DD), Silicon(AMI_1500_IDEAL, temperature_c=temperature_c)
+    )
     assert point.stable
     assert point["v_ex_max"] == pytest.approx(board.V_EX_MAX, abs=MILLIVOLT)
 
@@ -93,7 +98,7 @@ def test_a_sequence_agrees_with_the_ideal_latch(temperature_c: float) -> None:
     array = elements(circuit.port("spike"), {k: pulse(times, V_DD) for k, times in spikes.items()})
     sources = powered(V_DD, {"call": pulse(calls, V_DD), **array})
     testbench = Testbench("sequence", circuit, sources, 1e-3, start=board.rest(V_DD))
-    result = simulate(testbench, Silicon(temperature_c=temperature_c))
+    result = simulate(testbench, Silicon(AMI_1500_IDEAL, temperature_c=temperature_c))
     intervals = isolated_intervals([t for times in spikes.values() for t in times], calls)
     assert intervals == [(0.2e-3, 0.4e-3), (0.5e-3, 0.6e-3), (0.9e-3, math.inf)]
     time = np.arange(0.0, 1e-3, 1e-6)

@@ -8,7 +8,7 @@ from circuits.blocks.sonar import envelope_detector, onset_neuron
 from circuits.blocks.sonar.high_threshold_neuron import BLOCK, build
 from circuits.devices import Source
 from circuits.devices.source import Constant, Sampled
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
@@ -21,7 +21,7 @@ VDD = Source("vdd", "vdd", Constant(5.0))
 
 
 def run(temperature: float = 27.0, **stimuli: float | None) -> Result:
-    return simulate(BLOCK.testbench(build(), DEFAULTS | stimuli, 5.0), Silicon(AMI_1500, temperature))
+    return simulate(BLOCK.testbench(build(), DEFAULTS | stimuli, 5.0), Silicon(AMI_1500_IDEAL, temperature))
 
 
 def microphone_noise(samples: int, rms: float) -> np.ndarray:
@@ -38,7 +38,7 @@ def hear(
     bursts: tuple[tuple[float, float, float], ...], stop: float, temperature: float, rms: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Spikes of the onset and of the high-threshold neuron after the first burst's start, s."""
-    silicon = Silicon(AMI_1500, temperature)
+    silicon = Silicon(AMI_1500_IDEAL, temperature)
     sound = envelope_detector.tone_bursts(bursts, stop, 2.5, 5.0).value
     heard = Sampled(0.0, RATE, np.clip(sound + microphone_noise(sound.size, rms), 0.0, 5.0))
     sources = (VDD, Source("microphone", "microphone", heard))

@@ -6,7 +6,7 @@ import pytest
 from circuits.blocks.drive import powered, step
 from circuits.blocks.sonar.onset_neuron import BLOCK, build
 from circuits.devices.source import PiecewiseLinear
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
@@ -18,14 +18,14 @@ DEFAULTS = BLOCK.defaults
 
 
 def run(temperature: float = 27.0, **stimuli: float | None) -> Result:
-    return simulate(BLOCK.testbench(build(), DEFAULTS | stimuli, 5.0), Silicon(AMI_1500, temperature))
+    return simulate(BLOCK.testbench(build(), DEFAULTS | stimuli, 5.0), Silicon(AMI_1500_IDEAL, temperature))
 
 
 def ramp(slope: float, height: float, temperature: float) -> Result:
     rise = height / slope
     sources = powered(5.0, {"envelope": step(1e-3, 1e-3 + rise, 0.15, 0.15 + height)})
     bench = Testbench("ramp", build(), sources, 2e-3 + rise, watch=("spike",))
-    return simulate(bench, Silicon(AMI_1500, temperature))
+    return simulate(bench, Silicon(AMI_1500_IDEAL, temperature))
 
 
 @pytest.mark.parametrize("temperature", TEMPERATURES)
@@ -82,6 +82,6 @@ def test_the_noise_of_an_envelope_gives_no_spike(temperature: float) -> None:
     envelope = PiecewiseLinear(tuple(time.tolist()), tuple(noise.tolist()))
     sources = powered(5.0, {"envelope": envelope})
     bench = Testbench("noise", build(), sources, 0.1, watch=("spike",))
-    result = simulate(bench, Silicon(AMI_1500, temperature))
+    result = simulate(bench, Silicon(AMI_1500_IDEAL, temperature))
     assert result.spikes["spike"].size == 0
     assert number(BLOCK.measures(result)["margin_V"]) < -0.02

@@ -7,6 +7,7 @@ import pytest
 from circuits.bias import rebias
 from circuits.blocks.sonar import rebound_neuron
 from circuits.blocks.sonar.rebound_analysis import analyse, closed_forms
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
@@ -15,7 +16,7 @@ CIRCUIT = rebias(rebound_neuron.build(), {"i_inh_tau": 40.1e-12, "i_ex_tau": 19.
 
 
 def test_parameters_are_the_circuit_s() -> None:
-    drawn = analyse(CIRCUIT, Silicon()).drawn
+    drawn = analyse(CIRCUIT, Silicon(AMI_1500_IDEAL)).drawn
     assert drawn.c_inh == 440e-15
     assert drawn.i_inh_tau == pytest.approx(40.1e-12, rel=1e-3)
     # the study: 24.89 ms by equation (3); its U_T is 25.85 mV, ours 25.865 mV
@@ -27,7 +28,7 @@ def test_parameters_are_the_circuit_s() -> None:
 def test_corrected_forms_are_nearer_to_the_simulation_than_printed_ones() -> None:
     stimuli = rebound_neuron.BLOCK.defaults | {"echo": None, "duration": 45e-3}
     measured = rebound_neuron.measures(simulate(rebound_neuron.testbench(CIRCUIT, stimuli, 5.0)))
-    for form in closed_forms(CIRCUIT, Silicon()):
+    for form in closed_forms(CIRCUIT, Silicon(AMI_1500_IDEAL)):
         value = measured.get(form.name)
         if value is not None and form.corrected is not None:
             assert abs(form.corrected - value) < abs(form.printed - value), form.name
@@ -36,5 +37,7 @@ def test_corrected_forms_are_nearer_to_the_simulation_than_printed_ones() -> Non
 
 
 def test_hot_silicon_shortens_the_delay() -> None:
-    cold, hot = (closed_forms(CIRCUIT, Silicon(temperature_c=t))[0].printed for t in (27.0, 60.0))
+    cold, hot = (
+        closed_forms(CIRCUIT, Silicon(AMI_1500_IDEAL, temperature_c=t))[0].printed for t in (27.0, 60.0)
+    )
     assert hot < 0.5 * cold

@@ -17,11 +17,11 @@ from circuits.errors import ParameterError
 from circuits.event import falling_crossing, rising_crossing
 from circuits.lowering.check import check_circuit
 from circuits.lowering.kernel import to_kernel
-from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.process import AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
-V_DD = AMI_1500.v_dd
+V_DD = AMI_1500_IDEAL.v_dd
 TABLE = """
 MI1 p callb call vdd 6/1.5
 MI2 n callb call 0 3/1.5
@@ -74,7 +74,7 @@ BIASES = {
 
 def run(
     circuit: Circuit | None = None,
-    process: Process = AMI_1500,
+    process: Process = AMI_1500_IDEAL,
     rtol: float = 1e-5,
     **stimuli: float | None,
 ) -> Result:
@@ -204,7 +204,9 @@ def at_its_gates() -> Circuit:
     """The neuron at the gates that give its currents without an Early effect, as the study has it."""
     circuit = block.build()
     fixed = [
-        replace(b, kind="voltage", value=float(bias_voltages(circuit, b, Silicon())), device=None)
+        replace(
+            b, kind="voltage", value=float(bias_voltages(circuit, b, Silicon(AMI_1500_IDEAL))), device=None
+        )
         for b in circuit.biases
     ]
     return replace(circuit, biases=tuple(fixed))
@@ -230,13 +232,15 @@ def facilitation(process: Process) -> tuple[float, float]:
 
 def test_best_delay_and_its_shift_by_the_early_effect() -> None:
     # the study's grid is 1/8 ms, and it gives the shift by one digit
-    shortest, longest = facilitation(AMI_1500)
+    shortest, longest = facilitation(AMI_1500_IDEAL)
     best = 0.5 * (shortest + longest)
     assert best == pytest.approx(6.38e-3, abs=0.0625e-3)
     assert longest - shortest == pytest.approx(1.75e-3, abs=2 * 0.125e-3 + 0.03e-3)
     field = 1.0 / (0.03 * 6e-6)  # V/m: 0.03 /V at the length of the devices that set the delay
     early = replace(
-        AMI_1500, n=replace(AMI_1500.n, early_field=field), p=replace(AMI_1500.p, early_field=field)
+        AMI_1500_IDEAL,
+        n=replace(AMI_1500_IDEAL.n, early_field=field),
+        p=replace(AMI_1500_IDEAL.p, early_field=field),
     )
     shift = 0.5 * sum(facilitation(early)) - best
     assert shift == pytest.approx(-0.5e-3, abs=0.1e-3)  # -0.42 ms measured

@@ -14,19 +14,20 @@ from circuits.blocks.sonar.spike_count import count_spikes
 from circuits.blocks.sonar.tuning import tuning_machine
 from circuits.lowering.kernel import Machine
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
 
 def machine(biases: Mapping[str, float], number: int | None = None) -> Machine:
     circuit = rebias(rebound_neuron.build(), biases)
-    return tuning_machine(circuit, Silicon(die=Die(number=number, process=False)))
+    return tuning_machine(circuit, Silicon(AMI_1500_IDEAL, die=Die(number=number, process=False)))
 
 
 def spikes(biases: Mapping[str, float], **stimuli: float | None) -> int:
     """Spikes in the block's own testbench on the nominal die."""
     values = rebound_neuron.BLOCK.defaults | {"duration": 60e-3} | stimuli
-    circuit, silicon = rebias(rebound_neuron.build(), biases), Silicon()
+    circuit, silicon = rebias(rebound_neuron.build(), biases), Silicon(AMI_1500_IDEAL)
     bench = rebound_neuron.testbench(circuit, values, silicon.process.v_dd)
     return int(simulate(bench, silicon, rtol=1e-5, record=()).spikes["spike"].size)
 

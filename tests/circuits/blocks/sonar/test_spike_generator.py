@@ -13,7 +13,7 @@ from circuits.blocks.sonar.spike_generator import (
 )
 from circuits.devices.source import PiecewiseLinear
 from circuits.errors import ParameterError
-from circuits.silicon.process import AMI_1500
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
@@ -27,7 +27,7 @@ def fire(vertices: list[tuple[float, float]], stop: float, temperature: float = 
     time, value = zip(*vertices, strict=True)
     sources = powered(5.0, {"envelope": PiecewiseLinear(time, value)})
     bench = Testbench("generator", high_threshold_neuron.build(), sources, stop, watch=("spike",))
-    return simulate(bench, Silicon(AMI_1500, temperature))
+    return simulate(bench, Silicon(AMI_1500_IDEAL, temperature))
 
 
 def square(*edges: float) -> list[tuple[float, float]]:

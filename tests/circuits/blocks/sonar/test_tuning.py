@@ -19,6 +19,7 @@ from circuits.blocks.sonar.tuning import (
     tuning_machine,
 )
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Runner
 
@@ -26,7 +27,7 @@ from circuits.solver.transient import Runner
 # Nearly grazing dies: at 1e-4 the first edge of 77 is 53 us off, and 171 counts as working.
 @pytest.mark.parametrize("number", [77, 171])
 def test_grazing_dies_are_converged(number: int) -> None:
-    silicon = Silicon(die=Die(number=number, process=False))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=number, process=False))
     machine = tuning_machine(rebound_neuron.build(), silicon)
     default, fine = tune(machine), tune(machine, 1e-6)
     assert default.outcome is fine.outcome
@@ -37,7 +38,7 @@ def test_grazing_dies_are_converged(number: int) -> None:
 
 
 def test_what_does_not_work_has_no_best_delay() -> None:
-    silicon = Silicon(die=Die(number=171, process=False))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=171, process=False))
     tuning = tune(tuning_machine(rebound_neuron.build(), silicon))
     assert tuning.outcome is not NeuronClass.WORKS
     assert math.isnan(tuning.best_delay)
@@ -46,7 +47,7 @@ def test_what_does_not_work_has_no_best_delay() -> None:
 
 def test_a_slow_rebound_is_waited_for() -> None:
     """The pFETs of this die pass so little I_rtau that its rebound outlasts C_r V_dd / 400 pA, 7.5 ms."""
-    machine = tuning_machine(rebound_neuron.build(), Silicon(die=Die(number=2138)))
+    machine = tuning_machine(rebound_neuron.build(), Silicon(AMI_1500_IDEAL, die=Die(number=2138)))
     tuning = tune(machine)
     bound = rebound_bound(Runner(machine))
     assert tuning.t_reb > 7.5e-3

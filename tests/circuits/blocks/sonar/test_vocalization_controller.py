@@ -3,6 +3,7 @@ import pytest
 
 from circuits.blocks.sonar import vocalization_controller as board
 from circuits.event import falling_crossing, rising_crossing
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
@@ -15,7 +16,9 @@ def run(
     proximity: float, temperature_c: float, control: float | None = None, duration: float | None = None
 ) -> Result:
     stimuli = {"proximity": proximity, "amplitude_control": control, "duration": duration}
-    return simulate(board.testbench(board.build(), stimuli, V_DD), Silicon(temperature_c=temperature_c))
+    return simulate(
+        board.testbench(board.build(), stimuli, V_DD), Silicon(AMI_1500_IDEAL, temperature_c=temperature_c)
+    )
 
 
 @pytest.fixture(scope="module", params=[27.0, 85.0])

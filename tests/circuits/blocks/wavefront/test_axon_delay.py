@@ -16,6 +16,7 @@ from circuits.blocks.wavefront.axon_delay import (
 )
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from tests.circuits.blocks.values import number
@@ -25,7 +26,9 @@ DEFAULTS = BLOCK.defaults
 
 def run(temperature: float = 27.0, kind: BiasKind | None = None, **stimuli: float | None) -> Result:
     circuit = rebias(build(), kind=kind)
-    return simulate(BLOCK.testbench(circuit, DEFAULTS | stimuli, 5.0), Silicon(temperature_c=temperature))
+    return simulate(
+        BLOCK.testbench(circuit, DEFAULTS | stimuli, 5.0), Silicon(AMI_1500_IDEAL, temperature_c=temperature)
+    )
 
 
 def test_every_bias_but_the_code_has_a_value() -> None:

@@ -21,6 +21,7 @@ from circuits.circuit import BiasKind
 from circuits.errors import SolverError
 from circuits.lowering.kernel import on_die
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 CIRCUIT = axon_delay.build()
@@ -28,7 +29,9 @@ CIRCUIT = axon_delay.build()
 
 @pytest.mark.parametrize(("temperature", "kind"), [(27.0, "gate"), (-10.0, "gate"), (65.0, "ideal")])
 def test_the_delay_is_monotone_and_straight_within_a_thousandth(temperature: float, kind: BiasKind) -> None:
-    found = linearity(delay_machine(rebias(CIRCUIT, kind=kind), Silicon(temperature_c=temperature)))
+    found = linearity(
+        delay_machine(rebias(CIRCUIT, kind=kind), Silicon(AMI_1500_IDEAL, temperature_c=temperature))
+    )
     assert found.reason == ""
     assert (np.diff(found.delays) > 0.99 * found.unit).all()
     # 1 % is asked for; the comparator's delay bends it by 0.04 % at most
@@ -37,7 +40,7 @@ def test_the_delay_is_monotone_and_straight_within_a_thousandth(temperature: flo
 
 
 def test_the_nominal_unit_is_100_us() -> None:
-    found = linearity(delay_machine(CIRCUIT, Silicon()))
+    found = linearity(delay_machine(CIRCUIT, Silicon(AMI_1500_IDEAL)))
     assert found.unit == pytest.approx(100e-6, rel=1e-3)
     assert abs(found.offset) < 0.2e-6
     assert DELAY.value is not None
@@ -53,7 +56,7 @@ def test_a_line_has_no_non_linearity_and_a_kink_has() -> None:
 
 
 def test_the_die_moves_the_unit() -> None:
-    machine = on_die(delay_machine(CIRCUIT, Silicon()), Die(number=7, process=False))
+    machine = on_die(delay_machine(CIRCUIT, Silicon(AMI_1500_IDEAL)), Die(number=7, process=False))
     found = linearity(machine)
     assert UNIT_DELAY.value is not None
     assert INL.value is not None
@@ -63,7 +66,7 @@ def test_the_die_moves_the_unit() -> None:
 
 def test_a_delay_beyond_all_patience_is_told() -> None:
     silent = rebias(CIRCUIT, {"i_delay": 1e-14})
-    machine = delay_machine(silent, Silicon(temperature_c=-10.0))
+    machine = delay_machine(silent, Silicon(AMI_1500_IDEAL, temperature_c=-10.0))
     with pytest.raises(SolverError, match="no step within 10 s; raise i_delay"):
         delay_at(machine, 31)
     found = linearity(machine)

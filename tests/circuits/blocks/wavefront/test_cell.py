@@ -8,6 +8,7 @@ from circuits.devices import Source
 from circuits.devices.source import Constant, Pulse
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
@@ -33,7 +34,7 @@ def test_every_input_fires_the_cell_and_is_remembered(k: int) -> None:
 
 @pytest.mark.parametrize("temperature", [-20.0, 85.0])
 def test_it_works_cold_and_hot_on_a_die(temperature: float) -> None:
-    result = run(Silicon(temperature_c=temperature, die=Die(number=1003)))
+    result = run(Silicon(AMI_1500_IDEAL, temperature_c=temperature, die=Die(number=1003)))
     assert BLOCK.outcome(result) == "E"
     assert result.spikes["fired"].size == 1
 

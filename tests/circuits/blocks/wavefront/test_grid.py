@@ -13,6 +13,7 @@ from circuits.blocks.wavefront.grid import (
     pointers,
 )
 from circuits.errors import ParameterError
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from tests.circuits.soundness import fault
@@ -24,7 +25,7 @@ DEFAULTS = CHIP.defaults
 def plan(codes: list[list[int]], start: tuple[int, int], stop: float) -> Result:
     grid = np.array(codes)
     bench = plan_testbench(build(Params(*grid.shape)), grid, start, stop, 5.0)
-    return simulate(bench, Silicon())
+    return simulate(bench, Silicon(AMI_1500_IDEAL))
 
 
 def test_the_grid_is_sound() -> None:
@@ -55,7 +56,7 @@ def test_a_blocked_cell_never_fires_and_stops_the_wave() -> None:
 
 def test_the_testbench_of_the_command_line_reaches_all_cells() -> None:
     bench = CHIP.testbench(build(Params(1, 2)), DEFAULTS | {"code": 1.0}, 5.0)
-    result = simulate(bench, Silicon())
+    result = simulate(bench, Silicon(AMI_1500_IDEAL))
     assert CHIP.outcome(result) == "reached"
     assert CHIP.measures(result)["fired_cells"] == 2.0
     assert CHIP.measures(result)["arrival_s"] == pytest.approx(UNIT, abs=1e-6)

@@ -11,7 +11,7 @@ from circuits.devices.device import Device
 from circuits.devices.noise import WHITE_ONLY, NoiseModel, noise_model
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
-from circuits.silicon.process import AMI_1500, BOLTZMANN, kelvin
+from circuits.silicon.process import AMI_1500_IDEAL, BOLTZMANN, kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.analysis import integrate_power, noise, noise_of, noise_sources
 from circuits.solver.operating_point import OperatingPoint, operating_point
@@ -27,7 +27,7 @@ def switch(gate: float, temperature_c: float = 27.0) -> OperatingPoint:
     devices = (Transistor("m", "n", "y", "g", "0", "0", 3 * UM, 1.5 * UM), Capacitor("c", "y", "0", 1e-12))
     circuit = Circuit("switch", (Port("g", "bias"), OUT), devices)
     bench = Testbench("switch", circuit, (Source("g", "g", Constant(gate)),), 1.0)
-    return operating_point(bench, Silicon(temperature_c=temperature_c))
+    return operating_point(bench, Silicon(AMI_1500_IDEAL, temperature_c=temperature_c))
 
 
 def common_source() -> OperatingPoint:
@@ -39,7 +39,7 @@ def common_source() -> OperatingPoint:
 
 @pytest.mark.parametrize("temperature_c", [-40.0, 27.0, 125.0])
 def test_a_resistor_leaves_k_t_over_c(temperature_c: float) -> None:
-    silicon = Silicon(temperature_c=temperature_c)
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=temperature_c)
     corner = 1.0 / (2.0 * np.pi * R * C)
     grid = frequency_grid(1e-4 * corner, 1e4 * corner, 20)
     found = noise(operating_point(low_pass(Constant(0.0), 1.0), silicon), "y", grid)
@@ -60,10 +60,10 @@ def test_a_switch_leaves_k_t_over_c_whatever_its_inversion(gate: float) -> None:
 
 def test_a_common_source_by_hand() -> None:
     point, f = common_source(), np.array([0.01])
-    model = noise_model(AMI_1500)
+    model = noise_model(AMI_1500_IDEAL)
     found = noise(point, "y", f, "g")
     transconductance = transistors_at(point).conductance[1, 0]
-    flicker = model.flicker_n / (9e-12 * AMI_1500.n.oxide_capacitance * 0.01)
+    flicker = model.flicker_n / (9e-12 * AMI_1500_IDEAL.n.oxide_capacitance * 0.01)
     load = 1.0 / (1.0 / 1e7 + transistors_at(point).conductance[0, 0])
     channel, resistor = noise_sources(point).white[[1, 0]] * load**2
     # at 0.01 Hz the load's pole is nine decades away
@@ -96,7 +96,7 @@ def test_shares_are_in_order_and_add_up() -> None:
 
 
 def test_junctions_make_noise_where_they_leak() -> None:
-    leaky = replace(AMI_1500, n=replace(AMI_1500.n, junction_leakage=1e-9))
+    leaky = replace(AMI_1500_IDEAL, n=replace(AMI_1500_IDEAL.n, junction_leakage=1e-9))
     bench = switch(0.5).machine.testbench
     found = noise_sources(operating_point(bench, Silicon(leaky)))
     assert found.kind == ("channel", "junction", "junction")

@@ -14,7 +14,7 @@ from circuits.devices.noise import WHITE_ONLY, NoiseModel
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
-from circuits.silicon.process import AMI_1500, BOLTZMANN, ELEMENTARY_CHARGE, kelvin
+from circuits.silicon.process import AMI_1500_IDEAL, BOLTZMANN, ELEMENTARY_CHARGE, kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.event_jitter import event_jitter
 from circuits.testbench import Testbench
@@ -27,20 +27,22 @@ def low_pass(rise, stop, resistance=1e6, capacitance=1e-12):
     """A ramp from 0 to the supply in `rise` s behind a low-pass."""
     devices = Resistor("r", "ramp", "out", resistance), Capacitor("c", "out", "0", capacitance)
     circuit = Circuit("low_pass", (Port("ramp", "analog"), Port("out", "event", "out")), devices)
-    wave = PiecewiseLinear((0.0, 1e-6, 1e-6 + rise), (0.0, 0.0, AMI_1500.v_dd))
+    wave = PiecewiseLinear((0.0, 1e-6, 1e-6 + rise), (0.0, 0.0, AMI_1500_IDEAL.v_dd))
     bench = Testbench("low-pass", circuit, (Source("ramp", "ramp", wave),), stop, watch=("out",))
-    return to_kernel(bench, Silicon())
+    return to_kernel(bench, Silicon(AMI_1500_IDEAL))
 
 
 def tap(duration=3.3e-3):
     circuit = latency_tap.build(latency_tap.Params(taps=1))
-    return to_kernel(latency_tap.testbench(circuit, {"duration": duration}, AMI_1500.v_dd), Silicon())
+    return to_kernel(
+        latency_tap.testbench(circuit, {"duration": duration}, AMI_1500_IDEAL.v_dd), Silicon(AMI_1500_IDEAL)
+    )
 
 
 def test_a_slow_ramp_behind_a_low_pass_moves_by_k_t_over_c():
     """`sqrt(k T / C) / slope`: within 3 %, what steps of a twentieth of the time left make of it."""
     jitter = event_jitter(low_pass(100e-6, 80e-6), "out", WHITE_ONLY, rtol=1e-6)
-    slope = AMI_1500.v_dd / 100e-6
+    slope = AMI_1500_IDEAL.v_dd / 100e-6
     assert jitter.deviation == pytest.approx(math.sqrt(K_T / 1e-12) / slope, rel=0.03)
     assert jitter.time == pytest.approx(1e-6 + 50e-6 + 1e-6, rel=1e-3)
     assert jitter.devices == ("r",)
@@ -65,7 +67,7 @@ def test_a_tap_has_the_shot_noise_of_the_charge_that_it_gathers():
     timer = fine.devices.index("tap.mt")
     time = fine.time - latency_tap.START
     device = latency_tap.build(latency_tap.Params(taps=1)).instances[0].circuit.device("mt")
-    specific = Silicon().law("p").square_current * device.width / device.length
+    specific = Silicon(AMI_1500_IDEAL).law("p").square_current * device.width / device.length
     phi = float(shot_share(CURRENT, specific))
     assert math.sqrt(fine.white[timer]) == pytest.approx(
         math.sqrt(phi * ELEMENTARY_CHARGE * time / CURRENT), rel=0.02
@@ -75,7 +77,7 @@ def test_a_tap_has_the_shot_noise_of_the_charge_that_it_gathers():
 
 def test_a_leaking_junction_has_the_shot_noise_of_its_charge():
     """`sqrt(q T / I)`: nothing but the drain junction of a pFET that is off charges the node."""
-    leaky = replace(AMI_1500, p=replace(AMI_1500.p, junction_leakage=1e-4))
+    leaky = replace(AMI_1500_IDEAL, p=replace(AMI_1500_IDEAL.p, junction_leakage=1e-4))
     devices = (
         Transistor("hold", "n", "out", "held", "0", "0", 3e-6, 1.5e-6),
         Transistor("off", "p", "out", "vdd", "vdd", "vdd", 3e-6, 1.5e-6),
@@ -98,9 +100,9 @@ def test_flicker_of_a_tap_is_the_mean_wander_of_its_gate():
     timer, time = jitter.devices.index("tap.mt"), jitter.time - latency_tap.START
     device = latency_tap.build(latency_tap.Params(taps=1)).instances[0].circuit.device("mt")
     area = device.width * device.length
-    steep = steepness(CURRENT, Silicon().law("p").square_current * device.width / device.length)
+    steep = steepness(CURRENT, Silicon(AMI_1500_IDEAL).law("p").square_current * device.width / device.length)
     noise = SiliconNoise(flicker=NoiseModel(0.0, 2e-25))
-    expected = time * math.sqrt(float(current_wander(Silicon(), noise, "p", area, time, steep)))
+    expected = time * math.sqrt(float(current_wander(Silicon(AMI_1500_IDEAL), noise, "p", area, time, steep)))
     assert math.sqrt(jitter.flicker[timer]) == pytest.approx(expected, rel=0.03)
     assert not jitter.flicker[jitter.devices.index("tap.mgn")]
 

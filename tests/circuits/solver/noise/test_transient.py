@@ -11,7 +11,7 @@ from circuits.devices.noise import WHITE_ONLY, NoiseModel
 from circuits.devices.source import Constant, Pulse
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import Machine, to_kernel
-from circuits.silicon.process import AMI_1500, BOLTZMANN, ELEMENTARY_CHARGE, kelvin
+from circuits.silicon.process import AMI_1500_IDEAL, BOLTZMANN, ELEMENTARY_CHARGE, kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.analysis import noise
 from circuits.solver.noise.transient import (
@@ -66,7 +66,7 @@ def test_k_t_over_c_of_a_resistor_and_of_a_switch() -> None:
 
 def test_k_t_over_c_of_a_leaking_junction() -> None:
     """The shot noise of both components of a junction without a current is that of its conductance."""
-    leaky = replace(AMI_1500, n=replace(AMI_1500.n, junction_leakage=1e-3))
+    leaky = replace(AMI_1500_IDEAL, n=replace(AMI_1500_IDEAL.n, junction_leakage=1e-3))
     devices = Transistor("m", "n", "y", "0", "0", "0", 6 * UM, 6 * UM), Capacitor("c", "y", "0", 1e-12)
     bench = Testbench("junction", Circuit("junction", (OUT,), devices), (), 1e-3)
     silicon = Silicon(leaky)
@@ -164,9 +164,9 @@ def test_relaxations_add_up_to_a_power_of_frequency(exponent: float) -> None:
 
 
 def test_keys_follow_the_path_and_nothing_else() -> None:
-    lone = Silicon(place=(("ranging_chip", ()), ("neuron", (2,))))
+    lone = Silicon(AMI_1500_IDEAL, place=(("ranging_chip", ()), ("neuron", (2,))))
     assert noise_place(lone, "rebound_neuron") + ".membrane.m1" == "ranging_chip.neuron[2].membrane.m1"
-    assert noise_place(Silicon(), "rebound_neuron") == "rebound_neuron"
+    assert noise_place(Silicon(AMI_1500_IDEAL), "rebound_neuron") == "rebound_neuron"
     keys = noise_keys(1, 2, ["a.m1", "a.m2"])
     np.testing.assert_array_equal(keys[:, 1:], noise_keys(1, 2, ["a.m2"]))
     others = [noise_keys(0, 2, ["a.m1"]), noise_keys(1, 3, ["a.m1"]), keys[:, 1:]]

@@ -17,6 +17,7 @@ from circuits.lowering.flatten import flatten
 from circuits.lowering.made import change_of, kind_of
 from circuits.registry import BLOCKS, load_block
 from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.sampling import Sampling
 from circuits.silicon.silicon import Change, Silicon
 from circuits.testbench import Begin, Testbench
@@ -28,9 +29,9 @@ from tests.chips.whole import WHOLE_CHIPS
 from tests.refusals import refusals
 
 UM = 1e-6
-NOMINAL_SILICON = Silicon()
+NOMINAL_SILICON = Silicon(AMI_1500_IDEAL)
 DEFAULT = Settings()
-DIE = Silicon(temperature_c=40.0, die=Die(number=1003))
+DIE = Silicon(AMI_1500_IDEAL, temperature_c=40.0, die=Die(number=1003))
 # Arrays as short as they can be with an index of two digits: texts of the whole chips take seconds.
 FEWER = {"wavefront-chip": {"rows": 2, "columns": 11}, "latency-chip": {"paths": 11, "taps": 2}}
 WRITTEN = [(name, models) for name in DIALECTS for models in load_dialect(name).devices]
@@ -147,12 +148,17 @@ def test_a_block_comes_back(name: str, dialect: str, models: str) -> None:
     bench = bench_of(name)
     found = read_netlist(write(bench, dialect=dialect, settings=Settings(models=models)))
     require_same(found.testbench, bench)
-    assert (found.dialect, found.models, found.silicon, found.deviations) == (dialect, models, Silicon(), {})
+    assert (found.dialect, found.models, found.silicon, found.deviations) == (
+        dialect,
+        models,
+        Silicon(AMI_1500_IDEAL),
+        {},
+    )
 
 
 @pytest.mark.parametrize(("dialect", "models"), WRITTEN)
 def test_everything_that_notes_can_say_comes_back(dialect: str, models: str) -> None:
-    for silicon in (Silicon(), DIE):
+    for silicon in (Silicon(AMI_1500_IDEAL), DIE):
         found = read_netlist(write(everything(), silicon, dialect, Settings(models=models)))
         require_same(found.testbench, everything())
         assert found.silicon == (replace(silicon, die=NOMINAL) if dialect == "cdl" else silicon)
@@ -206,7 +212,7 @@ def test_what_a_die_changes_of_capacitors_and_resistors_comes_back(dialect: str)
 
 
 def test_a_changed_value_is_the_same_without_notes() -> None:
-    silicon = Silicon(die=Die(number=1003, mismatch=False, variation="full"))
+    silicon = Silicon(AMI_1500_IDEAL, die=Die(number=1003, mismatch=False, variation="full"))
     deck = write(bench_of("rebound-neuron"), silicon, settings=Settings(models="bsim3"))
     noted = read_netlist(deck)
     bare = read_netlist(deck.replace("*%", "*"), dialect="ngspice", drop=[".model"])
@@ -220,7 +226,7 @@ def test_decks_of_a_die_are_equal_and_of_different_dies_are_not() -> None:
     bench = bench_of("rebound-neuron")
 
     def read(number: int, dialect: str) -> Imported:
-        return read_netlist(write(bench, Silicon(die=Die(number=number)), dialect))
+        return read_netlist(write(bench, Silicon(AMI_1500_IDEAL, die=Die(number=number)), dialect))
 
     a, b, other = read(1003, "ngspice"), read(1003, "spectre"), read(1004, "ngspice")
     assert compare(a.circuit, b.circuit, deviations=(a.deviations, b.deviations)).equal
@@ -324,7 +330,7 @@ def planned(number: int = 1005) -> Silicon:
         "process.p.shared.v_t0": 2,
     }
     rows = np.array([[0.1, 0.2, 0.3], [2.5, -1.75, 1.0 / 3.0]])
-    return Silicon(die=Die("B", number, sampling=Sampling("lhs/7", 1004, columns, rows)))
+    return Silicon(AMI_1500_IDEAL, die=Die("B", number, sampling=Sampling("lhs/7", 1004, columns, rows)))
 
 
 @pytest.mark.parametrize(("dialect", "models"), [w for w in WRITTEN if w[0] != "cdl"])
@@ -341,7 +347,7 @@ def test_a_die_of_a_sampling_plan_comes_back_with_its_draws(dialect: str, models
             strict=True,
         ):
             np.testing.assert_array_equal(drawn, expected)
-    own = Silicon(die=Die("B", 1005))
+    own = Silicon(AMI_1500_IDEAL, die=Die("B", 1005))
     assert found.silicon.law("p").v_t0 == silicon.law("p").v_t0 != own.law("p").v_t0
     assert found.silicon.law("n") == own.law("n")
     assert compare(found.circuit, bench.circuit).equal
@@ -354,7 +360,7 @@ def test_dies_of_a_plan_are_equal_in_two_dialects_and_no_others() -> None:
         for silicon, dialect in (
             (planned(), "ngspice"),
             (planned(), "spectre"),
-            (Silicon(die=Die("B", 1005)), "ngspice"),
+            (Silicon(AMI_1500_IDEAL, die=Die("B", 1005)), "ngspice"),
         )
     ]
     first, again, own = ((deck.circuit, deck.deviations) for deck in decks)

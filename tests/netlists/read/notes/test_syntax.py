@@ -6,6 +6,7 @@ from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, ControlledSource, Device, Resistor
 from circuits.devices.source import Constant, Source
 from circuits.errors import DataError
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.read.card import Card
@@ -31,7 +32,7 @@ def syntax(dialect: str) -> Syntax:
 def test_plain_devices_are_read_from_their_lines(dialect: str) -> None:
     own = syntax(dialect)
     for device in DEVICES:
-        lines = own.dialect.devices["ekv"](device, Silicon())
+        lines = own.dialect.devices["ekv"](device, Silicon(AMI_1500_IDEAL))
         found = [own.simple(Card(line, "a.cir", 1)) for line in lines]
         if not (dialect == "cdl" and isinstance(device, ControlledSource)):  # a black box there
             assert found == [device]
@@ -50,7 +51,7 @@ def test_the_run_is_read(dialect: str) -> None:
     own = syntax(dialect)
     circuit = Circuit("c", (Port("a", "supply"),), (Resistor("r", "a", "0", 1.0),))
     bench = Testbench("t", circuit, (Source("a", "a", Constant(1.0)),), 2e-3)
-    cards = list(own.write(bench, Silicon(temperature_c=60.0), "ekv", {}))
+    cards = list(own.write(bench, Silicon(AMI_1500_IDEAL, temperature_c=60.0), "ekv", {}))
     controls = own.run(
         [card for card in cards if own.is_control(card) and card.text != ".end"], Limits(), Notes()
     )

@@ -12,6 +12,7 @@ import pytest
 
 from chips.ranging.coupling import Coupling
 from circuits.registry import load_block
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from netlists.ngspice import run as ngspice
 from netlists.ngspice.agreement import Agreement, compare
@@ -83,17 +84,17 @@ def test_the_picture_shows_a_node_in_both(found: Agreement, drawn: Callable[[Dra
 
 
 def test_the_chip_s_run_is_its_own_at_27_degrees_and_follows_the_delay_elsewhere() -> None:
-    usual = agreement.chip_testbench(Silicon())
+    usual = agreement.chip_testbench(Silicon(AMI_1500_IDEAL))
     assert usual.circuit.name == "ranging_chip"
     assert {"chain"} < {i.name for i in usual.circuit.instances}
     assert usual.stop == 45e-3
     # fixed gate voltages: five times as fast at 60 degC
-    assert 0.1 < agreement.chip_testbench(Silicon(temperature_c=60.0)).stop / usual.stop < 0.3
+    assert 0.1 < agreement.chip_testbench(Silicon(AMI_1500_IDEAL, temperature_c=60.0)).stop / usual.stop < 0.3
 
 
 @pytest.mark.usefixtures("found")
 def test_a_start_and_trapezoidal_integration_change_nothing() -> None:
-    silicon = Silicon(temperature_c=-20.0)
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=-20.0)
     bench = scaled_testbench(load_block("high-threshold-neuron"), silicon)
     begun = started(bench, silicon)
     assert set(begun.start) > {"spike"}

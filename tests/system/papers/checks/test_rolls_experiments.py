@@ -10,7 +10,7 @@ from chips.rolls.program.bias_file import default_biases
 from chips.rolls.spread import parts_of
 from circuits.bias import rebias
 from circuits.blocks.rolls import neuron as rolls_neuron
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.papers.checks import rolls_drift, rolls_forms, rolls_mismatch
 
@@ -39,7 +39,7 @@ def test_a_derived_slope_is_the_facts_formula_in_weak_inversion() -> None:
     """The slow leak, 2.3 pA in 1 um by 9 um: I / I_S is 1e-4, G 0.994."""
     circuit = rebias(rolls_neuron.build(), kind="gate")
     u_t = 1.380649e-23 * 300.15 / 1.602176634e-19
-    n = ROLLS_180.n
+    n = ROLLS_180_IDEAL.n
     below = -u_t / n.kappa * _log_inversion(2.34375e-12)
     facts = 0.5 / 300.15 + n.kappa * 1e-3 / u_t + n.kappa * below / (u_t * 300.15)
     assert rolls_drift.current_slope(circuit, "i_tau1", "gate") == pytest.approx(facts, rel=0.01)
@@ -47,7 +47,7 @@ def test_a_derived_slope_is_the_facts_formula_in_weak_inversion() -> None:
 
 def _log_inversion(current: float) -> float:
     """Ln(I / I_S) of ml3."""
-    n, u_t = ROLLS_180.n, 1.380649e-23 * 300.15 / 1.602176634e-19
+    n, u_t = ROLLS_180_IDEAL.n, 1.380649e-23 * 300.15 / 1.602176634e-19
     return math.log(current / (2.0 * n.mu_cox * u_t**2 / n.kappa / 9.0))
 
 
@@ -56,7 +56,7 @@ def test_mismatch_of_filters_agrees_and_the_published_figure_stands_beside(
 ) -> None:
     for module in (rolls_spread, rolls_mismatch):
         monkeypatch.setattr(module, "RATES", (200.0,))
-    parts = parts_of(default_biases(), Silicon(ROLLS_180))
+    parts = parts_of(default_biases(), Silicon(ROLLS_180_IDEAL))
     monkeypatch.setattr(rolls_mismatch, "parts_of", lambda *_: parts)
     report = rolls_mismatch.run_on(lambda _: None, (1002,))
     rows = {row.name: row for row in report.rows}

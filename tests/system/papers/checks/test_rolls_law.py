@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180_FULL
+from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.papers.checks import rolls_law
 from system.papers.checks.rolls_law import charge_error, moved, of_neuron, of_synapses
@@ -31,7 +31,7 @@ def test_depressed_charges_and_plastic_moves_are_held_against_their_transistors(
     monkeypatch.setattr(rolls_law, "LENGTH", 120)
     monkeypatch.setattr(rolls_law, "EVENTS", 12)
     monkeypatch.setattr(rolls_law, "PULSES", 3)
-    silicon = Silicon(ROLLS_180_FULL, 27.0, Die(number=1003))
+    silicon = Silicon(ROLLS_180, 27.0, Die(number=1003))
     assert 1e-6 < charge_error(silicon, "gate", 2) < 0.02
     ours, theirs = moved(silicon, "gate")
     assert ours.size == theirs.size == 12

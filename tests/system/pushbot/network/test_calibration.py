@@ -10,7 +10,7 @@ from chips.rolls.program.network import Network
 from circuits.blocks.rolls.bias import current_of
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.pushbot.network.biases import LEVELS, STEP, pushbot_biases
 from system.pushbot.network.calibration import (
@@ -46,7 +46,7 @@ def test_the_loop_of_a_turn_has_no_other_connections() -> None:
 
 def test_the_rates_asked_for_are_the_nominal_die_s() -> None:
     task = calibration_task(NETWORK, pushbot_biases())
-    chip = RollsChip(task.program, Silicon(ROLLS_180), "ideal", step=STEP)
+    chip = RollsChip(task.program, Silicon(ROLLS_180_IDEAL), "ideal", step=STEP)
     rates = neuron_rates(chip, task.drive)
     for target in task.targets:
         # alike neurons fire in step, so their rates move in jumps with how the chip's step is cut, by up to
@@ -64,7 +64,7 @@ def test_events_come_alike_to_both_sides_and_begin_alike_in_a_longer_run() -> No
 
 
 def test_a_die_comes_to_its_rates() -> None:
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=19))
+    silicon = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=19))
     found = calibrate_pushbot(NETWORK, pushbot_biases(), silicon)
     for name in ("OL", "OR", "DL", "DR"):
         assert abs(found.before[name] / RATES[name] - 1.0) > 0.2  # die 19 is far off with the table's codes
@@ -87,12 +87,12 @@ def drive_rate_in_a_turn(network: Network, biases: BiasTable, silicon: Silicon) 
 
 def test_a_turn_ends_itself_on_the_nominal_die_as_on_others() -> None:
     # alike neurons fire in step, so this rate hardly depends on INH0
-    rate = drive_rate_in_a_turn(NETWORK, pushbot_biases(), Silicon(ROLLS_180))
+    rate = drive_rate_in_a_turn(NETWORK, pushbot_biases(), Silicon(ROLLS_180_IDEAL))
     assert rate == pytest.approx(TURN_RATE, rel=0.1)
 
 
 def test_a_turn_ends_itself_alike_on_a_die() -> None:
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=104))
+    silicon = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=104))
     table = pushbot_biases()
     found = calibrate_pushbot(NETWORK, table, silicon)
     left = without(NETWORK, dropped(found))

@@ -10,7 +10,7 @@ from chips.rolls.program.address import VIRTUAL_EXCITATORY
 from chips.rolls.program.network import network_program
 from chips.rolls.program.program import level_current
 from circuits.errors import ParameterError
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.pushbot.network.biases import LEVELS, MODIFIED, STEP, pushbot_biases
 from system.pushbot.network.modified import field_network, modified_network
@@ -84,7 +84,7 @@ def events(neurons: tuple[int, ...], rate: float, begin: float, end: float) -> I
 def test_a_turn_outlasts_what_began_it_and_the_robot_stands_meanwhile() -> None:
     biases = pushbot_biases(MODIFIED)
     network = modified_network(LEVELS, biases)
-    chip = RollsChip(network_program(network, biases), Silicon(ROLLS_180), "ideal", step=STEP)
+    chip = RollsChip(network_program(network, biases), Silicon(ROLLS_180_IDEAL), "ideal", step=STEP)
     seen = network["OL"].neurons[-4:]  # a block left of the centre, from 0.3 s on
     inputs = merged([
         kick(network, 4), events(seen, 400.0, 0.3, 0.8),
@@ -124,7 +124,7 @@ def spikes_per_event(rate: float, code: tuple[str, int], duration: float = 2.0) 
         np.tile(VIRTUAL_EXCITATORY + np.arange(4), times.size // 4),
     )
     alone = network_program(replace(network, projections=()), biases)
-    chip = RollsChip(alone, Silicon(ROLLS_180), "ideal", step=STEP)
+    chip = RollsChip(alone, Silicon(ROLLS_180_IDEAL), "ideal", step=STEP)
     heard, _ = chip.run(chip.at_rest(), duration, inputs)
     return float(heard.neurons.size / members.size / shots)
 

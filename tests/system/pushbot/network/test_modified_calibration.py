@@ -6,7 +6,7 @@ import pytest
 from chips.rolls.calibration import neuron_rates
 from chips.rolls.chip import RollsChip
 from circuits.silicon.die import Die
-from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.pushbot.network.biases import LEVELS, STEP, modified_biases, pushbot_biases
 from system.pushbot.network.calibration import MOST
@@ -27,7 +27,7 @@ def test_every_obstacle_neuron_has_events_of_its_own() -> None:
 
 def test_the_rates_asked_for_are_the_nominal_die_s() -> None:
     task = modified_task(NETWORK, BIASES)
-    chip = RollsChip(task.program, Silicon(ROLLS_180), "ideal", step=STEP)
+    chip = RollsChip(task.program, Silicon(ROLLS_180_IDEAL), "ideal", step=STEP)
     rates = neuron_rates(chip, task.drive)
     for target in task.targets:
         # both sides have one target, their events differ; what a calibration claims is 10 %
@@ -35,7 +35,7 @@ def test_the_rates_asked_for_are_the_nominal_die_s() -> None:
 
 
 def test_a_die_comes_to_its_rates() -> None:
-    silicon = Silicon(ROLLS_180, 27.0, Die(number=5))
+    silicon = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=5))
     # from the table itself, farther off than what the plain network's calibration leaves
     found = calibrate_modified(NETWORK, pushbot_biases(), silicon)
     # drives begin at 272 Hz: near what their refractory period lets through EXC0 moves them little

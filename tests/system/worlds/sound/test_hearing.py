@@ -9,6 +9,7 @@ import pytest
 
 from chips.hearing.model import hearing_on
 from circuits.errors import ParameterError
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.worlds.sound.hearing import Hearing
 from system.worlds.sound.microphone import Microphone
@@ -18,7 +19,7 @@ TARGETS = (Target("wall", Approach(1.5, 1.0, 0.5)),)
 
 
 def test_a_call_is_heard_by_both_neurons_and_its_echo_by_one() -> None:
-    part = Hearing(Microphone(noise_rms=0.0), TARGETS, hearing_on(Silicon()))
+    part = Hearing(Microphone(noise_rms=0.0), TARGETS, hearing_on(Silicon(AMI_1500_IDEAL)))
     state = part.begin()
     assert math.isinf(part.next_time(state))
     found = []
@@ -39,4 +40,4 @@ def test_a_call_is_heard_by_both_neurons_and_its_echo_by_one() -> None:
 
 def test_noise_is_refused() -> None:
     with pytest.raises(ParameterError, match="transistor level"):
-        Hearing(Microphone(noise_rms=5e-3), TARGETS, hearing_on(Silicon()))
+        Hearing(Microphone(noise_rms=5e-3), TARGETS, hearing_on(Silicon(AMI_1500_IDEAL)))
