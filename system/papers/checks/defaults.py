@@ -41,19 +41,19 @@ class Robot:
 
     options: Mapping[str, Any]
     number: str
-    paper: Conditions = FIXED_GATES
+    paper: Conditions
 
 
 ROBOTS: Mapping[str, Robot] = {
-    "approach": Robot({"level": "behavioural"}, "range_error_mean_m"),
-    "head": Robot({}, "error_rms_deg"),
-    "forest": Robot({"ranges": "chip", "selection": "chip", "pings": 5000}, "avoided"),
-    "car": Robot({"ranges": "chip"}, "time_s"),
-    "spiking-bat": Robot({"brain": "chip"}, "avoided"),
-    "bug": Robot({"brain": "chip"}, "final_distance"),
+    "approach": Robot({"level": "behavioural"}, "range_error_mean_m", FIXED_GATES),
+    "head": Robot({}, "error_rms_deg", FIXED_GATES),
+    "forest": Robot({"ranges": "chip", "selection": "chip", "pings": 5000}, "avoided", FIXED_GATES),
+    "car": Robot({"ranges": "chip"}, "time_s", FIXED_GATES),
+    "spiking-bat": Robot({"brain": "chip"}, "avoided", FIXED_GATES),
+    "bug": Robot({"brain": "chip"}, "final_distance", FIXED_GATES),
     "pushbot": Robot({}, "distance_m", IDEAL_CURRENTS),
-    "rolls": Robot({}, "population_rate"),
-    "rover": Robot({"cells": "chip"}, "regret_share"),
+    "rolls": Robot({}, "population_rate", FIXED_GATES),
+    "rover": Robot({"cells": "chip"}, "regret_share", FIXED_GATES),
 }
 WAYS: Mapping[str, Mapping[str, Any]] = {
     "paper": {},
