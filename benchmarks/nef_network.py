@@ -39,6 +39,7 @@ from chips.nef.population import evaluate
 from chips.nef.simulation import Simulation
 from circuits.arrays import F64
 from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180_IDEAL
 from system.bug.neural import network_of
 
 CLAIMS = {"bug0": 25.0, "bug2": 15.0}
@@ -71,13 +72,18 @@ def main() -> int:
     return status
 
 
+def chip_of(die: Die) -> NefChip:
+    """The chip of a die without second-order effects, at fixed gates."""
+    return NefChip(die, "gate", process=ROLLS_180_IDEAL)
+
+
 def measure(agent: str, duration: float, turns: int, interpreter: str | None) -> Iterator[Row]:
     """Speed of one agent's network, beside the peer."""
     network = _network(agent)
     # a build compiles its kernels and prepares the chip's circuit, which every die shares
-    build(network, NefChip(Die(number=DIE.number + 1 if DIE.number else 0)).at(27.0), 0)
+    build(network, chip_of(Die(number=DIE.number + 1 if DIE.number else 0)).at(27.0), 0)
     start = time.process_time()
-    built = build(network, NefChip(DIE).at(27.0), 0)
+    built = build(network, chip_of(DIE).at(27.0), 0)
     took = time.process_time() - start
     yield Row(
         f"{agent}: s to measure curves and solve",
@@ -205,7 +211,7 @@ def _network(agent: str) -> Network:
 
 
 def _hash(agent: str) -> str:
-    built = build(_network(agent), NefChip(DIE).at(27.0), 0)
+    built = build(_network(agent), chip_of(DIE).at(27.0), 0)
     run = Simulation(built, INTERVAL)
     _sense(run, built.network)
     run.advance(1.0)

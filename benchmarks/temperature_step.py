@@ -113,7 +113,7 @@ def rolls(die: int, kind: BiasKind, to: float, neuron: int = 5) -> Iterator[floa
 def ranging(die: int, to: float, neuron: int = 6) -> Iterator[float]:
     """Error of the spike after the step, a share of its latency from the call on, at the middle echo."""
     silicon = Silicon(AMI_1500_IDEAL, die=Die(number=die))
-    chip = RangingChip(silicon)
+    chip = RangingChip(silicon, bias_kind="gate")
 
     def ours(echo: float) -> list[float]:
         events, found = [("call", CALL), ("echo", CALL + echo)], list[float]()

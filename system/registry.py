@@ -186,7 +186,7 @@ EXPERIMENT_LINES: dict[str, str] = {
     "ranging-law": "the ranging chip's neuron under the full law against its transistors",
     "wavefront-law": "the wavefront chip under the full law against its transistors",
     "latency-law": "the latency chip under the full law against its transistors",
-    "choice-law": "the selection and the head's neurons under the full law against their transistors",
+    "choice-law": "selection and head's neurons under the full law against their transistors",
     "rolls-law": "what the full law moves in a ROLLS chip",
     "defaults": "what the full law and the bias generator make of every robot",
     "agreement": "solver against ngspice: every block at three temperatures, and the ranging chip",

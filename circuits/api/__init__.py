@@ -38,8 +38,10 @@ from circuits.place import circuit_at
 from circuits.registry import block_names, load_block, load_metric, metric_names
 from circuits.silicon.die import CORNERS, NOMINAL, Die
 from circuits.silicon.process import (
+    AMI_1500,
     AMI_1500_IDEAL,
     PROCESSES,
+    ROLLS_180,
     ROLLS_180_IDEAL,
     Process,
     TransistorModel,
@@ -95,7 +97,9 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "Process",
     "TransistorModel",
     "Variation",
+    "AMI_1500",
     "AMI_1500_IDEAL",
+    "ROLLS_180",
     "ROLLS_180_IDEAL",
     "PROCESSES",
     "Die",

@@ -27,6 +27,7 @@ from scipy import stats
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.openspace.flight import Sample, fly_sample, planter
 from system.openspace.law import Arcs, Bat, arcs_of
@@ -139,7 +140,7 @@ class Flights:
     def __call__(self, key: Flight) -> Sample:
         """Fly until a collision, or all pings."""
         case, seed = self.cases[key.case], (key.seed, 0)
-        silicon = Silicon(temperature_c=case.temperature_c, die=case.die(key.seed))
+        silicon = Silicon(AMI_1500_IDEAL, temperature_c=case.temperature_c, die=case.die(key.seed))
         senses = senses_of(case.sensing, case.bat, silicon, seed, bias_kind=case.bias_kind)
         return fly_sample(_arcs(case.bat), planter(case.obstacles), seed, key.pings, senses=senses)[0]
 

@@ -28,6 +28,7 @@ from circuits.arrays import F64, I64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.rover import dijkstra
 from system.rover.cost_map import CostMap, check_codes
@@ -107,7 +108,7 @@ def _cell_delays(case: Case, cost_map: CostMap, dies: Sequence[Die]) -> F64:
     """
     check_codes(cost_map)
     model = chip_model(cost_map.shape, bias_kind=case.bias_kind, unit=case.unit, area=case.area)
-    silicon, kept = Silicon(temperature_c=case.temperature_c), []
+    silicon, kept = Silicon(AMI_1500_IDEAL, temperature_c=case.temperature_c), []
     for die in dies:
         with suppress(ParameterError):
             kept.append(dies_delays(model, silicon, cost_map.costs, [die])[0])

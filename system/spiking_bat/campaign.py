@@ -29,6 +29,7 @@ from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.openspace.flight import margin_of
 from system.openspace.kernel import COLLIDED, GOING
@@ -107,11 +108,11 @@ class Build:
     def chip(self, design: Design, seed: int) -> LatencyChip:
         """The chip that flies the forest of a seed."""
         die = Die(number=seed, process=self.process) if self.own else NOMINAL
-        silicon = Silicon(temperature_c=self.temperature_c, die=die)
-        biases = self._biases(design, Silicon(die=die))
+        silicon = Silicon(AMI_1500_IDEAL, temperature_c=self.temperature_c, die=die)
+        biases = self._biases(design, Silicon(AMI_1500_IDEAL, die=die))
         numbers = None
         if self.block is not None:
-            ideal = lumped(design, biases, Silicon(temperature_c=self.temperature_c))
+            ideal = lumped(design, biases, Silicon(AMI_1500_IDEAL, temperature_c=self.temperature_c))
             numbers = only(lumped(design, biases, silicon, self.area), ideal, self.block)
         noise = silicon_noise(self.noisy, seed)
         return LatencyChip(design, biases, silicon, area=self.area, numbers=numbers, noise=noise)

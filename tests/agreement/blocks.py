@@ -86,7 +86,7 @@ CASES: Mapping[str, Case] = {
         Form(kind="ideal", stop=0.0035), points=150, why="the spike of a coincidence tells"
     ),
     "conductance-neuron": Case(
-        Form(kind="ideal", stop=0.0069),
+        Form(kind="ideal", stop=0.0071),
         reltol=3e-5,
         points=860,
         coldest=20.0,
@@ -146,7 +146,7 @@ CASES: Mapping[str, Case] = {
         why="one cell's race and its spike tell, quick by a hundredth of the capacitors",
     ),
     "rebound-neuron": Case(
-        Form(kind="ideal", stop=0.009),
+        Form(kind="ideal", stop=0.0093),
         reltol=1e-5,
         points=2_000,
         why="the first rebound tells: some dies fire again and again, each time adding its error to the next",

@@ -13,6 +13,7 @@ from circuits.silicon.die import Die
 from system.cli.command_line import main
 from system.forest.scenario import Scenario
 from system.openspace.senses import Sensing
+from system.papers.conditions import FIXED_GATES
 from system.registry import SYSTEMS, load_system
 from system.system import ENTRIES, METRICS, Account, headline, summary_of
 
@@ -85,7 +86,8 @@ def test_an_account_in_a_line() -> None:
 
 def test_turning_round_again_and_again_is_no_success() -> None:
     system = load_system("forest")
-    scenario = Scenario(sensing=Sensing(ranges="chip", selection="chip"), die=Die(number=1003), pings=500)
+    sensing = Sensing(ranges="chip", selection="chip")
+    scenario = Scenario(sensing=sensing, die=Die(number=1003), pings=500, **FIXED_GATES)
     found = system.summarise(system.run(scenario))
     assert (found["succeeded"], found["emergency_share"], found["collided"]) == (False, 1.0, 0.0)
     assert found["distance_m"] == pytest.approx(200.0)  # 100 s at 2 m/s, to and fro

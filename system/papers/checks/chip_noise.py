@@ -151,7 +151,7 @@ def rolls_intervals(fine: int, noise: SiliconNoise, duration: float = CHIP_TIME)
     """Give the mean and the deviation (s) of the intervals of all neurons of a nominal chip."""
     biases = default_biases().with_code("IF_DC_P", COARSE, fine)
     program = Program(np.zeros((NEURONS, NEURONS), np.int8), biases)
-    chip = RollsChip(program, Silicon(ROLLS_180_IDEAL), step=CHIP_STEP, noise=noise)
+    chip = RollsChip(program, Silicon(ROLLS_180_IDEAL), "gate", step=CHIP_STEP, noise=noise)
     _, state = chip.run(chip.at_rest(), 0.2)
     spikes, _ = chip.run(state, duration)
     gaps = np.concatenate([np.diff(spikes.times[spikes.neurons == k]) for k in range(NEURONS)])
@@ -173,7 +173,9 @@ def nef_beside(thresholds: float, stop: float, grid: float) -> Beside:
 
 def nef_intervals(thresholds: float, steps: int = NEF_STEPS) -> F64:
     """Give the intervals (s) of the neurons of a nominal chip on an ideal current."""
-    chip = NefChip(noise=SiliconNoise(SEED, flicker=WHITE_ONLY)).at(27.0)
+    chip = NefChip(
+        bias_kind="gate", process=ROLLS_180_IDEAL, noise=SiliconNoise(SEED, flicker=WHITE_ONLY)
+    ).at(27.0)
     built = build(Network((Ensemble("x", NEF_NEURONS),)), chip, 1)
     if built.chip is None or built.noise is None:
         return np.empty(0)

@@ -67,7 +67,7 @@ def lso_beside(name: str, trials: int) -> Beside:
     """Measure the first spike of an LSO neuron."""
     events = LSO[name]
     times = _trials(_lso_bench(events, 2.6e-3), 2e-6, trials, "spike")
-    head = head_on(SILICON)
+    head = head_on(SILICON, "gate")
     noise = noise_of(head, SILICON, WHITE)
     level = np.full((SIDES, LEVELS), np.inf)
     level[0, :2] = events.get("excite_1", np.inf), events.get("excite_2", np.inf)
@@ -81,7 +81,7 @@ def step_beside(trials: int) -> Beside:
     machine = to_kernel(_lso_bench(LSO["lso_excited"], 5.2e-3), SILICON)
     run = NoiseRun(SEED, 2e-6, WHITE_ONLY)
     times = np.array(map_trials(_step, machine, run, range(trials), 1, record=("excite0.off",)))
-    head = head_on(SILICON)
+    head = head_on(SILICON, "gate")
     noise = noise_of(head, SILICON, WHITE)
     ours = np.array([head_of_ping(head, noise, k).excite_step[0, 0] for k in range(DRAWS)])
     return Beside("lso_step", *known(times), float(ours.std(ddof=1)))
@@ -92,7 +92,7 @@ def level_beside(slope: float, trials: int) -> Beside:
     level = rebias(high_threshold_neuron.build(), {"v_threshold": THRESHOLD})
     bench = replace(ramp_bench(level, slope, AMI_1500_IDEAL.v_dd), stop=crossing(slope) + 0.1e-3)
     times = _trials(bench, 0.1e-6, trials, "spike") - crossing(slope)
-    head = head_on(SILICON)
+    head = head_on(SILICON, "gate")
     noise = noise_of(head, SILICON, WHITE)
     current = head.level_current[0, :1]
     delay = ramp_delay(slope, head.level_charge, current, head.kappa, head.u_t)

@@ -124,5 +124,5 @@ def draw(pairs: list[Pair], found: list[Heard], figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "choice-law", "the selection and the head's neurons under the full law against their transistors", run
+    "choice-law", "selection and head's neurons under the full law against their transistors", run
 )

@@ -201,7 +201,8 @@ def jitter_rows(white: F64, finer: F64, flicker: F64) -> list[Statement]:
 
 def behavioural_jitter(model: NoiseModel | None) -> float:
     """Give the standard deviation of the behavioural neuron's t_inh, s."""
-    jitter = RangingChip(Silicon(AMI_1500_IDEAL), noise=SiliconNoise(SEED, flicker=model)).jitter_at(27.0)
+    noise = SiliconNoise(SEED, flicker=model)
+    jitter = RangingChip(Silicon(AMI_1500_IDEAL), noise=noise, bias_kind="gate").jitter_at(27.0)
     return np.nan if jitter is None else float(spread(jitter)[NEURON])
 
 
@@ -222,11 +223,11 @@ def _integrated_row() -> Statement:
 def _transient_row() -> Statement:
     """Variance of a switch in moderate inversion over 20,000 time constants: known to 1 %."""
     circuit, gate = switch_circuit(), Source("g", "g", Constant(0.7))
-    point = operating_point(Testbench("switch", circuit, (gate,), 1.0))
+    point = operating_point(Testbench("switch", circuit, (gate,), 1.0), Silicon(AMI_1500_IDEAL))
     linear = small_signal.linearise(point)
     capacitance = float(linear.charge[0, 0])
     tau = capacitance / float(linear.conductance[0, 0])
-    machine = to_kernel(Testbench("switch", circuit, (gate,), 20_000 * tau))
+    machine = to_kernel(Testbench("switch", circuit, (gate,), 20_000 * tau), Silicon(AMI_1500_IDEAL))
     found = simulate_noisy(machine, NoiseRun(SEED, 0.05 * tau, WHITE_ONLY), record=("y",))
     variance = float(np.var(found["y"][found.time > 10.0 * tau]))
     ratio = variance * capacitance / (BOLTZMANN * kelvin(27.0))

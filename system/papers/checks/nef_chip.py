@@ -126,10 +126,15 @@ def one_ensemble(neurons: int) -> Network:
     )
 
 
+def paper_chip(die: int) -> NefChip:
+    """Make the chip of a die without second-order effects, at fixed gates."""
+    return NefChip(Die(number=die), "gate", process=ROLLS_180_IDEAL)
+
+
 def error(neurons: int, die: int) -> float:
     """Give the rms error of what an ensemble on a die represents, from filtered spikes."""
     numbers = np.linspace(-0.9, 0.9, SPREAD)
-    built = build(one_ensemble(neurons), NefChip(Die(number=die)).at(27.0), die)
+    built = build(one_ensemble(neurons), paper_chip(die).at(27.0), die)
     mean, variance = represented(built, numbers)
     return float(np.sqrt((variance + (mean - numbers) ** 2).mean()))
 
@@ -138,7 +143,7 @@ def own_and_other(die: int) -> tuple[float, float]:
     """Give the rms of the mean that is represented, with decoders of this die and of the next one."""
     numbers = np.linspace(-0.9, 0.9, SPREAD)
     network = one_ensemble(PAIR_NEURONS)
-    own, other = (build(network, NefChip(Die(number=d)).at(27.0), FIRST) for d in (die, die + 1))
+    own, other = (build(network, paper_chip(d).at(27.0), FIRST) for d in (die, die + 1))
     found = []
     for built in (own, exchanged(own, other)):
         mean, _ = represented(built, numbers)

@@ -74,7 +74,7 @@ def _measure(proximity: float) -> tuple[float, float]:
     circuit = vocalization_controller.build()
     stimuli = {"proximity": proximity, "amplitude_control": None, "duration": None}
     bench = vocalization_controller.testbench(circuit, stimuli, Silicon(AMI_1500_IDEAL).process.v_dd)
-    found = vocalization_controller.measures(simulate(bench, rtol=RTOL))
+    found = vocalization_controller.measures(simulate(bench, Silicon(AMI_1500_IDEAL), rtol=RTOL))
     rate, amplitude = found["call_rate_Hz"], found["amplitude_V"]
     if rate is None or amplitude is None:
         raise SolverError(f"proximity: {proximity:g} V, fewer than two calls; lengthen the run")

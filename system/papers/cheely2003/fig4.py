@@ -80,9 +80,8 @@ def _simulate(case: Case) -> Result:
     if case.off is not None:
         stimuli[case.off] = None
     circuit = rebound_neuron.build()
-    return simulate(
-        rebound_neuron.testbench(circuit, stimuli, Silicon(AMI_1500_IDEAL).process.v_dd), rtol=RTOL
-    )
+    bench = rebound_neuron.testbench(circuit, stimuli, AMI_1500_IDEAL.v_dd)
+    return simulate(bench, Silicon(AMI_1500_IDEAL), rtol=RTOL)
 
 
 def _spike_row(case: Case, result: Result) -> Statement:

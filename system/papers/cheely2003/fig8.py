@@ -127,7 +127,7 @@ def _simulate(circuit: Circuit, port: str, waveform: Waveform, watch: tuple[str,
         Source("vdd", "vdd", Constant(Silicon(AMI_1500_IDEAL).process.v_dd)),
         Source(port, port, waveform),
     )
-    return simulate(Testbench(circuit.name, circuit, sources, STOP, watch))
+    return simulate(Testbench(circuit.name, circuit, sources, STOP, watch), Silicon(AMI_1500_IDEAL))
 
 
 def _spikes(result: Result, path: mic.SoundPath) -> F64:

@@ -124,7 +124,7 @@ def _neuron_spikes(chip: Circuit, k: int, delays: F64) -> list[list[float]]:
     neuron = rebias(rebound_neuron.build(), ranging_chip.neuron_biases(chip, k))
     v_dd = Silicon(AMI_1500_IDEAL).process.v_dd
     stimuli: dict[str, float | None] = {"delay": 0.0, "call": 1.0, "echo": None, "duration": None}
-    machine = to_kernel(rebound_neuron.testbench(neuron, stimuli, v_dd))
+    machine = to_kernel(rebound_neuron.testbench(neuron, stimuli, v_dd), Silicon(AMI_1500_IDEAL))
     runner, rest = Runner(machine), operating_point(machine)
     found = []
     for delay in delays:
@@ -142,7 +142,9 @@ def _proximity(trains: tuple[Spikes, ...]) -> F64:
     v_dd = Silicon(AMI_1500_IDEAL).process.v_dd
     stop = FIRST_CALL + CALLS / CALL_RATE
     stimuli: dict[str, float | None] = {"neuron": 0.0, "second": None, "rate": None, "duration": stop}
-    machine = to_kernel(centroid_board.testbench(centroid_board.build(), stimuli, v_dd))
+    machine = to_kernel(
+        centroid_board.testbench(centroid_board.build(), stimuli, v_dd), Silicon(AMI_1500_IDEAL)
+    )
     runner, rest = Runner(machine, ("proximity",)), operating_point(machine)
     settled = []
     for spikes in trains:

@@ -109,10 +109,11 @@ def at_rest(circuit: Circuit) -> OperatingPoint:
     """Solve the operating point of a chip, a neuron or a chain, with its events driven from outside."""
     events = [p.name for p in circuit.ports if p.kind == "event" and p.direction == "in"]
     sources = (
-        Source("vdd", "vdd", Constant(Silicon(AMI_1500_IDEAL).process.v_dd)),
+        Source("vdd", "vdd", Constant(AMI_1500_IDEAL.v_dd)),
         *(Source(name, name, Driven(0.0)) for name in events),
     )
-    return operating_point(to_kernel(Testbench(circuit.name, circuit, sources, math.inf)))
+    bench = Testbench(circuit.name, circuit, sources, math.inf)
+    return operating_point(to_kernel(bench, Silicon(AMI_1500_IDEAL)))
 
 
 def interval_power(rest: OperatingPoint, case: Case) -> Power:

@@ -19,6 +19,8 @@ from matplotlib.figure import Figure
 from chips.latency.chip import LatencyChip
 from chips.latency.errors import cell_latencies, input_latencies
 from chips.latency.law import evaluation_latency, race_latency
+from circuits.silicon.process import AMI_1500_IDEAL
+from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report, with_progress
 from system.openspace.law import ARCS, Bat, arcs_of
 from system.plot import COLOURS, INK
@@ -43,7 +45,7 @@ class Case:
 
 def reproduce(progress: Progress, cases: int = CASES) -> Report:
     """Compare both equations with the model and the transistors."""
-    chip = LatencyChip(design_of(arcs_of(Bat(ping_rate=10.0)), Numbers()))
+    chip = LatencyChip(design_of(arcs_of(Bat(ping_rate=10.0)), Numbers()), silicon=Silicon(AMI_1500_IDEAL))
     random = np.random.default_rng(SEED)
     found: dict[str, list[Case]] = {"9": [], "10": []}
     makers: tuple[tuple[str, Callable[[LatencyChip, np.random.Generator], Case]], ...] = (

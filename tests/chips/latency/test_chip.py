@@ -15,7 +15,7 @@ from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 DESIGN = usual_design()
-CHIP = LatencyChip(DESIGN)
+CHIP = LatencyChip(DESIGN, silicon=Silicon(AMI_1500_IDEAL))
 
 
 def train(chip: LatencyChip) -> tuple[np.ndarray, np.ndarray]:
@@ -57,9 +57,9 @@ def test_a_die_says_the_same_from_any_thread() -> None:
 
 
 def test_a_slow_bus_is_late_and_a_full_one_drops() -> None:
-    slow = told(LatencyChip(DESIGN, bus=Bus(service=0.2e-3)), 1)[0]
+    slow = told(LatencyChip(DESIGN, silicon=Silicon(AMI_1500_IDEAL), bus=Bus(service=0.2e-3)), 1)[0]
     assert slow.times[0] > told(CHIP, 1)[0].times[0]
-    chip = LatencyChip(DESIGN, bus=Bus(service=20e-3, depth=1))
+    chip = LatencyChip(DESIGN, silicon=Silicon(AMI_1500_IDEAL), bus=Bus(service=20e-3, depth=1))
     assert told(chip, 1)[0].lost_in > 0
 
 

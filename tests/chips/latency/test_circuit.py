@@ -31,7 +31,7 @@ def test_two_pings_are_those_of_the_model() -> None:
     # the second is followed until its memory has answered
     run = bench(build(SMALL), first=EVENT, duration=FIRST + PERIOD + 15e-3)
     found = simulate(run, Silicon(AMI_1500_IDEAL))
-    chip = LatencyChip(design_of(SMALL))
+    chip = LatencyChip(design_of(SMALL), silicon=Silicon(AMI_1500_IDEAL))
     kept, at = chip.new_memory(), chip.addresses
     one = chip.ping(kept, FIRST, np.array([0.0, EVENT, CHARGE]), np.array([at.onset, 0, at.goal]))
     two = chip.ping(kept, FIRST + PERIOD, np.array([0.0, CHARGE]), np.array([at.onset, at.goal]))

@@ -11,8 +11,10 @@ from chips.latency.chip import LatencyChip
 from chips.latency.errors import usual_design
 from chips.latency.kernel import Charge, Race, crossing, integrate, last_spike, move, race, recall, reset
 from chips.latency.law import evaluation_latency, race_latency
+from circuits.silicon.process import AMI_1500_IDEAL
+from circuits.silicon.silicon import Silicon
 
-CHIP = LatencyChip(usual_design())
+CHIP = LatencyChip(usual_design(), silicon=Silicon(AMI_1500_IDEAL))
 N, UNITS = 33, 15
 
 

@@ -60,7 +60,7 @@ def test_membranes_vary_by_the_root_of_their_charge(pings):
 
 def test_a_cell_alone_races_with_shot_noise():
     """A passive current that takes up Q: `sigma(T) = sqrt(phi q Q) / I`, seen at the chip's first layer."""
-    chip = LatencyChip(DESIGN, noise=WHITE)
+    chip = LatencyChip(DESIGN, silicon=Silicon(AMI_1500_IDEAL), noise=WHITE)
     quiet = (np.zeros(1), np.array([chip.addresses.onset]))
     # early enough that no memory speaks; a microsecond later is another draw
     starts = 0.1 + 1e-6 * np.arange(200)
@@ -122,7 +122,7 @@ def test_draws_are_of_seed_die_and_ping_alone():
 
 
 def test_a_chip_without_noise_has_its_own_numbers():
-    assert LatencyChip(DESIGN)._numbers(0.3) is not None
-    chip = LatencyChip(DESIGN)
+    assert LatencyChip(DESIGN, silicon=Silicon(AMI_1500_IDEAL))._numbers(0.3) is not None
+    chip = LatencyChip(DESIGN, silicon=Silicon(AMI_1500_IDEAL))
     assert chip._numbers(0.3) is chip.lumped
-    assert LatencyChip(DESIGN, noise=WHITE).at(40.0).noise is WHITE
+    assert LatencyChip(DESIGN, silicon=Silicon(AMI_1500_IDEAL), noise=WHITE).at(40.0).noise is WHITE

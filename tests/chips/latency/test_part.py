@@ -42,7 +42,7 @@ def test_a_ping_in_the_loop_is_the_chip_s(noise: SiliconNoise | None) -> None:
 
 
 def test_what_comes_before_an_onset_is_counted_and_a_memory_must_be_there() -> None:
-    part = LatencyPart(LatencyChip(usual_design()))
+    part = LatencyPart(LatencyChip(usual_design(), silicon=Silicon(AMI_1500_IDEAL)))
     state, _, _ = part.advance(part.begin(), 1e-3, [("memory[3]", 0.0)])
     assert state.unheard == 1
     with pytest.raises(UnknownNameError, match=r"latency_chip event port memory\[99\]"):
@@ -50,7 +50,7 @@ def test_what_comes_before_an_onset_is_counted_and_a_memory_must_be_there() -> N
 
 
 def test_units_of_transistors_have_no_place_in_the_loop() -> None:
-    chip = LatencyChip(usual_design())
+    chip = LatencyChip(usual_design(), silicon=Silicon(AMI_1500_IDEAL))
     chip.units[0, 0] = None  # type: ignore[assignment]
     with pytest.raises(ParameterError, match=r"latency_chip\.units: 1, must be none in a loop"):
         LatencyPart(chip)

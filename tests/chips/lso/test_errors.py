@@ -58,7 +58,7 @@ def test_a_deaf_level_unit_is_deaf_in_the_circuit() -> None:
 
 def test_under_the_full_law_a_unit_that_rests_as_if_it_heard_is_still_deaf() -> None:
     silicon, place = Silicon(AMI_1500, 60.0, Die(number=102)), (0, 2)
-    head = head_on(silicon)
+    head = head_on(silicon, "gate")
     assert head.rest[place] > -FROM
     assert level_delays(head, silicon, "gate", place, 800.0)[1] == np.inf
 

@@ -12,7 +12,7 @@ from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500_IDEAL, kelvin
 from circuits.silicon.silicon import Silicon
 
-NOMINAL = head_on(Silicon(AMI_1500_IDEAL))
+NOMINAL = head_on(Silicon(AMI_1500_IDEAL), "gate")
 
 
 def echo(left: int, right: int, at: float = 1e-3) -> np.ndarray:
@@ -52,9 +52,9 @@ def test_a_generator_makes_steps_that_follow_the_temperature_and_gates_more() ->
 
 def test_a_die_is_the_same_again_and_area_takes_its_mismatch_away() -> None:
     silicon = Silicon(AMI_1500_IDEAL, die=Die(number=3, process=False))
-    one, again = head_on(silicon), head_on(silicon)
+    one, again = head_on(silicon, "gate"), head_on(silicon, "gate")
     assert np.array_equal(one.excite, again.excite)
-    small, large = (float(head_on(silicon, area=a).offset.std()) for a in (0.25, 4.0))
+    small, large = (float(head_on(silicon, "gate", a).offset.std()) for a in (0.25, 4.0))
     assert small == pytest.approx(4.0 * large, rel=0.05)  # ln(1 + beta) bends it
     assert not np.array_equal(one.excite, one.inhibit)
 

@@ -19,7 +19,7 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import NoiseRun, map_trials
 
 SILICON = Silicon(AMI_1500_IDEAL)
-HEAD = head_on(SILICON)
+HEAD = head_on(SILICON, "gate")
 WHITE = noise_of(HEAD, SILICON, SiliconNoise(1, flicker=WHITE_ONLY))
 
 

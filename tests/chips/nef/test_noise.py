@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chips.nef.build import build, moved
-from chips.nef.chip import FIFO, NefChip
+from chips.nef.chip import FIFO
 from chips.nef.kernel import advance_chip, new_chip_state
 from chips.nef.model import neuron_charges
 from chips.nef.network.curves import IdealCurves
@@ -23,6 +23,7 @@ from circuits.silicon.die import Die
 from circuits.silicon.process import ELEMENTARY_CHARGE, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import NoiseRun, simulate_noisy
+from tests.chips.nef.paper import paper_chip
 from tests.chips.nef.test_chip import one
 
 N = 64
@@ -32,7 +33,7 @@ INPUT = 2.5  # thresholds, 0.1 nA
 
 def driven(noise, silent_input=False):
     """Neurons without slots at one current, and their times of spikes."""
-    built = build(Network((Ensemble("x", N),)), NefChip(noise=noise).at(27.0), 1)
+    built = build(Network((Ensemble("x", N),)), paper_chip(noise=noise).at(27.0), 1)
     chip = built.chip._replace(net=built.chip.net._replace(bias=np.full(N, INPUT)))
     own = None if noise is None else built.noise._replace(bias=np.full(N, 0.0 if silent_input else INPUT))
     return chip, own
@@ -55,7 +56,7 @@ def intervals(chip, noise, steps):
 
 def expected(chip, current):
     """`[q (sum I) T + k T C] / (J - leak)^2 + q t_ref / I_rfr`, s^2; current: whose noise there is, A."""
-    where = NefChip().at(27.0)
+    where = paper_chip().at(27.0)
     capacitance, emptied = neuron_charges(where.silicon, 1, where.biases)
     rising = LEAK * (INPUT - chip.leak[0])
     charging = LEAK / (rising * chip.speed[0])
@@ -90,7 +91,7 @@ def test_jitter_is_the_transistors():
 
 
 def lines(noise, seed=1, **fields):
-    run = Simulation(build(one(60), NefChip(Die(number=3), noise=noise, **fields).at(27.0), seed))
+    run = Simulation(build(one(60), paper_chip(Die(number=3), noise=noise, **fields).at(27.0), seed))
     run.set("in", 0.4)
     run.advance(0.3)
     return run.read("x?"), run.state.u.copy()
@@ -111,7 +112,7 @@ def test_draws_are_of_seed_and_die_alone():
 
 
 def test_a_chip_whose_noise_is_nothing_is_one_without():
-    built = build(one(60), NefChip(noise=SiliconNoise(1)).at(27.0), 1)
+    built = build(one(60), paper_chip(noise=SiliconNoise(1)).at(27.0), 1)
     n = copied(built.noise)
     nothing = n._replace(
         grain=0.0, reset=0.0, dead=0.0 * n.dead, lanes=0.0 * n.lanes,
@@ -126,8 +127,8 @@ def test_a_chip_whose_noise_is_nothing_is_one_without():
 
 
 def test_noise_goes_along_to_another_temperature():
-    built = build(one(60), NefChip(noise=WHITE).at(27.0), 1)
-    hot = moved(built, NefChip(noise=WHITE).at(60.0))
+    built = build(one(60), paper_chip(noise=WHITE).at(27.0), 1)
+    hot = moved(built, paper_chip(noise=WHITE).at(60.0))
     assert hot.noise is not None
     assert (hot.noise.dead != built.noise.dead).any()
     assert build(one(60), IdealCurves(), 1).noise is None
@@ -135,7 +136,7 @@ def test_noise_goes_along_to_another_temperature():
 
 def test_a_filters_noise_is_that_of_its_capacitor():
     """A state that only noise moves keeps `q kappa / (C U_T)` of its own square."""
-    built = build(one(60), NefChip(noise=WHITE).at(27.0), 1)
+    built = build(one(60), paper_chip(noise=WHITE).at(27.0), 1)
     chip, noise = built.chip, copied(built.noise)
     state, found = new_chip_state(chip, FIFO), []
     for _ in range(4000):

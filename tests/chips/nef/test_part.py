@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from chips.nef.build import build
-from chips.nef.chip import NefChip
 from chips.nef.network.network import Connection, Ensemble, Network, Node, Probe
 from chips.nef.part import NefPart
 from chips.nef.simulation import Simulation
@@ -18,6 +17,7 @@ from chips.part import Part
 from circuits.errors import UnknownNameError
 from system.loop import AnalogWire, Loop
 from tests.chips.looped import Script
+from tests.chips.nef.paper import paper_chip
 
 
 def network(noise: SiliconNoise | None = None) -> Any:
@@ -28,7 +28,7 @@ def network(noise: SiliconNoise | None = None) -> Any:
         (Connection("in", "x", transform=[[1.0, 0.5]]), Connection("x", "square", np.square)),
         (Probe("x?", "x", synapse=0.02), Probe("square?", "square", synapse=0.02)),
     )
-    return build(net, NefChip(noise=noise).at(27.0), 1)
+    return build(net, paper_chip(noise=noise).at(27.0), 1)
 
 
 @pytest.mark.parametrize("noise", [None, SiliconNoise(seed=4)])

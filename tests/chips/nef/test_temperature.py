@@ -9,7 +9,6 @@ import pytest
 
 from chips.nef.build import build as build_network
 from chips.nef.build import moved
-from chips.nef.chip import NefChip
 from chips.nef.circuit import chip_biases
 from chips.nef.devices import PLACE, design_tau
 from chips.nef.model import Filters, filters_on, neurons_on
@@ -24,6 +23,7 @@ from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.temperature import simulate_course
+from tests.chips.nef.paper import paper_chip
 
 NUMBER, CURRENT = 5, 0.25e-9  # of the neuron, and A into it
 SILICON = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=3104))
@@ -75,7 +75,7 @@ def test_a_filter_goes_on_from_its_voltage_as_the_circuit_does(to: float) -> Non
 
 
 def test_a_network_goes_on_and_a_temperature_that_stays_changes_nothing() -> None:
-    chip = NefChip(Die(number=42), neurons=64)
+    chip = paper_chip(Die(number=42), neurons=64)
     built = build_network(NETWORK, chip.at(27.0), 0)
     runs = [Simulation(built) for _ in range(3)]
     for run in runs:

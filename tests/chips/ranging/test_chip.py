@@ -31,7 +31,7 @@ PAIRS = ((1e-3, 7.4e-3), (61e-3, 82.5e-3))  # s, call and echo
 
 @pytest.fixture(scope="module")
 def chip() -> RangingChip:
-    return RangingChip(Silicon(AMI_1500_IDEAL), path="bat.ranging_chip")
+    return RangingChip(Silicon(AMI_1500_IDEAL), path="bat.ranging_chip", bias_kind="gate")
 
 
 def _run(chip: RangingChip, events: Sequence[Event], until: float, **lines: Polyline) -> list[Event]:
@@ -48,7 +48,10 @@ def test_both_levels_in_one_run_give_the_same_spikes() -> None:
     events = tuple(
         sorted([*(("call", c) for c, _ in PAIRS), *(("echo", e) for _, e in PAIRS)], key=lambda e: e[1])
     )
-    parts: dict[str, Part[Any]] = {"script": Script(tuple(events)), "model": RangingChip(DIE)}
+    parts: dict[str, Part[Any]] = {
+        "script": Script(tuple(events)),
+        "model": RangingChip(DIE, bias_kind="gate"),
+    }
     circuit = ranging_chip.build()
     for k in range(ranging_chip.NEURONS):
         neuron, place = circuit_at(circuit, (("neuron", (k,)),))
@@ -128,7 +131,7 @@ def test_a_running_temperature_moves_the_release(chip: RangingChip) -> None:
 
 def test_outside_the_box_it_refuses_or_goes_on_with_the_path(chip: RangingChip) -> None:
     with pytest.raises(ParameterError, match=r"bat\.chip\.temperature: 90 degC, must be -10 to 65 degC"):
-        RangingChip(Silicon(AMI_1500_IDEAL, temperature_c=90.0), path="bat.chip")
+        RangingChip(Silicon(AMI_1500_IDEAL, temperature_c=90.0), path="bat.chip", bias_kind="gate")
     low = (np.array([0.0]), np.array([2.0]))
     with pytest.raises(ParameterError, match=r"bat\.ranging_chip\.v_ex_max: 2 V"):
         chip.advance(chip.begin(), 1e-3, (), {"v_ex_max": low})
@@ -148,10 +151,10 @@ def test_an_unknown_event_port_is_named(chip: RangingChip) -> None:
 
 
 def test_what_is_too_near_to_call_is_counted() -> None:
-    chip = RangingChip(Silicon(AMI_1500_IDEAL))
+    chip = RangingChip(Silicon(AMI_1500_IDEAL), bias_kind="gate")
     was = chip.model.record
     record = replace(was, errors={**was.errors, "margin_rms_V": 0.075})
-    unsure = RangingChip(Silicon(AMI_1500_IDEAL), record=record)
+    unsure = RangingChip(Silicon(AMI_1500_IDEAL), record=record, bias_kind="gate")
     for part, count in ((chip, 0), (unsure, 13)):
         state, _, _ = part.advance(part.begin(), 60e-3, [("call", 1e-3)])
         assert state.undecided == count

@@ -27,7 +27,7 @@ SILICON = Silicon(AMI_1500_IDEAL, die=Die("A", 1003))
 
 def machine(params: bias_chain.Params, silicon: Silicon | None = None) -> Machine:
     chip = ranging_chip.build_with_chain(ranging_chip.BiasedParams(chain=params))
-    return to_kernel(ranging_chip.testbench(chip, QUIET, 5.0), silicon)
+    return to_kernel(ranging_chip.testbench(chip, QUIET, 5.0), silicon or Silicon(AMI_1500_IDEAL))
 
 
 def test_the_chain_s_ports_are_inside() -> None:
@@ -69,7 +69,9 @@ def test_a_die_has_the_same_neurons_with_and_without_the_chain() -> None:
 def test_the_neuron_of_the_delay_fires() -> None:
     chip = ranging_chip.build_with_chain()
     stimuli = QUIET | {"delay": 6.4e-3, "call": 1.0, "echo": 1.0, "duration": 12e-3}
-    result = simulate(ranging_chip.testbench(chip, stimuli, 5.0), record=("spike[0]",))
+    result = simulate(
+        ranging_chip.testbench(chip, stimuli, 5.0), Silicon(AMI_1500_IDEAL), record=("spike[0]",)
+    )
     assert ranging_chip.outcome(result) == "2"
 
 
@@ -77,7 +79,7 @@ def test_a_call_reaches_the_gates_of_the_chain_and_ends_inhibition_earlier() -> 
     stimuli = QUIET | {"call": 1.0, "duration": 12e-3}
     node, ends = "neuron[3].inhibition.b", []
     for chip in (ranging_chip.build(), ranging_chip.build_with_chain()):
-        result = simulate(ranging_chip.testbench(chip, stimuli, 5.0), record=(node,))
+        result = simulate(ranging_chip.testbench(chip, stimuli, 5.0), Silicon(AMI_1500_IDEAL), record=(node,))
         crossing = falling_crossing(result.time, result[node], 2.5)
         assert crossing is not None
         ends.append(crossing - rebound_neuron.CALL_TIME)

@@ -68,7 +68,8 @@ def test_sleeping_changes_no_spike(die: int | None, sleepers: int) -> None:
     part = RangingChip(
         Silicon(AMI_1500_IDEAL)
         if die is None
-        else Silicon(AMI_1500_IDEAL, die=Die(number=die, process=False))
+        else Silicon(AMI_1500_IDEAL, die=Die(number=die, process=False)),
+        bias_kind="gate",
     )
     m = part.neurons_at(27.0)
     plan = kernel.new_plan(m)
@@ -83,7 +84,7 @@ def test_sleeping_changes_no_spike(die: int | None, sleepers: int) -> None:
 
 
 def test_a_chip_sleeps_but_for_what_an_echo_reaches() -> None:
-    m = RangingChip(Silicon(AMI_1500_IDEAL)).neurons_at(27.0)
+    m = RangingChip(Silicon(AMI_1500_IDEAL), bias_kind="gate").neurons_at(27.0)
     plan = kernel.new_plan(m)
     chip = kernel.new_chip(m, plan)
     kernel.on_call(m, plan, chip, 1e-3)
@@ -101,7 +102,7 @@ def test_a_chip_sleeps_but_for_what_an_echo_reaches() -> None:
 
 
 def test_echoes_up_to_early_are_silent_and_one_soon_after_is_not() -> None:
-    m = RangingChip(Silicon(AMI_1500_IDEAL)).neurons_at(27.0)
+    m = RangingChip(Silicon(AMI_1500_IDEAL), bias_kind="gate").neurons_at(27.0)
     plan = kernel.new_plan(m)
     blind = plan._replace(early=np.zeros(13))
     for k in range(13):
@@ -112,7 +113,7 @@ def test_echoes_up_to_early_are_silent_and_one_soon_after_is_not() -> None:
 
 
 def test_isolated_echoes_wake_nobody() -> None:
-    m = RangingChip(Silicon(AMI_1500_IDEAL)).neurons_at(27.0)
+    m = RangingChip(Silicon(AMI_1500_IDEAL), bias_kind="gate").neurons_at(27.0)
     plan = kernel.new_plan(m)
     inputs = [(1e-3, "call", math.nan), (7.4e-3, "echo", 5.0), (30e-3, "end", math.nan)]
     found, chip = _asleep(m, plan, inputs)
@@ -121,7 +122,7 @@ def test_isolated_echoes_wake_nobody() -> None:
 
 
 def test_merged_inputs_and_doubts_are_counted() -> None:
-    m = RangingChip(Silicon(AMI_1500_IDEAL)).neurons_at(27.0)
+    m = RangingChip(Silicon(AMI_1500_IDEAL), bias_kind="gate").neurons_at(27.0)
     plan = kernel.new_plan(m)
     inputs = [(1e-3, "call", math.nan), (1.005e-3, "call", math.nan), (30e-3, "end", math.nan)]
     _, chip = _asleep(m, plan, inputs)

@@ -70,11 +70,11 @@ def test_the_command_writes_a_record(
     quick: ReboundRecord, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     target = tmp_path / "record.nc"
-    assert main(["characterise", "rebound-neuron", "-o", str(target), "--json"]) == 0
+    assert main(["characterise", "rebound-neuron", "--law", "ideal", "-o", str(target), "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed["key"] == read_record(target).key
     assert printed["margin_V"] == 2.0 * printed["errors"]["margin_rms_V"] == quick.margin
-    assert main(["characterise", "rebound-neuron", "-o", str(target)]) == 0
+    assert main(["characterise", "rebound-neuron", "--law", "ideal", "-o", str(target)]) == 0
     assert "margin_rms_V" in capsys.readouterr().out
 
 
@@ -83,11 +83,11 @@ def test_the_command_refuses_in_one_line(tmp_path: Path, capsys: pytest.CaptureF
     told = capsys.readouterr().err
     assert "model dpi-synapse: unknown; known are axon-delay, centroid-board" in told
     assert all(name in told for name in ("hearing", "latency-chip", "rebound-neuron", "winner-take-all"))
-    assert main(["characterise", "rebound-neuron", "--bias-set", "robust"]) == 2
+    assert main(["characterise", "rebound-neuron", "--law", "ideal", "--bias-set", "robust"]) == 2
     assert "a record that is read by itself has the errors at the block's own" in capsys.readouterr().err
     assert main(["characterise", "centroid-board", "--bias-set", "robust"]) == 2
     assert "has no named sets" in capsys.readouterr().err
-    assert main(["characterise", "rebound-neuron", "-o", str(tmp_path)]) == 2
+    assert main(["characterise", "rebound-neuron", "--law", "ideal", "-o", str(tmp_path)]) == 2
     assert "must be a file" in capsys.readouterr().err
 
 
@@ -101,7 +101,7 @@ def test_a_block_without_any_die_that_can_be_measured_has_no_record(
     monkeypatch.setattr(c, "HELD_OUT", (500, 501))
     monkeypatch.setattr(c, "measure", lambda *_, **__: record_of())
     target = tmp_path / "record.nc"
-    assert main(["characterise", "rebound-neuron", "-o", str(target)]) != 0
+    assert main(["characterise", "rebound-neuron", "--law", "ideal", "-o", str(target)]) != 0
     said = capsys.readouterr()
     assert said.err.splitlines() == [
         "noctule: rebound_neuron: none of dies (500, 501) could be measured; look at its biases"
@@ -131,7 +131,7 @@ def test_the_command_writes_into_the_caches_which_are_read_first(quick: ReboundR
     shipped = shipped_file("rebound-neuron")
     before = shipped.read_bytes(), shipped.stat().st_mtime_ns
     assert record_file("rebound_neuron") == shipped
-    assert main(["characterise", "rebound-neuron"]) == 0
+    assert main(["characterise", "rebound-neuron", "--law", "ideal"]) == 0
     assert record_file("rebound_neuron") == caches
     assert (shipped.read_bytes(), shipped.stat().st_mtime_ns) == before
     assert record_of().key == quick.key
@@ -156,13 +156,13 @@ def test_the_packages_record_is_written_in_a_checkout_only(
     installed = tmp_path / "chips" / "records" / "rebound_neuron.nc"
     installed.parent.mkdir(parents=True)
     monkeypatch.setattr(command, "shipped_file", lambda *_: installed)
-    assert main(["characterise", "rebound-neuron", "--update-package"]) == 2
+    assert main(["characterise", "rebound-neuron", "--law", "ideal", "--update-package"]) == 2
     assert "is an installed package, must be a checkout" in capsys.readouterr().err
     assert not installed.exists()
     (tmp_path / "pyproject.toml").touch()
-    assert main(["characterise", "rebound-neuron", "--update-package", "-o", "a.nc"]) == 2
+    assert main(["characterise", "rebound-neuron", "--law", "ideal", "--update-package", "-o", "a.nc"]) == 2
     assert "leave one out" in capsys.readouterr().err
-    assert main(["characterise", "rebound-neuron", "--update-package"]) == 0
+    assert main(["characterise", "rebound-neuron", "--law", "ideal", "--update-package"]) == 0
     assert read_record(installed).key == quick.key
 
 
@@ -171,7 +171,7 @@ def test_caches_that_cannot_be_written_are_told_before_the_work(
 ) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv(ENVIRONMENT, str(tmp_path / "file"))
-    assert main(["characterise", "rebound-neuron"]) == 2
+    assert main(["characterise", "rebound-neuron", "--law", "ideal"]) == 2
     assert "cannot be made, Not a directory; give a file with -o" in capsys.readouterr().err
 
 

@@ -21,7 +21,7 @@ WHITE = SiliconNoise(5, flicker=WHITE_ONLY)
 
 def durations(noise: SiliconNoise, calls: int, interval: float = 0.1) -> np.ndarray:
     """t_inh after calls `interval` s apart, float64[calls, 13], s."""
-    jitter = RangingChip(Silicon(AMI_1500_IDEAL), noise=noise).jitter_at(27.0)
+    jitter = RangingChip(Silicon(AMI_1500_IDEAL), noise=noise, bias_kind="gate").jitter_at(27.0)
     assert jitter is not None
     found = np.zeros((calls, ranging_chip.NEURONS))
     for k, row in enumerate(found):
@@ -30,7 +30,7 @@ def durations(noise: SiliconNoise, calls: int, interval: float = 0.1) -> np.ndar
 
 
 def test_white_jitter_is_the_shot_noise_of_the_bias_current() -> None:
-    jitter = RangingChip(Silicon(AMI_1500_IDEAL), noise=WHITE).jitter_at(27.0)
+    jitter = RangingChip(Silicon(AMI_1500_IDEAL), noise=WHITE, bias_kind="gate").jitter_at(27.0)
     assert jitter is not None
     expected = np.sqrt(ELEMENTARY_CHARGE * jitter.t_inh / np.array(ranging_chip.I_INH_TAU))
     # the bias's gate voltage gives the nominal device its current by the same law
@@ -46,7 +46,7 @@ def test_white_jitter_is_the_shot_noise_of_the_bias_current() -> None:
 
 def test_flicker_goes_on_from_call_to_call() -> None:
     noise = SiliconNoise(5, flicker=NoiseModel(1e-22, 0.0))
-    jitter = RangingChip(Silicon(AMI_1500_IDEAL), noise=noise).jitter_at(27.0)
+    jitter = RangingChip(Silicon(AMI_1500_IDEAL), noise=noise, bias_kind="gate").jitter_at(27.0)
     assert jitter is not None
     times = durations(noise, 400)
     assert (spread(jitter) > 5.0 * jitter.white).all()
@@ -68,7 +68,10 @@ def test_seed_trial_and_place_choose_the_noise() -> None:
 
 
 def test_a_chip_without_noise_is_the_chip_it_was() -> None:
-    quiet, noisy = RangingChip(Silicon(AMI_1500_IDEAL)), RangingChip(Silicon(AMI_1500_IDEAL), noise=WHITE)
+    quiet, noisy = (
+        RangingChip(Silicon(AMI_1500_IDEAL), bias_kind="gate"),
+        RangingChip(Silicon(AMI_1500_IDEAL), noise=WHITE, bias_kind="gate"),
+    )
     assert quiet.jitter_at(27.0) is None
     assert quiet.begin().noise_state is None
     t_inh = np.ones(13)
@@ -84,7 +87,7 @@ def test_a_chip_without_noise_is_the_chip_it_was() -> None:
 
 
 def test_a_state_goes_on_as_a_value_and_over_temperature() -> None:
-    chip = RangingChip(Silicon(AMI_1500_IDEAL), noise=SiliconNoise(5))
+    chip = RangingChip(Silicon(AMI_1500_IDEAL), noise=SiliconNoise(5), bias_kind="gate")
     begun, _, _ = chip.advance(chip.begin(), 2e-3, [("call", 1e-3)])
     again = [chip.advance(begun, 0.2, [("call", 0.15)])[0].neurons for _ in range(2)]
     np.testing.assert_array_equal(again[0], again[1])
@@ -97,7 +100,7 @@ def test_a_state_goes_on_as_a_value_and_over_temperature() -> None:
 
 def test_both_loops_have_the_same_noise() -> None:
     """A chip that sleeps between echoes, and one whose neurons are always integrated."""
-    chip = RangingChip(Silicon(AMI_1500_IDEAL), noise=SiliconNoise(9))
+    chip = RangingChip(Silicon(AMI_1500_IDEAL), noise=SiliconNoise(9), bias_kind="gate")
     neurons, jitter = chip.neurons_at(27.0), chip.jitter_at(27.0)
     own = neurons._replace(t_inh=neurons.t_inh.copy())
     plan = new_plan(neurons)

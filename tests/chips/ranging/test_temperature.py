@@ -26,7 +26,7 @@ ECHOES = {47.0: 6.5e-3, 7.0: 17e-3}
 
 @pytest.fixture(scope="module")
 def chip() -> RangingChip:
-    return RangingChip(SILICON)
+    return RangingChip(SILICON, bias_kind="gate")
 
 
 def spikes(chip: RangingChip, to: float, echo: float) -> list[Event]:

@@ -28,7 +28,7 @@ def chip_of(
     levels=SILENT, biases=QUIET, inputs=(), temperature=27.0, die=1003, process=ROLLS_180_IDEAL, **options
 ):
     silicon = Silicon(process, temperature, Die(number=die))
-    return RollsChip(Program(levels, biases, inputs=inputs), silicon, **options)
+    return RollsChip(Program(levels, biases, inputs=inputs), silicon, **{"kind": "gate", **options})
 
 
 def every(inputs, columns, times):

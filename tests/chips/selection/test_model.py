@@ -48,7 +48,7 @@ def test_the_time_is_that_of_the_circuit(contrast: float) -> None:
     excite = excitation(contrast)
     circuit = block.build(SMALL)
     bench = block.decision_testbench(circuit, excite, NONE, block.RELEASE + 20e-6 + 1e-6 / contrast, 5.0)
-    solved = simulate(bench)
+    solved = simulate(bench, Silicon(AMI_1500_IDEAL))
     found = decision(selection(Silicon(AMI_1500_IDEAL), SMALL), excite, NONE)
     assert block.lines_high(solved).tolist() == [found.winner]
     assert found.time == pytest.approx(block.decision_time(solved), rel=0.05)

@@ -41,7 +41,7 @@ def test_a_die_is_dijkstra_on_its_own_delays_and_temperature_counts() -> None:
     program = chip.program(MAP)
     plan = chip.plan(program, (0, 0))
     graph = chip.axons
-    delays = edge_delays(graph, MAP.ravel(), MISMATCHED)
+    delays = edge_delays(graph, MAP.ravel(), MISMATCHED, bias_kind="generator")
     expected = dijkstra(csr_array((delays, graph.targets, graph.offsets), shape=(400, 400)), indices=0)
     assert (plan.arrivals.ravel() == expected).all()
     warm = chip.plan(program, (0, 0), temperature=40.0)

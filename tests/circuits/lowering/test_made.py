@@ -53,8 +53,8 @@ def require_equal(one: Machine, other: Machine) -> None:
 def test_a_machine_put_on_a_die_is_that_lowered_there(bench: Testbench, variation: Extent) -> None:
     die = replace(FULL, variation=variation)
     there = to_kernel(bench, Silicon(AMI_1500_IDEAL, die=die))
-    require_equal(on_die(to_kernel(bench), die), there)
-    require_equal(on_die(there, NOMINAL), to_kernel(bench))
+    require_equal(on_die(to_kernel(bench, Silicon(AMI_1500_IDEAL)), die), there)
+    require_equal(on_die(there, NOMINAL), to_kernel(bench, Silicon(AMI_1500_IDEAL)))
 
 
 def test_a_divider_has_the_resistances_of_its_die() -> None:

@@ -66,7 +66,7 @@ def test_transistor_on_a_resistor_follows_the_law() -> None:
     )
     ports = (Port("vdd", "supply"), IN, OUT)
     bench = Testbench("load", Circuit("load", ports, devices), (SUPPLY, DRIVE), 1.0)
-    sweep = dc_sweep(bench, "a", np.linspace(0.0, 3.0, 31))
+    sweep = dc_sweep(bench, "a", np.linspace(0.0, 3.0, 31), Silicon(AMI_1500_IDEAL))
     law = at_temperature(AMI_1500_IDEAL.n, AMI_1500_IDEAL, 27.0)
     current = drain_current(law, "n", 6 * UM, 3 * UM, sweep["y"], sweep["a"], 0.0)
     # an update below 1e-9 V of 1 Mohm is 1e-15 A

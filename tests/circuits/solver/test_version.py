@@ -4,6 +4,8 @@ import pytest
 
 from circuits.devices.source import Pulse
 from circuits.lowering.kernel import to_kernel
+from circuits.silicon.process import AMI_1500_IDEAL
+from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import simulate
 from circuits.solver.version import VERSION
@@ -15,7 +17,7 @@ STEPS = 1e-5  # relative: another machine's arithmetic may choose other steps
 
 
 def test_the_answers_are_those_of_the_version() -> None:
-    machine = to_kernel(neuron())
+    machine = to_kernel(neuron(), Silicon(AMI_1500_IDEAL))
     spike = simulate(machine).spikes["spike"]
     rest = operating_point(machine).voltages()
     edge = low_pass(Pulse(0.0, 5.0, (1e-6,), 10e-6, 1e-9, 1e-9), 20e-6, watch=True)

@@ -63,7 +63,7 @@ def chain() -> Testbench:
 @pytest.mark.parametrize("begin", ["disturbed", "uic"])
 def test_held_voltages_and_charges_are_those_of_ngspice(begin: str) -> None:
     bench = replace(chain(), begin=begin)  # type: ignore[arg-type]  # one of the two
-    own = simulate(bench, rtol=1e-7)
+    own = simulate(bench, Silicon(AMI_1500_IDEAL), rtol=1e-7)
     peer = engine.simulate(bench, Silicon(AMI_1500_IDEAL), reltol=1e-6, tmax=bench.stop / 20_000)
     after = peer.time > 5e-9  # with uic ngspice's first point has no meaning
     for node in own.nodes[1:]:
@@ -84,7 +84,7 @@ def test_a_hand_written_deck_runs_as_it_does_in_ngspice(uic: str) -> None:
     assert bench.begin == ("uic" if uic else "disturbed")
     assert bench.circuit.device("c1").ic == (0.25 if uic else None)  # type: ignore[attr-defined]
     assert ("which a run without uic does not use" in str(found.notes)) != bool(uic)
-    own = simulate(bench, rtol=1e-7)
+    own = simulate(bench, Silicon(AMI_1500_IDEAL), rtol=1e-7)
     peer = ngspice.run(deck.replace(".tran 10n 5u", ".options reltol=1e-6\n.tran 10n 5u 0 1n"))
     after = peer.axis > 5e-9
     for node in "bcd":
@@ -135,7 +135,7 @@ def test_pyspice_begins_likewise(begin: str) -> None:
     bench = replace(chain(), begin=begin)  # type: ignore[arg-type]  # one of the two
     circuit = to_pyspice(bench, Silicon(AMI_1500_IDEAL))
     found = circuit.transient()
-    own = simulate(bench, rtol=1e-7)
+    own = simulate(bench, Silicon(AMI_1500_IDEAL), rtol=1e-7)
     last = float(np.asarray(found[circuit.run_names["y[1]"]])[-1])
     assert last == pytest.approx(own["y[1]"][-1], abs=5e-3)
     assert circuit.uic == (begin == "uic")

@@ -55,7 +55,7 @@ def test_samples_are_the_dies_in_order(run_json: RunJson) -> None:
     )
     assert found["dies"] == [1000, 1001, 1002]
     for k, number in enumerate(found["dies"]):
-        silicon = Silicon(AMI_1500_IDEAL, die=Die(number=number, process=False))
+        silicon = Silicon(die=Die(number=number, process=False))
         tuning = tune(tuning_machine(rebound_neuron.build(), silicon))
         assert found["outcomes"][k] == tuning.outcome.value
         value = found["values"]["best_delay"][k]

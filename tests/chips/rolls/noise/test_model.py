@@ -35,7 +35,7 @@ WHITE_NOISE = SiliconNoise(3, flicker=WHITE_ONLY)
 def chip_of(noise, die=None, step=0.4e-3, drive=DRIVE):
     biases = default_biases().with_code("IF_DC_P", *code_for(drive))
     return RollsChip(
-        Program(SILENT, biases), Silicon(ROLLS_180_IDEAL, die=Die(number=die)), step=step, noise=noise
+        Program(SILENT, biases), Silicon(ROLLS_180_IDEAL, die=Die(number=die)), "gate", step=step, noise=noise
     )
 
 

@@ -154,13 +154,16 @@ def test_wrong_ratios_are_refused() -> None:
 
 
 def test_measures_and_outcome_of_a_run() -> None:
-    result = simulate(BLOCK.testbench(build(), DEFAULTS, 5.0))
+    result = simulate(BLOCK.testbench(build(), DEFAULTS, 5.0), Silicon(AMI_1500_IDEAL))
     found = BLOCK.measures(result)
     assert found["i_inh_tau_0_A"] == pytest.approx(FACTS[0], rel=0.01)
     assert found["i_ex_tau_12_A"] == pytest.approx(EX_TAU[12], rel=0.01)
     assert BLOCK.outcome(result) == "falling"
     uneven = Params(inhibition_ratios=(0.1, *RECIPROCAL.inhibition_ratios[1:]))
-    assert BLOCK.outcome(simulate(BLOCK.testbench(build(uneven), DEFAULTS, 5.0))) == "not-monotone"
+    assert (
+        BLOCK.outcome(simulate(BLOCK.testbench(build(uneven), DEFAULTS, 5.0), Silicon(AMI_1500_IDEAL)))
+        == "not-monotone"
+    )
 
 
 def test_biases_reach_the_first_and_the_second_stage() -> None:

@@ -209,7 +209,7 @@ def test_an_unknown_transistor_is_named() -> None:
 
 
 def test_measures_and_outcome_of_a_run() -> None:
-    result = simulate(BLOCK.testbench(build(), DEFAULTS, 5.0))
+    result = simulate(BLOCK.testbench(build(), DEFAULTS, 5.0), Silicon(AMI_1500_IDEAL))
     found = BLOCK.measured(result)
     assert found["output_current_A"] == pytest.approx(400e-12, rel=2e-3)
     assert found["master_current_A"] == pytest.approx(MASTER_CURRENT, rel=1e-3)

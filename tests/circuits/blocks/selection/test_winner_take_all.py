@@ -29,7 +29,7 @@ PAIR: dict[str, float | None] = {"winner": 3, "rival": 5, "obstacle": None}  # b
 
 
 def run(silicon: Silicon | None = None, **stimuli: float | None) -> Result:
-    return simulate(BLOCK.testbench(CIRCUIT, DEFAULTS | stimuli, 5.0), silicon)
+    return simulate(BLOCK.testbench(CIRCUIT, DEFAULTS | stimuli, 5.0), silicon or Silicon(AMI_1500_IDEAL))
 
 
 def test_the_circuit_is_sound_and_so_is_the_whole_selection() -> None:
@@ -74,7 +74,7 @@ def test_a_risk_takes_a_gaussian_from_its_neighbourhood() -> None:
     risk = np.zeros(9)
     risk[4] = 10e-9
     bench = decision_testbench(CIRCUIT, np.full(9, 50e-9), risk, RELEASE, 5.0)
-    result = simulate(bench)
+    result = simulate(bench, Silicon(AMI_1500_IDEAL))
     found = [drain_current(result, f"mg{k}_{4 - k + 3}")[0] / 10e-9 for k in range(1, 8)]
     expected = np.exp(-((np.arange(-3, 4) / 2.0) ** 2))
     assert found == pytest.approx(expected, rel=1e-3)
@@ -123,7 +123,7 @@ def test_several_lines_would_be_a_tie() -> None:
 
 def test_without_excitation_above_the_risks_nobody_wins() -> None:
     bench = decision_testbench(CIRCUIT, np.full(9, 5e-9), np.full(9, 20e-9), 60e-6, 5.0)
-    assert BLOCK.outcome(simulate(bench)) == "undecided"
+    assert BLOCK.outcome(simulate(bench, Silicon(AMI_1500_IDEAL))) == "undecided"
 
 
 def test_a_size_or_a_stimulus_that_is_none_is_refused() -> None:

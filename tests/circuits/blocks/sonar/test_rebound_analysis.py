@@ -27,7 +27,8 @@ def test_parameters_are_the_circuit_s() -> None:
 
 def test_corrected_forms_are_nearer_to_the_simulation_than_printed_ones() -> None:
     stimuli = rebound_neuron.BLOCK.defaults | {"echo": None, "duration": 45e-3}
-    measured = rebound_neuron.measures(simulate(rebound_neuron.testbench(CIRCUIT, stimuli, 5.0)))
+    bench = rebound_neuron.testbench(CIRCUIT, stimuli, 5.0)
+    measured = rebound_neuron.measures(simulate(bench, Silicon(AMI_1500_IDEAL)))
     for form in closed_forms(CIRCUIT, Silicon(AMI_1500_IDEAL)):
         value = measured.get(form.name)
         if value is not None and form.corrected is not None:
