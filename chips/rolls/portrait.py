@@ -177,7 +177,8 @@ def nominal_neuron(table: BiasTable, silicon: Silicon, kind: BiasKind, params: P
 
 def _first_fast(devices: DieDevices, ready: Prepared, latch: Bools) -> Neurons:
     """The first neuron with the faster leak; latch: which have the slower one, bool[256]."""
-    return neurons_chosen(neurons_of(devices, ready.neuron, latch), np.atleast_1d(np.argmin(latch)))
+    first = np.atleast_1d(np.argmin(latch))
+    return neurons_of(devices.taken(first), ready.neuron, latch[first])
 
 
 def neuron_devices(params: Params, table: BiasTable, kind: BiasKind, silicon: Silicon) -> DieDevices:

@@ -247,12 +247,8 @@ class DieDevices(NamedTuple):
         p, n = self.fet[f"{inverter}p"], self.fet[f"{inverter}n"]
         found = np.empty(np.shape(n.current))
         if _has_effects(n.law) or _has_effects(p.law):
-            low, high, half = np.zeros_like(found), np.full_like(found, self.v_dd), 0.5 * self.v_dd
-            for _ in range(_BISECTIONS):
-                found = 0.5 * (low + high)
-                down = self.current(f"{inverter}n", found, half)
-                above = down > self.current(f"{inverter}p", self.v_dd - found, half)
-                low, high = np.where(above, low, found), np.where(above, found, high)
+            shared = terms_of(n.law, 1.0, 1.0, 0.0, 0.0), terms_of(p.law, 1.0, 1.0, 0.0, 0.0)
+            _whole_inverter_threshold(*shared, _numbers_of(n, found), _numbers_of(p, found), self.v_dd, found)
             return found
         _inverter_threshold(
             n.current.ravel(), n.threshold.ravel() / self.u_t, n.kappa, p.current.ravel(),
@@ -451,6 +447,29 @@ def site_of(circuit: Circuit, name: str, device: Device) -> Site:
     return Site(device, path, size)
 
 
+def _numbers_of(fet: Fet, shape: F64) -> F64:
+    """Width, length, I_S and V_T0 of a device at each place of `shape`, float64[4, count]."""
+    own = (fet.width, fet.length, fet.current, fet.threshold)
+    return np.stack([np.broadcast_to(x, shape.shape).ravel() for x in own])
+
+
+@compiled(forceinline=True)
+def _sized(shared: Terms, own: F64, k: int) -> Terms:
+    """The numbers of device k; shared: of one a metre long and wide; own: as of `_numbers_of`."""
+    width, length = own[0, k], own[1, k]
+    return Terms(
+        own[2, k], own[3, k], shared.half, shared.kappa, shared.gamma, shared.surface, shared.early / length,
+        shared.early_rise, shared.reduction, shared.leakage * width, shared.induced * width,
+        shared.induced_from, shared.induced_slope,
+    )  # fmt: skip
+
+
+@compiled(forceinline=True)
+def _into(t: Terms, drain: float, gate: float, source: float) -> float:
+    """Current into a drain, with its junction's, A."""
+    return channel_law(t, drain, gate, source)[0] + junction_law(t, drain, gate)[0]
+
+
 @compiled()
 def _currents(shared: Terms, devices: F64, out: F64) -> None:
     """Current into the drain of devices of one polarity, A; shared: of one a metre long and wide.
@@ -458,13 +477,25 @@ def _currents(shared: Terms, devices: F64, out: F64) -> None:
     devices: width, length, I_S, V_T0, and the voltages of drain, gate and source of each, [7, count].
     """
     for k in range(out.size):
-        width, length, drain, gate = devices[0, k], devices[1, k], devices[4, k], devices[5, k]
-        t = Terms(
-            devices[2, k], devices[3, k], shared.half, shared.kappa, shared.gamma, shared.surface,
-            shared.early / length, shared.early_rise, shared.reduction, shared.leakage * width,
-            shared.induced * width, shared.induced_from, shared.induced_slope,
-        )  # fmt: skip
-        out[k] = channel_law(t, drain, gate, devices[6, k])[0] + junction_law(t, drain, gate)[0]
+        t = _sized(shared, devices, k)
+        out[k] = _into(t, devices[4, k], devices[5, k], devices[6, k])
+
+
+@compiled()
+def _whole_inverter_threshold(
+    shared_n: Terms, shared_p: Terms, n: F64, p: F64, supply: float, out: F64
+) -> None:
+    """Input of inverters whose output is at half the supply, V; n, p: as of `_numbers_of`."""
+    found = out.reshape(-1)
+    for k in range(found.size):
+        down, up, low, high = _sized(shared_n, n, k), _sized(shared_p, p, k), 0.0, supply
+        for _ in range(_BISECTIONS):
+            found[k] = 0.5 * (low + high)
+            half = 0.5 * supply
+            if _into(down, half, found[k], 0.0) > _into(up, half, supply - found[k], 0.0):
+                high = found[k]
+            else:
+                low = found[k]
 
 
 @compiled()

@@ -16,16 +16,21 @@ from numpy.typing import ArrayLike
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.channel import Terms, channel, leaked, pinched, terms_of
+from circuits.devices.ekv import argument_of_root
 from circuits.lowering.on_die import DieDevices, Fet
 
 TERMS = len(Terms._fields)
 _ITERATIONS = 80
-_EXACT = 1e-13  # V, last update of a voltage
+_EXACT = 1e-9  # V, last update of a voltage by Newton's method, which leaves its square over U_T
 _CLOSE = 1e-9  # V, that of one which others depend on
 _SETTLED = 1e-6  # V, of a diode's gate, 3e-5 of its current; ours
 _NUDGE = 1e-3  # V, of a numerical slope
 _WIDEST = 0.1  # V, ours: of a step of a pair's common source
+_LEAST = 1e-18  # A, ours: below every current of a diode
+_TOGETHER = 30  # steps of all nodes of a network together, after which each is sought by itself
 _ROUNDS = 12  # of a mirror and what feeds it, each of which leaves less than a tenth of the error; ours
+
+_Summed = tuple[Terms, Terms, Terms, Terms, Terms, Terms, Terms]
 
 
 def rows_of(fet: Fet) -> F64:
@@ -74,11 +79,36 @@ def _guess(new: float, low: float, high: float) -> float:
     return new if low < new < high else 0.5 * (low + high)
 
 
+@compiled(forceinline=True)
+def _saturated_root(t: Terms, v: float) -> float:
+    """`ln(1 + e^(v / 2 U_T))`, v: pinch-off voltage over one end of the channel, V."""
+    x = v * t.half
+    return max(x, 0.0) + math.log1p(math.exp(-abs(x)))
+
+
+@compiled(forceinline=True)
+def _first_between(
+    lower: Terms, upper: Terms, gates: tuple[float, float], ends: tuple[float, float]
+) -> float:
+    """Voltage between two devices in series without second-order effects, V, by what either carries alone.
+
+    In weak inversion that is exact: `I = A B / (A + B)`, of which the end of the device that does not limit
+    is made. ends: of the lower source and the upper drain.
+    """
+    p, q = pinched(lower, gates[0])[0], pinched(upper, gates[1])[0]
+    begin, end = _saturated_root(lower, p - ends[0]) ** 2, _saturated_root(upper, q - ends[1]) ** 2
+    a, b = lower.specific * begin, upper.specific * _saturated_root(upper, q - ends[0]) ** 2
+    current = a * (b - upper.specific * end) / (a + b)
+    if a < b:
+        return q - 0.5 / upper.half * argument_of_root(math.sqrt(end + current / upper.specific))
+    return p - 0.5 / lower.half * argument_of_root(math.sqrt(max(begin - current / lower.specific, 0.0)))
+
+
 @compiled()
 def series_current(lower: Terms, upper: Terms, low_gate: float, high_gate: float, drain: float) -> float:
     """Return what flows into the drain of the upper of two transistors in series, A."""
-    low, high = min(drain, 0.0), max(drain, 0.0)
-    y = 0.5 * (low + high)
+    low, high, moved = min(drain, 0.0), max(drain, 0.0), 0.0
+    y = _guess(_first_between(lower, upper, (low_gate, high_gate), (0.0, drain)), low, high)
     by_lower = by_upper = below = above = 0.0
     for _ in range(_ITERATIONS):
         below, by_lower, _, _ = channel(lower, y, low_gate, 0.0)
@@ -92,12 +122,13 @@ def series_current(lower: Terms, upper: Terms, low_gate: float, high_gate: float
             high = y
         else:
             low = y
-        new = _guess(y - f / (by_lower - by_upper), low, high)
-        if abs(new - y) < _EXACT:
+        moved = _guess(y - f / (by_lower - by_upper), low, high) - y
+        if abs(moved) < _EXACT:
             break
-        y = new
+        y += moved
     # of the transistor that limits, or a small current is the difference of two large ones
-    return (below if by_lower < -by_upper else above) + leaked(upper, drain, high_gate)[0]
+    current = below + by_lower * moved if by_lower < -by_upper else above + by_upper * moved
+    return current + leaked(upper, drain, high_gate)[0]
 
 
 @compiled()
@@ -135,7 +166,7 @@ def diode_from(t: Terms, current: float, highest: float, y: float, foot: float =
             new = y - f / slope
         new = _guess(new, low, high)
         if abs(new - y) < _EXACT:
-            break
+            return new
         y = new
     return y
 
@@ -169,10 +200,10 @@ def amplifier(pull: F64, hold: F64, gate: F64, bias: F64, supply: float, out: F6
                     high = y
                 else:
                     low = y
-                new = _guess(y - f / (by_up + by_held + by_down + by_lost), low, high)
-                if abs(new - y) < _EXACT:
+                moved = _guess(y - f / (by_up + by_held + by_down + by_lost), low, high) - y
+                y += moved
+                if abs(moved) < _EXACT:
                     break
-                y = new
             out[k, j] = y
 
 
@@ -182,6 +213,16 @@ def pair_source(
 ) -> float:
     """Return the common source of two transistors that carry `total` (A, above zero) together, V."""
     y = max(pinched(first, gates[0])[0], pinched(second, gates[1])[0])
+    return _shared(first, second, gates, drains, (total, y))
+
+
+@compiled(forceinline=True)
+def _shared(
+    first: Terms, second: Terms, gates: tuple[float, float], drains: tuple[float, float],
+    known: tuple[float, float],
+) -> float:  # fmt: skip
+    """Common source of a pair; known: what both carry, A, and a guess of the source, V."""
+    total, y = known
     for _ in range(_ITERATIONS):
         a, _, _, by_a = channel(first, drains[0], gates[0], y)
         b, _, _, by_b = channel(second, drains[1], gates[1], y)
@@ -200,10 +241,42 @@ def pair(
 ) -> None:
     """Fill `out` with the common source (V) of two transistors that carry `total` (A) together."""
     for k in range(out.shape[0]):
-        a, b = terms_at(first, k), terms_at(second, k)
+        a, b, y = terms_at(first, k), terms_at(second, k), 0.0
         for j in range(out.shape[1]):
             g, d = (gates[0][k, j], gates[1][k, j]), (drains[0][k, j], drains[1][k, j])
-            out[k, j] = pair_source(a, b, g, d, total[k, j])
+            y = pair_source(a, b, g, d, total[k, j]) if j == 0 else _shared(a, b, g, d, (total[k, j], y))
+            out[k, j] = y
+
+
+@compiled(forceinline=True)
+def _fed(n: Terms, p: Terms, at: tuple[float, float], ends: tuple[float, float], y: float) -> float:
+    """Gate of a diode that an nFET feeds, V, from a guess `y`.
+
+    at: gate and source of the nFET, V; ends: supply and foot, V.
+    """
+    low, high = 0.0, ends[0]
+    for _ in range(_ITERATIONS):
+        held, by_drain, by_gate, _ = channel(p, y, y, ends[1])
+        leak, by_junction, by_induced = leaked(p, y, y)
+        drawn, by_drawn, _, _ = channel(n, ends[0] - y, at[0], at[1])
+        lost, by_lost, _ = leaked(n, ends[0] - y, at[0])
+        held += leak
+        drawn += lost
+        if held > drawn:
+            high = y
+        else:
+            low = y
+        by_held, by_drawn = by_drain + by_gate + by_junction + by_induced, by_drawn + by_lost
+        # on the logarithm of the ratio, which is nearly a line
+        if held > 0.0 and drawn > 0.0:
+            new = y - math.log(held / drawn) / (by_held / held + by_drawn / drawn)
+        else:
+            new = y - (held - drawn) / (by_held + by_drawn)
+        new = _guess(new, low, high)
+        if abs(new - y) < _EXACT:
+            return new
+        y = new
+    return y
 
 
 @compiled()
@@ -216,15 +289,9 @@ def fed_diode(
     """
     for k in range(out.shape[0]):
         n, p = terms_at(drawing, k), terms_at(mirror, k)
+        y = foot + 0.3 * (supply - foot)
         for j in range(out.shape[1]):
-            y = foot + 0.3 * (supply - foot)
-            for _ in range(_ROUNDS):
-                drain = supply - y
-                current = channel(n, drain, gate[k, j], source[k, j])[0] + leaked(n, drain, gate[k, j])[0]
-                new = diode_from(p, current, supply, y, foot)
-                if abs(new - y) < 1e-10:
-                    break
-                y = new
+            y = _fed(n, p, (gate[k, j], source[k, j]), (supply, foot), y)
             out[k, j] = y
 
 
@@ -279,6 +346,108 @@ def _branch(
     return current, by_source * by_above / (by_above - by_below), y
 
 
+@compiled(forceinline=True)
+def _nearer(
+    lower: Terms, upper: Terms, gates: tuple[float, float], ends: tuple[float, float], e: float
+) -> tuple[float, float, float, float]:
+    """One step of Newton's method for two devices in series, with `e` V between them.
+
+    Returns their current, A, its derivative by the lower source, S, the step of `e`, V, and its derivative by
+    the lower source; ends: as in `_between`.
+    """
+    below, by_below, _, by_source = channel(lower, e, gates[0], ends[0])
+    above, _, _, by_above = channel(upper, ends[1], gates[1], e)
+    both = by_below - by_above
+    current = (above * by_below - below * by_above) / both
+    return current, -by_source * by_above / both, (above - below) / both, -by_source / both
+
+
+@compiled(forceinline=True)
+def _widest(x: float) -> float:
+    """A step within its bounds, V."""
+    return min(max(x, -_WIDEST), _WIDEST)
+
+
+@compiled(forceinline=True)
+def _placed(rows: tuple[F64, F64, F64], k: int) -> _Summed:
+    """The devices of `mirrored_sum` at place k: the switch, the five of the lines, and the mirror."""
+    top, lines, mirror = rows
+    return (
+        terms_at(top, k), terms_at(lines[0], k), terms_at(lines[1], k), terms_at(lines[2], k),
+        terms_at(lines[3], k), terms_at(lines[4], k), terms_at(mirror, k),
+    )  # fmt: skip
+
+
+@compiled()
+def _mirrored(c: _Summed, gates: F64, k: int, at: tuple[float, float]) -> tuple[float, float, float, float]:
+    """What `mirrored_sum` fills, all nodes stepped together, and the last step, V."""
+    (top, first, second, behind, third, last, mirror), (switch, supply) = c, at
+    gate, total, left = 0.3 * supply, 0.0, supply
+    drain = supply - gate
+    y = _guess(_first_between(top, first, (switch, gates[0, k]), (0.0, drain)), 0.0, supply)
+    e0 = _guess(_first_between(second, behind, (gates[1, k], gates[2, k]), (y, drain)), 0.0, supply)
+    e1 = _guess(_first_between(third, last, (gates[3, k], gates[4, k]), (y, drain)), 0.0, supply)
+    for _ in range(_TOGETHER):
+        drain = supply - gate
+        given, by_given, _, _ = channel(top, y, switch, 0.0)
+        a, _, _, by_a = channel(first, drain, gates[0, k], y)
+        b, by_b, move0, with0 = _nearer(second, behind, (gates[1, k], gates[2, k]), (y, drain), e0)
+        d, by_d, move1, with1 = _nearer(third, last, (gates[3, k], gates[4, k]), (y, drain), e1)
+        total, by_total = a + b + d, by_a + by_b + by_d
+        if given > 0.0 and total > 0.0:
+            # on the logarithm, as either side is a power or an exponential
+            up = -math.log(given / total) / (by_given / given - by_total / total)
+        else:
+            up = (total - given) / (by_given - by_total)
+        up = max(_widest(up), -0.9 * y)
+        total += by_total * up
+        held, by_drain, by_gate, _ = channel(mirror, gate, gate, 0.0)
+        leak, by_junction, by_induced = leaked(mirror, gate, gate)
+        held += leak
+        by_held = by_drain + by_gate + by_junction + by_induced
+        more = math.log(max(total, _LEAST) / held) * held / by_held
+        more = max(min(more, 3.0 * _WIDEST), -3.0 * _WIDEST, -0.9 * gate)
+        move0, move1 = _widest(move0 + with0 * up), _widest(move1 + with1 * up)
+        y, e0, e1, gate = y + up, e0 + move0, e1 + move1, gate + more
+        left = abs(up) + abs(move0) + abs(move1) + abs(more)
+        if not left >= _CLOSE:
+            break
+    return total, gate, y, left
+
+
+@compiled()
+def _mirrored_surely(c: _Summed, gates: F64, k: int, at: tuple[float, float]) -> tuple[float, float, float]:
+    """What `mirrored_sum` fills, each node between its bounds inside the next one's loop."""
+    (t, first, second, behind, third, last, n), (switch, supply) = c, at
+    gate, y, total = 0.3 * supply, 0.0, 0.0
+    # between each device and its switch: at the switch's pinch-off, or at the diode
+    e0 = min(max(pinched(behind, gates[2, k])[0], 0.0), supply - gate)
+    e1 = min(max(pinched(last, gates[4, k])[0], 0.0), supply - gate)
+    for _ in range(_ROUNDS):
+        low, high, drain = 0.0, supply, supply - gate
+        for _ in range(_ITERATIONS):
+            given, by_given, _, _ = channel(t, y, switch, 0.0)
+            a, _, _, by_a = channel(first, drain, gates[0, k], y)
+            b, by_b, e0 = _branch(second, behind, (gates[1, k], gates[2, k]), (y, drain), e0)
+            d, by_d, e1 = _branch(third, last, (gates[3, k], gates[4, k]), (y, drain), e1)
+            total = a + b + d
+            f = given - total
+            if f > 0.0:
+                high = y
+            else:
+                low = y
+            new = y - f / (by_given - by_a - by_b - by_d)
+            new = new if low <= new <= high else 0.5 * (low + high)
+            if abs(new - y) < _CLOSE:
+                break
+            y = new
+        new = diode_from(n, total, supply, gate)
+        if abs(new - gate) < _SETTLED:
+            break
+        gate = new
+    return total, gate, y
+
+
 @compiled()
 def mirrored_sum(top: F64, lines: F64, gates: F64, mirror: F64, at: tuple[float, float], out: F64) -> None:
     """Fill `out` with the sum of three currents whose common source hangs on a switch, and their diode.
@@ -288,37 +457,11 @@ def mirrored_sum(top: F64, lines: F64, gates: F64, mirror: F64, at: tuple[float,
     supply, V, float64[5, n]; mirror: the nFET that they feed; at[1]: the supply, V; out: float64[3, n], the
     current, A, the voltage across the diode, and that of the common source below the supply, V.
     """
-    switch, supply = at
     for k in range(out.shape[1]):
-        t, n = terms_at(top, k), terms_at(mirror, k)
-        first, second, third = terms_at(lines[0], k), terms_at(lines[1], k), terms_at(lines[3], k)
-        # between each device and its switch: at the switch's pinch-off, or at the diode
-        behind, last = terms_at(lines[2], k), terms_at(lines[4], k)
-        gate, y, total = 0.3 * supply, 0.0, 0.0
-        e0 = min(max(pinched(behind, gates[2, k])[0], 0.0), supply - gate)
-        e1 = min(max(pinched(last, gates[4, k])[0], 0.0), supply - gate)
-        for _ in range(_ROUNDS):
-            low, high, drain = 0.0, supply, supply - gate
-            for _ in range(_ITERATIONS):
-                given, by_given, _, _ = channel(t, y, switch, 0.0)
-                a, _, _, by_a = channel(first, drain, gates[0, k], y)
-                b, by_b, e0 = _branch(second, behind, (gates[1, k], gates[2, k]), (y, drain), e0)
-                c, by_c, e1 = _branch(third, last, (gates[3, k], gates[4, k]), (y, drain), e1)
-                total = a + b + c
-                f = given - total
-                if f > 0.0:
-                    high = y
-                else:
-                    low = y
-                new = y - f / (by_given - by_a - by_b - by_c)
-                new = new if low <= new <= high else 0.5 * (low + high)
-                if abs(new - y) < _CLOSE:
-                    break
-                y = new
-            new = diode_from(n, total, supply, gate)
-            if abs(new - gate) < _SETTLED:
-                break
-            gate = new
+        devices = _placed((top, lines, mirror), k)
+        total, gate, y, left = _mirrored(devices, gates, k, at)
+        if not left < _CLOSE:
+            total, gate, y = _mirrored_surely(devices, gates, k, at)
         out[0, k], out[1, k], out[2, k] = total, gate, y
 
 
@@ -344,6 +487,7 @@ def sunk_sum(top: F64, lines: F64, gates: F64, switch: float, grid: F64, out: F6
                     low = y
                 new = y - f / (by_total - by_given)
                 new = new if low <= new <= high else 0.5 * (low + high)
+                total += by_total * (new - y)
                 if abs(new - y) < _EXACT:
                     break
                 y = new

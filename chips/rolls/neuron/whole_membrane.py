@@ -6,6 +6,8 @@ they stand, body effect, mobility reduction and the junctions' leakage (`chips.r
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from chips.rolls.lumped.grid import integral
@@ -24,7 +26,10 @@ _TWICE = 2  # a current by its drain, which leaves 1e-4 of it
 
 
 class WholeMembrane:
-    """Static currents of n neurons over a grid of v_mem, A, float64[n, points]; v: the grid, V."""
+    """Static currents of n neurons over a grid of v_mem, A, float64[n, points]; v: the grid, V.
+
+    What several of them are made of is solved once.
+    """
 
     def __init__(self, d: DieDevices, v: F64) -> None:
         """Take the devices `d` of the neurons, and the grid."""
@@ -60,6 +65,10 @@ class WholeMembrane:
 
     def feedback(self) -> F64:
         """Return the sodium feedback: the mirrored current of the nFET whose source is at v_shift."""
+        return self._feedback
+
+    @cached_property
+    def _feedback(self) -> F64:
         return self._over_v.current("sodium.mn4", self.mirrored(), self.d.v_dd - self.v)
 
     def mirrored(self) -> F64:
@@ -72,6 +81,10 @@ class WholeMembrane:
 
     def drop(self) -> F64:
         """Return how far v_o1 is below the supply as mc1 and mc2 hold it, V."""
+        return self._drop
+
+    @cached_property
+    def _drop(self) -> F64:
         out = np.empty(self.v.shape)
         rows = self._rows("reset.mc1"), self._rows("reset.mc2")
         gates = self._points(self.v), self._points(self.d.below("v_buf"))
@@ -102,7 +115,11 @@ class WholeMembrane:
         fed_diode(
             self._rows("nmda_gate.mg5"), self._rows("nmda_gate.mg6"), passed, self._points(0.0), d.v_dd, gate
         )
-        return self._over_v.current("nmda_gate.mg7", gate, self.input_drop())
+        return self._over_v.current("nmda_gate.mg7", gate, self._typical_drop)
+
+    @cached_property
+    def _typical_drop(self) -> F64:
+        return self.input_drop()
 
     def input_drop(self, total: float = TYPICAL_INPUT) -> F64:
         """Return how far the input's node is below the supply while `total` (A) flows into the pair, V."""
@@ -120,7 +137,7 @@ class WholeMembrane:
     def direct(self) -> F64:
         """Return I_dc, whose device ends at the input's node, and what the pair's junctions bring there."""
         d, over = self.d, self._over_v
-        brought = over.current("leak.ml9", self._points(d.below("v_dc")), self.input_drop())
+        brought = over.current("leak.ml9", self._points(d.below("v_dc")), self._typical_drop)
         return np.asarray(brought + _leaking(d, "leak.ml1", "leak.ml2")[:, None])
 
     def inside(self) -> F64:
@@ -128,6 +145,10 @@ class WholeMembrane:
 
         With it the law of weak inversion shares a weak current as the whole law does.
         """
+        return self._inside
+
+    @cached_property
+    def _inside(self) -> F64:
         over = self._over_v
         source, (gates, drains) = self.input_drop(WEAKEST), self._pair()
         silent = over._replace(

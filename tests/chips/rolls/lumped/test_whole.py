@@ -5,18 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chips.rolls.lumped import network
+from chips.rolls.lumped import network, whole
 from chips.rolls.lumped.whole import (
     amplifier,
     diode,
     fed_diode,
     middle_of,
+    mirrored_sum,
     pair,
     points_of,
     rows_of,
     series,
 )
-from circuits.blocks.rolls import neuron
+from chips.rolls.synapse.whole_weight import sources
+from circuits.blocks.rolls import dpi_synapse, neuron
 from circuits.lowering.on_die import DieDevices, standing
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
@@ -99,3 +101,19 @@ def test_an_amplifier_balances() -> None:
 def test_the_mean_of_one_place_is_that_place() -> None:
     d = devices()
     assert np.array_equal(middle_of(d, "leak.ml1"), rows_of(d.fet["leak.ml1"]))
+
+
+@pytest.mark.parametrize("switch", [1.8, 0.0], ids=["on", "off"])
+@pytest.mark.parametrize("bits", [(False, False), (True, False), (False, True), (True, True)])
+def test_weights_on_a_switch_are_found_together_as_one_by_one(bits, switch) -> None:
+    d = standing(dpi_synapse.build(), Silicon(ROLLS_180, 27.0, Die(number=1001)))
+    lines = sources(d, bits)
+    rows = rows_of(d.fet["synapse.me1"]), lines.rows, rows_of(d.fet["synapse.me7"])
+    together = np.empty((3, 1))
+    mirrored_sum(rows[0], rows[1], lines.gates, rows[2], (switch, d.v_dd), together)
+    devices = whole._placed(rows, 0)
+    *_, left = whole._mirrored(devices, lines.gates, 0, (switch, d.v_dd))
+    surely = whole._mirrored_surely(devices, lines.gates, 0, (switch, d.v_dd))
+    assert left < 1e-9
+    # 1e-6: the nested loops end where the diode's gate moves by less than 1 uV
+    assert together[:, 0] == pytest.approx(surely, rel=2e-6, abs=1e-18)
