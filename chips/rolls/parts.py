@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from chips.model_law import check_capacitors
 from chips.rolls.circuit import NAME, bias_ports
 from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.blocks.rolls import dpi_synapse
 from circuits.circuit import Circuit, Shape
+from circuits.lowering.capacitors_on_die import with_capacitors
 from circuits.lowering.on_die import DieDevices, on_die
 from circuits.silicon.die import Path
 from circuits.silicon.silicon import Silicon
@@ -35,9 +35,9 @@ def devices_at(
     gates: voltages by bias port of `circuit`, V; wanted: devices by path, all unless given; prefix: put
     before the names. Copies are counted with the last index of `place` running fastest.
     """
-    check_capacitors(NAME, silicon.die)
-    on_chip = replace(silicon, place=((NAME, ()),))
-    return on_die(circuit, on_chip, wanted, ((NAME, ()), *place), gates).flat().renamed("", prefix)
+    on_chip, at = replace(silicon, place=((NAME, ()),)), ((NAME, ()), *place)
+    found = on_die(circuit, on_chip, wanted, at, gates).flat()
+    return with_capacitors(found, circuit, on_chip, at).renamed("", prefix)
 
 
 def extenders_at(

@@ -193,15 +193,16 @@ def membrane_tau(d: DieDevices, ready: Prepared, latch: Bools) -> F64:
     latch: whether a neuron's leak is tau1, else tau2, bool[n]. Under the full law kappa and I_tau are those
     with v_mem in the middle of its way.
     """
+    membrane = ready.neuron[0, 0] + d.added("leak.c_mem")
     if d.full:
         slow, fast = (
             d.current(f"leak.{m}", d.gate[f"v_tau{k}"], MIDDLE) for m, k in (("ml3", 1), ("ml4", 2))
         )
         slope = coupling(d, "sodium.mn1", MIDDLE)
-        return np.asarray(ready.neuron[0, 0] * d.u_t / (slope * np.where(latch, slow, fast)))
+        return np.asarray(membrane * d.u_t / (slope * np.where(latch, slow, fast)))
     slow, fast = (d.saturated(f"leak.{m}", d.gate[f"v_tau{k}"]) for m, k in (("ml3", 1), ("ml4", 2)))
     leak = np.where(latch, slow, fast)
-    return np.asarray(ready.neuron[0, 0] * d.u_t / (d.fet["sodium.mn1"].kappa * leak))
+    return np.asarray(membrane * d.u_t / (d.fet["sodium.mn1"].kappa * leak))
 
 
 def rheobase(m: Neurons) -> F64:

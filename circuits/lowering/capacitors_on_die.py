@@ -15,7 +15,7 @@ from circuits.arrays import F64
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor
 from circuits.errors import ParameterError
-from circuits.lowering.on_die import paths_of, shape_of, site_of, spread
+from circuits.lowering.on_die import DieDevices, device_names, paths_of, shape_of, site_of, spread
 from circuits.silicon.die import Path
 from circuits.silicon.passive import deviates
 from circuits.silicon.silicon import Silicon
@@ -60,6 +60,30 @@ def added_capacitance(
     """
     changes, drawn = _changes(circuit, silicon, wanted, place)
     return {name: change * drawn[name].reshape(change.shape) for name, change in changes.items()}
+
+
+def with_capacitors(
+    d: DieDevices, circuit: Circuit, silicon: Silicon, place: Path = (), inside: str = ""
+) -> DieDevices:
+    """Return flat devices with the capacitors of their circuit, as `DieDevices.added` tells of them.
+
+    They are as they were where there are none, or the die's do not deviate.
+
+    Parameters
+    ----------
+    d
+        Devices of the circuit on the silicon, flat.
+    circuit, silicon, place
+        As of `capacitor_changes`.
+    inside
+        Name of the instance array that the devices are in, whose capacitors are meant; all unless given.
+    """
+    names = [n for n in device_names(circuit, Capacitor) if n.startswith(f"{inside}." if inside else "")]
+    if not names or not capacitors_deviate(circuit, silicon, place):
+        return d
+    added = added_capacitance(circuit, silicon, names, place)
+    own = {name.removeprefix(f"{inside}."): np.ravel(x) for name, x in added.items()}
+    return d._replace(more=own)
 
 
 def _changes(

@@ -36,7 +36,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -58,6 +58,8 @@ from circuits.silicon.silicon import Silicon
 _BISECTIONS = 60
 _STEP = 1e-3  # V, of a derivative by the gate; ours
 _ROUNDS, _ROUNDING = 200, 1e-14  # of a gate voltage: each round leaves less than half of the error; ours
+
+V = TypeVar("V")  # what names stand for
 
 
 class Fet(NamedTuple):
@@ -148,7 +150,9 @@ class DieDevices(NamedTuple):
     """Transistors of a circuit on a die, and what a behavioural model asks of them; see the module.
 
     u_t: thermal voltage, V. v_dd: supply, V. copies: how many places the circuit has. fet: each transistor by
-    its name. gate: voltages (V) of bias lines by port, where they were given.
+    its name. gate: voltages (V) of bias lines by port, where they were given. more: what each capacitor has
+    beyond what is drawn, F, by its name, where the die's capacitors deviate
+    (`circuits.lowering.capacitors_on_die.with_capacitors`).
     """
 
     u_t: float
@@ -156,6 +160,11 @@ class DieDevices(NamedTuple):
     copies: int
     fet: Mapping[str, Fet]
     gate: Mapping[str, F64]
+    more: Mapping[str, F64] | None = None
+
+    def added(self, capacitor: str) -> F64 | float:
+        """What a capacitor has beyond what is drawn, F: 0 where the die's capacitors do not deviate."""
+        return 0.0 if self.more is None else self.more[capacitor]
 
     @property
     def full(self) -> bool:
@@ -256,7 +265,7 @@ class DieDevices(NamedTuple):
         )  # fmt: skip
         return found * self.u_t
 
-    def inverter_lag(self, inverter: str, swing: F64, capacitance: float, speed: F64) -> F64:
+    def inverter_lag(self, inverter: str, swing: F64, capacitance: F64 | float, speed: F64) -> F64:
         """Time (s) in which an inverter, driven past its threshold, moves its output by `swing`, V.
 
         capacitance: at its output, F. speed: of its input, V/s, which makes its current grow from nothing: `C
@@ -284,12 +293,13 @@ class DieDevices(NamedTuple):
 
     def _each(self, made: Callable[[F64], F64]) -> DieDevices:
         """Devices whose arrays are what `made` makes of these."""
-        return self._replace(fet={name: fet.each(made) for name, fet in self.fet.items()})
+        more = None if self.more is None else {name: made(x) for name, x in self.more.items()}
+        return self._replace(fet={name: fet.each(made) for name, fet in self.fet.items()}, more=more)
 
     def renamed(self, prefix: str, new: str = "") -> DieDevices:
         """The devices whose names begin with `prefix`, with `new` in the place of the prefix."""
-        fets = {new + k.removeprefix(prefix): f for k, f in self.fet.items() if k.startswith(prefix)}
-        return self._replace(fet=fets)
+        more = None if self.more is None else _renamed(self.more, prefix, new)
+        return self._replace(fet=_renamed(self.fet, prefix, new), more=more)
 
 
 def on_die(
@@ -347,6 +357,11 @@ def standing(
     gates = {port: lines[node] for port, node in copies.connections.items() if node in lines}
     d = on_die(circuit, silicon, [f"{array}.{name}" for name in names], gate=gates)
     return d.renamed(f"{array}.").flat()._replace(copies=math.prod(copies.shape))
+
+
+def _renamed(named: Mapping[str, V], prefix: str, new: str) -> dict[str, V]:
+    """What names that begin with `prefix` stand for, by names with `new` in its place."""
+    return {new + k.removeprefix(prefix): x for k, x in named.items() if k.startswith(prefix)}
 
 
 def array_of(circuit: Circuit, name: str) -> InstanceArray:

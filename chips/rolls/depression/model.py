@@ -38,7 +38,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.model_law import check_capacitors
 from chips.rolls.depression.whole_cell import currents_of, slope_of, whole_rises
 from chips.rolls.lumped.whole import middle_of
 from chips.rolls.lumped.whole_filter import held_line
@@ -53,6 +52,7 @@ from circuits.circuit import Bias, Circuit
 from circuits.devices.ekv import argument, interpolation, steepness
 from circuits.errors import ParameterError
 from circuits.lowering.capacitance import capacitance_matrix
+from circuits.lowering.capacitors_on_die import with_capacitors
 from circuits.lowering.on_die import DieDevices, standing
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
@@ -144,8 +144,7 @@ def depression_on(model: DepressionModel, silicon: Silicon, level: int = 1) -> D
     Raises `ParameterError` unless that is 1 to 4.
     """
     _check_level(level)
-    check_capacitors(model.circuit.name, silicon.die)
-    d = standing(model.circuit, silicon)
+    d = with_capacitors(standing(model.circuit, silicon), model.circuit, silicon)
     line = _line(d, draw_of(model.synapse, d, level, HELD * d.v_dd).current)
     return depression_of(model.cell, model.synapse, d, level, line, pulse_length(model.synapse, d))
 
@@ -172,11 +171,11 @@ def depression_of(
     names = [name for name, each in zip(WEIGHTS, on, strict=True) if each]
     cells = [_cell(cell, d, name, length) for name in names]
     step, tau, moved, electrons, rest = zip(*cells, strict=True)
-    slope = slope_of(d)
+    slope, gates = slope_of(d), np.array([_gate(cell, d, name) for name in names])
     if d.full:
         resting = {f"v_{name}": d.gate[f"v_{name}"] + x for name, x in zip(names, rest, strict=True)}
         d = d._replace(gate={**d.gate, **resting})
-    path = np.array(moved).swapaxes(0, 1) + _lift(cell, synapse, d, level)
+    path = np.array(moved).swapaxes(0, 1) + _lift(cell, synapse, d, level) / gates
     own = [f"synapse.{DEVICES[name]}" for name in names]
     pinch = [
         np.broadcast_to(d.pinch(o, d.below(f"v_{n}")), d.copies) for o, n in zip(own, names, strict=True)
@@ -196,31 +195,36 @@ def _check_level(level: int) -> None:
 
 def _cell(cell: CellModel, d: DieDevices, name: str, length: F64) -> tuple[F64, F64, F64, F64, F64]:
     """Step (V) and time constant (s) of a weight's cells, the step at POINTS (V), its electrons, the rest."""
-    own = currents_of(d, name)
+    own, gate = currents_of(d, name), _gate(cell, d, name)
     constant = cell.mirror * d.u_t / (own.kappa * own.drawn)
     # the source comes from the weight's bias to the supply
     lift = cell.coupling * d.below(f"v_{name}") / (own.drawn * constant)
     # ln(e^lift - 1 + e^(t / T)) - lift, of which the exponentials may be beyond a float
     shares = np.array((*(0.5 + 0.5 * POINTS), 1.0))[:, None]
     late = np.logaddexp(np.log(-np.expm1(-lift)), shares * length / constant - lift)
-    moved = own.step * constant * late / cell.gate
+    moved = own.step * constant * late / gate
     slow = length / constant
     electrons = 1.0 + MIRRORED * (1.0 + np.expm1(-slow) / slow)
-    tau, rest = cell.gate * d.u_t / (own.recovery + own.leak), d.u_t * np.log1p(own.leak / own.recovery)
+    tau, rest = gate * d.u_t / (own.recovery + own.leak), d.u_t * np.log1p(own.leak / own.recovery)
     return moved[-1], tau, moved[:-1], electrons, rest
 
 
+def _gate(cell: CellModel, d: DieDevices, name: str) -> F64:
+    """Capacitance at a weight's gate, F, float64[n]."""
+    return np.broadcast_to(cell.gate + d.added(f"depression_{name}.c_w"), d.copies)
+
+
 def _lift(cell: CellModel, synapse: SynapseModel, d: DieDevices, level: int) -> F64:
-    """What the gates of the weights are higher by in a pulse, V."""
+    """What comes onto the gates of the weights in a pulse, C."""
     bits = BITS[level - 1]
     if d.full:
         es, em = whole_rises(d, bits, QUIET, synapse.mirror_capacitance)
-        return np.asarray((cell.lifts[0] * es + cell.lifts[1] * em) / cell.gate)
+        return np.asarray(cell.lifts[0] * es + cell.lifts[1] * em)
     pairs = branches(d, "e", bits)
     mirror = mirror_of(synapse, d, np.array([x for pair in pairs for x in pair]))
     y = _source(pairs, mirror.off) - _source(pairs, mirror.given)
     em = mirror.high - mirror.before
-    return np.asarray((cell.lifts[0] * d.u_t * y + cell.lifts[1] * em) / cell.gate)
+    return np.asarray(cell.lifts[0] * d.u_t * y + cell.lifts[1] * em)
 
 
 def _source(pairs: list[tuple[F64, F64]], total: F64) -> F64:

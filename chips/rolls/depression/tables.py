@@ -80,9 +80,10 @@ def _devices(
     whole = depressing_chip(chip(params, program.biases, kind), chosen, program.biases, kind)
     volts = gate_voltages(whole, silicon)
     gates = part_gates("synapse", volts) | {"v_std": volts[STD], "v_rec": volts[RECOVERY]}
-    d = synapse_devices(params, silicon)
+    d, cells = synapse_devices(params, silicon), _cell_devices(chosen.cell, silicon)
     return d._replace(
-        fet={**d.fet, **_cell_devices(chosen.cell, silicon).fet},
+        fet={**d.fet, **cells.fet},
+        more=cells.more,
         gate={port: np.asarray(v, dtype=np.float64) for port, v in gates.items()},
     )
 
@@ -95,7 +96,9 @@ def _cell_devices(params: CellParams, silicon: Silicon) -> DieDevices:
         place = row_place(NEURONS, (name, (NEURONS,)))
         found[name] = devices_at(depression(params), place, silicon, {}, CELL_DEVICES, f"{name}.")
     first = found[CELLS[0]]
-    return first._replace(fet={name: fet for d in found.values() for name, fet in d.fet.items()})
+    more = {name: x for d in found.values() for name, x in (d.more or {}).items()}
+    fets = {name: fet for d in found.values() for name, fet in d.fet.items()}
+    return first._replace(fet=fets, more=more or None)
 
 
 @lru_cache(maxsize=8)

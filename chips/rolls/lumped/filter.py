@@ -59,8 +59,8 @@ class Filter(NamedTuple):
     power: float  # kappa_p / kappa_n
     pair: F64  # I_S of the pair's first device, A
     fold: float  # V: depth that moves ln u by one
-    line_charge: float  # C_line U_T, C
-    follow: float  # kappa_n C_line / C
+    line_charge: F64  # C_line U_T, C
+    follow: float  # kappa_n C_line / C, the mean's
     held_at: float  # V, where md1 would hold the line with I_S, on the mean of the filters
     whole: WholeFilter | None = None  # their mean, under the law with second-order effects
 
@@ -70,12 +70,15 @@ def filter_of(d: DieDevices, capacitance: float, line: float, *, inhibitory: boo
 
     inhibitory: whether their output passes a mirror.
     """
+    more_syn, more_line = d.added("c_syn"), d.added("c_line")
+    syn, at_line = (np.broadcast_to(c, d.copies) for c in (capacitance + more_syn, line + more_line))
+    mean = capacitance + float(np.mean(more_syn)), line + float(np.mean(more_line))
     if d.full:
-        return _whole_filter_of(d, capacitance, line, inhibitory=inhibitory)
+        return _whole_filter_of(d, syn, at_line, mean, inhibitory=inhibitory)
     u_t = d.u_t
     md1, md2, md5 = d.fet["md1"], d.fet["md2"], d.fet["md5"]
     leak = d.saturated("md3", d.below("v_tau"))
-    tau = capacitance * u_t / (md1.kappa * leak)
+    tau = syn * u_t / (md1.kappa * leak)
     start = np.log(md1.current / md2.current) + d.pinch("md1", d.gate["v_thr"]) - d.pinch("md2", d.v_dd)
     power = md5.kappa / md1.kappa
     specific = md5.current.copy()
@@ -85,7 +88,7 @@ def filter_of(d: DieDevices, capacitance: float, line: float, *, inhibitory: boo
         scale *= bend * bend
         specific *= gain / (bend * bend)
     fold = u_t / md1.kappa
-    unit = np.full(d.copies, capacitance * fold)
+    unit = syn * fold
     return Filter(
         tau,
         unit,
@@ -95,21 +98,23 @@ def filter_of(d: DieDevices, capacitance: float, line: float, *, inhibitory: boo
         power,
         md1.current,
         fold,
-        line * u_t,
-        md1.kappa * line / capacitance,
+        at_line * u_t,
+        md1.kappa * mean[1] / mean[0],
         u_t * float(np.mean(d.pinch("md1", d.gate["v_thr"]))),
     )
 
 
-def _whole_filter_of(d: DieDevices, capacitance: float, line: float, *, inhibitory: bool) -> Filter:
-    """The same under the law with second-order effects."""
+def _whole_filter_of(
+    d: DieDevices, syn: F64, line: F64, mean: tuple[float, float], *, inhibitory: bool
+) -> Filter:
+    """The same under the law with second-order effects; mean: of both capacitances, F."""
     own, (k_n, k_p) = own_of(d, inhibitory=inhibitory), slopes(d)
     fold, md1 = d.u_t / k_n, d.fet["md1"]
-    unit = np.full(d.copies, capacitance * fold)
+    unit = syn * fold
     return Filter(
         unit / own.leak, unit, own.start, own.scale, own.specific, k_p / k_n, md1.current, fold,
-        line * d.u_t, k_n * line / capacitance, d.u_t * float(np.mean(d.pinch("md1", d.gate["v_thr"]))),
-        whole_of(d, own, line / capacitance, inhibitory=inhibitory),
+        line * d.u_t, k_n * mean[1] / mean[0], d.u_t * float(np.mean(d.pinch("md1", d.gate["v_thr"]))),
+        whole_of(d, own, mean[1] / mean[0], inhibitory=inhibitory),
     )  # fmt: skip
 
 

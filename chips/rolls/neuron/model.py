@@ -24,7 +24,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chips.model_law import check_capacitors
 from chips.rolls.lumped.network import pair, stack
 from chips.rolls.neuron.kernel import GRID, NEURON_COLUMNS, Neurons, advance_neurons, rest_of
 from chips.rolls.neuron.membrane import Membrane, balance, membrane_capacitance
@@ -36,6 +35,7 @@ from circuits.blocks.rolls.neuron import RESTING
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.lowering.capacitance import capacitance_matrix
+from circuits.lowering.capacitors_on_die import with_capacitors
 from circuits.lowering.on_die import DieDevices, array_of, standing
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
@@ -70,8 +70,9 @@ def neurons_on(
     select: whether the slower leak, tau1, is on, bool[n], off unless given; i_nmda: current into every NMDA
     gate, A.
     """
-    check_capacitors(model.circuit.name, silicon.die)
-    return neurons_of(standing(model.circuit, silicon, model.array), model.capacitance, select, i_nmda)
+    d = standing(model.circuit, silicon, model.array)
+    d = with_capacitors(d, model.circuit, silicon, inside=model.array)
+    return neurons_of(d, model.capacitance, select, i_nmda)
 
 
 def neurons_of(d: DieDevices, c: F64, select: Bools | None = None, i_nmda: float = RESTING) -> Neurons:
@@ -83,6 +84,8 @@ def neurons_of(d: DieDevices, c: F64, select: Bools | None = None, i_nmda: float
     membrane = WholeMembrane(d, v) if d.full else Membrane(d, v)
     couplings = membrane.couplings()
     fixed, in_linear, in_square = membrane_capacitance(couplings, c)
+    own = np.broadcast_to(fixed + d.added("leak.c_mem"), n)
+    c_ahp = np.broadcast_to(c[4, 4] + d.added("adaptation.c_ahp"), n)
     ahp = np.linspace(0.0, AHP_HIGH, GRID)
     if d.full:
         quiet, share = whole_adaptation(d, ahp)
@@ -94,44 +97,44 @@ def neurons_of(d: DieDevices, c: F64, select: Bools | None = None, i_nmda: float
     drive = np.ascontiguousarray(feedback[:, -1])
     if d.full:
         drives = np.stack((WholeMembrane(d, v[:, -1:] - BEFORE).feedback()[:, 0], drive))
-        spikes = run_whole_spikes(d, c, fixed, drives, top)
+        spikes = run_whole_spikes(d, c, own, drives, top)
     else:
-        spikes = run_spikes(d, c, fixed, drive, top)
-    kick = spikes.charge / c[4, 4]
+        spikes = run_spikes(d, c, own, drive, top)
+    kick = spikes.charge / c_ahp
     return Neurons(
         u_t=np.full(n, u_t),
         top=top - START,
-        table=_table(membrane, latch, i_nmda, c[4, 4]),
+        table=_table(membrane, latch, i_nmda, c_ahp),
         ground_current=d.fet["leak.ml1"].current,
         ground_pinch=membrane.ground(),
         membrane_current=d.fet["leak.ml2"].current,
         membrane_pinch=inside[:, 0].copy(),
         kappa_p=np.full(n, couplings[2]),
         inside=inside,
-        capacitance=np.full(n, fixed),
+        capacitance=own.copy(),
         input_linear=np.full(n, in_linear),
         input_square=np.full(n, in_square),
-        quiet=quiet / c[4, 4],
+        quiet=quiet / c_ahp[:, None],
         share=share,
         taken=taken_in(share, ahp, kick) if d.full else share,
         drawn=drawn,
         ahp_step=np.full(n, ahp[1]),
         delay=spikes.delay,
         delay_exponent=spikes.exponent,
-        delay_speed=feedback[:, -1] / fixed,
+        delay_speed=feedback[:, -1] / own,
         refractory=spikes.refractory,
         kick=kick,
     )
 
 
-def _table(membrane: Membrane | WholeMembrane, latch: Bools, i_nmda: float, c_ahp: float) -> F64:
+def _table(membrane: Membrane | WholeMembrane, latch: Bools, i_nmda: float, c_ahp: F64) -> F64:
     """Columns over v_mem, float64[n, GRID, COLUMNS]."""
     columns = (
         membrane.feedback() + membrane.pull() - membrane.leak(latch) - membrane.off(),
         membrane.nmda(i_nmda) + membrane.direct(),
         np.exp(0.5 * (membrane.inside() - membrane.ground()[:, None])),
         membrane.reverse(),
-        membrane.approach() / c_ahp,
+        membrane.approach() / c_ahp[:, None],
     )
     return np.ascontiguousarray(np.stack(columns, axis=-1))
 

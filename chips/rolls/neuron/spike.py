@@ -38,11 +38,11 @@ class Spikes(NamedTuple):
     charge: F64
 
 
-def run_spikes(d: DieDevices, c: F64, fixed: float, drive: F64, top: F64) -> Spikes:
+def run_spikes(d: DieDevices, c: F64, fixed: F64, drive: F64, top: F64) -> Spikes:
     """Run every neuron's spike to the end of its reset.
 
-    d: devices; c: capacitances of the nodes, F; fixed: of the membrane, F; drive: current into v_mem, A; top:
-    v_mem where the spike begins, V.
+    d: devices; c: capacitances of the nodes as drawn, F; fixed: of the membrane, F, float64[n]; drive:
+    current into v_mem, A; top: v_mem where the spike begins, V.
     """
     n, u_t = d.copies, d.u_t
     names = ("mc1", "mc2", "mc4", "mk4", "mk5", "mk6p", "mk6n", "mk8")
@@ -69,8 +69,9 @@ def run_spikes(d: DieDevices, c: F64, fixed: float, drive: F64, top: F64) -> Spi
         fets[0].current, d.pinch("reset.mc1", start), fets[1].current,
         np.broadcast_to(d.pinch("reset.mc2", d.below("v_buf")), n).copy(), d.v_dd / u_t, drop,
     )  # fmt: skip
+    node = moving(d, c, fixed)
     circuit = SpikeCircuit(
-        u_t, fets[0].kappa, fets[1].kappa, d.v_dd, (fixed, c[5, 5], c[3, 3], c[6, 6]),
+        u_t, fets[0].kappa, fets[1].kappa, d.v_dd, node,
         np.array([[f.current, f.threshold] for f in fets]), flat[0], d.pinch("reset.mk4", gates[0] * u_t),
         flat[1], flat[2], d.inverter_threshold("reset.mc3"), d.inverter_threshold("reset.mk7"), start,
         drop * u_t, drive,
@@ -84,11 +85,20 @@ def run_spikes(d: DieDevices, c: F64, fixed: float, drive: F64, top: F64) -> Spi
     threshold = d.inverter_threshold("reset.mk6")
     fall = np.maximum(peak - threshold, 0.0)
     drawn = np.maximum(drawn, 1e-30)
-    emptied = c[3, 3] * fall / drawn
+    emptied = node[2] * fall / drawn
     emptied += _tail(d, c[7, 7] * d.fet["reset.mk4"].current / mk1.current, off, drawn, emptied)
     swing = d.inverter_threshold("reset.mk7") - u_t * d.pinch("reset.mk6n", threshold)
-    emptied += d.inverter_lag("reset.mk6", swing, c[6, 6], drawn / c[3, 3])
+    emptied += d.inverter_lag("reset.mk6", swing, node[3], drawn / node[2])
     return Spikes(delay, np.log(delay / sooner) / np.log(FASTER), held + emptied, charge)
+
+
+def moving(d: DieDevices, c: F64, membrane: F64) -> F64:
+    """Return the capacitances of v_mem, v_o1, v_ref and k1, F, float64[4, n].
+
+    c: of all nodes as drawn, F; membrane: of v_mem, F, float64[n].
+    """
+    rest = (c[5, 5], c[3, 3] + d.added("reset.c_ref"), c[6, 6] + d.added("reset.c_k"))
+    return np.array([membrane, *(np.broadcast_to(x, d.copies) for x in rest)])
 
 
 def _tail(d: DieDevices, c: F64, off: F64, drawn: F64, emptied: F64) -> F64:

@@ -23,7 +23,7 @@ class SpikeCircuit(NamedTuple):
     kappa_n: float
     kappa_p: float
     v_dd: float
-    capacitance: tuple[float, float, float, float]  # of v_mem, v_o1, v_ref, k1, F
+    capacitance: F64  # of v_mem, v_o1, v_ref, k1, F, float64[4, n]
     devices: F64
     buf: F64  # V below the supply, gate of mc2
     charging: F64  # A, I_rfr1 as mk1 has it: gate of mk4 as a pinch-off voltage in U_T
@@ -63,7 +63,7 @@ def rate(c: SpikeCircuit, k: int, node: int, v: F64) -> float:
             into += c.devices[MK4, 0, k] * (law(up)[0] - law(up - (dd - v[2]) / c.u_t)[0])
     else:
         into = _channel(c, k, MK6P, p, dd - v[2], dd - v[3]) - _channel(c, k, MK6N, n, v[2], v[3])
-    return float(into / c.capacitance[node])
+    return float(into / c.capacitance[node, k])
 
 
 @_compiled

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from chips.rolls.lumped.whole import amplifier, coupling, diode, points_of, rows_of, series
-from chips.rolls.neuron.spike import FASTER, START, Spikes
+from chips.rolls.neuron.spike import FASTER, START, Spikes, moving
 from chips.rolls.neuron.spike_loop import spikes_of
 from chips.rolls.neuron.whole_spike_nodes import WholeSpike
 from circuits.arrays import F64
@@ -25,7 +25,7 @@ _NAMES = (
 )  # fmt: skip
 
 
-def run_whole_spikes(d: DieDevices, c: F64, fixed: float, drives: F64, top: F64) -> Spikes:
+def run_whole_spikes(d: DieDevices, c: F64, fixed: F64, drives: F64, top: F64) -> Spikes:
     """Run every neuron's spike to the end of its reset; as `chips.rolls.neuron.spike.run_spikes`.
 
     drives: current into v_mem at `BEFORE` below the start and at it, A, float64[2, n].
@@ -40,8 +40,9 @@ def run_whole_spikes(d: DieDevices, c: F64, fixed: float, drives: F64, top: F64)
         points_of(flat[0], n, 1), d.v_dd, drop,
     )  # fmt: skip
     inverters = np.array([d.inverter_threshold(name) for name in ("reset.mc3", "reset.mk7")])
+    node = moving(d, c, fixed)
     circuit = WholeSpike(
-        d.v_dd, (fixed, float(c[5, 5]), float(c[3, 3]), float(c[6, 6])),
+        d.v_dd, node,
         np.array([rows_of(d.fet[name]) for name in _NAMES]),
         np.array([flat[0], charging, flat[1], flat[2]]), inverters, start, drop[:, 0].copy(), drive, steep,
     )  # fmt: skip
@@ -50,7 +51,7 @@ def run_whole_spikes(d: DieDevices, c: F64, fixed: float, drives: F64, top: F64)
     spikes_of(None, circuit, 2, found)
     delay, held, peak, charge = found
     threshold = d.inverter_threshold("reset.mk6")
-    emptied = _emptied(d, float(c[3, 3]), (peak, threshold), let_go)
+    emptied = _emptied(d, node[2], (peak, threshold), let_go)
     high = 0.5 * (peak + threshold)
     off = d.current("reset.mk4", let_go, d.v_dd - high)
     drawn = np.maximum(d.current("reset.mk5", d.gate["v_rfr2"], high) - off, 1e-30)
@@ -59,7 +60,7 @@ def run_whole_spikes(d: DieDevices, c: F64, fixed: float, drives: F64, top: F64)
     low = d.current("reset.mk5", d.gate["v_rfr2"], threshold) - d.current(
         "reset.mk4", let_go, d.v_dd - threshold
     )
-    emptied += d.inverter_lag("reset.mk6", swing, float(c[6, 6]), np.maximum(low, 1e-30) / c[3, 3])
+    emptied += d.inverter_lag("reset.mk6", swing, node[3], np.maximum(low, 1e-30) / node[2])
     return Spikes(delay, np.log(delay / sooner[0]) / np.log(FASTER), held + emptied, charge)
 
 
@@ -79,7 +80,7 @@ def _mirrors(d: DieDevices) -> tuple[F64, F64, float]:
     return found[0], found[1], float(ratio.mean())
 
 
-def _emptied(d: DieDevices, c: float, between: tuple[F64, F64], let_go: F64) -> F64:
+def _emptied(d: DieDevices, c: F64, between: tuple[F64, F64], let_go: F64) -> F64:
     """Time in which I_rfr2 brings v_ref from the first voltage down to the second, s."""
     peak, threshold = between
     high = np.maximum(peak, threshold)
@@ -87,7 +88,7 @@ def _emptied(d: DieDevices, c: float, between: tuple[F64, F64], let_go: F64) -> 
     over = d.columns()
     drawn = over.current("reset.mk5", over.gate["v_rfr2"], v)
     drawn = drawn - over.current("reset.mk4", let_go[:, None], d.v_dd - v)
-    return np.asarray(np.trapezoid(c / np.maximum(drawn, 1e-30), v, axis=1))
+    return np.asarray(np.trapezoid(c[:, None] / np.maximum(drawn, 1e-30), v, axis=1))
 
 
 def _tail(d: DieDevices, c: float, off: F64, drawn: F64, emptied: F64) -> F64:

@@ -22,7 +22,7 @@ class WholeSpike(NamedTuple):
     """
 
     v_dd: float
-    capacitance: tuple[float, float, float, float]  # of v_mem, v_o1, v_ref, k1, F
+    capacitance: F64  # of v_mem, v_o1, v_ref, k1, F, float64[4, n]
     rows: F64
     gates: F64
     thresholds: F64
@@ -61,7 +61,7 @@ def whole_rate(c: WholeSpike, k: int, node: int, v: F64) -> float:
     else:
         into = _into(terms_at(rows[MK6P], k), dd - v[2], dd - v[3])
         into -= _into(terms_at(rows[MK6N], k), v[2], v[3])
-    return float(into / c.capacitance[node])
+    return float(into / c.capacitance[node, k])
 
 
 @_compiled

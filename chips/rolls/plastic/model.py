@@ -84,7 +84,7 @@ class Cells(NamedTuple):
     current: F64  # A, that a high weight draws in a pulse
     switched: F64  # C, that it draws beside
     idle: F64  # A, between pulses
-    capacitance: F64  # F, at w, a number
+    capacitance: F64  # F, at w; a number where capacitors do not deviate
     effect: tuple[float, float] | None = None  # 1/V, shares of up and down by w, under the full law
 
 
@@ -131,26 +131,27 @@ def cells_of(d: DieDevices, m: CellModel, line: float) -> Cells:
         return _whole_cells_of(d, m, line, switched)
     up, down = d.saturated("mu3", d.below("v_up")), d.saturated("md3", d.gate["v_dn"])
     above, below = _shut(d, "mu1", "mu2"), _shut(d, "md1", "md2")
+    weight = m.weight + d.added("c_w")
     more = d.saturated("mu1", 0.0) - above, d.saturated("md1", 0.0) - below
     rise = d.saturated("mr2", d.below("v_driftup")) + above - below - d.saturated("mr3", 0.0)
     fall = d.saturated("mr4", d.gate["v_driftdn"]) + below - above - d.saturated("mr1", 0.0)
     return Cells(
-        up, down, rise / m.weight, fall / m.weight, more[0] / m.weight, more[1] / m.weight,
+        up, down, rise / weight, fall / weight, more[0] / weight, more[1] / weight,
         _balance(d, ("mb2", "mb3", "mb5", "mb4"), d.gate["v_wthr"]),
         _sunk(d, "mw1", "mw3", "mw2", "v_weight", line), switched,
-        d.saturated("mw1", 0.0, d.gate["v_shift"]), np.asarray(m.weight),
+        d.saturated("mw1", 0.0, d.gate["v_shift"]), np.asarray(weight),
     )  # fmt: skip
 
 
 def _whole_cells_of(d: DieDevices, m: CellModel, line: float, switched: F64) -> Cells:
     """The same under the law with second-order effects."""
     (up, higher), (down, lower) = moved_by(d, "mu3", d.below("v_up")), moved_by(d, "md3", d.gate["v_dn"])
-    leaks = shut(d)
+    leaks, weight = shut(d), m.weight + d.added("c_w")
     (rise, fall), more = drifts(d, leaks), one_open(d, leaks)
     return Cells(
-        up, down, rise / m.weight, fall / m.weight, more[0] / m.weight, more[1] / m.weight,
+        up, down, rise / weight, fall / weight, more[0] / weight, more[1] / weight,
         weight_threshold(d), whole_sunk(d, ("mw1", "mw3"), "mw2", "v_weight", line), switched,
-        idle_through(d, "mw1"), np.asarray(m.weight), (higher, lower),
+        idle_through(d, "mw1"), np.asarray(weight), (higher, lower),
     )  # fmt: skip
 
 
@@ -159,6 +160,7 @@ def gates_of(d: DieDevices, m: GateModel, line: float | None = None) -> Gates:
     aliased = d._replace(
         fet={**d.fet, "md5": d.fet["mk_thmin"]},
         gate={**d.gate, "v_tau": d.gate["v_catau"], "v_thr": d.gate["v_cathr"]},
+        more=None if d.more is None else {"c_syn": d.more["c_ca"], "c_line": d.more["c_line"]},
     )
     own = filter_of(aliased, m.calcium, m.line, inhibitory=False)
     nominal = float(np.mean(d.saturated("mc2", d.gate["v_caw"])))

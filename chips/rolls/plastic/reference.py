@@ -169,7 +169,7 @@ def prepared(silicon: Silicon, kind: BiasKind, step: float) -> tuple[Plastic, F6
     spikes = pulse_length(synapse, _part(d, "neuron.extender.", own, "extender."))
     one = np.eye(COPIES, dtype=np.bool_)
     tiled = (np.tile(getattr(cells, name)[:1], COPIES**2) for name in CELL_ARRAYS)
-    shared = Cells._make((*tiled, cells.capacitance, cells.effect))
+    shared = Cells._make((*tiled, np.ravel(cells.capacitance)[:1], cells.effect))
     parts = Parts(
         learners.filter, shared, learners, lengths, spikes, one, np.zeros((COPIES, 1, 2), np.float32),
         learners.membrane, silicon.process.v_dd,

@@ -177,7 +177,9 @@ def assemble(p: Parts, step: float) -> BuiltPlastic:
     lengths = np.broadcast_to(p.lengths, square)
     cell = {name: np.broadcast_to(np.reshape(getattr(p.cells, name), square), square) for name in CELL_ARRAYS}
     charge = np.where(latched, cell["current"] * lengths + cell["switched"], 0.0)
-    moved = np.where(latched, lengths / p.cells.capacitance, 0.0)
+    held = p.cells.capacitance
+    held = held.reshape(square) if held.size > 1 else held
+    moved = np.where(latched, lengths / held, 0.0)
     up, down, effect = moves(cell["up"] * moved, cell["down"] * moved, p.cells.effect, 0.5 * p.v_dd)
     load = Load(_drawn(cell["current"], latched), cell["idle"].sum(axis=1))
     calcium = Load(p.gates.current, p.gates.idle)

@@ -53,7 +53,7 @@ class Filters(NamedTuple):
     t7: F64
     mirrored: Bools
     mirror_capacitance: F64  # F, at the mirror's gate
-    inverse: F64  # float64[3], 1/F: C^-1, (syn syn), (syn line), (line line)
+    inverse: F64  # float64[3, n], 1/F: C^-1, (syn syn), (syn line), (line line)
     off: F64  # A, drawn from the line between pulses
     shared: F64  # charge that a switch's far node takes from the line as a pulse begins, by the line's own
     highest: F64  # V, to which that node follows the line
@@ -110,7 +110,7 @@ def _rates(m: Filters, w: _Whole, k: int, v: float, line: float, drawn: float) -
     by_y1, by_y2 = -m.i1[k] * d1 / u, -m.i2[k] * d2 / u
     by_s3 = -m.i3[k] * e3 / u
     by_yw = drawn * bend * points / m.v_dd[k]
-    a, b, c = m.inverse[0], m.inverse[1], m.inverse[2]
+    a, b, c = m.inverse[0, k], m.inverse[1, k], m.inverse[2, k]
     js, jl = i3 - i2, i1 + i2 - drawn * share
     ss, sl, ls, ll = by_s3 - by_s2, -by_y2, by_s2, by_y1 + by_y2 - by_yw
     return (
@@ -126,7 +126,7 @@ def _whole_rates(m: Filters, w: WholeFilters, k: int, v: float, line: float, dra
     share, bend = _shape(m.shape[k], line / m.v_dd[k] * points)
     jl -= drawn * share
     ll -= drawn * bend * points / m.v_dd[k]
-    a, b, c = m.inverse[0], m.inverse[1], m.inverse[2]
+    a, b, c = m.inverse[0, k], m.inverse[1, k], m.inverse[2, k]
     return (
         a * js + b * jl, b * js + c * jl, a * ss + b * ls, a * sl + b * ll, b * ss + c * ls, b * sl + c * ll,
     )  # fmt: skip
@@ -220,10 +220,10 @@ def rest_of(m: Filters, w: _Whole, state: F64) -> None:
 
 
 @_compiled
-def _jump(m: Filters, s: F64, volts: float) -> None:
+def _jump(m: Filters, k: int, s: F64, volts: float) -> None:
     """Move the line at once; a charge on it moves v_syn too."""
     s[V_LINE] += volts
-    s[V_SYN] += volts * m.inverse[1] / m.inverse[2]
+    s[V_SYN] += volts * m.inverse[1, k] / m.inverse[2, k]
 
 
 @_compiled
@@ -250,10 +250,10 @@ def follow(
             if now >= edge:
                 if on:
                     p += 1
-                    _jump(m, s, -m.lift[k])
+                    _jump(m, k, s, -m.lift[k])
                 else:
                     taken = m.shared[k] * (min(s[V_LINE], m.highest[k]) - m.held[k])
-                    _jump(m, s, 2.0 * m.lift[k] - taken)
+                    _jump(m, k, s, 2.0 * m.lift[k] - taken)
                 on = not on
                 s[STEP] = FIRST_STEP
         out[j] = s[OUTPUT]

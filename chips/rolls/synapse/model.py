@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chips.model_law import check_capacitors
 from chips.rolls.lumped.whole import coupling, rows_of
 from chips.rolls.synapse.kernel import FILTER_COLUMNS, Filters, WholeFilters, follow, rest_of
 from chips.rolls.synapse.weight import Weights, weights_on
@@ -29,6 +28,7 @@ from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.event import EDGE, WIDTH
 from circuits.lowering.capacitance import capacitance_matrix
+from circuits.lowering.capacitors_on_die import with_capacitors
 from circuits.lowering.on_die import DieDevices, array_of, standing
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
@@ -96,8 +96,8 @@ def synapses_on(model: SynapseModel, silicon: Silicon, level: int) -> SynapsesOn
     """
     if level not in (-4, -3, -2, -1, 1, 2, 3, 4):
         raise ParameterError(f"level: {level}, must be -4 to 4 and not 0; 0 lets nothing in")
-    check_capacitors(model.circuit.name, silicon.die)
-    return synapses_of(model, standing(model.circuit, silicon, model.array), level)
+    d = standing(model.circuit, silicon, model.array)
+    return synapses_of(model, with_capacitors(d, model.circuit, silicon, inside=model.array), level)
 
 
 def synapses_of(model: SynapseModel, d: DieDevices, level: int, end: float = MEMBRANE) -> SynapsesOnDie:
@@ -118,12 +118,13 @@ def pulse_of(model: SynapseModel, d: DieDevices) -> tuple[F64, F64]:
     u_t = d.u_t
     threshold, follower = d.inverter_threshold("extender.mp3"), d.inverter_threshold("extender.mp4")
     i_pwlk = d.saturated("extender.mp2", d.below("v_pwlk"))
-    c = model.pulse_capacitance
+    c = np.broadcast_to(model.pulse_capacitance + d.added("extender.c_pw"), d.copies)
     # event at which mp1 has emptied v_p down to the threshold, and at which it no longer carries I_pwlk
     event = np.linspace(0.0, d.v_dd, 721)
     carried = d.columns().saturated("extender.mp1", event)
     passed = np.cumsum(carried, axis=1) * (event[1] / d.v_dd * EDGE)
-    rising = np.array([np.interp(c * (d.v_dd - t), q, event) for q, t in zip(passed, threshold, strict=True)])
+    needed = c * (d.v_dd - threshold)
+    rising = np.array([np.interp(x, q, event) for q, x in zip(passed, needed, strict=True)])
     held = np.broadcast_to(i_pwlk, d.copies)
     falling = np.array([np.interp(i, q, event) for q, i in zip(carried, held, strict=True)])
     begin = EDGE * rising / d.v_dd
@@ -147,8 +148,7 @@ def _filters(model: SynapseModel, d: DieDevices, level: int, weights: Weights) -
     md1, md2, md3, md5 = (d.fet[f"{name}.md{k}"] for k in (1, 2, 3, 5))
     md6, md7 = (md2, md2) if excites else (d.fet[f"{name}.md6"], d.fet[f"{name}.md7"])
     sign = 0 if excites else 1
-    c = model.filter_capacitance[sign]
-    inverse = np.linalg.inv(c)
+    inverse, line = _own_capacitance(model.filter_capacitance[sign], d, name)
     switch = d.pinch("synapse.me9" if excites else "synapse.mi1", d.v_dd) * u_t
     kappa = md1.kappa
     if d.full and not excites:
@@ -173,14 +173,26 @@ def _filters(model: SynapseModel, d: DieDevices, level: int, weights: Weights) -
         t7=md7.threshold / u_t,
         mirrored=np.full(n, not excites),
         mirror_capacitance=np.full(n, model.output_capacitance),
-        inverse=np.array([inverse[0, 0], inverse[0, 1], inverse[1, 1]]),
+        inverse=inverse,
         off=weights.off,
-        shared=np.full(n, model.switch_capacitance[sign] / c[1, 1]),
+        shared=model.switch_capacitance[sign] / line,
         highest=switch,
-        lift=np.full(n, model.switch_coupling[sign] * d.v_dd / c[1, 1]),
+        lift=model.switch_coupling[sign] * d.v_dd / line,
         shape=weights.shape,
         held=np.full(n, model.switch_held[sign]) * d.gate["v_shift"],
     )
+
+
+def _own_capacitance(c: F64, d: DieDevices, name: str) -> tuple[F64, F64]:
+    """C^-1 of each filter as `Filters` has it, 1/F, float64[3, n], and C of its line, F, float64[n].
+
+    c: of v_syn and the line as drawn, F, float64[2, 2]; name: of the filter's instance.
+    """
+    each = np.repeat(c[None], d.copies, axis=0)
+    for k, capacitor in enumerate(("c_syn", "c_line")):
+        each[:, k, k] += d.added(f"{name}.{capacitor}")
+    inverse = np.linalg.inv(each)
+    return np.array([inverse[:, 0, 0], inverse[:, 0, 1], inverse[:, 1, 1]]), each[:, 1, 1]
 
 
 def _whole(d: DieDevices, excites: bool, end: float) -> WholeFilters:  # noqa: FBT001 - which filter

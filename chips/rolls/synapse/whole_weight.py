@@ -119,13 +119,14 @@ def fall(d: DieDevices, gate: F64) -> tuple[F64, F64]:
     return slope, np.asarray(d.weak("synapse.me7", gate) * np.exp(-slope * gate))
 
 
-def recharge(d: DieDevices, capacitance: float, threshold: F64, moved: tuple[F64, F64]) -> F64:
+def recharge(d: DieDevices, capacitance: F64, threshold: F64, moved: tuple[F64, F64]) -> F64:
     """Return the time in which I_pwlk brings the pulse's node to the threshold of its inverter, s.
 
-    capacitance: at the node, F; moved: charge that it needs more at ground and at the threshold, C.
+    capacitance: at the node, F, float64[n]; moved: charge that it needs more at ground and at
+    the threshold, C.
     """
     over, v = d.columns(), threshold[:, None] * np.linspace(0.0, 1.0, POINTS)
     rising = over.current("extender.mp2", points_of(d.below("v_pwlk"), *v.shape), d.v_dd - v)
     rising = rising - over.current("extender.mp1", 0.0, v)
-    taken = np.trapezoid(capacitance / rising, v, axis=1)
+    taken = np.trapezoid(capacitance[:, None] / rising, v, axis=1)
     return np.asarray(taken + moved[0] / rising[:, 0] + moved[1] / rising[:, -1])

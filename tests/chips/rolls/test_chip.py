@@ -16,6 +16,8 @@ from chips.rolls.program.program import Program, VirtualInput
 from chips.rolls.synapse.reference import filter_errors
 from chips.validity import outside_boxes
 from circuits.errors import ParameterError
+from circuits.event import WIDTH
+from circuits.lowering.capacitors_on_die import added_capacitance
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
@@ -27,7 +29,7 @@ QUIET = default_biases().with_code("IF_DC_P", 7, 0).with_code("VA_EXC_N", 3, 200
 def chip_of(
     levels=SILENT, biases=QUIET, inputs=(), temperature=27.0, die=1003, process=ROLLS_180_IDEAL, **options
 ):
-    silicon = Silicon(process, temperature, Die(number=die))
+    silicon = Silicon(process, temperature, die if isinstance(die, Die) else Die(number=die))
     return RollsChip(Program(levels, biases, inputs=inputs), silicon, **{"kind": "gate", **options})
 
 
@@ -80,6 +82,28 @@ def test_rates_are_the_behavioural_neurons_under_the_full_law():
     for ours, theirs in spikes_beside_the_neurons(chip_of(biases=DRIVEN, process=ROLLS_180)):
         # 1.5 %: the step, as under the ideal law, and what I_dc changes over v_mem
         assert np.diff(ours).mean() == pytest.approx(np.diff(theirs).mean(), rel=1.5e-2)
+
+
+def test_capacitors_of_a_die_are_those_of_its_circuit():
+    levels = SILENT.copy()
+    levels[:2, :3] = 1
+    plain, varied = (
+        chip_of(levels, die=Die(number=1003, variation=v)).built() for v in ("transistors", "full")
+    )
+    silicon = Silicon(ROLLS_180_IDEAL, 27.0, Die(number=1003, variation="full"))
+    names = ("row.neuron.leak.c_mem", "row.excitatory.c_syn", "extender.c_pw")
+    more = added_capacitance(chip(), silicon, names)
+    drawn = Params().neuron.membrane_capacitance, Params().synapse.synapse_capacitance
+    moved = varied.neurons.capacitance - plain.neurons.capacitance
+    assert moved == pytest.approx(more["row.neuron.leak.c_mem"], rel=1e-9)
+    assert np.abs(moved / drawn[0]).max() > 0.01
+    ratio = varied.filters[0].unit / plain.filters[0].unit - 1.0
+    # what transistors add to the node does not deviate
+    assert ratio == pytest.approx(more["row.excitatory.c_syn"] / drawn[1], rel=0.2)
+    # I_pwlk fills the capacitor for all of the pulse but what the event itself lasts
+    longer = (varied.lengths - plain.lengths) / (plain.lengths - WIDTH)
+    expected = more["extender.c_pw"] / Params().synapse.pulse_capacitance
+    assert longer == pytest.approx(expected, rel=0.2)
 
 
 def test_neurons_of_a_die_differ(driven):

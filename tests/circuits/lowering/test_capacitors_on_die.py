@@ -8,8 +8,14 @@ from circuits.circuit import Circuit, InstanceArray, Port
 from circuits.devices import Capacitor, Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError, UnknownNameError
-from circuits.lowering.capacitors_on_die import capacitor_changes, capacitors_deviate
+from circuits.lowering.capacitors_on_die import (
+    added_capacitance,
+    capacitor_changes,
+    capacitors_deviate,
+    with_capacitors,
+)
 from circuits.lowering.kernel import to_kernel
+from circuits.lowering.on_die import standing
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
@@ -61,3 +67,18 @@ def test_what_is_no_capacitor_is_refused_by_name() -> None:
         capacitor_changes(LONE, FULL, ("a",))
     with pytest.raises(UnknownNameError, match="b"):
         capacitor_changes(LONE, FULL, ("b",))
+
+
+def test_devices_know_their_capacitors() -> None:
+    d = with_capacitors(standing(ROW, FULL, "each"), ROW, FULL, inside="each")
+    expected = added_capacitance(ROW, FULL, ("each.c",))["each.c"]
+    assert np.array_equal(d.added("c"), expected)
+    assert np.array_equal(d.taken(np.array([2, 0])).added("c"), expected[[2, 0]])
+    assert np.array_equal(d.renamed("", "row.").added("row.c"), expected)
+
+
+def test_devices_add_nothing_to_capacitors_that_do_not_deviate() -> None:
+    plain = Silicon(AMI_1500_IDEAL, die=Die(number=1003))
+    d = standing(ROW, plain, "each")
+    assert with_capacitors(d, ROW, plain, inside="each") is d
+    assert d.added("c") == 0.0

@@ -35,12 +35,13 @@ def model_on(silicon: Silicon, kind: BiasKind = "gate", level: int = 1, **biases
         (ROLLS_180_IDEAL, "gate", 27.0, 1001, 4),
         (ROLLS_180, "ideal", 0.0, 1000, 1),
         (ROLLS_180, "gate", 27.0, 1001, 4),
+        (ROLLS_180, "gate", 27.0, Die(number=1004, variation="full"), 2),
     ],
 )
 def test_pulses_of_a_train_are_the_transistors(
-    process: Process, kind: BiasKind, temperature: float, die: int, level: int
+    process: Process, kind: BiasKind, temperature: float, die: int | Die, level: int
 ) -> None:
-    silicon = Silicon(process, temperature, Die(number=die))
+    silicon = Silicon(process, temperature, Die(number=die) if isinstance(die, int) else die)
     events, rate = 8, 100.0
     values = {"level": float(level), "events": float(events), "rate": rate, "duration": None}
     result = simulate(BLOCK.testbench(rebias(build(), {}, kind), values, 1.8), silicon, rtol=1e-5)

@@ -241,3 +241,21 @@ def test_cautions_say_what_is_not_modelled_or_out_of_the_box(chip: RollsChip, of
         assert says in found
     (weak,) = depression_cautions(chip.program, built, {1: 1e-9, -1: 1e-9}, chip.step)
     assert "level 1 draws 1e-09 A, measured from 2e-09 A" in weak
+
+
+def test_a_step_is_less_where_the_weight_s_capacitor_is_larger() -> None:
+    one, other = (
+        RollsChip(
+            Program(LEVELS, TABLE, depression=STD),
+            Silicon(ROLLS_180_IDEAL, 27.0, Die(number=1000, variation=variation)), "ideal",
+        ).built()
+        for variation in ("transistors", "full")
+    )  # fmt: skip
+    assert one.depression is not None
+    assert other.depression is not None
+    membrane = other.neurons.capacitance / one.neurons.capacitance - 1.0
+    longer = other.lengths[17] / one.lengths[17] - 1.0
+    steps = other.depression.step / one.depression.step - 1.0
+    # all capacitors of a die share most of their deviation; a longer pulse makes up for part of it
+    assert np.sign(membrane.mean()) == -np.sign(steps.mean() - longer)
+    assert steps == pytest.approx(longer - membrane.mean(), abs=0.01)

@@ -71,6 +71,23 @@ def test_rate_and_latency_are_the_circuit_s(
 
 
 @LAWS
+@pytest.mark.parametrize(("die", "temperature"), [(1000, 27.0), (1003, 60.0)])
+def test_spikes_are_the_circuit_s_where_capacitors_deviate(
+    process: Process, die: int, temperature: float
+) -> None:
+    circuit, plain = build(), Die(number=die, variation="transistors")
+    whole = replace(plain, variation="full")
+    model = model_of(circuit, process)
+    first, moved = (neurons_on(model, Silicon(process, temperature, each)) for each in (plain, whole))
+    # of the order of the capacitors' 3 %
+    assert abs(moved.capacitance[0] / first.capacitance[0] - 1.0) > 3e-3
+    expected = circuit_spikes(circuit, Silicon(process, temperature, whole), 1e-9, 40e-3)
+    found = model_spikes(moved, 1e-9, 40e-3)
+    assert found[:2] == pytest.approx(expected[:2], rel=0.01)
+    assert np.diff(found)[0] == pytest.approx(np.diff(expected)[0], rel=0.01)
+
+
+@LAWS
 def test_silent_where_the_circuit_is_and_not_a_little_above(process: Process) -> None:
     silicon = Silicon(process, die=Die(number=1000))
     neurons = neurons_on(model_of(build(), process), silicon)

@@ -19,6 +19,7 @@ from circuits.blocks.rolls import dpi_synapse, plastic_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.devices import Source
 from circuits.devices.source import Constant
+from circuits.lowering.capacitors_on_die import with_capacitors
 from circuits.lowering.on_die import standing
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
@@ -28,6 +29,7 @@ from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
 
 LINE = plastic_synapse.LINE
+VARIED = Die(number=1004, variation="full")  # capacitors too
 
 
 def circuit_measures(circuit, silicon, up):
@@ -41,11 +43,13 @@ LAWS = pytest.mark.parametrize("process", [ROLLS_180_IDEAL, ROLLS_180], ids=["id
 
 
 @LAWS
-@pytest.mark.parametrize(("die", "temperature"), [(1000, 27.0), (1001, 0.0)])
+@pytest.mark.parametrize(
+    ("die", "temperature"), [(Die(number=1000), 27.0), (Die(number=1001), 0.0), (VARIED, 27.0)]
+)
 def test_jumps_drifts_and_charges_are_the_circuits(die, temperature, process):
-    silicon = Silicon(process, temperature, Die(number=die))
+    silicon = Silicon(process, temperature, die)
     circuit = rebias(plastic_synapse.build(), {}, "ideal")
-    d = standing(circuit, silicon)
+    d = with_capacitors(standing(circuit, silicon), circuit, silicon)
     own = d.renamed("cell.")
     cells = cells_of(own, cell_model(plastic_synapse.Params(), process), LINE)
     length = pulse_length(model_of(dpi_synapse.build(), process), d)[0]

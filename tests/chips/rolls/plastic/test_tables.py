@@ -18,6 +18,7 @@ from circuits.circuit import Bias, Circuit, Instance, Port
 from circuits.devices import Source
 from circuits.devices.source import Constant
 from circuits.event import pulse
+from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current
@@ -87,3 +88,22 @@ def test_a_high_weights_mean_current_is_the_circuits():
     ours, theirs = (of(table, times, silicon) for of in (of_the_chip, of_the_circuit))
     # 2.2 % seen: one equation for v_syn and the line, as in the other filters
     assert ours == pytest.approx(theirs, rel=0.035)
+
+
+def test_weights_of_a_die_have_their_own_capacitors():
+    program = Program(np.zeros((256, 256), np.int8), learning_biases(), plastic=PlasticArray(np.ones((2, 2))))
+    plain, varied = (
+        RollsChip(program, Silicon(ROLLS_180_IDEAL, die=Die(number=1000, variation=v))).built().plastic
+        for v in ("transistors", "full")
+    )
+    assert plain.cells.capacitance.size == 1
+    share = varied.cells.capacitance / plain.cells.capacitance
+    assert share.shape == (256 * 256,)
+    assert 1e-4 < share.std() < 0.02
+    assert varied.cells.rise * share == pytest.approx(plain.cells.rise, rel=1e-6)
+    # a pulse is longer by its own capacitor: [pre, post]
+    longer = (varied.lengths / plain.lengths)[:2, None]
+    jumps = varied.tables.up[:2, :2] / plain.tables.up[:2, :2]
+    assert jumps * share.reshape(256, 256)[:2, :2].T == pytest.approx(
+        np.broadcast_to(longer, (2, 2)), rel=1e-5
+    )

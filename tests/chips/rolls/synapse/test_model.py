@@ -56,8 +56,20 @@ def test_the_devices_are_those_of_the_circuit(kind: BiasKind) -> None:
 def test_the_output_is_the_circuit_s(
     process: Process, level: int, i_tau: float, rate: float, die: int, temperature: float, kind: BiasKind
 ) -> None:
+    held_to_the_circuit(process, level, i_tau, rate, Silicon(process, temperature, Die(number=die)), kind)
+
+
+@pytest.mark.parametrize("process", [ROLLS_180_IDEAL, ROLLS_180], ids=["ideal", "full"])
+@pytest.mark.parametrize(("level", "die"), [(2, 1001), (-1, 1004)])
+def test_the_output_is_the_circuit_s_where_capacitors_deviate(process: Process, level: int, die: int) -> None:
+    silicon = Silicon(process, 27.0, Die(number=die, variation="full"))
+    held_to_the_circuit(process, level, 5.9e-12, 300.0, silicon, "gate")
+
+
+def held_to_the_circuit(
+    process: Process, level: int, i_tau: float, rate: float, silicon: Silicon, kind: BiasKind
+) -> None:
     circuit = rebias(build(), {"i_etau": i_tau, "i_itau": i_tau}, kind)
-    silicon = Silicon(process, temperature, Die(number=die))
     bench = BLOCK.testbench(
         circuit, DEFAULTS | {"level": float(level), "events": 8.0, "rate": rate}, ROLLS_180_IDEAL.v_dd
     )
