@@ -10,7 +10,7 @@ import pytest
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
 SAYS = {
     "device_noise": "noise analysis 64.2 uV",
-    "facilitation": "fires for echoes from 5.5 to 7.0 ms",
+    "facilitation": "fires for echoes from 6.5 to 8.0 ms",
     "latch": "unstable",
     "pushbot_program": "written as read: True",
     "learn_a_map": "unknown cells taken for 5: 26 26",
