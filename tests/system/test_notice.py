@@ -38,7 +38,7 @@ def test_deaf_neurons_are_told_in_a_line(capsys: pytest.CaptureFixture[str]) -> 
         assert main(["run", "approach", "--die", "1072", "--level", "behavioural", "--duration", "1ms"]) == 0
     said = capsys.readouterr().err
     assert said.startswith("noctule: warning: ")
-    assert "rest margin -0.026 V" in said
+    assert "rest margin -0.006 V" in said
     assert said.count("\n") == 1
 
 

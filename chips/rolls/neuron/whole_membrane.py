@@ -17,6 +17,7 @@ from circuits.lowering.on_die import DieDevices
 
 TYPICAL_INPUT = 1e-9  # A, ours: at which the input's node stands for the drains that end there
 WEAKEST = 1e-12  # A, ours: at which the pair's share is that of a weak input
+_NO_SHARE = 1e-12  # least share of a weak current that the membrane gets; ours
 MIDDLE = 0.3  # V, ours: of the membrane, at which currents that are tabulated over another voltage are taken
 LEAST = 1e-12  # share of the adaptation's pair, ours: below it none passes
 NEAR = 0.75  # of v_mem where a spike begins, ours: where the slopes of what follows it are taken
@@ -159,7 +160,8 @@ class WholeMembrane:
             for name, gate, drain in zip(("leak.ml1", "leak.ml2"), gates, drains, strict=True)
         )
         ratio = second / first * (over.fet["leak.ml1"].current / over.fet["leak.ml2"].current)
-        return np.asarray(self.ground()[:, None] + np.log(ratio))
+        # a membrane that is nearer to the supply than the input's node gets nothing of it
+        return np.asarray(self.ground()[:, None] + np.log(np.maximum(ratio, _NO_SHARE)))
 
     def ground(self) -> F64:
         """Return the pinch-off voltage of the pair's other device, U_T, float64[n]."""

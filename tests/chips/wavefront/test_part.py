@@ -21,7 +21,7 @@ def test_a_wave_in_the_loop_is_the_plan_s() -> None:
     chip = WavefrontChip(6, 5, cells=cells)
     program = chip.program(np.random.default_rng(1).integers(1, 9, (6, 5)))
     part = WavefrontPart(chip, program, goal=(5, 4))
-    said, state = looped(part, [("start[7]", 1e-5), ("start[0]", 2e-3)], 4e-3)
+    said, state = looped(part, [("start[7]", 1e-5), ("start[0]", 2e-3)], 6e-3)
     expected: list[Event] = []
     for number, (start, time) in enumerate((((1, 2), 1e-5), ((0, 0), 2e-3))):
         spikes = chip.plan(program, start, (5, 4), time=time, number=number).events()

@@ -12,7 +12,7 @@ def test_the_picture_names_its_silicon_and_all_that_is_drawn() -> None:
     trace, figure = run(Scenario(brain="chip", die=Die(number=4001), duration=1.0)), figure_of_files()
     SYSTEM.draw(trace, figure)
     title = figure.axes[0].get_title()
-    assert "die A/4001, 27 °C, biases of kind gate" in title
+    assert "die A/4001, 27 °C, biases of kind generator" in title
     assert SYSTEM.account(trace).headline in title.replace("\n", " ")
     assert legend_of(figure) == {"obstacle", "start", "goal", "path", "shortest path of a point"}
     assert leaving(figure) == []

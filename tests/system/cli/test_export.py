@@ -84,11 +84,12 @@ def test_the_nominal_drawing_says_so(capsys: pytest.CaptureFixture[str]) -> None
 
 
 CELLS = ("--dialect", "verilog-a", "--level", "behavioural")
+IDEAL_CELLS = (*CELLS, "--law", "ideal")  # their equations are those of that law
 
 
 def test_behavioural_neurons_of_a_die(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "chip.va"
-    options = (*CELLS, "--die", "1003", "--temperature", "40", "-o", str(path), "--json")
+    options = (*IDEAL_CELLS, "--die", "1003", "--temperature", "40", "-o", str(path), "--json")
     assert main(["export", "ranging-chip", *options]) == 0
     document = json.loads(capsys.readouterr().out)
     assert (document["level"], document["cells"], document["die"]) == ("behavioural", 13, 1003)
@@ -106,8 +107,16 @@ def test_behavioural_neurons_of_a_die(tmp_path: Path, capsys: pytest.CaptureFixt
         ("rebound-neuron", (*CELLS, "--models", "bsim3"), "--models: the behavioural level"),
         ("rebound-neuron", (*CELLS, "--mapping", "gf180mcu"), "--mapping: the behavioural level"),
         ("dpi-synapse", CELLS, "dpi-synapse has no behavioural cell, rebound-neuron, ranging-chip"),
-        ("ranging-chip", (*CELLS, "--temperature", "80"), "temperature: 80 degC, must be -10 to 65 degC"),
-        ("ranging-chip", (*CELLS, "--param", "neuron.rebound_capacitance=1p"), "another circuit or process"),
+        (
+            "ranging-chip",
+            (*IDEAL_CELLS, "--temperature", "80"),
+            "temperature: 80 degC, must be -10 to 65 degC",
+        ),
+        (
+            "ranging-chip",
+            (*IDEAL_CELLS, "--param", "neuron.rebound_capacitance=1p"),
+            "another circuit or process",
+        ),
     ],
 )
 def test_behavioural_neurons_that_cannot_be(

@@ -9,7 +9,18 @@ import xarray as xr
 
 from system.cli.command_line import main
 
-NOISE = ["simulate", "rebound-neuron", "--analysis", "noise", "--node", "v_mem", "--points", "5"]
+NOISE = [
+    "simulate",
+    "rebound-neuron",
+    "--analysis",
+    "noise",
+    "--node",
+    "v_mem",
+    "--points",
+    "5",
+    "--law",
+    "ideal",
+]
 
 
 def test_json_csv_netcdf_and_picture_say_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

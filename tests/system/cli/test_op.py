@@ -16,7 +16,7 @@ def test_every_device_is_in_the_json_and_in_the_csv(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path = tmp_path / "op.csv"
-    assert main(["op", BLOCK, "--csv", str(path), "--json"]) == 0
+    assert main(["op", BLOCK, "--law", "ideal", "--csv", str(path), "--json"]) == 0
     devices = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)["devices"]
     with path.open(newline="") as file:
         rows = list(csv.DictReader(file))
@@ -33,7 +33,7 @@ def test_every_device_is_in_the_json_and_in_the_csv(
 def test_print_has_nodes_then_devices_and_says_what_it_leaves_out(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert main(["op", BLOCK]) == 0
+    assert main(["op", BLOCK, "--law", "ideal"]) == 0
     whole = capsys.readouterr().out
     assert whole.index("v_mem") < whole.index("34 devices") < whole.index("membrane.mr1")
     assert "500pA" in whole

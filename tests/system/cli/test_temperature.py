@@ -34,7 +34,7 @@ def test_a_run_follows_a_course_and_says_it(run_json: RunJson, system: str) -> N
 def test_a_study_has_one_course_and_no_other_temperature(run: Run, run_json: RunJson, tmp_path: Path) -> None:
     path = tmp_path / "afternoon.csv"
     path.write_text("time_s,temperature_C\n0,27\n1,29\n")
-    options = ("montecarlo", "spiking-bat", "--param", "pings=9", "--samples", "2")
+    options = ("montecarlo", "spiking-bat", "--param", "pings=9", "--samples", "2", "--bias-kind", "gate")
     by_file, by_text, still = (
         run_json(*options, "--metric", "distance-m", "--temperature", t) for t in (str(path), WARMING, "27")
     )

@@ -11,7 +11,7 @@ import xarray as xr
 from system.cli.command_line import main
 
 ANALYSIS = ["simulate", "rebound-neuron", "--analysis", "tran-noise"]
-RUN = [*ANALYSIS, "--step", "4us"]
+RUN = [*ANALYSIS, "--law", "ideal", "--step", "4us"]
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.head.run import SUMMARY, SYSTEM, Trace
+from system.papers.conditions import FIXED_GATES
 from system.system import ENTRIES
 from tests.refusals import refusals
 
@@ -63,7 +64,7 @@ def test_a_die_and_a_seed_are_the_same_again() -> None:
 
 
 def test_small_devices_are_deaf_and_it_is_counted() -> None:
-    found = SYSTEM.summarise(run(die=Die(number=2), area=1.0 / 16.0))
+    found = SYSTEM.summarise(run(die=Die(number=2), area=1.0 / 16.0, **FIXED_GATES))
     assert found["deaf_levels"] is not None
     assert found["deaf_levels"] > 0.0
     assert set(found) == {*ENTRIES, *SUMMARY}

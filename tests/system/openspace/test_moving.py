@@ -19,9 +19,8 @@ STEP: Points = ((0.0, 27.0), (2.0, 27.0), (2.000001, 40.0))  # of the temperatur
 
 
 def made(celsius: float) -> Senses:
-    return senses_of(
-        SENSING, BAT, Silicon(AMI_1500_IDEAL, temperature_c=celsius, die=Die(number=1003)), (5, 1), 27.0
-    )
+    silicon = Silicon(AMI_1500_IDEAL, temperature_c=celsius, die=Die(number=1003))
+    return senses_of(SENSING, BAT, silicon, (5, 1), 27.0, "gate")
 
 
 def moving(points: Points) -> Moving:

@@ -32,7 +32,7 @@ USED = (delays() > 2e-3) & (delays() < 29e-3)
 
 def error(silicon: Silicon, calibration: str) -> float:
     """Rms over the delays that are read, s."""
-    found = readings(silicon, calibration)[0]  # type: ignore[arg-type]
+    found = readings(silicon, calibration, bias_kind="gate")[0]  # type: ignore[arg-type]
     return float(np.sqrt(np.nanmean((found - delays())[USED] ** 2)))
 
 
@@ -72,7 +72,7 @@ def test_calibration_helps_a_die() -> None:
 def test_a_calibrated_reader_meets_other_temperatures_with_its_own_values() -> None:
     warm = Silicon(AMI_1500_IDEAL, temperature_c=34.0)
     assert error(warm, "calibrated") > 2.0 * error(NOMINAL, "calibrated")
-    shorter = readings(warm, "nominal")[0]
+    shorter = readings(warm, "nominal", bias_kind="gate")[0]
     # gate voltages: the warm chip's delays are shorter, so that a far echo is past its last neuron's window
     assert np.isnan(shorter[delays() > 26e-3]).all()
 

@@ -17,7 +17,7 @@ NOISE = SiliconNoise(1, flicker=WHITE_ONLY)
 
 def quiet():
     """A reader before any ping: no neuron is moved."""
-    return reader_of(SILICON, "nominal", NOISE)
+    return reader_of(SILICON, "nominal", NOISE, bias_kind="gate")
 
 
 def all_of(reader):
@@ -29,7 +29,7 @@ def same(a, b):
 
 
 def test_without_jitter_it_reads_as_the_table():
-    reader, table = quiet(), readings(SILICON, "nominal")[0]
+    reader, table = quiet(), readings(SILICON, "nominal", bias_kind="gate")[0]
     assert same(all_of(reader), table).all()
     between = np.random.default_rng(0).uniform(0.0, 30e-3, 500)
     found = np.array([read(reader, d) for d in between])
@@ -42,9 +42,9 @@ def test_a_release_that_moved_is_an_echo_that_did(steps):
     """Against the chip's kernel with all inhibitions longer by some `STEP`s."""
     reader = quiet()
     reader.t_inh[:] += steps * STEP
-    neurons = neurons_of(SILICON)
+    neurons = neurons_of(SILICON, bias_kind="gate")
     table = first_neurons(neurons._replace(t_inh=reader.t_inh.copy()))
-    values = values_of(SILICON, "nominal")
+    values = values_of(SILICON, "nominal", bias_kind="gate")
     expected = np.where(table.first < 0, np.nan, values[table.first])
     # 3 of 611 delays are at the table's edge or too near to call
     assert (~same(all_of(reader), expected)).sum() <= 3
@@ -52,9 +52,9 @@ def test_a_release_that_moved_is_an_echo_that_did(steps):
 
 
 def test_late_spikes_are_those_of_the_chip():
-    late = late_spikes(neurons_of(SILICON))
+    late = late_spikes(neurons_of(SILICON, bias_kind="gate"))
     first = np.where(np.isfinite(late.min(axis=0)), late.argmin(axis=0), -1)
-    assert np.array_equal(first, first_neurons(neurons_of(SILICON)).first)
+    assert np.array_equal(first, first_neurons(neurons_of(SILICON, bias_kind="gate")).first)
 
 
 def test_pings_scatter_by_the_shot_noise_of_the_inhibition():
@@ -71,7 +71,7 @@ def test_pings_scatter_by_the_shot_noise_of_the_inhibition():
 
 
 def test_a_run_forgets_the_flicker_of_the_one_before():
-    reader = reader_of(SILICON, "nominal", SiliconNoise(1), area=4.0)
+    reader = reader_of(SILICON, "nominal", SiliconNoise(1), 4.0, "gate")
     next_ping(reader, 10.0)
     before = reader.t_inh.copy()
     begun(reader)
@@ -81,6 +81,6 @@ def test_a_run_forgets_the_flicker_of_the_one_before():
 
 
 def test_flicker_is_as_one_over_the_area():
-    small, large = (spread(reader_of(SILICON, "nominal", SiliconNoise(1), area=a).jitter) for a in (1, 4))
-    white = spread(reader_of(SILICON, "nominal", NOISE).jitter)
+    small, large = (spread(reader_of(SILICON, "nominal", SiliconNoise(1), a, "gate").jitter) for a in (1, 4))
+    white = spread(reader_of(SILICON, "nominal", NOISE, bias_kind="gate").jitter)
     assert small**2 - white**2 == pytest.approx(4.0 * (large**2 - white**2), rel=1e-6)

@@ -11,6 +11,7 @@ import pytest
 
 from circuits.errors import ParameterError
 from system.papers.checks import latency_forests
+from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017 import clutter as milde2017_clutter
 from system.papers.milde2017 import table1 as milde2017_table1
 from system.pushbot import campaign as pushbot_campaign
@@ -93,7 +94,8 @@ def test_a_drive_driven_again_is_the_one_that_is_kept() -> None:
     # the fastest cell, whose drives are the shortest; a die has two drives in each
     speed, turn = milde2017_table1.CELLS[-1]
     scenario, *_ = trials(
-        Scenario(colour="blue", speed_factor=speed, turn_factor=turn, silicon_noise="off"), 1
+        Scenario(colour="blue", speed_factor=speed, turn_factor=turn, silicon_noise="off", **IDEAL_CURRENTS),
+        1,
     )
     row = json.loads(lines[2 * (len(milde2017_table1.CELLS) - 1)])
     assert row["key"][0] == f"die {scenario.die.number}"

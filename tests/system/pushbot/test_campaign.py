@@ -14,6 +14,7 @@ import pytest
 
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from system.papers.conditions import IDEAL_CURRENTS
 from system.pushbot import campaign as pushbot_campaign
 from system.pushbot.campaign import (
     EVERY,
@@ -170,7 +171,7 @@ def test_what_is_not_defined_is_in_no_mean() -> None:
 def test_a_kept_file_has_the_runs_that_its_experiment_asks_for() -> None:
     lines = (ROOT / "evidence" / "milde2017-table1.jsonl").read_text().splitlines()[1:]
     keys = {tuple(json.loads(line)["key"]) for line in lines}
-    base = Scenario(colour="yellow", speed_factor=3.0, turn_factor=1.0, silicon_noise="off")
+    base = Scenario(colour="yellow", speed_factor=3.0, turn_factor=1.0, silicon_noise="off", **IDEAL_CURRENTS)
     asked = {_key(Drive(scenario)) for scenario in trials(base, 20, 10)}
     assert asked <= keys
     # what is asked for besides is another run

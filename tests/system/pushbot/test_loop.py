@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from chips.rolls.chip import Spikes
+from system.papers.conditions import IDEAL_CURRENTS
 from system.pushbot.brain import Architecture, brain_of, strengthened
 from system.pushbot.loop import is_lost
 from system.pushbot.run import make_brain, run_with
@@ -47,7 +48,7 @@ def test_lateral_weights_are_raised_where_there_is_nothing_to_see() -> None:
 
 
 def test_spikes_can_drive_the_motors() -> None:
-    base = Scenario(readout="spikes", duration=0.5)
+    base = Scenario(readout="spikes", duration=0.5, **IDEAL_CURRENTS)
     trace = run_with(make_brain(base), base, scene_of(base), base.read())
     assert len(trace.record.commands) == 100  # one a step of 5 ms
     path = np.array(trace.drive.path)

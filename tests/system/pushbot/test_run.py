@@ -11,6 +11,7 @@ import pytest
 
 from circuits.errors import CircuitError
 from circuits.silicon.die import NOMINAL, Die
+from system.papers.conditions import IDEAL_CURRENTS
 from system.plot import save_picture, silicon_text
 from system.pushbot.brain import GYRO_ANGLE, GyroInputs
 from system.pushbot.campaign import drive_each, trials
@@ -23,7 +24,7 @@ from system.worlds.camera.event import joined
 from tests.pictures import figure_of_files, leaving, legend_of
 from tests.refusals import refusals
 
-BASE = Scenario(seed=3, die=Die(number=3))
+BASE = Scenario(seed=3, die=Die(number=3), **IDEAL_CURRENTS)
 
 
 @pytest.fixture(scope="module")

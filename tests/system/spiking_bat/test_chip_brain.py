@@ -25,7 +25,7 @@ NONE = np.empty((0, 2))
 
 @pytest.fixture
 def brain() -> ChipBrain:
-    return chip_brain(ARCS, S)
+    return chip_brain(ARCS, S, Silicon(AMI_1500_IDEAL))
 
 
 def test_the_design_has_the_networks_numbers() -> None:
@@ -68,7 +68,7 @@ def test_a_wall_before_its_face_makes_an_emergency(brain: ChipBrain) -> None:
 
 def test_a_course_that_stays_changes_nothing_and_one_that_warms_does() -> None:
     seen = seen_from(ARCS, PLACE, HEADING, 2)
-    chip = LatencyChip(design_of(ARCS, S))
+    chip = LatencyChip(design_of(ARCS, S), silicon=Silicon(AMI_1500_IDEAL))
     still, flat, warming = (
         brain_with(chip, ARCS, S, course)
         for course in (
