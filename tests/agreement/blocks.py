@@ -87,8 +87,8 @@ CASES: Mapping[str, Case] = {
     ),
     "conductance-neuron": Case(
         Form(kind="ideal", stop=0.0071),
-        reltol=3e-5,
-        points=860,
+        reltol=1e-5,
+        points=2_000,
         coldest=20.0,
         why="two excitations, which just suffice at 27 degC and no longer at -20 degC: near the margin the"
         " spike's time hangs on ngspice's tolerances; its first spike tells",

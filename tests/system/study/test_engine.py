@@ -232,7 +232,7 @@ def test_a_stale_record_ends_a_study_before_its_first_sample(monkeypatch: pytest
     wanted = Study(
         Subject("approach", ("calls",), system=system), Plan("random", 0, 1000, 3), (CONDITION,), 1
     )
-    with pytest.raises(DataError, match="rebound_neuron: its record is of another circuit or process"):
+    with pytest.raises(DataError, match="rebound_neuron_full: its record is of another circuit or process"):
         run(wanted)
 
 
