@@ -6,7 +6,7 @@ that in saturation, with its source at the bulk, it carries `I_S F(v_p / U_T)`: 
 
 | of arrays | in kernels | what |
 |---|---|---|
-| `interpolation(u)` | `law(u)`, with its derivative | F, a current over the specific current |
+| `interpolation(u)` | `law(u)`, with its derivative; `root(u)` | F, a current over the specific current |
 | `argument(f)` | `argument_of_root(sqrt(f))` | u at which F is f, the inverse |
 | `of_weak(e^u)` | | F by what weak inversion alone would have |
 | `weak_over(f)` | | what weak inversion alone would have, over F, where F is f |
@@ -63,6 +63,13 @@ def law(u: float) -> tuple[float, float]:
     q = max(x, 0.0) + math.log1p(e)
     s = 1.0 / (1.0 + e)
     return q * q, q * (s if x >= 0.0 else e * s)
+
+
+@compiled(forceinline=True)
+def root(u: float) -> float:
+    """`sqrt(F(u)) = ln(1 + e^(u/2))`, for use in compiled kernels."""
+    x = 0.5 * u
+    return max(x, 0.0) + math.log1p(math.exp(-abs(x)))
 
 
 @compiled(forceinline=True)

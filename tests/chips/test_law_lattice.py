@@ -11,7 +11,7 @@ import pytest
 
 from chips.law_lattice import TOLERANCE, Law, changed, law_from, law_of, law_text
 from chips.model import MODELS
-from chips.ranging.chip import _shipped_model
+from chips.ranging.chip import shipped_model
 from chips.record import kept_record, read_record, write_record
 from chips.record_file import ENVIRONMENT, shipped_file
 from circuits.errors import DataError
@@ -28,7 +28,7 @@ def moved(law: Law, family: str, share: float) -> Law:
 @pytest.fixture
 def fresh() -> Iterator[None]:
     """Records, laws and the ranging chip's model are forgotten before and after."""
-    caches = (law_of, kept_record, _shipped_model)
+    caches = (law_of, kept_record, shipped_model)
     for each in caches:
         each.cache_clear()
     yield
@@ -84,10 +84,10 @@ def test_a_stale_law_is_refused_with_its_remedy_before_a_run(
     said = (
         "rebound_neuron: its record is of another law of capacitance; run noctule characterise rebound-neuron"
     )
-    assert main(["run", "approach", "--level", "behavioural", "--duration", "0.1s"]) == 2
+    assert main(["run", "approach", "--law", "ideal", "--level", "behavioural", "--duration", "0.1s"]) == 2
     assert capsys.readouterr().err.strip().endswith(f"{said} --update-package")
     monkeypatch.setattr(mend, "checkout", lambda: None)  # an installed package is never changed
-    assert main(["run", "approach", "--level", "behavioural", "--duration", "0.1s"]) == 2
+    assert main(["run", "approach", "--law", "ideal", "--level", "behavioural", "--duration", "0.1s"]) == 2
     assert capsys.readouterr().err.strip().endswith(said)
 
 

@@ -22,11 +22,12 @@ from chips import law_lattice, record
 from chips.law_lattice import changed, law_of
 from chips.measured.table_record import _kept
 from chips.model import MODELS
-from chips.ranging.chip import _shipped_model
+from chips.ranging.chip import shipped_model
 from chips.record import kept_record, read_record
 from chips.record_file import shipped_file
 from circuits.devices import transistor
 from circuits.errors import DataError
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
 from system.cli.command_line import main
 
 
@@ -65,7 +66,7 @@ MUTATIONS = (
     Mutation(DIE, 'person=b"noctule-die"', 'person=b"die"', ("mismatch", "bias")),
     Mutation(DIE, "v_t0 * variation", "1.1 * v_t0 * variation", ("mismatch", "bias")),
     Mutation("circuits.silicon.silicon", "pair_a_vt / root", "pair_a_vt / area", ("mismatch",)),
-    Mutation("circuits.bias", "v_p / law.kappa", "v_p", ("bias",)),
+    Mutation("circuits.devices.channel", "dtype=np.float64) / law.kappa", "dtype=np.float64)", ("bias",)),
     Mutation("circuits.bias", "kelvin(silicon.temperature_c) / kelvin(reference)", "1.0", ("bias",)),
     Mutation("circuits.devices.ekv", "0.5 * np.asarray(u,", "0.51 * np.asarray(u,", ("closed_form",)),
     Mutation("circuits.devices.pinch_off", "* height)", "+ height)", ("closed_form",)),
@@ -77,7 +78,7 @@ MUTATIONS = (
 @pytest.fixture(scope="module")
 def shipped() -> dict[Path, record.Record]:
     """Shipped records, which are read from their files once."""
-    paths = [shipped_file(name) for name in MODELS]
+    paths = [shipped_file(name, process) for name in MODELS for process in (AMI_1500, AMI_1500_IDEAL)]
     return {path: read_record(path) for path in paths}
 
 
@@ -88,7 +89,7 @@ def in_python(shipped: dict[Path, record.Record], monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(law_lattice, "drain_currents", _python(transistor.drain_currents))
     for name in ("_reduce", "_junction_currents"):
         monkeypatch.setattr(transistor, name, _python(getattr(transistor, name)))
-    caches = (law_of, kept_record, _kept, _shipped_model)
+    caches = (law_of, kept_record, _kept, shipped_model)
     for each in caches:
         each.cache_clear()
     yield
@@ -131,7 +132,7 @@ def test_a_mutation_is_told_before_a_run(
     assert (
         main(["run", "forest", "--selection", "chip", "--json"]) == 2
     )  # a closed form, whose errors are kept
-    assert "winner_take_all: its record is of another law of capacitance" in capsys.readouterr().err
+    assert "winner_take_all_full: its record is of another law of capacitance" in capsys.readouterr().err
 
 
 def mutate(mutation: Mutation, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.channel import Terms, channel, leaked, pinched, terms_of
-from circuits.devices.ekv import argument_of_root
+from circuits.devices.ekv import argument_of_root, root
 from circuits.lowering.on_die import DieDevices, Fet
 
 TERMS = len(Terms._fields)
@@ -80,13 +80,6 @@ def _guess(new: float, low: float, high: float) -> float:
 
 
 @compiled(forceinline=True)
-def _saturated_root(t: Terms, v: float) -> float:
-    """`ln(1 + e^(v / 2 U_T))`, v: pinch-off voltage over one end of the channel, V."""
-    x = v * t.half
-    return max(x, 0.0) + math.log1p(math.exp(-abs(x)))
-
-
-@compiled(forceinline=True)
 def _first_between(
     lower: Terms, upper: Terms, gates: tuple[float, float], ends: tuple[float, float]
 ) -> float:
@@ -96,8 +89,8 @@ def _first_between(
     is made. ends: of the lower source and the upper drain.
     """
     p, q = pinched(lower, gates[0])[0], pinched(upper, gates[1])[0]
-    begin, end = _saturated_root(lower, p - ends[0]) ** 2, _saturated_root(upper, q - ends[1]) ** 2
-    a, b = lower.specific * begin, upper.specific * _saturated_root(upper, q - ends[0]) ** 2
+    begin, end = root(2.0 * lower.half * (p - ends[0])) ** 2, root(2.0 * upper.half * (q - ends[1])) ** 2
+    a, b = lower.specific * begin, upper.specific * root(2.0 * upper.half * (q - ends[0])) ** 2
     current = a * (b - upper.specific * end) / (a + b)
     if a < b:
         return q - 0.5 / upper.half * argument_of_root(math.sqrt(end + current / upper.specific))

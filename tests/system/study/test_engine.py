@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from chips import record as records
+from chips.ranging.chip import shipped_model
 from chips.record import kept_record
 from circuits.errors import DataError, ParameterError
 from circuits.lowering.kernel import Machine
@@ -228,6 +229,7 @@ def test_the_manifest_says_what_was_asked(tmp_path: Path) -> None:
 def test_a_stale_record_ends_a_study_before_its_first_sample(monkeypatch: pytest.MonkeyPatch) -> None:
     stale = replace(kept_record("rebound_neuron"), key="of another circuit")
     monkeypatch.setattr(records, "kept_record", lambda *_: stale)
+    shipped_model.cache_clear()  # the record is read anew
     system = {"level": "behavioural", "duration": 0.1}
     wanted = Study(
         Subject("approach", ("calls",), system=system), Plan("random", 0, 1000, 3), (CONDITION,), 1
