@@ -180,22 +180,25 @@ def next_durations(j: Jitter, time: float, t_inh: F64) -> None:
     j.counters[0, :] = np.uint32(j.calls[0])
     philox(j.keys, j.counters, j.words)
     blocks = j.keys.shape[1] // (n + m)
-    for k in range(n + m):
-        for i in range(r):
+    for i in range(r):
+        kept = math.exp(-j.rate[i] * (time - j.last[0]))
+        renewed = math.sqrt(1.0 - kept * kept)
+        for k in range(n + m):
             column, pair = k * blocks + 1 + i // 4, 2 * (i % 4 // 2)
             fresh = normal_pair(j.words[pair, column], j.words[pair + 1, column])[i % 2]
-            kept = math.exp(-j.rate[i] * (time - j.last[0]))
-            j.relaxation[k, i] = kept * j.relaxation[k, i] + math.sqrt(1.0 - kept * kept) * fresh
+            j.relaxation[k, i] = kept * j.relaxation[k, i] + renewed * fresh
     for k in range(n):
         shift = j.white[k] * normal_pair(j.words[0, k * blocks], j.words[1, k * blocks])[0]
         for i in range(r):
             shift += j.amplitude[k, i] * j.relaxation[k, i]
-        for s in range(m):
-            column = (n + s) * blocks
-            shift += j.follow_white[k, s] * normal_pair(j.words[0, column], j.words[1, column])[0]
-            for i in range(r):
-                shift += j.follow[k, s] * j.share[k, i] * j.relaxation[n + s, i]
         t_inh[k] = j.t_inh[k] + shift
+    for s in range(m):
+        white = normal_pair(j.words[0, (n + s) * blocks], j.words[1, (n + s) * blocks])[0]
+        for k in range(n):
+            slow = 0.0
+            for i in range(r):
+                slow += j.share[k, i] * j.relaxation[n + s, i]
+            t_inh[k] += j.follow_white[k, s] * white + j.follow[k, s] * slow
     j.last[0] = time
     j.calls[0] += 1
 
