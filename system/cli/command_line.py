@@ -31,6 +31,7 @@ from system.cli.simulate_verb import Simulate
 from system.cli.study_verbs import Centre, Montecarlo, Replay
 from system.cli.verb import verb
 from system.cli.verbs import (
+    Calibrate,
     Characterise,
     Compare,
     Doctor,
@@ -95,6 +96,7 @@ _VERBS = {
     "replay": verb("replay:replay_command", Replay),
     "centre": verb("centre:centre_command", Centre),
     "characterise": verb("characterise:characterise_command", Characterise),
+    "calibrate": verb("calibrate:calibrate_command", Calibrate),
     "reproduce": verb("reproduce:reproduce_command", Reproduce),
     "doctor": verb("doctor:doctor_command", Doctor),
 }

@@ -18,6 +18,7 @@ from circuits.registry import BLOCKS, block_line, block_names, metric_line, metr
 from netlists.registry import dialect_line, dialect_names
 from system.cli.exit_status import DONE, NO
 from system.cli.verbs import List
+from system.codes.table import calibration_line, calibration_names
 from system.notice import say
 from system.registry import EXPERIMENTS, experiment_line, experiment_names, system_line, system_names
 
@@ -43,6 +44,7 @@ class Kind:
 KINDS = (
     Kind("blocks", block_names, block_line, "show, op, simulate, export, montecarlo, centre NAME", BLOCKS),
     Kind("chips", chip_names, chip_line, "show, simulate, export NAME; a block's place: --at NAME/PART[0]"),
+    Kind("calibrations", calibration_names, calibration_line, "calibrate NAME --die K -o FILE"),
     Kind("systems", system_names, system_line, "run, montecarlo NAME; options: run NAME --help"),
     Kind("experiments", experiment_names, experiment_line, "reproduce NAME", EXPERIMENTS),
     Kind("metrics", metric_names, metric_line, "montecarlo BLOCK --metric NAME"),

@@ -1,4 +1,4 @@
-"""The verbs `list`, `show`, `op`, `export`, `import`, `compare`, `characterise`, `reproduce` and `doctor`."""
+"""The verbs that are neither a simulation nor a study: `list`, `show`, `op`, `export` and others."""
 
 from __future__ import annotations
 
@@ -111,6 +111,22 @@ class Characterise:
     process: str | None = like(SiliconChoice, "process")
     law: Literal["ideal", "full"] = like(SiliconChoice, "law")
     update_package: bool = option(default=False, about="Write the package's own record, in a checkout")
+    as_json: bool = shared.json_option()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Calibrate:
+    """Calibrate a chip on a die, as on a bench; takes seconds."""
+
+    chip: str = argument(
+        "CHIP",
+        "A chip, or the network on one: see noctule list",
+        names="system.codes.table:calibration_names",
+    )
+    output: str | None = shared.file_option("File of codes to write, for --codes", short="o")
+    silicon: SiliconChoice = shared.silicon_part("at", "allow_implausible")
+    bias_kind: Literal["ideal", "generator"] = option("generator", "Ideal PTAT currents, or the generator")
+    anew: bool = option(default=False, about="Calibrate even where the codes are known")
     as_json: bool = shared.json_option()
 
 

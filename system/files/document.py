@@ -51,6 +51,11 @@ def from_toml(data: bytes | str, kind: type[T], where: str, remedy: str) -> T:
     return _decoded(lambda: msgspec.toml.decode(data, type=kind), where, remedy)
 
 
+def converted(value: Any, kind: type[T], where: str, remedy: str) -> T:
+    """Make a value of a type of what a document had in JSON's or TOML's own types; as `from_json`."""
+    return _decoded(lambda: msgspec.convert(value, type=kind), where, remedy)
+
+
 def toml_file(path: Path) -> dict[str, Any]:
     """Keys and values of a TOML file; raises `DataError` where it cannot be read or is none."""
     remedy = "must be TOML in UTF-8"

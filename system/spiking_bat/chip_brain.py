@@ -18,6 +18,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from chips.codes import Calibration
+from chips.latency.calibration import NAME, calibrate
 from chips.latency.chip import LatencyChip, PingResponse, counted
 from chips.latency.design import Biases, Design
 from chips.latency.kernel import Memory
@@ -25,8 +27,9 @@ from chips.latency.model import usual_biases
 from circuits.arrays import F64, I64
 from circuits.circuit import BiasKind
 from circuits.silicon.course import Course, told_when
+from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
-from system.openspace.law import DIRECTIONS, Arcs
+from system.openspace.law import DIRECTIONS, Arcs, Bat, arcs_of
 from system.spiking_bat.brain import check_timing
 from system.spiking_bat.maps import Blocking, blocking, echo_delay, nearest_place, places
 from system.spiking_bat.numbers import Numbers
@@ -191,3 +194,12 @@ def _targets(found: Blocking, count: int) -> tuple[tuple[I64, F64], ...]:
     order = np.argsort(key, kind="stable")
     edges = np.searchsorted(key[order], np.arange(DIRECTIONS * count + 1))
     return tuple((found.arc[order[a:b]], found.delay[order[a:b]]) for a, b in itertools.pairwise(edges))
+
+
+CALIBRATION = Calibration(
+    name=NAME,
+    summary="times of taps, integrating neurons, cells and pulses of the latency chip",
+    process=AMI_1500,
+    calibrate=calibrate,
+    setup=design_of(arcs_of(Bat()), Numbers()),
+)

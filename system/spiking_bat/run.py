@@ -9,13 +9,13 @@ compared on the same forests. A run is one flight: until a collision, or so many
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from chips.latency.calibration import calibrated
+from chips.latency.calibration import NAME, biases_of
 from chips.latency.chip import LatencyChip
 from chips.latency.design import Design
 from chips.latency.measure import circuits
@@ -37,15 +37,15 @@ from system.openspace.law import Arcs, arcs_of
 from system.openspace.map import SIDE, Forest
 from system.openspace.picture import draw_view_of_run
 from system.options.block import describe_run
+from system.options.codes import described
 from system.options.noise import NOISELESS, silicon_noise
-from system.options.on_silicon import ROOM_TEMPERATURE
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.spiking_bat.brain import Brain, check_timing, network_brain
 from system.spiking_bat.chip_brain import ChipBrain, brain_with, design_of
 from system.spiking_bat.flight import Flown, fly
 from system.spiking_bat.lif import all_lif
-from system.spiking_bat.scenario import CODES, Scenario, make, no_silicon
+from system.spiking_bat.scenario import Scenario, make, no_silicon
 from system.system import SUCCEEDED, Account, RunTrace, System, metrics_with
 
 COUNTED = ("collided", "avoided", "laps", "pings", "time_s", "distance_m", "emergencies", "scans")
@@ -123,11 +123,12 @@ def chip_of(design: Design, scenario: Scenario) -> LatencyChip:
     """
     s = scenario
     silicon = s.silicon_at(s.beginning_c)
-    if s.codes == CODES[1]:
-        at = replace(silicon, temperature_c=ROOM_TEMPERATURE)
-        biases = calibrated(design, at, s.bias_kind, area=s.area)
-    else:
-        biases = usual_biases(design, s.bias_kind, silicon.process)
+    codes = s.codes_of(NAME, area=s.area, setup=design)
+    biases = (
+        usual_biases(design, s.bias_kind, silicon.process)
+        if codes is None
+        else biases_of(codes, design, silicon.process)
+    )
     bare = LatencyChip(design, biases, silicon, area=s.area)
     for memory, unit in s.units:
         bare.check_unit(memory, unit)
@@ -162,7 +163,7 @@ def account(trace: Trace) -> Account:
     on: dict[str, Any] = {"brain": s.brain}
     if s.brain == "chip":
         on |= {
-            "codes": s.codes,
+            **described(s),
             "area": s.area,
             "transistor_units": len(s.units),
             "silicon_noise": s.silicon_noise,

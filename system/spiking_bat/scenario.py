@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from circuits.errors import ParameterError
 from system.openspace import map as forest
@@ -13,12 +13,11 @@ from system.option import (
     check_options,
     option,
 )
+from system.options.codes import Coded, check_codes
 from system.options.noise import Noisy, check_noise, noise_option
-from system.options.on_silicon import OnSilicon
 from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
 
 BRAINS = ("network", "chip", "lif")
-CODES = ("usual", "calibrated")  # of a chip's biases
 PING_RATE = 10.0  # Hz; the paper's in Figure 13
 PINGS = 1000  # of a flight: 100 s, or some 40 s of computing the network; ours
 
@@ -32,15 +31,16 @@ def read_unit(text: str, name: str) -> tuple[int, int]:
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario(OnSilicon):
+class Scenario(Coded):
     """One flight of a bat whose brain answers by spike latencies.
 
     `paths` are its memories, and `taps` those of a delay line. `map` is a file of obstacles, None to plant
-    `obstacles` from the seed. Of a chip: `codes` are the usual ones, or calibrated on its die at 27 degC;
-    `area` is that of its devices over the circuits'; `units` are those at transistor level, by memory and
-    number. `course` has pairs of time (s) and degC that the temperature follows after its beginning,
-    `temperature_c`.
+    `obstacles` from the seed. Of a chip: `area` is that of its devices over the circuits'; `units` are those
+    at transistor level, by memory and number. `course` has pairs of time (s) and degC that the temperature
+    follows after its beginning, `temperature_c`.
     """
+
+    CALIBRATED: ClassVar[tuple[str, ...]] = ("latency-chip",)
 
     brain: str = option(BRAINS[0], "Ideal neurons, a die's, or integrate-and-fire ones", choices=BRAINS)
     max_speed: float = option(
@@ -53,10 +53,6 @@ class Scenario(OnSilicon):
     obstacles: int = forest.obstacles_option()
     start: tuple[float, float] | None = forest.start_option(forest.read_place)
     pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
-    codes: str = option(
-        CODES[0], "Of the chip's biases: usual, or calibrated on its die at 27 degC", choices=CODES,
-        study=True, silicon=True,
-    )  # fmt: skip
     area: float = option(1.0, "Of the chip's devices, over the circuits'", unit="", study=True, silicon=True)
     units: tuple[tuple[int, int], ...] = option(
         (), "A chip's unit at transistor level, repeatable", name="unit", read=read_unit, collect=tuple,
@@ -70,6 +66,7 @@ class Scenario(OnSilicon):
         if self.map is None:
             forest.check_count(self.obstacles)
         check_noise(self.silicon_noise, None)
+        check_codes(self)
         if self.area != 1.0 and self.units:
             raise ParameterError("area: not with `unit`, whose devices are the circuit's; leave one out")
 

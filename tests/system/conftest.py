@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from system.cli.command_line import main
+from system.codes import find
 
 Run = Callable[..., tuple[int, str, str]]
 RunJson = Callable[..., Any]
+
+
+@pytest.fixture(autouse=True, scope="session")
+def codes_kept(pytestconfig: pytest.Config) -> Iterator[None]:
+    """Codes of chips that tests need are kept from one session to the next, by all that they follow from."""
+    with pytest.MonkeyPatch.context() as patch:
+        if pytestconfig.pluginmanager.hasplugin("cacheprovider"):
+            folder = Path(pytestconfig.cache.mkdir("codes"))
+            patch.setattr(find, "codes_folder", lambda: folder)
+        yield
 
 
 @pytest.fixture
@@ -27,11 +39,12 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
 
 @pytest.fixture
 def run_json(run: Run) -> RunJson:
-    """The document of a command that does what it is asked for, and says nothing besides."""
+    """The document of a command that does what it is asked for, and says no more than what it calibrates."""
 
     def call(*arguments: str) -> Any:
         status, out, err = run(*arguments, "--json")
-        assert (status, err) == (0, "")
+        said = [line for line in err.splitlines() if not line.startswith("noctule: calibrating ")]
+        assert (status, said) == (0, [])
         return json.loads(out, parse_constant=pytest.fail)
 
     return call

@@ -1,14 +1,15 @@
-"""Keys of `noctule list`, `noctule doctor`, `noctule characterise` and `noctule reproduce`."""
+"""Keys of `noctule list`, `doctor`, `characterise`, `calibrate` and `reproduce`."""
 
 from __future__ import annotations
 
 from system.meaning import Meaning, meanings
+from system.options.block import SILICON_KEYS
 
 NAMED_KEYS = """
 name     string  -  its name
 summary  string  -  what it is
 """
-KINDS = ("blocks", "chips", "systems", "experiments", "metrics", "dialects")
+KINDS = ("blocks", "chips", "calibrations", "systems", "experiments", "metrics", "dialects")
 LIST: dict[str, Meaning] = {}
 for _kind in KINDS:
     LIST |= meanings(f"{_kind}  object[]  -  all {_kind}")
@@ -61,6 +62,28 @@ errors   number?{}  -  errors of the model on other dies, in the units of their 
 seconds  number     s  time that it took
 *        number?    -  what the model tells of itself, in the unit that its name ends with
 """)
+CALIBRATE = {
+    **meanings("""
+chip             string       -     name of the calibration, which is that of its chip or of what is on it
+bias_kind        string       -     what stands behind the bias currents
+silicon          object       -     on what, and at which temperature
+biases           integer[][]{}  -   coarse and fine codes of each bias's lines, by its name
+off              integer[]{}  -     numbers of what is switched off by its address, by the name of its array
+trims            number[]{}   -     values of trims of the board by name, in SI units
+measured         object[]     -     what the bench measured
+measured.name    string       -     what it is
+measured.unit    string       -     unit of its numbers
+measured.wanted  number       -     what the design wants
+measured.before  number?      -     at the usual codes; null where nothing could be measured
+measured.after   number?      -     at the codes that were found; null where nothing could be measured
+bench_s          number       s     time that the chip was run on the bench
+unmended         string[]     -     what stays off, a sentence each
+failed           string       -     why the chip cannot be used; empty where it can
+file             string?      -     file that was written; null for none
+seconds          number       s     time that it took
+"""),
+    **{f"silicon.{name}": meaning for name, meaning in SILICON_KEYS.items()},
+}
 REPRODUCE = meanings("""
 experiment      string                   -  name of the experiment
 rows            object[]                 -  each value beside the paper's

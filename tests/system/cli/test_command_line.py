@@ -72,7 +72,7 @@ def test_the_line_of_each_command_is_whole(run: Run) -> None:
 
 def test_list(run: Run, run_json: RunJson) -> None:
     found = run_json("list")
-    assert list(found) == ["blocks", "chips", "systems", "experiments", "metrics", "dialects"]
+    assert list(found) == ["blocks", "chips", "calibrations", "systems", "experiments", "metrics", "dialects"]
     assert {e["name"] for e in found["experiments"]} >= set(registry.EXPERIMENTS)
     by_name = {e["name"]: e["summary"] for group in found.values() for e in group}
     assert "rebound" in by_name["rebound-neuron"]

@@ -44,6 +44,7 @@ FORMS = {
     "replay": ["replay study --die 1000"],
     "centre": [],
     "characterise": [],
+    "calibrate": [],
     "reproduce": ["reproduce cheely2003-fig4"],
     "doctor": ["doctor"],
     "run approach": [],
@@ -71,6 +72,7 @@ MORE = {
         "centre rebound-neuron --spec 'class is works' --tuning-dies 2 --fresh-dies 2 --generations 0"
     ],
     "characterise": ["characterise winner-take-all -o record.nc"],
+    "calibrate": ["calibrate latency-chip --die 1003"],
     "run approach": ["run approach --level behavioural --duration 0.3s", "run approach --duration 0.1s"],
     "run rover": ["run rover --cells chip --trips 2 --learn 0.5"],
     "run forest": ["run forest --pings 5 --ranges chip --selection chip"],

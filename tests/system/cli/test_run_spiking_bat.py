@@ -30,9 +30,10 @@ def test_the_document_of_a_chips_flight(run_json: RunJson) -> None:
     options = ("--brain", "chip", "--die", "1003", "--bias-kind", "ideal", "--unit", "16,5")
     found = run_json("run", "spiking-bat", *options, "--pings", "3", "--temperature", "30")
     assert (found["die"], found["temperature_C"], found["bias_kind"], found["codes"]) == (
-        1003, 30.0, "ideal", "usual",
+        1003, 30.0, "ideal", None,
     )  # fmt: skip
     assert found["transistor_units"] == [[16, 5]]
+    assert (found["summary"]["ran_on"]["codes"], found["calibrated_at_C"]) == ("calibrated", 27.0)
     assert found["summary"]["overflowed"] == 0.0
 
 

@@ -33,10 +33,10 @@ def test_a_chip_flies_under_the_full_law_with_every_kind_of_bias() -> None:
     given = {"seed": 1003, "pings": 4, "die": Die(number=1003)}
     ways = [
         run(Scenario("chip", bias_kind=kind, codes=codes, law="full", **given)).flown
-        for kind, codes in (("gate", "usual"), ("ideal", "calibrated"), ("generator", "calibrated"))
+        for kind, codes in (("gate", "default"), ("ideal", "calibrated"), ("generator", "calibrated"))
     ]
     assert [flown.pings for flown in ways] == [4, 4, 4]
-    ideal = run(Scenario("chip", bias_kind="gate", codes="usual", law="ideal", **given)).flown
+    ideal = run(Scenario("chip", bias_kind="gate", codes="default", law="ideal", **given)).flown
     assert not np.array_equal(ways[0].path, ideal.path)
 
 
@@ -47,7 +47,7 @@ test_what_is_refused = refusals(
         ({"codes": "calibrated"}, "codes: calibrated, no chip is in the loop; add `brain=chip`"),
         ({"die": Die(number=3)}, "die: .*, no chip is in the loop"),
         ({"unit": [(16, 5)]}, "unit: .*, no chip is in the loop"),
-        ({"brain": "chip", "codes": "none"}, "codes: none, must be usual or calibrated"),
+        ({"brain": "chip", "codes": "none"}, "codes: none, must be calibrated, default, or a file"),
         ({"brain": "analog"}, "brain: analog, must be network, chip or lif"),
         ({"brain": "chip", "unit": ["16"]}, "unit: .*must be MEMORY,UNIT"),
         ({"brain": "chip", "unit": ["16,5"], "area": 2.0}, "area: not with `unit`"),

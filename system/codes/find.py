@@ -1,0 +1,122 @@
+"""Codes of a chip on a die: those that ship, those that were found before, else a calibration.
+
+What a calibration finds is kept in the user's cache folder, by all that it depends on: the silicon, the kind
+of the biases, the temperature of the bench, and the sources of circuits, chips and the calibration itself. So
+a die is calibrated once, and anew after any of these has changed. A calibration is announced in a line on
+stderr, since it takes seconds to minutes.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Hashable
+from contextlib import suppress
+from functools import cache, lru_cache
+from hashlib import sha256
+from importlib.resources import files
+from pathlib import Path
+from sys import modules
+
+from chips.codes import Codes, Key, key_of
+from chips.record import record_key
+from chips.record_file import cache_folder
+from circuits.circuit import BiasKind
+from circuits.errors import DataError
+from circuits.silicon.silicon import Silicon
+from system.codes.file import read_codes, write_codes
+from system.codes.table import load_calibration
+from system.notice import say
+
+_KEPT = 512  # codes that a process keeps; ours
+
+
+def codes_on(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable = None) -> Codes:
+    """Return the codes of a chip that can be used, on a silicon, calibrated at its temperature, found once.
+
+    Parameters
+    ----------
+    name
+        Name of the calibration.
+    silicon
+        Process, temperature of the bench, and die.
+    kind
+        Kind of the chip's biases.
+    setup
+        What the chip is set up for; as its calibration states unless given.
+
+    Raises
+    ------
+    UnknownNameError
+        No calibration has the name.
+    ParameterError
+        The chip cannot be calibrated there; the text says which part and why.
+    """
+    found = codes_found(name, silicon, kind, setup)
+    found.check(name, silicon, kind, setup_of(name, setup))
+    return found
+
+
+def setup_of(name: str, setup: Hashable = None) -> Hashable:
+    """Return what a chip is set up for: `setup`, or as its calibration states where that is None."""
+    return load_calibration(name).setup if setup is None else setup
+
+
+def calibrated_anew(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable = None) -> Codes:
+    """Calibrate a chip on a silicon, whatever was found before; arguments and errors as of `codes_on`."""
+    return load_calibration(name).calibrate(silicon, kind, setup_of(name, setup))
+
+
+@lru_cache(maxsize=_KEPT)
+def codes_found(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable = None) -> Codes:
+    """Return what a calibration found, of a chip that cannot be used too; arguments as of `codes_on`."""
+    key = key_of(silicon, kind, setup_of(name, setup))
+    shipped = shipped_file(name, silicon)
+    if shipped.is_file():
+        codes = read_codes(shipped)
+        if codes.key == key and codes.calibrated_c == silicon.temperature_c:
+            return codes
+    kept = cached_file(name, key, silicon.temperature_c)
+    if kept.is_file():
+        return read_codes(kept)
+    say(f"calibrating {name} on {silicon.die} at {silicon.temperature_c:g} degC, once")
+    codes = calibrated_anew(name, silicon, kind, setup)
+    _keep(kept, codes)
+    return codes
+
+
+def shipped_file(name: str, silicon: Silicon) -> Path:
+    """Return where the codes of a chip on a die would ship, at any temperature; it need not exist."""
+    number = "nominal" if silicon.die.number is None else f"{silicon.die.lot}_{silicon.die.number}"
+    return Path(str(files("chips"))) / "codes" / f"{name.replace('-', '_')}_{number}.toml"
+
+
+def cached_file(name: str, key: Key, calibrated_c: float) -> Path:
+    """Return where codes with a key that were found at a temperature, degC, are kept; it need not exist."""
+    digest = record_key(key, calibrated_c, _sources(name))
+    return codes_folder() / f"{name}-{digest}.toml"
+
+
+def codes_folder() -> Path:
+    """Return the folder in which codes are kept; it need not exist."""
+    return cache_folder() / "codes"
+
+
+def _keep(path: Path, codes: Codes) -> None:
+    """Keep codes for later; where no cache can be written (`noctule doctor` says so) none are kept."""
+    with suppress(OSError, DataError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_codes(path, codes)
+
+
+@cache
+def _sources(name: str) -> str:
+    """Hash of all sources and records that codes of a calibration follow from."""
+    module = modules[load_calibration(name).calibrate.__module__]
+    roots = {Path(str(files(package))) for package in ("circuits", "chips")}
+    roots.add(Path(module.__file__ or os.devnull).parent)
+    found = sha256()
+    for root in sorted(roots):
+        for path in sorted([*root.rglob("*.py"), *root.rglob("*.nc"), *root.rglob("*.csv")]):
+            found.update(path.name.encode())
+            found.update(path.read_bytes())
+    return found.hexdigest()

@@ -1,0 +1,29 @@
+"""The table of all calibrations by name: of chips, and of the networks that robots have on theirs.
+
+Users add theirs under the entry point `noctule.calibrations`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from circuits.catalogue import Catalogue
+
+if TYPE_CHECKING:
+    from chips.codes import Calibration
+
+CALIBRATIONS: dict[str, str] = {
+    "latency-chip": "system.spiking_bat.chip_brain:CALIBRATION",
+}
+
+# What each is, as its own summary says: `noctule list` and a shell's completion load none of them.
+CALIBRATION_LINES: dict[str, str] = {
+    "latency-chip": "times of taps, integrating neurons, cells and pulses of the latency chip",
+}
+
+_calibrations: Catalogue[Calibration] = Catalogue(
+    "calibration", CALIBRATIONS, "noctule.calibrations", ("chips.codes:Calibration",), CALIBRATION_LINES
+)
+
+calibration_names, load_calibration = _calibrations.names, _calibrations.load
+calibration_line = _calibrations.line

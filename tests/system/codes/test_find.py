@@ -1,0 +1,83 @@
+"""Codes of a chip are found once, kept by all that they depend on, and found anew after a change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import pytest
+
+from chips.codes import Calibration, Codes, key_of
+from circuits.circuit import BiasKind
+from circuits.errors import ParameterError, UnknownNameError
+from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500
+from circuits.silicon.silicon import Silicon
+from system.codes import find
+from system.codes.table import calibration_line, calibration_names, load_calibration
+
+
+@dataclass
+class Bench:
+    """A bench that counts its chips."""
+
+    chips: list[tuple[Silicon, BiasKind, object]] = field(default_factory=list)
+    failed: str = ""
+
+    def __call__(self, silicon: Silicon, kind: BiasKind, setup: object) -> Codes:
+        self.chips.append((silicon, kind, setup))
+        key = key_of(silicon, kind, ("setup", setup))
+        return Codes("mine", key, silicon.temperature_c, {"i_one": ((5, 128),)}, failed=self.failed)
+
+
+@pytest.fixture
+def bench(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Bench:
+    made = Bench()
+
+    def calibrate(silicon: Silicon, kind: BiasKind, setup: object) -> Codes:
+        return replace(made(silicon, kind, setup), key=key_of(silicon, kind, setup))  # type: ignore[arg-type]
+
+    calibration = Calibration("mine", "a chip", AMI_1500, calibrate, "usual")
+    monkeypatch.setattr(find, "load_calibration", lambda _: calibration)
+    monkeypatch.setattr(find, "codes_folder", lambda: tmp_path)
+    find.codes_found.cache_clear()
+    return made
+
+
+SILICON = Silicon(die=Die(number=1003))
+
+
+def test_a_chip_is_calibrated_once_a_machine(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
+    first = find.codes_on("mine", SILICON, "generator")
+    find.codes_found.cache_clear()  # another process
+    assert find.codes_on("mine", SILICON, "generator") == first
+    assert bench.chips == [(SILICON, "generator", "usual")]
+    assert capsys.readouterr().err == "noctule: calibrating mine on die A/1003 at 27 degC, once\n"
+
+
+def test_another_die_temperature_kind_or_setup_is_calibrated_by_itself(bench: Bench) -> None:
+    find.codes_on("mine", SILICON, "generator")
+    find.codes_on("mine", replace(SILICON, die=Die(number=1004)), "generator")
+    find.codes_on("mine", replace(SILICON, temperature_c=30.0), "generator")
+    find.codes_on("mine", SILICON, "ideal")
+    find.codes_on("mine", SILICON, "generator", "another")
+    assert len(bench.chips) == 5
+
+
+def test_a_chip_that_cannot_be_calibrated_is_refused_each_time(bench: Bench) -> None:
+    bench.failed = "it is deaf"
+    for _ in range(2):
+        with pytest.raises(ParameterError, match="could not be calibrated, it is deaf"):
+            find.codes_on("mine", SILICON, "generator")
+    assert len(bench.chips) == 1
+
+
+def test_every_calibration_is_listed_with_its_own_summary() -> None:
+    for name in calibration_names():
+        found = load_calibration(name)
+        assert (found.name, found.summary) == (name, calibration_line(name))
+
+
+def test_an_unknown_name_is_refused() -> None:
+    with pytest.raises(UnknownNameError, match="latency-chip"):
+        load_calibration("latency-chp")
