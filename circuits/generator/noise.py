@@ -93,7 +93,7 @@ def shared_noise(lines: Line, silicon: Silicon, model: NoiseModel) -> SharedNois
     each = [slopes_at(rest.network, there, rest.deviation, rest.voltages, name) for name in RANGES]
     by_gate = np.concatenate([s.by_gate for s in each])
     white = np.array([[_white_of(a, b) for b in each] for a in each])
-    return SharedNoise(white, by_gate @ np.diag(_at_gates(rest, silicon, model)) @ by_gate.T)
+    return SharedNoise(white, by_gate @ np.diag(_at_gates(rest, silicon, model)[0]) @ by_gate.T)
 
 
 def _white_of(one: Slopes, other: Slopes) -> float:
@@ -102,10 +102,10 @@ def _white_of(one: Slopes, other: Slopes) -> float:
 
 
 def _at_gates(rest: AtRest, silicon: Silicon, model: NoiseModel) -> F64:
-    """Flicker at the gate of each transistor of a copy at 1 Hz, V^2/Hz, float64[transistors]."""
-    devices = rest.network.transistors()
-    is_n = np.array([d.polarity == "n" for d in devices])
-    return gate_flicker(model, silicon.process, is_n, np.array([d.gate_area for d in devices]))
+    """Flicker at the gate of each transistor at 1 Hz, V^2/Hz, float64[copies, transistors]."""
+    is_n = np.array([d.polarity == "n" for d in rest.network.transistors()])
+    areas = rest.network.of_transistors("gate_area").T
+    return gate_flicker(model, silicon.process, np.broadcast_to(is_n, areas.shape), areas)
 
 
 def following(shared: F64, noise: LineNoise) -> F64:

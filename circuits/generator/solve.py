@@ -2,8 +2,8 @@
 
 Kirchhoff's current law at the unknown nodes is solved by Newton's method with the exact derivatives of the
 law that the solver of circuits has (`circuits.devices.transistor`), second-order effects and all. The copies
-have the same devices and nodes; they differ in what stands at their switches, in their deviations and in the
-voltages that are given. Bulks stand at given nodes.
+have the same devices and nodes; they differ in what stands at their switches, in their sizes and deviations
+and in the voltages that are given. Bulks stand at given nodes.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _ITERATIONS = 600
 class Network:
     """Copies of a network.
 
-    copies : the devices of each, alike but for the nodes at their gates.
+    copies : the devices of each, alike but for the nodes at their gates and their sizes.
     given : names of the nodes whose voltages are given, ground `0` among them.
     """
 
@@ -47,6 +47,11 @@ class Network:
     def transistors(self) -> list[Transistor]:
         """The transistors of the first copy."""
         return [d for d in self.copies[0] if isinstance(d, Transistor)]
+
+    def of_transistors(self, attribute: str) -> F64:
+        """A number of the transistors of all copies, float64[transistors, copies]."""
+        each = [[getattr(d, attribute) for d in c if isinstance(d, Transistor)] for c in self.copies]
+        return np.array(each, dtype=np.float64).T
 
     def resistors(self) -> list[Resistor]:
         """The resistors of the first copy, which are those of all."""
@@ -206,7 +211,7 @@ def _arrays(network: Network, silicon: Silicon, deviation: Deviation, terminals:
     copies, devices = len(network.copies), network.transistors()
     is_n = np.repeat([d.polarity == "n" for d in devices], copies)
     width, length, multiplicity = (
-        np.repeat([getattr(d, name) for d in devices], copies) for name in ("width", "length", "multiplicity")
+        network.of_transistors(name).ravel() for name in ("width", "length", "multiplicity")
     )
     at = terminals.transpose(2, 1, 0).reshape(4, -1).astype(np.int32)
     each = {

@@ -18,7 +18,7 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.devices import Transistor
-from circuits.generator.circuit import MASTER_CURRENT, line, masters
+from circuits.generator.circuit import MASTER_CURRENT, NARROW, line, line_sizes, masters
 from circuits.generator.code import COARSE, REFERENCE_C, codes_of, currents_of
 from circuits.generator.solve import Network, no_room, rest_state
 from circuits.silicon.die import NOMINAL, Path, Place
@@ -29,6 +29,7 @@ GENERATOR = ("bias generator", ())
 """Part of a place on a die; with its space it cannot be the name of an instance."""
 
 _SHARED = ("shared masters", ())
+OFF = NARROW.off_gate  # of the start-up's diodes, at a third of the supply
 RANGES = tuple(f"range_{k}" for k in range(len(COARSE)))
 _RESISTANCE = 148e3  # Ohm, where the search for a process's resistor begins
 _LEAST = 0.1 * _RESISTANCE  # Ohm, below which a core has no room to work; ours
@@ -101,7 +102,9 @@ class AtRest:
 def lines_at_rest(lines: Line, codes: Codes, silicon: Silicon, resistance: float) -> AtRest:
     """Lines at codes on a silicon whose place is the chip's; arguments as of `line_voltages`."""
     shared = masters_at_rest(silicon, resistance).voltages
-    network = Network([line(fine, lines.device) for _, fine in codes], ("0", "vdd", "range_n"))
+    sizes = line_sizes(silicon.process)
+    own = [line(fine, lines.device, sizes[coarse]) for coarse, fine in codes]
+    network = Network(own, ("0", "vdd", "range_n", OFF))
     if lines.index is None:
         path: Path = (GENERATOR, (lines.port, lines.shape))
         deviation = _deviation(network, silicon, path)
@@ -111,6 +114,7 @@ def lines_at_rest(lines: Line, codes: Codes, silicon: Silicon, resistance: float
     given = {
         "vdd": np.full(len(codes), silicon.process.v_dd),
         "range_n": np.array([shared[RANGES[coarse]][0] for coarse, _ in codes]),
+        OFF: np.full(len(codes), shared[OFF][0]),
     }
     found = rest_state(network, silicon, deviation, given, _line_start(network, codes, silicon))
     return AtRest(network, deviation, {**found, **given})
@@ -119,7 +123,7 @@ def lines_at_rest(lines: Line, codes: Codes, silicon: Silicon, resistance: float
 @lru_cache(maxsize=256)
 def masters_at_rest(silicon: Silicon, resistance: float) -> AtRest:
     """What lines share on a silicon whose place is the chip's; resistance: of the core's resistor, Ohm."""
-    network = Network([masters(resistance)], ("0", "vdd"))
+    network = Network([masters(resistance, line_sizes(silicon.process))], ("0", "vdd"))
     deviation = _deviation(network, silicon, (GENERATOR, _SHARED))
     found = _core_state(network, silicon, deviation)
     return AtRest(network, deviation, {**found, "vdd": np.array([silicon.process.v_dd])})
@@ -134,7 +138,7 @@ def resistor_of(process: Process) -> float:
     nominal = Silicon(process, REFERENCE_C, NOMINAL)
     resistance = _RESISTANCE
     for _ in range(_ROUNDS):
-        network = Network([masters(resistance)], ("0", "vdd"))
+        network = Network([masters(resistance, line_sizes(process))], ("0", "vdd"))
         over = float(_core_state(network, nominal, NO_DEVIATION)["core_r"][0])
         resistance, before = over / MASTER_CURRENT, resistance
         if resistance < _LEAST:
@@ -145,8 +149,8 @@ def resistor_of(process: Process) -> float:
 
 
 def _deviation(network: Network, silicon: Silicon, path: Path) -> Deviation:
-    devices, copies = network.transistors(), len(network.copies)
-    areas = np.repeat([d.gate_area for d in devices], copies)
+    devices = network.transistors()
+    areas = network.of_transistors("gate_area").ravel()
     paths = [(*path, (d.name, ())) for d in devices]
     return silicon.deviations("", paths, areas, [d.polarity for d in devices])
 

@@ -39,9 +39,9 @@ from circuits.devices import Transistor
 from circuits.devices.transistor import drain_currents, transistor_work
 from circuits.errors import ParameterError, unknown_name
 from circuits.generator.circuit import (
-    COPY,
     CORE_RATIO,
     MASTER_CURRENT,
+    WIDE,
     coarse_splitter,
     core,
     fine_splitter,
@@ -94,7 +94,7 @@ def build(params: Params = Params()) -> Circuit:
             *fine_splitter(int(params.fine)),
             *sum_mirror(),
             n_diode(),
-            sized("mout", "n", ("i_out", "v_n", "0"), COPY),
+            sized("mout", "n", ("i_out", "v_n", "0"), WIDE.copy),
             p_copy(),
             p_diode(),
         ),

@@ -1,5 +1,7 @@
 """Noise of the generator's lines: as the solver finds it in the block that is one generator and a line."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from circuits.generator.noise import following, line_noise, shared_noise
 from circuits.generator.voltage import Line
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500_IDEAL
+from circuits.silicon.process import AMI_1500_IDEAL, ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.analysis import noise
 from circuits.solver.operating_point import operating_point
@@ -55,6 +57,16 @@ def test_lines_of_a_coarse_code_follow_the_same_sources():
     np.testing.assert_allclose(own.by_coarse, 1.0, atol=0.03)
     correlation = covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
     assert 0.1 < correlation < 1.0  # by the core
+
+
+def test_lines_of_two_sizes_make_the_noise_that_each_makes_alone():
+    silicon, model = Silicon(ROLLS_180), noise_model(ROLLS_180)
+    current = np.array([2e-12, 2e-6])
+    both = line_noise(replace(LINES, shape=(2,)), current, silicon, model)
+    for k in range(2):
+        alone = line_noise(replace(LINES, shape=(1,)), current[k : k + 1], silicon, model)
+        assert both.flicker[k] == pytest.approx(alone.flicker[0], rel=1e-9)
+        assert both.white[k] == pytest.approx(alone.white[0], rel=1e-9)
 
 
 def test_a_die_moves_its_lines_noise_and_white_devices_have_no_flicker():

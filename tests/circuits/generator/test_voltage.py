@@ -16,7 +16,7 @@ from circuits.devices import Source, Transistor
 from circuits.devices.source import Constant
 from circuits.devices.transistor import drain_current
 from circuits.errors import ParameterError, SolverError
-from circuits.generator.circuit import MASTER_CURRENT, line, masters
+from circuits.generator.circuit import MASTER_CURRENT, line, line_sizes, masters
 from circuits.generator.code import codes_of, currents_of
 from circuits.generator.voltage import GENERATOR, Line, line_voltages, resistor_of
 from circuits.lowering.kernel import Machine, to_kernel
@@ -66,7 +66,8 @@ def code_for(wanted: float) -> tuple[int, int]:
 def whole(code: tuple[int, int], device: Transistor, silicon: Silicon) -> Machine:
     """Masters and one line as a circuit, on the deviations that both have on a chip's die."""
     coarse, fine = code
-    shared, own = masters(resistor_of(silicon.process)), line(fine, device)
+    sizes = line_sizes(silicon.process)
+    shared, own = masters(resistor_of(silicon.process), sizes), line(fine, device, sizes[coarse])
     joined = tuple(
         replace(d, gate=f"range_{coarse}") if isinstance(d, Transistor) and d.gate == "range_n" else d
         for d in own
@@ -107,8 +108,9 @@ def test_a_line_is_at_the_operating_point_of_its_circuit(
     assert found == pytest.approx(point["v_n" if polarity == "n" else "v_p"], abs=1e-8)
 
 
-def test_many_lines_at_once_are_each_alone() -> None:
-    silicon = Silicon(AMI_1500_IDEAL, die=Die("A", 1003))
+@pytest.mark.parametrize("process", [AMI_1500_IDEAL, ROLLS_180], ids=lambda p: p.name)
+def test_many_lines_at_once_are_each_alone(process: Process) -> None:
+    silicon = Silicon(process, die=Die("A", 1003))
     wanted = (1e-12, 80e-12, 3e-9, 2e-6)
     lines = Line(CHIP, "gate", (4,), None, biased())
     together = line_voltages(lines, np.array(wanted), silicon)
@@ -135,10 +137,29 @@ def test_the_resistor_makes_the_master_current_of_its_process(process: Process) 
     nominal = Silicon(process)
     supply = Source("vdd", "vdd", Constant(nominal.process.v_dd))
     resistance = resistor_of(nominal.process)
-    circuit = Circuit("masters", (Port("vdd", "supply"),), masters(resistance))
+    circuit = Circuit("masters", (Port("vdd", "supply"),), masters(resistance, line_sizes(process)))
     point = operating_point(Testbench("masters", circuit, (supply,), 1.0), nominal)
     assert point["core_r"] / resistance == pytest.approx(MASTER_CURRENT, rel=1e-6)
     assert resistor_of(AMI_1500_IDEAL) == pytest.approx(147.93e3, rel=1e-4)  # the block's
+
+
+@pytest.mark.parametrize(
+    ("celsius", "wanted", "least", "most"),
+    # Shares of the code. A 1/9 device carries 0.005, 0.10 and 0.86 pA with its gate at its source, which
+    # keeps it from less; 0.1 pA is twice the least code
+    [(-10.0, 0.1e-12, 0.95, 1.30), (27.0, 0.5e-12, 0.95, 1.20), (27.0, 1e-12, 0.95, 1.08),
+     (27.0, 2e-12, 0.95, 1.03), (27.0, 100e-12, 0.95, 1.03), (60.0, 5e-12, 0.95, 1.10)],
+)  # fmt: skip
+@pytest.mark.parametrize("process", [ROLLS_180_IDEAL, ROLLS_180], ids=["ideal", "full"])
+@pytest.mark.parametrize("polarity", ["n", "p"])
+def test_a_line_of_0_18_um_follows_its_code_below_a_picoampere(
+    polarity: Polarity, process: Process, celsius: float, wanted: float, least: float, most: float
+) -> None:
+    circuit = cell(wanted, polarity)
+    device = replace(biased(polarity), width=1e-6, length=9e-6)
+    found = die_current(replace(circuit, devices=(device,)), circuit.bias("i"), Silicon(process, celsius))
+    ptat = float(currents_of(codes_of(np.array(wanted)))) * (celsius + 273.15) / 300.15
+    assert least < found / ptat < most
 
 
 def test_lines_of_a_chip_share_its_masters_and_have_their_own_splitters() -> None:
