@@ -7,7 +7,7 @@ the system's own follow. `METRICS` are the entries that a study can measure.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, final
 
 from circuits.errors import ParameterError, meant
@@ -28,8 +28,11 @@ distance_m       number?   m  way travelled; null where nothing travels
 emergency_share  number?   -  emergencies over decisions, 0 to 1; null where there are none to make
 standing_share   number?   -  share of the time at rest, 0 to 1; null where nothing can come to rest
 ran_on           object    -  what the run was on, as level, die, bias kind, ranges, selection, cells, brain
+parts            string{}  -  what each part of the robot was: a chip, a model or a program, and why
 cautions         string[]  -  sentences, where its chips are outside of what they were made or measured for
 """)
+DRAWN = 1000
+"""Number of the die on which a robot runs unless another is asked for: the first beyond those of tuning."""
 SUCCEEDED = "succeeded"
 METRICS = (SUCCEEDED, "distance_m", "emergency_share", "standing_share")
 
@@ -53,6 +56,8 @@ class Account:
         Why it ended.
     ran_on : mapping
         What it ran on, by name, numbers in the unit that the name ends with: chip, die and the like.
+    parts : mapping of str to str
+        What each part of the robot was, by its name: which chip, or a program, and why.
     distance_m : float or None
         Length of the way, m; None for what does not move in metres.
     emergency_share : float or None
@@ -68,6 +73,7 @@ class Account:
     succeeded: bool
     reason: str
     ran_on: Mapping[str, str | float | bool | None]
+    parts: Mapping[str, str] = field(default_factory=dict)
     distance_m: float | None = None
     emergency_share: float | None = None
     standing_share: float | None = None
@@ -157,6 +163,12 @@ class System(Generic[S, T]):
         Names of the numbers that a study can ask of a run, `METRICS` among them.
     yes_no
         Metrics that are 1 or 0, for yes or no, `SUCCEEDED` among them.
+    usual
+        Options with which every decision and every sense that has a chip is on that chip, beside those that
+        are given; it sees the latter.
+    ideal
+        Options with which a program or the nominal die under the papers' equations stands in place of every
+        chip.
     study_metrics
         Metrics that a study measures unless asked for others.
     study
@@ -191,6 +203,8 @@ class System(Generic[S, T]):
     draw: Callable[[T, Figure], None]
     metrics: tuple[str, ...]
     yes_no: tuple[str, ...] = (SUCCEEDED,)
+    usual: Callable[[Mapping[str, Any]], Mapping[str, Any]] = _nothing
+    ideal: Mapping[str, Any] = field(default_factory=dict)
     study_metrics: tuple[str, ...] = ()
     study: Callable[[Mapping[str, Any]], Mapping[str, Any]] = _nothing
     check_study: Callable[[S], None] = _unchecked
@@ -214,6 +228,33 @@ class System(Generic[S, T]):
     def scenario(self, **given: Any) -> S:
         """Return a scenario with the fields and options `given` by name (`system.scenario.scenario_of`)."""
         return scenario_of(self.name, self.kind, given, self.more, self.make)
+
+    def on_silicon(self, *, ideal: bool = False, **given: Any) -> S:
+        """Return the scenario of a run as `noctule run` has it: on chips of a drawn die.
+
+        Parameters
+        ----------
+        ideal
+            Whether programs stand in place of all chips instead.
+        given
+            Fields and options by name, which go over these.
+
+        Raises
+        ------
+        ParameterError
+            An option puts a chip into the loop, and all are to be programs.
+        """
+        for name, value in self.ideal.items() if ideal else ():
+            if given.get(name, value) != value:
+                raise ParameterError(
+                    f"{name}: {given[name]}, not with `ideal`, which is {value}; leave one out"
+                )
+        chosen = self.ideal if ideal else self.usual(given)
+        scenario = self.scenario(**{**chosen, **given})
+        if ideal or "die" in given or "die" not in self.settings or self.no_silicon(scenario):
+            return scenario
+        drawn = replace(self.settings["die"].default, number=DRAWN)
+        return self.scenario(**{**chosen, **given, "die": drawn})
 
     def summarise(self, trace: T) -> Summary:
         """Return the entries of the account of the run `trace`, and its numbers, by their names."""
@@ -255,7 +296,8 @@ class System(Generic[S, T]):
                 asked |= {} if value is None else {name: value}
             elif value != usual:
                 raise ParameterError(f"{name}: {value}, is no choice of {self.name}; leave it out")
-        found = {**self.study(asked), **asked}
+        on_chips = {**self.usual(asked), **asked}
+        found = {**on_chips, **self.study(on_chips), **asked}
         self.check_study(self.scenario(**found))
         return found
 

@@ -44,6 +44,7 @@ from system.approach.trace import (
 )
 from system.loop import Loop, Round
 from system.meaning import of_run
+from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
 from system.system import System, metrics_with
 from system.worlds.sound.targets import describe, range_at
@@ -191,6 +192,7 @@ SYSTEM = System(
     numbers=summarise,
     draw=draw,
     metrics=metrics_with(SUMMARY),
+    ideal=IDEAL_CHIP,
     study_metrics=("held_fraction", "range_error_mean_m"),
     study=lambda _: {"duration": STUDY_DURATION},
     document=document,

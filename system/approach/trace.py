@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from chips.ranging import circuit as ranging_chip
 from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
-from system.approach.scenario import Scenario, air_of
+from system.approach.scenario import BOXES, Box, Scenario, air_of
 from system.meaning import meanings
 from system.options.block import describe_run
 from system.options.noise import NOISELESS
@@ -147,6 +147,15 @@ def summarise(trace: Trace) -> dict[str, float | None]:
     }
 
 
+def _parts(scenario: Scenario) -> dict[str, str]:
+    """What each box was."""
+    levels = {"transistor": "its transistors", "behavioural": "its measured model"}
+    names = {"chip": "ranging chip", "centroid": "centroid board", "vocalization": "vocalization board"}
+    boxes: tuple[Box, ...] = tuple(box for box in BOXES if box != "isolation" or scenario.isolation)
+    found = {names.get(box, box): levels[scenario.level_of(box)] for box in boxes}
+    return {**found, "targets, air and microphone": "programs; no chip is that"}
+
+
 def account(trace: Trace) -> Account:
     """Say whether the sonar held its target; a run ends when its time is over."""
     s, found = trace.scenario, summarise(trace)
@@ -164,6 +173,7 @@ def account(trace: Trace) -> Account:
             NOISELESS: ", ".join(s.noiseless_boxes) or None,
             **describe_run(s),
         },
+        parts=_parts(s),
         outside=trace.outside,
     )
 

@@ -270,6 +270,7 @@ def account(trace: Trace) -> Account:
         succeeded=trace.reached or (bool(trace.verdict) and trace.shortest is None),
         reason=trace.reason,
         ran_on=on,
+        parts=_parts(s),
         standing_share=share_standing(np.column_stack([time, trace.path]), SLOW * FASTEST),
         outside=trace.outside,
     )
@@ -324,6 +325,15 @@ def draw(trace: Trace, figure: Figure) -> None:
     draw_run(trace.world, trace.path, trace.shortest, title, figure)
 
 
+def _parts(scenario: Scenario) -> dict[str, str]:
+    """What decides, and what senses and drives."""
+    brains = {"reference": "program, as asked for", "ideal": "ideal neurons, as asked for"}
+    return {
+        "states and steering": brains.get(scenario.brain, "NEF chip"),
+        "compass, contact and wheels": "programs; no chip does that",
+    }
+
+
 SYSTEM = System(
     name="bug",
     summary="robot with compass and contact: Bug 0, 1, 2 as programs and neurons (Stöckel 2017)",
@@ -336,7 +346,8 @@ SYSTEM = System(
     metrics=metrics_with(SUMMARY),
     yes_no=(SUCCEEDED, "reached", "unreachable"),
     study_metrics=("reached", "time_s", "path_length", "path_ratio"),
-    study=lambda _: {"brain": "chip"},
+    usual=lambda given: {} if given.get("agent") == "bug1" else {"brain": "chip"},
+    ideal={"brain": "reference"},
     check_run=check_seed,
     no_silicon=no_silicon,
     document=document,

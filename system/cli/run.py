@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from circuits.errors import ParameterError
@@ -18,7 +19,7 @@ from system.options.temperature import COURSE, read_course, temperature_fields
 from system.plot import check_picture, save_picture
 from system.registry import load_system
 from system.scenario import read_texts
-from system.system import System
+from system.system import DRAWN, System
 
 
 def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[str, str]) -> None:
@@ -37,7 +38,7 @@ def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[
     check_picture(asked.plot)
     for key, path in files.items():
         system.outputs[key].check(path)
-    scenario = scenario_of(system, asked.silicon, asked.seed, texts)
+    scenario = scenario_of(system, asked, texts)
     with progress_bar(name) as progress:
         trace = system.run(scenario, progress)
     summary = system.summarise(trace)
@@ -57,24 +58,27 @@ def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[
     print_cautions(summary)
 
 
-def scenario_of(system: System[Any, Any], silicon: SiliconChoice, seed: int, texts: Mapping[str, Any]) -> Any:
+def scenario_of(system: System[Any, Any], asked: Run, texts: Mapping[str, Any]) -> Any:
     """Give the scenario that is asked for.
 
     texts: texts of the system's own options, by name. Raises `ParameterError` for values that it cannot have,
     and for options of silicon where no chip is in the loop.
     """
-    given = read_texts(system.settings, texts)
-    on_die = {"die": read_die(silicon), **_temperature(system, silicon.temperature)}
+    silicon, given = asked.silicon, read_texts(system.settings, texts)
+    drawn = asked.die is None and not asked.ideal
+    die = read_die(replace(silicon, die=DRAWN) if drawn else silicon)
+    own = {"die": die} if not drawn or die != read_die(SiliconChoice(die=DRAWN)) else {}
+    on_die = {**own, **_temperature(system, silicon.temperature)}
     known = {key: value for key, value in on_die.items() if key in system.settings}
-    scenario = system.scenario(seed=seed, **known, **given)
+    scenario = system.on_silicon(ideal=asked.ideal, seed=asked.seed, **known, **given)
     system.check_run(scenario)
     remedy = system.no_silicon(scenario)
-    asked = {
-        "die": silicon.die is not None,
+    on_chip = {
+        "die": asked.die is not None,
         "temperature": silicon.temperature != SiliconChoice().temperature,
     }
     about = {key for key in given if system.settings[key].option.needs_chip}
-    for key in sorted(about | {k for k, v in asked.items() if v}) if remedy else ():
+    for key in sorted(about | {k for k, v in on_chip.items() if v}) if remedy else ():
         raise ParameterError(f"{key}: no chip is in the loop; {remedy}, or leave it out")
     return scenario
 

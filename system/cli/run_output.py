@@ -15,6 +15,8 @@ def print_run(title: str, system: System[Any, Any], summary: Mapping[str, Any]) 
         print_line(headline(succeeded=summary["succeeded"], reason=summary["reason"]))
         print_line(f"success: {system.success}")
         print_line("ran on: " + ", ".join(_said(*item) for item in summary["ran_on"].items()))
+        for name, told in summary["parts"].items():
+            print_line(f"{name}: {told}")
     words = set(ENTRIES) - (set(METRICS) - {"succeeded"})
     rows = [(name, _number(value)) for name, value in summary.items() if name not in words]
     print_table(title, ("quantity", "value:"), rows)

@@ -22,6 +22,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from circuits.catalogue import loaded
 from circuits.errors import CircuitError, DataError, ParameterError, nearest
 from system.cli.option_names import field_named
+from system.cli.verbs import NOMINAL
 from system.option import Setting, listed, without_none
 from system.options.silicon import SiliconChoice
 from system.system import System
@@ -111,6 +112,8 @@ def _text(one: Setting, value: Any) -> str:
 def _of_silicon(name: str, value: Any) -> Any:
     """A value of an option that all systems have."""
     kind = _SILICON[name]
+    if name == "die":  # whose option is a text, since the nominal die has no number
+        return value if value == NOMINAL else repr(_checked(name, value, kind))
     if name == "temperature" and isinstance(value, int | float) and not isinstance(value, bool):
         return repr(value)
     if get_origin(kind) is Literal:

@@ -63,7 +63,7 @@ def stimulus_option() -> Any:
 
 def silicon_part(*without: str) -> Any:
     """Make the field for the silicon that a verb runs on (`SiliconChoice`), but the options `without`."""
-    return part(SiliconChoice, *without, made=_of_study)
+    return part(SiliconChoice, *without, made=of_study)
 
 
 def begin_part(*without: str) -> Any:
@@ -97,7 +97,7 @@ def json_option() -> Any:
     return option(default=False, about="Print one JSON document and nothing else", name="json")
 
 
-def _of_study(chosen: SiliconChoice) -> SiliconChoice:
+def of_study(chosen: SiliconChoice) -> SiliconChoice:
     """With the die under the plan of the study whose folder was named, if one was."""
     if chosen.study is None:
         return chosen

@@ -11,7 +11,9 @@ from system.cli.verb import argument, like, part, required
 from system.option import option
 from system.options.begin import BeginChoice
 from system.options.silicon import SiliconChoice
+from system.reader import whole
 
+NOMINAL = "nominal"  # instead of a die's number
 DIALECTS = "netlists.registry:dialect_names"
 
 
@@ -157,7 +159,13 @@ class Doctor:
 class Run:
     """Options that `noctule run` has for every system."""
 
-    variation: SiliconChoice = shared.silicon_part("at", "allow_implausible", "temperature", "process", "law")
+    variation: SiliconChoice = part(
+        SiliconChoice, "at", "allow_implausible", "temperature", "process", "law", "die"
+    )
+    die: str | None = option(
+        None, "Die of the lot, a number or nominal; 1000 unless given", metavar="NUMBER|nominal"
+    )
+    ideal: bool = option(default=False, about="Programs, or the papers' equations, in place of every chip")
     temperature: str = option(
         "27", "Degrees Celsius, a course as 0s:27,60s:44, or a CSV of one", metavar="DEGC"
     )
@@ -168,4 +176,5 @@ class Run:
     @property
     def silicon(self) -> SiliconChoice:
         """The silicon that the run is on."""
-        return replace(self.variation, temperature=self.temperature)
+        number = None if self.die in {None, NOMINAL} else whole(self.die, "die")
+        return shared.of_study(replace(self.variation, temperature=self.temperature, die=number))

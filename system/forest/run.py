@@ -38,7 +38,7 @@ from system.openspace.flight import (
 from system.openspace.law import arcs_of
 from system.openspace.moving import Moving, along_readers
 from system.openspace.picture import draw_view_of_run
-from system.openspace.senses import IDEAL, senses_of
+from system.openspace.senses import IDEAL, Sensing, senses_of
 from system.openspace.senses_kernel import Senses
 from system.option import Option
 from system.options.block import describe_run
@@ -161,10 +161,21 @@ def account(trace: Trace) -> Account:
         succeeded=not (sample.collided or sample.trapped) and gets_on(sample.progress_m, on_time),
         reason=ended_because(sample.pings, collided=sample.collided),
         ran_on=on,
+        parts=_parts(sensing),
         distance_m=sample.distance_m,
         emergency_share=sample.emergencies / sample.pings,
         outside=trace.outside,
     )
+
+
+def _parts(sensing: Sensing) -> dict[str, str]:
+    """What senses, what chooses, and what flies."""
+    ranges = {"exact": "exact places, as asked for", "sonar": "a sonar's time of flight, as asked for"}
+    return {
+        "ranges": ranges.get(sensing.ranges, "ranging chip"),
+        "choice of an arc": "selection chip" if sensing.selection == "chip" else "program, as asked for",
+        "bearings, memory and flight": "programs; no chip does that",
+    }
 
 
 def draw(trace: Trace, figure: Figure) -> None:
@@ -252,6 +263,8 @@ SYSTEM = System(
     metrics=metrics_with(SUMMARY),
     yes_no=(SUCCEEDED, "collided"),
     study_metrics=("avoided", "collided"),
+    usual=lambda _: {"ranges": "chip", "selection": "chip"},
+    ideal={"ranges": "exact", "selection": "ideal"},
     study=of_study,
     no_silicon=no_silicon,
     more={

@@ -27,6 +27,7 @@ from system.head.scenario import Scenario
 from system.head.world import way_of
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
+from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.system import Account, RunTrace, System, metrics_with
@@ -121,6 +122,7 @@ def account(trace: Trace) -> Account:
             "silicon_noise": s.silicon_noise,
             **describe_run(s),
         },
+        parts={"ears": "LSO neurons of the chip", "target, calls and motor": "programs; no chip does that"},
         outside=trace.outside,
     )
 
@@ -172,6 +174,7 @@ SYSTEM = System(
     numbers=summarise,
     draw=draw,
     metrics=metrics_with(SUMMARY),
+    ideal=IDEAL_CHIP,
     study_metrics=("error_rms_deg", "lost"),
     document=document,
     meanings=of_run(SUMMARY, DOCUMENT),

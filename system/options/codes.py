@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from chips.codes import Codes
+from chips.validity import require_area
 from circuits.errors import ParameterError
 from circuits.silicon.process import AMI_1500, Process
 from system.codes.file import read_codes
@@ -73,13 +74,14 @@ class Coded(OnSilicon):
         Raises
         ------
         ParameterError
-            The chip could not be calibrated, or a file's codes are of another silicon.
+            The chip could not be calibrated, a file's codes are of another silicon, or the area is none.
         DataError
             A file is none of codes.
         """
         if self.code_choice == DEFAULT:
             return None
         check_codes(self)
+        require_area(name.replace("-", "_"), area, 0.0)
         silicon = self.silicon_at(self.calibrated_c, process)
         silicon = silicon if area == 1.0 else silicon.of_area(area)
         files = _files(self.code_choice)

@@ -5,7 +5,10 @@ A robot's scenario has these fields by deriving from `OnSilicon`. They stand beh
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
 
 from chips.validity import Answer
 from circuits.circuit import BiasKind
@@ -18,6 +21,10 @@ from system.options.outside import outside_option
 
 ROOM_TEMPERATURE = 27.0
 """Temperature of a run that is asked for none, degC."""
+IDEAL_CHIP: Mapping[str, Any] = MappingProxyType(
+    {"die": NOMINAL, "law": "ideal", "bias_kind": "ideal", "silicon_noise": "off"}
+)
+"""Options under which a chip without a program of its own is what its paper's equations say."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,6 +21,7 @@ from circuits.silicon.course import beginning_of, course_through
 from circuits.silicon.process import ROLLS_180
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
+from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
 from system.options.rolls_power import TABLE, power_numbers
 from system.pushbot.body import SPEED_OF_FACTOR, Factors, Pushbot
@@ -245,6 +246,10 @@ def account(trace: Trace) -> Account:
             "silicon_noise": s.silicon_noise,
             **describe_run(s),
         },
+        parts={
+            "network": "ROLLS chip",
+            "camera, counting of spikes and wheels": "programs; no chip does that",
+        },
         distance_m=drive.way,
         standing_share=standing,
         cautions=trace.brain.chip.cautions(),
@@ -322,6 +327,7 @@ SYSTEM = System(
     draw=draw,
     metrics=metrics_with(SUMMARY),
     yes_no=(SUCCEEDED, "collided", "crossed", "between"),
+    ideal=IDEAL_CHIP,
     study_metrics=("collided", "distance_cm"),
     check_study=check_scene,
     document=document,

@@ -28,6 +28,7 @@ from circuits.silicon.process import ROLLS_180
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.noise import silicon_noise
+from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
 from system.options.rolls_power import TABLE, power_numbers
 from system.options.temperature import temperature_text
@@ -154,6 +155,7 @@ def account(trace: Trace) -> Account:
             "silicon_noise": s.silicon_noise,
             **describe_run(s),
         },
+        parts={"neurons and synapses": "ROLLS chip", "events to them": "program; no chip makes them"},
         cautions=trace.cautions,
         outside=trace.outside,
     )
@@ -206,6 +208,7 @@ SYSTEM = System(
     numbers=summarise,
     draw=draw,
     metrics=metrics_with(SUMMARY),
+    ideal=IDEAL_CHIP,
     study_metrics=("population_rate", "rate_cv", "silent", "hot"),
     study=lambda _: {"duration": STUDY_DURATION},
     check_study=check_codes,

@@ -12,7 +12,7 @@ the mean of the costs that were sensed there, by equation (5). A plan is judged 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
@@ -225,10 +225,21 @@ def account(trace: Trace) -> Account:
         succeeded=all(t.drive.arrived for t in trace.trips),
         reason=_reason(trace),
         ran_on=on,
+        parts=_parts(s),
         distance_m=driven.distance,
         standing_share=share_standing(path, SLOW * s.rover.speed),
         outside=trace.outside,
     )
+
+
+def _parts(scenario: Scenario) -> dict[str, str]:
+    """What plans and what drives."""
+    plans = {"ideal": "ideal cells, as asked for", "chip": "wavefront chip"}[scenario.cells]
+    other = f"program {scenario.planner}, as asked for"
+    return {
+        "planning": plans if scenario.planner == "wave" else other,
+        "fixes, steering and wheels": "programs; no chip does that",
+    }
 
 
 def _reason(trace: Trace) -> str:
@@ -315,6 +326,11 @@ def title(trace: Trace) -> str:
     return f"{s.planner} on {s.cells} cells{die}"
 
 
+def usual(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the option with which the wave runs over a chip; other planners have none."""
+    return {"cells": "chip"} if given.get("planner", "wave") == "wave" else {}
+
+
 SYSTEM = System(
     name="rover",
     summary="rover that plans by a wave of spikes on a cost map, drives by GPS (Hwu et al. 2018)",
@@ -327,7 +343,8 @@ SYSTEM = System(
     metrics=metrics_with(SUMMARY),
     yes_no=(SUCCEEDED, "arrived"),
     study_metrics=("regret_share", "frechet_m"),
-    study=lambda _: {"cells": "chip"},
+    usual=usual,
+    ideal={"cells": "ideal"},
     no_silicon=no_silicon,
     document=document,
     meanings=of_run(SUMMARY, DOCUMENT),

@@ -174,6 +174,7 @@ def account(trace: Trace) -> Account:
         succeeded=not flown.collided and gets_on(progress(flown.path), flown.time_s * s.max_speed),
         reason=ended_because(flown.pings, collided=flown.collided),
         ran_on=on,
+        parts=_parts(s),
         distance_m=flown.distance_m,
         emergency_share=flown.emergencies / flown.pings,
         outside=trace.outside,
@@ -229,6 +230,15 @@ def draw(trace: Trace, figure: Figure) -> None:
     draw_view_of_run(place, s.bat.zone, path, figure, heading, succeeded=said.succeeded)
 
 
+def _parts(scenario: Scenario) -> dict[str, str]:
+    """What decides, and what stands around it."""
+    brains = {"network": "ideal neurons, as asked for", "lif": "integrate-and-fire neurons, as asked for"}
+    return {
+        "memory and choice of an arc": brains.get(scenario.brain, "latency chip"),
+        "sonar, maps and flight": "programs; no chip does that",
+    }
+
+
 SYSTEM = System(
     name="spiking-bat",
     summary="bat in a dense forest by spike latencies, network or chip (Wen & Horiuchi 2022)",
@@ -241,7 +251,8 @@ SYSTEM = System(
     metrics=metrics_with(SUMMARY),
     yes_no=(SUCCEEDED, "collided"),
     study_metrics=("avoided", "collided"),
-    study=lambda _: {"brain": "chip"},
+    usual=lambda _: {"brain": "chip"},
+    ideal={"brain": "network"},
     no_silicon=no_silicon,
     make=make,
     document=document,

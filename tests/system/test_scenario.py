@@ -45,7 +45,7 @@ FIELDS: dict[str, dict[str, Any]] = {
     "spiking-bat": {
         **WARM, "brain": "chip", "max_speed": 1.0, "ping_rate": 8.0, "paths": 30, "taps": 20,
         "map": "forest.csv", "obstacles": 900, "start": (1.0, 2.0), "pings": 7,
-        "codes": "calibrated", "area": 2.0, "units": ((16, 5),),
+        "codes": "default", "calibrated_c": 30.0, "area": 2.0, "units": ((16, 5),),
         "silicon_noise": "white",
     },
     "head": {
@@ -173,7 +173,7 @@ def test_what_is_yes_or_no_is_no_word(name: str, field: str) -> None:
 
 STUDIED = {
     "level": ("transistor", None, "transistor", {"approach"}),
-    "bias_kind": ("behavioural", "ideal", "ideal", set(SYSTEMS) - {"forest"}),
+    "bias_kind": ("behavioural", "ideal", "ideal", set(SYSTEMS)),
 }
 
 

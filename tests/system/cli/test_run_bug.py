@@ -12,7 +12,9 @@ from tests.system.conftest import RunJson
 
 def test_the_document(run_json: RunJson, tmp_path: Path) -> None:
     picture = tmp_path / "way.png"
-    found = run_json("run", "bug", "--agent", "bug2", "--map", "bug-spiral", "--plot", str(picture))
+    found = run_json(
+        "run", "bug", "--ideal", "--agent", "bug2", "--map", "bug-spiral", "--plot", str(picture)
+    )
     assert found["reached"] is True
     assert found["ended"] == found["summary"]["reason"]
     assert found["ended"].startswith("goal reached after ")
@@ -36,7 +38,7 @@ def test_neurons(run_json: RunJson) -> None:
 def test_a_map_of_ones_own(run_json: RunJson, tmp_path: Path) -> None:
     path = tmp_path / "yard.txt"
     path.write_text("S    G\n  #   \n", encoding="utf-8")
-    found = run_json("run", "bug", "--map", str(path), "--start", "0.5,0.5", "--goal", "0")
+    found = run_json("run", "bug", "--ideal", "--map", str(path), "--start", "0.5,0.5", "--goal", "0")
     assert (found["map"], found["reached"], found["start"]) == ("yard", True, [0.5, 0.5])
 
 
@@ -47,7 +49,7 @@ def test_a_map_of_ones_own(run_json: RunJson, tmp_path: Path) -> None:
 def test_maps_that_are_none(refused: Callable[..., str], tmp_path: Path, text: str, says: str) -> None:
     path = tmp_path / "yard.txt"
     path.write_text(text, encoding="utf-8")
-    assert says in refused("run", "bug", "--map", str(path))
+    assert says in refused("run", "bug", "--ideal", "--map", str(path))
 
 
 def test_a_study_of_the_robot(run_json: RunJson) -> None:

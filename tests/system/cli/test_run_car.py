@@ -10,7 +10,7 @@ from tests.system.conftest import RunJson
 def test_the_document(run_json: RunJson, tmp_path: Path) -> None:
     picture = tmp_path / "way.png"
     options = ("--forest", "open", "--seed", "1003", "--pings", "40", "--vmax", "0.1m/s", "--no-multipath")
-    found = run_json("run", "car", *options, "--plot", str(picture))
+    found = run_json("run", "car", "--ideal", *options, "--plot", str(picture))
     assert (found["forest"], found["ranges"], found["seed"], found["max_speed_m_per_s"]) == (
         "open", "flight", 1003, 0.1,
     )  # fmt: skip

@@ -12,7 +12,7 @@ from tests.system.conftest import Run, RunJson
 def test_the_document(run_json: RunJson, tmp_path: Path) -> None:
     picture = tmp_path / "path.png"
     flight = ("--obstacles", "900", "--vmax", "2.5m/s", "--ping-rate", "10Hz", "--pings", "200")
-    found = run_json("run", "forest", *flight, "--seed", "1003", "--plot", str(picture))
+    found = run_json("run", "forest", "--ideal", *flight, "--seed", "1003", "--plot", str(picture))
     assert (found["obstacles"], found["max_speed_m_per_s"], found["ping_rate_Hz"], found["seed"]) == (
         900, 2.5, 10.0, 1003,
     )  # fmt: skip
@@ -50,7 +50,7 @@ def test_the_document_with_chips(run_json: RunJson, tmp_path: Path) -> None:
 def test_a_map_of_ones_own(run_json: RunJson, run: Run, tmp_path: Path) -> None:
     path = tmp_path / "wood.csv"
     path.write_text("x_m,y_m\n10,10\n")
-    found = run_json("run", "forest", "--map", str(path), "--start", "20m,30m", "--pings", "5")
+    found = run_json("run", "forest", "--ideal", "--map", str(path), "--start", "20m,30m", "--pings", "5")
     assert found["obstacles_m"] == [[10.0, 10.0]]
     assert found["path_m"][-1] == pytest.approx([18.0, 30.0])
     status, _, err = run("run", "forest", "--map", str(path), "--start", "10.1m,10m")

@@ -10,8 +10,8 @@ from tests.system.conftest import Run, RunJson
 def test_the_document(run_json: RunJson, tmp_path: Path) -> None:
     picture = tmp_path / "way.png"
     found = run_json(
-        "run", "rover", "--map", "map1-road-obstacles", "--start", "2,10", "--goal", "19,10", "--seed", "5",
-        "--plot", str(picture),
+        "run", "rover", "--ideal", "--map", "map1-road-obstacles", "--start", "2,10", "--goal", "19,10",
+        "--seed", "5", "--plot", str(picture),
     )  # fmt: skip
     assert found["planned_path"][0] == [2, 10]
     assert found["planned_path"][-1] == [19, 10]
@@ -29,6 +29,7 @@ def test_a_map_of_ones_own(run_json: RunJson, tmp_path: Path) -> None:
     path = tmp_path / "yard.csv"
     path.write_text("1,9,1\n1,0,1\n1,1,1\n")
     found = run_json("run", "rover", "--map", str(path), "--start", "0,0", "--goal", "0,2")
+    assert (found["cells"], found["die"]) == ("chip", 1000)
     assert found["summary"]["cost"] == 5.0  # around the south; over the 9 it is 11
 
 
