@@ -38,7 +38,7 @@ SITE = $(KEEP_BYTE_CODE) $(BIN)/sphinx-build -q -W --keep-going -b html
 .DELETE_ON_ERROR:
 
 run: $(RUN_READY)
-	$(BIN)/noctule run approach --plot $(PICTURE)
+	$(BIN)/noctule run approach --beside nominal --plot $(PICTURE)
 	@echo "The picture is $(CURDIR)/$(PICTURE)"
 
 test: ngspice lint docs-pages
@@ -64,7 +64,7 @@ ngspice: $(TEST_READY)
 		echo "going on: what needs ngspice is skipped" >&2; }
 
 docs: ngspice
-	$(BIN)/noctule run approach --plot docs/approach.png
+	$(BIN)/noctule run approach --beside nominal --plot docs/approach.png
 	$(SITE) -D noctule_run=1 -D nb_execution_mode=cache -d build/docs-read docs build/docs
 	$(PYTEST) -q tests/test_documents.py tests/test_examples.py tests/system/cli/test_json_keys.py --documents=all
 	@echo "The site is $(CURDIR)/build/docs/index.html"

@@ -159,6 +159,9 @@ class System(Generic[S, T]):
         What a run says of itself, and its other numbers by name in SI units, None where not defined.
     draw
         Fills a figure with a run; its title has the reason.
+    draw_beside
+        Draws over the picture of a run what another run's differs in, with the name of its die; None for a
+        system whose pictures have no room for it.
     metrics
         Names of the numbers that a study can ask of a run, `METRICS` among them.
     yes_no
@@ -202,6 +205,7 @@ class System(Generic[S, T]):
     numbers: Callable[[T], Mapping[str, float | None]]
     draw: Callable[[T, Figure], None]
     metrics: tuple[str, ...]
+    draw_beside: Callable[[T, Figure], None] | None = None
     yes_no: tuple[str, ...] = (SUCCEEDED,)
     usual: Callable[[Mapping[str, Any]], Mapping[str, Any]] = _nothing
     ideal: Mapping[str, Any] = field(default_factory=dict)

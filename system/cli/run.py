@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from matplotlib.figure import Figure
+
 from circuits.errors import ParameterError
 from circuits.silicon.process import check_temperature
 from circuits.units import parse_quantity
@@ -39,10 +41,15 @@ def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[
     for key, path in files.items():
         system.outputs[key].check(path)
     scenario = scenario_of(system, asked, texts)
+    other = _beside(system, asked, texts)
     with progress_bar(name) as progress:
         trace = system.run(scenario, progress)
+    beside = None
+    if other is not None:
+        with progress_bar(f"{name} on {other.die}") as progress:
+            beside = system.run(other, progress)
     summary = system.summarise(trace)
-    save_picture(asked.plot, lambda figure: system.draw(trace, figure))
+    save_picture(asked.plot, lambda figure: _draw(system, trace, beside, figure))
     for key, path in files.items():
         with progress_bar(path) as progress:
             system.outputs[key].write(path, trace, progress)
@@ -81,6 +88,23 @@ def scenario_of(system: System[Any, Any], asked: Run, texts: Mapping[str, Any]) 
     for key in sorted(about | {k for k, v in on_chip.items() if v}) if remedy else ():
         raise ParameterError(f"{key}: no chip is in the loop; {remedy}, or leave it out")
     return scenario
+
+
+def _beside(system: System[Any, Any], asked: Run, texts: Mapping[str, Any]) -> Any:
+    """Scenario of the run on another die that is drawn beside; None where none is asked for."""
+    if asked.beside is None:
+        return None
+    if asked.plot is None or system.draw_beside is None:
+        room = f"no picture of {system.name} has room; leave it out"
+        why = "no picture is drawn; give plot, or leave it out" if asked.plot is None else room
+        raise ParameterError(f"beside: {asked.beside}, {why}")
+    return scenario_of(system, replace(asked, die=asked.beside), texts)
+
+
+def _draw(system: System[Any, Any], trace: Any, beside: Any, figure: Figure) -> None:
+    system.draw(trace, figure)
+    if beside is not None and system.draw_beside is not None:
+        system.draw_beside(beside, figure)
 
 
 def _temperature(system: System[Any, Any], text: str) -> dict[str, Any]:

@@ -171,6 +171,7 @@ class Run:
     )
     seed: int = option(0, "Of noise and worlds")
     plot: str | None = shared.plot_option()
+    beside: str | None = option(None, "Run on this die too, and draw it beside", metavar="NUMBER|nominal")
     as_json: bool = shared.json_option()
 
     @property

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -25,6 +27,17 @@ TABLES = {
         "map error",
     ),
 }
+
+
+def test_another_die_is_drawn_beside(run: Run, refused: Callable[..., str], tmp_path: Path) -> None:
+    asked = ("run", "approach", "--level", "behavioural", "--duration", "0.5s", "--beside", "nominal")
+    picture = tmp_path / "beside.svg"
+    status, out, _ = run(*asked, "--plot", str(picture))
+    assert status == 0
+    assert "die 1000" in out
+    assert "--beside: nominal, no picture is drawn" in refused(*asked)
+    rover = ("run", "rover", "--beside", "nominal", "--plot", str(picture))
+    assert "no picture of rover has room" in refused(*rover)
 
 
 @pytest.mark.parametrize(("options", "lines"), TABLES.items())
