@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import ndtri
+from scipy.special import ndtr, ndtri
 from scipy.stats import binomtest
 
 from circuits.arrays import I64, Bools
@@ -129,10 +129,9 @@ def paired_interval(gained: int, lost: int, pairs: int, level: float = LEVEL) ->
     z = float(-ndtri(0.5 * (1.0 - level)))
 
     def score(d: float) -> float:
-        """Signed square of the test's statistic over n, less what is left of z^2: zero at an end."""
-        q = _nuisance(gained, lost, pairs, d)
+        """Square of the test's distance, less z^2 times its variance: zero at an end."""
         distance = gained - lost - pairs * d
-        return float(distance * distance - z * z * pairs * (2.0 * q + d * (1.0 - d)))
+        return float(distance * distance - z * z * _variance(gained, lost, pairs, d))
 
     if pairs == 0:
         return Interval(-1.0, 1.0)
@@ -141,6 +140,36 @@ def paired_interval(gained: int, lost: int, pairs: int, level: float = LEVEL) ->
     low = float(brentq(score, -1.0, below)) if score(-1.0) > 0.0 > score(below) else -1.0
     high = float(brentq(score, above, 1.0)) if score(1.0) > 0.0 > score(above) else 1.0
     return Interval(low, high)
+
+
+def paired_equivalence(gained: int, lost: int, pairs: int, margin: float) -> float:
+    """Give the p of two one-sided score tests that two paired yields differ by a margin or more.
+
+    It is the larger of both, and below 5 % where the 90 % `paired_interval` lies within the margin; 1 without
+    pairs.
+
+    Parameters
+    ----------
+    gained : pairs of which only the second member passes.
+    lost : pairs of which only the first member passes.
+    pairs : number of all pairs.
+    margin : difference from which on the yields count as different, from 0 to 1.
+    """
+    if pairs == 0:
+        return 1.0
+
+    def one_sided(d: float) -> float:
+        """P of so small a distance from the margin's end d, towards zero."""
+        variance = _variance(gained, lost, pairs, d)
+        distance = math.copysign(1.0, -d) * (gained - lost - pairs * d)
+        return float(ndtr(-distance / math.sqrt(variance))) if variance > 0.0 else 0.5
+
+    return max(one_sided(-margin), one_sided(margin))
+
+
+def _variance(gained: int, lost: int, pairs: int, d: float) -> float:
+    """Variance of the difference of the counts if that of the yields is d."""
+    return pairs * (2.0 * _nuisance(gained, lost, pairs, d) + d * (1.0 - d))
 
 
 def _nuisance(gained: int, lost: int, pairs: int, d: float) -> float:

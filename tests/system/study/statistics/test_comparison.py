@@ -7,7 +7,12 @@ import pytest
 from scipy import stats
 
 from circuits.errors import ParameterError
-from system.study.statistics.comparison import Pairing, compare_yields, paired_interval
+from system.study.statistics.comparison import (
+    Pairing,
+    compare_yields,
+    paired_equivalence,
+    paired_interval,
+)
 from system.study.statistics.interval import Interval
 
 ALL, NONE = np.ones(4, dtype=np.bool_), np.zeros(0, dtype=np.bool_)
@@ -67,3 +72,15 @@ def test_the_difference_is_covered_by_the_exact_sum(chances: tuple[float, float]
             if chance > 1e-9 and truth in paired_interval(gained, lost, n):
                 covered += chance
     assert covered >= 0.94  # a score interval covers 95 % on average over chances, not for each
+
+
+@pytest.mark.parametrize(("gained", "lost"), [(3, 4), (5, 5), (10, 12), (4, 9), (12, 2)])
+def test_two_yields_are_alike_where_their_90_percent_interval_is_within_the_margin(
+    gained: int, lost: int
+) -> None:
+    ends = paired_interval(gained, lost, 100, 0.9)
+    margin = max(-ends.low, ends.high)
+    assert paired_equivalence(gained, lost, 100, margin) == pytest.approx(0.05, abs=1e-6)
+    assert paired_equivalence(gained, lost, 100, 1.2 * margin) < 0.05
+    assert paired_equivalence(gained, lost, 100, 0.8 * margin) > 0.05
+    assert paired_equivalence(gained, lost, 0, margin) == 1.0
