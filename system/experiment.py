@@ -1,5 +1,8 @@
 """Experiments: a published figure or table made again, each statement beside the paper's.
 
+How much the rows show, nulls say: what a robot that knows nothing scores by the same rules
+(`system.verdict.null`). An experiment names them, and where ours is not above one its first note says so.
+
 A statement (`system.statement`) gives its rule in the code before it is run, and whether its value was fitted
 or predicted. That a fitted one agrees proves nothing, but one that does not is a disagreement like any other.
 """
@@ -11,6 +14,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
 from system.statement import Statement
+from system.verdict.null import Null, Score, scores, warning
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,11 +47,28 @@ class Report:
         Fills an empty figure.
     notes
         Sentences for the reader.
+    nulls
+        Rows of null robots or null data, made by what makes `rows`.
+    paper
+        Rows made of the paper's own values by what makes `rows`, where it gives them in this form.
     """
 
     rows: tuple[Statement, ...]
     draw: Callable[[Figure], None]
     notes: tuple[str, ...] = ()
+    nulls: tuple[Null, ...] = ()
+    paper: tuple[Statement, ...] = ()
+
+    @property
+    def scores(self) -> tuple[Score, ...]:
+        """How many rows hold: for ours, for each null, for the paper's own values."""
+        return scores(self.rows, self.nulls, self.paper)
+
+    @property
+    def said(self) -> tuple[str, ...]:
+        """The notes; before them, where ours is not above every null, that it is not."""
+        first = warning(self.scores)
+        return (first, *self.notes) if first else self.notes
 
     @property
     def agrees(self) -> bool:
@@ -76,9 +97,12 @@ class Experiment:
         Whole numbers by name, with what they are unless given, where it is a campaign of many long runs; None
         where it is none. `run` takes them by these names, and after `progress` it then takes `execution`, a
         `system.study.campaign.Execution`.
+    nulls
+        Names of the nulls that its report has rows of; none where it needs none, as a closed form does.
     """
 
     name: str
     summary: str
     run: Callable[..., Report]
     counts: Mapping[str, int] | None = None
+    nulls: tuple[str, ...] = ()

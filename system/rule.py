@@ -25,7 +25,7 @@ from circuits.errors import ParameterError
 Value = float | str | None
 
 _SCALES = {"": 1.0, "percent": 100.0, "milli": 1e3, "micro": 1e6}
-_DIRECTIONS = {1: ("better", "more", "above"), -1: ("worse", "fewer", "below"), 0: ("no different",)}
+_DIRECTIONS = {1: ("better", "more", "above"), -1: ("worse", "fewer", "below")}
 _NUMBER = re.compile(r"[0-9]")
 
 
@@ -57,8 +57,8 @@ class Estimated(Protocol):
 class Measured:
     """A number that is judged, and what is shown of it where that is more than the number.
 
-    `interval`: its interval of confidence, for rules about intervals. `p`: of the test that it differs from 0
-    by more than chance, for rules about significance.
+    `interval`: its interval of confidence, for rules about intervals. `p`: of the test that its rule asks
+    for, that it differs from 0 by more than chance, or by less than a margin.
 
     value : the number itself.
     """
@@ -86,6 +86,8 @@ class Rule:
         Its number, in the unit of the value or as a share or a factor of it; None where it has none.
     test : function or None
         Whether a value agrees with the paper's; None for a rule without a verdict.
+    by_p : bool
+        Whether it judges the p of a test, which is then one of a family (`system.verdict.family`).
     """
 
     text: str
@@ -93,6 +95,7 @@ class Rule:
     test: Callable[[Judged, Value], bool] | None = field(
         compare=False
     )  # rules that say the same are the same
+    by_p: bool = False
 
     def holds(self, ours: Judged, paper: Value) -> bool | None:
         """Whether `ours` agrees with `paper` by this rule; None where the rule gives no verdict."""
@@ -227,19 +230,6 @@ def within_share(share: float, text: str = "within {percent:g} %", of: float | N
     return _near(share, text, of, lambda ours, true: abs(ours - true) <= share * abs(true))
 
 
-def within_factor(factor: float, text: str = "within a factor of {limit:g}") -> Rule:
-    """Ours has the paper's sign and is at most so many times larger or smaller.
-
-    Parameters
-    ----------
-    factor
-        How many times, a ratio above 1.
-    text
-        The sentence, whose field is `limit`.
-    """
-    return _near(factor, text, None, lambda ours, true: true != 0.0 and 1 / factor <= ours / true <= factor)
-
-
 def apart_above(other: Estimated, text: str = "above {limit:g}, intervals apart") -> Rule:
     """The whole interval of ours is above that of `other`, whose value the sentence can give."""
     said = _said(text, ("above", "apart"), _fields("", other.value))
@@ -262,18 +252,47 @@ def overlapping(other: Ends, text: str = "intervals overlap: {low:.2f}-{high:.2f
     return Rule(_said(text, ("overlap",), {"low": other.low, "high": other.high}), None, test)
 
 
-def significant(direction: int, p: float, text: str) -> Rule:
-    """Ours is above 0 (direction 1), below it (-1) or not to be told from it (0), by a test with this limit.
+def covering(text: str = "its 95 % interval covers the paper's") -> Rule:
+    """The paper's value lies in the interval of confidence of ours."""
 
-    The sentence is `text` with the limit of p after it.
+    def test(ours: Judged, paper: Value) -> bool:
+        low, high = _interval_of(ours)
+        return low <= number_of(paper) <= high
+
+    return Rule(_said(text, ("covers",), {}), None, test)
+
+
+def significant(direction: int, p: float, text: str) -> Rule:
+    """Ours is above 0 (direction 1) or below it (-1) by a test with this limit.
+
+    The sentence is `text` with the limit of p after it. That nothing is found says not that nothing is there:
+    for that there is `equivalent`.
     """
-    said = f"{_said(text, _DIRECTIONS[direction], {})}, p {'<' if direction else '>='} {p:g}"
+    said = f"{_said(text, _DIRECTIONS[direction], {})}, p < {p:g}"
 
     def test(ours: Judged, _: Value) -> bool:
-        known = ours.p if isinstance(ours, Measured) else math.nan
-        return known < p and direction * number_of(ours) > 0.0 if direction else known >= p
+        return _p_of(ours) < p and direction * number_of(ours) > 0.0
 
-    return Rule(said, p, test)
+    return Rule(said, p, test, by_p=True)
+
+
+def equivalent(margin: float, p: float, text: str) -> Rule:
+    """Ours is no different from what it is compared with, by two one-sided tests with this limit of their p.
+
+    The p of ours, a `Measured`, is the larger one of the tests that it is off by the margin on either side
+    (Schuirmann 1987); it is below 5 % where the 90 % interval lies within the margin.
+
+    Parameters
+    ----------
+    margin
+        By how much it may be off and still count as no different, stated beforehand with its reason.
+    p
+        Limit of the probability.
+    text
+        The sentence, whose field is `limit`, the margin.
+    """
+    said = f"{_said(text, ('no different',), _fields('', margin))}, two one-sided tests, p < {p:g}"
+    return Rule(said, margin, lambda ours, _: _p_of(ours) < p, by_p=True)
 
 
 def number_of(ours: Judged) -> float:
@@ -285,6 +304,11 @@ def number_of(ours: Judged) -> float:
 def shown_of(ours: Judged) -> Value:
     """What is shown of a value."""
     return ours.shown if isinstance(ours, Measured) else ours
+
+
+def _p_of(ours: Judged) -> float:
+    """Probability of a measured value's test; not a number where it has none."""
+    return ours.p if isinstance(ours, Measured) else math.nan
 
 
 def _interval_of(ours: Judged) -> tuple[float, float]:

@@ -28,7 +28,6 @@ from system.rule import (
     exactly,
     unjudged,
     within,
-    within_factor,
     within_share,
 )
 from system.scenario import scenario_of
@@ -144,7 +143,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "equal",
     "within",
     "within_share",
-    "within_factor",
     "unjudged",
     # Pictures
     "save_picture",

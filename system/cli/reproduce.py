@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
@@ -41,7 +42,8 @@ def reproduce_command(asked: Reproduce) -> int:
     save_picture(asked.plot, report.draw)
     if asked.as_json:
         rows = [row.row() for row in report.rows]
-        print_json({"experiment": chosen.name, "rows": rows, "notes": report.notes})
+        said = {"scores": [asdict(score) for score in report.scores], "notes": report.said}
+        print_json({"experiment": chosen.name, "rows": rows} | said)
     else:
         _print(f"{chosen.name}: {chosen.summary}", report)
     if report.agrees:
@@ -79,7 +81,8 @@ def _counts(experiment: str, usual: Mapping[str, int], params: Sequence[str]) ->
 def _print(title: str, report: Report) -> None:
     columns = ("name", "paper:", "ours:", "rule", "", "agrees")
     print_table(title, columns, [_cells(row) for row in report.rows])
-    for note in report.notes:
+    print_line(f"Rows that hold: {'; '.join(map(str, report.scores))}")
+    for note in report.said:
         print_line(note)
 
 

@@ -217,6 +217,24 @@ def differ_p(a: Tally, b: Tally) -> float:
     return float(stats.binomtest(a.collisions, met, a.avoided / flown).pvalue)
 
 
+def equivalent_p(a: Tally, b: Tally, factor: float) -> float:
+    """P of two one-sided tests that the means differ by a factor or more, the larger of both.
+
+    1 where nothing was met. If the mean of `a` were so many times that of `b`, a's share of the collisions
+    would be what its avoided obstacles over that factor are of those of both: exact binomial tests.
+    """
+    met = a.collisions + b.collisions
+    if not a.avoided or not b.avoided or not met:
+        return 1.0
+
+    def one_sided(ratio: float, alternative: str) -> float:
+        expected = a.avoided / ratio
+        share = expected / (expected + b.avoided)
+        return float(stats.binomtest(a.collisions, met, share, alternative=alternative).pvalue)
+
+    return max(one_sided(factor, "greater"), one_sided(1.0 / factor, "less"))
+
+
 def _enough(collided: Sequence[bool], wanted: int) -> int:
     """How many samples it takes to so many collisions, or all."""
     reached = [k for k, met in enumerate(accumulate(map(int, collided))) if met >= wanted]

@@ -94,5 +94,11 @@ rows.rule       string                   -  when ours agrees, in words
 rows.tolerance  number?                  -  the number of the rule; null where it has none
 rows.fitted     boolean                  -  whether the value was used to choose parameters
 rows.agrees     boolean?                 -  the verdict; null where the rule gives none
+scores          object[]                 -  how many of the rows hold, for ours, nulls and the paper
+scores.name     string                   -  `ours`, the name of a null, or `paper` for the paper's own values
+scores.held     integer                  -  rows that hold
+scores.judged   integer                  -  rows with a verdict; of the paper those whose value can be judged
+scores.p        number?                  -  probability by a sign test over the rows that ours holds so many
+                                            more than a null by chance; null of ours and the paper
 notes           string[]                 -  sentences for the reader
 """)

@@ -37,13 +37,14 @@ from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from system.experiment import Experiment, Progress, Report
 from system.forest.campaign import COLLISIONS, Case, Limits, Tally, differ_p, fly_all, own_mismatch
-from system.forest.sweep import COUNTS, P
+from system.forest.sweep import COUNTS, NULLS, P, sweep_nulls
 from system.openspace.senses import Sensing, with_area
 from system.plot import COLOURS
 from system.rule import Measured, at_least, significant
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.interval import LEVEL, Interval
+from system.verdict.family import family
 
 AREAS = (1.0, 4.0, 16.0, 64.0)
 TEMPERATURES = (10.0, 20.0, 27.0, 34.0, 44.0)  # degC
@@ -82,11 +83,16 @@ def reproduce(
     for label, (kind, celsius) in by_temperature.items():
         cases |= _three(label, Case(sensing=Sensing("chip", "chip"), temperature_c=celsius, bias_kind=kind))
     found = fly_all(execution, EXPERIMENT.name, cases, Limits(collisions, pings), progress)
-    study = Study(
-        {area: _four(label, found) for label, area in by_area.items()},
-        {condition: _four(label, found) for label, condition in by_temperature.items()},
-    )
-    return Report(rows(study), lambda figure: _draw(study, figure), notes(study))
+
+    def studied(found: Mapping[str, Tally]) -> Study:
+        return Study(
+            {area: _four(label, found) for label, area in by_area.items()},
+            {condition: _four(label, found) for label, condition in by_temperature.items()},
+        )
+
+    study = studied(found)
+    nulls = sweep_nulls(lambda other: rows(studied(other)), found)
+    return Report(rows(study), lambda figure: _draw(study, figure), notes(study), nulls)
 
 
 def _three(label: str, case: Case) -> dict[str, Case]:
@@ -124,7 +130,7 @@ def rows(study: Study) -> tuple[Statement, ...]:
             for t in sorted({celsius[0], celsius[-1]} - {27.0})
         ),
     )
-    return (*near, *ends)
+    return family((*near, *ends))
 
 
 def _worse(name: str, one: Tally, other: Tally, against: str) -> Statement:
@@ -228,5 +234,5 @@ def _draw(study: Study, figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "forest-silicon", "avoided obstacles with chips against area and temperature", reproduce, COUNTS
+    "forest-silicon", "avoided obstacles with chips against area and temperature", reproduce, COUNTS, NULLS
 )

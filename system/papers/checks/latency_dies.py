@@ -6,7 +6,7 @@ own, both numbered from 1006 on, with 1,400 obstacles, 2 m/s and ten pings a sec
 8 crossings, 600 s or a minute in a loop. Biases are ideal currents unless said otherwise, and dies have
 mismatch and process variation. Rules, stated before the run: calibration by codes makes the mean of crossings
 larger; so does 16 times the area without calibration; with fixed gates and no calibration it is smaller than
-with ideal currents.
+with ideal currents; each by a sign test over the forests as well, of which the three are one family.
 
 Contributions are those of the mismatch of one block at a time, with all others nominal, the biases'
 copies and no process variation: what is lost against the nominal die on the same forests.
@@ -15,16 +15,18 @@ copies and no process variation: what is lost against the nominal die on the sam
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from chips.latency.calibration import PARTS
+from circuits.arrays import I64
 from system.experiment import Experiment, Progress, Report
 from system.papers.checks.latency_forests import described
 from system.plot import COLOURS
-from system.rule import above
+from system.rule import Measured, significant
 from system.spiking_bat.campaign import (
     Build,
     Crossed,
@@ -34,9 +36,12 @@ from system.spiking_bat.campaign import (
     crossed,
     flights_of,
     mean_crossings,
+    sign_test,
 )
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution, Numbered
+from system.verdict.family import family
+from system.verdict.null import Null, nulls_of, shuffled
 
 FIRST = 1006
 DIES, BLOCK_DIES = 100, 30  # of each build, and of each block's; ours
@@ -60,6 +65,10 @@ RULES = (
     ("ideal_over_gate", "ideal", "gate"),
 )
 
+P = 0.05  # of a sign test over forests; ours
+COLLIDES, ALIKE, DRAWN = "always collides", "every build is alike", "builds drawn anew"
+NULLS = (COLLIDES, ALIKE, DRAWN)
+
 Flights = Mapping[str, Sequence[Crossed]]
 
 
@@ -70,7 +79,24 @@ def reproduce(
     counts = {name: dies if name in BUILDS else block_dies for name in _builds()}
     keys = [Numbered(name, FIRST + k) for name, count in counts.items() for k in range(count)]
     flights = execution.by_condition(flights_of("latency-dies", fly_one), keys, progress)
-    return Report(rows(flights), lambda figure: _draw(flights, figure), notes(flights))
+    return Report(rows(flights), lambda figure: _draw(flights, figure), notes(flights), _nulls(flights))
+
+
+def _nulls(flights: Flights) -> tuple[Null, ...]:
+    """Bats that collide at once, builds that fly as the nominal die, and builds that change their places."""
+    names = list(BUILDS)
+    nowhere: Flights = {
+        name: [replace(f, laps=0, collided=True, pings=1) for f in flights[name]] for name in names
+    }
+    alike: Flights = dict.fromkeys(names, flights[NOMINAL])
+
+    def drawn(order: I64) -> Flights:
+        return {name: flights[names[k]] for name, k in zip(names, order, strict=True)}
+
+    return (
+        *nulls_of(rows, {COLLIDES: nowhere, ALIKE: alike}),
+        shuffled(DRAWN, rows, drawn, len(names)),
+    )
 
 
 def fly_one(key: Numbered) -> Crossed:
@@ -95,8 +121,11 @@ def rows(flights: Flights) -> tuple[Statement, ...]:
     made = []
     for name, better, worse in RULES:
         gain = mean_crossings(flights[better]) - mean_crossings(flights[worse])
-        made.append(Statement(f"{name}_crossings", None, gain, above(0.0, f"{better} above {worse}")))
-    return tuple(made)
+        won, lost, p = sign_test(flights[better], flights[worse])
+        shown = f"{gain:+.2f}, {won} forests better, {lost} worse, p {p:.2g}"
+        rule = significant(1, P, f"{better} above {worse}")
+        made.append(Statement(f"{name}_crossings", None, Measured(gain, shown, p=p), rule))
+    return family(made)
 
 
 def notes(flights: Flights) -> tuple[str, ...]:
@@ -119,5 +148,5 @@ def _draw(flights: Flights, figure: Figure) -> None:
 
 EXPERIMENT = Experiment(
     "latency-dies", "crossings by latency chips on dies", reproduce,
-    {"dies": DIES, "block_dies": BLOCK_DIES},
+    {"dies": DIES, "block_dies": BLOCK_DIES}, NULLS,
 )  # fmt: skip

@@ -14,7 +14,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -41,11 +41,14 @@ from system.spiking_bat.run import place
 from system.spiking_bat.scenario import Scenario
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
+from system.study.statistics.power import detectable_share
 from system.study.statistics.share import share_where
+from system.verdict.null import nulls_of
 
 LOOPS = 20  # of the chip's, ours
 AGAIN = 60  # pings that are flown from each
 HALF = 0.5
+NULLS = ("never moves", "never repeats", "tosses a coin")
 NAMES = ("network", "integrate-and-fire", "chip", "analog")
 
 
@@ -102,7 +105,22 @@ def reproduce(
         f"{name}: repeats {sum(x.repeated[name] for x in found)} of {len(found)} loops" for name in NAMES
     )
     flown = f"{found[-1].seed - first + 1} flights of the chip"
-    return Report(rows(found), lambda figure: _draw(found, figure), (*notes, flown))
+    power = (
+        f"power: {len(found)} loops tell a share of {detectable_share(len(found)):.2f} from one half (80 %,"
+        " two-sided 5 % as the rule)"
+    )
+    nulls = nulls_of(rows, _nulls(found))
+    return Report(rows(found), lambda figure: _draw(found, figure), (*notes, flown, power), nulls)
+
+
+def _nulls(found: Sequence[Loop]) -> dict[str, list[Loop]]:
+    """Who stands stays within any reach; who flies on straight repeats nothing; a coin does so in a half."""
+    random = np.random.default_rng(FIRST_SEED)
+    tossed = [replace(x, repeated={name: bool(random.integers(2)) for name in NAMES}) for x in found]
+    stays, leaves = (
+        [replace(x, repeated=dict.fromkeys(NAMES, said)) for x in found] for said in (True, False)
+    )
+    return dict(zip(NULLS, (stays, leaves, tossed), strict=True))
 
 
 def _flight(seed: int) -> tuple[Forest, Flown]:
@@ -176,5 +194,5 @@ def _draw(found: Sequence[Loop], figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "latency-loops", "loops of the latency chip, and who repeats them", reproduce, {"loops": LOOPS}
+    "latency-loops", "loops of the latency chip, and who repeats them", reproduce, {"loops": LOOPS}, NULLS
 )

@@ -11,10 +11,12 @@ both kinds of bias.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from typing import cast
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from chips.rolls.calibration import calibrate
@@ -28,10 +30,13 @@ from system.plot import COLOURS
 from system.rule import at_least
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
+from system.verdict.null import nulls_of
 
 FIRST_DIE, DIES = 1000, 20
 KINDS: tuple[BiasKind, ...] = ("ideal", "gate")
 SHARE = 0.95
+PEAK = 50.0  # Hz, of a null's bump where ours has none; ours
+NULLS = ("always chooses the same side", "tosses a coin", "chooses nothing")
 
 
 def reproduce(progress: Progress, execution: Execution = ALONE, dies: int = DIES) -> Report:
@@ -39,7 +44,28 @@ def reproduce(progress: Progress, execution: Execution = ALONE, dies: int = DIES
     keys = [Numbered(kind, FIRST_DIE + k) for kind in KINDS for k in range(dies)]
     campaign = Campaign(EXPERIMENT.name, decide, Numbered, Bump, (version("noctule"), field_task()))
     found = execution.by_condition(campaign, keys, progress)
-    return Report(rows(found), lambda figure: _draw(found, figure), _notes(found))
+    nulls = nulls_of(rows, _nulls(found))
+    return Report(rows(found), lambda figure: _draw(found, figure), _notes(found), nulls)
+
+
+def _nulls(found: Mapping[str, Sequence[Bump]]) -> dict[str, dict[str, list[Bump]]]:
+    """Fields with one bump on a side that the inputs do not decide, and one with none."""
+    random = np.random.default_rng(FIRST_DIE)
+    chosen: dict[str, Callable[[int], tuple[float, float]]] = {
+        NULLS[0]: lambda k: (1.0, 0.0) if (FIRST_DIE + k) % 2 else (0.0, 1.0),
+        NULLS[1]: lambda _: (1.0, 0.0) if random.integers(2) else (0.0, 1.0),
+        NULLS[2]: lambda _: (0.0, 0.0),
+    }
+    return {
+        name: {kind: [_bump(b, *sides(k)) for k, b in enumerate(bumps)] for kind, bumps in found.items()}
+        for name, sides in chosen.items()
+    }
+
+
+def _bump(bump: Bump, stronger: float, weaker: float) -> Bump:
+    """A field with the rate of a bump on these shares of its sides, and no spike elsewhere."""
+    rate = max(bump.rates.max(), PEAK)
+    return replace(bump, stronger=rate * stronger, weaker=rate * weaker, elsewhere=0.0)
 
 
 def decide(key: Numbered) -> Bump:
@@ -76,5 +102,9 @@ def _draw(found: Mapping[str, Sequence[Bump]], figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "rolls-field", "ROLLS: a neural field chooses the stronger of two inputs", reproduce, {"dies": DIES}
+    "rolls-field",
+    "ROLLS: a neural field chooses the stronger of two inputs",
+    reproduce,
+    {"dies": DIES},
+    NULLS,
 )

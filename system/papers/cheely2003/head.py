@@ -18,6 +18,7 @@ dies whose neurons are fast.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -27,7 +28,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from chips.lso.model import LEAST_AREA
-from circuits.arrays import F64
+from circuits.arrays import F64, I64
 from circuits.silicon.die import Die
 from system.experiment import Experiment, Progress, Report, with_progress
 from system.head.loop import LOST
@@ -38,6 +39,7 @@ from system.plot import COLOURS, INK
 from system.rule import Measured, above, at_least, at_most
 from system.statement import Statement
 from system.study.statistics.interval import mean_interval
+from system.verdict.null import Null, nulls_of, shuffled
 
 Found = Mapping[str, F64]
 
@@ -51,6 +53,9 @@ AREAS = (LEAST_AREA, 0.25, 1.0, 4.0)
 TEMPERATURES = (0.0, 27.0, 60.0)  # degC
 ERRORS = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # deg, of the picture's axis
 KINDS = ("gate", "ideal")
+STILL = ("still_rms_deg", "still_settled_deg")  # errors of a head that stands
+STANDS, ALIKE, DRAWN = "never moves", "all cases are alike", "cases drawn anew"
+NULLS = (STANDS, ALIKE, DRAWN)
 CASES: Mapping[str, Mapping[str, Any]] = {
     "sine": {},
     "step": {"motion": "step"},
@@ -64,6 +69,15 @@ CASES: Mapping[str, Mapping[str, Any]] = {
 }
 
 
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """What is judged: on the nominal die errors of the sine and, settled, of the step, deg; cases on dies."""
+
+    sine: float
+    step: float
+    dies: Mapping[str, Found]
+
+
 def follow_all(dies: tuple[int, ...], **options: Any) -> Found:
     """Follow a target on each die, and give the numbers of the summary, float64[dies] each."""
     runs = [
@@ -72,7 +86,15 @@ def follow_all(dies: tuple[int, ...], **options: Any) -> Found:
     found = [SYSTEM.summarise(trace) for trace in runs]
     pings = np.array([float(len(trace.log.time)) for trace in runs])
     named = {name: np.array([float(q[name] or 0.0) for q in found]) for name in SUMMARY}
-    return named | {"pings": pings}
+    still = dict(zip(STILL, np.array([still_errors(trace) for trace in runs]).T, strict=True))
+    return named | {"pings": pings} | still
+
+
+def still_errors(trace: Trace) -> tuple[float, float]:
+    """Errors (deg rms) of a head that stays where it began, of the whole run and of its second half."""
+    away = np.degrees(trace.log.target - trace.log.head[0])
+    whole, settled = (float(np.sqrt(np.mean(part**2))) for part in (away, away[away.size // 2 :]))
+    return whole, settled
 
 
 def reproduce(progress: Progress, dies: tuple[int, ...] = DIES) -> Report:
@@ -87,14 +109,58 @@ def reproduce(progress: Progress, dies: tuple[int, ...] = DIES) -> Report:
         SYSTEM.run(SYSTEM.scenario(motion=m, die=Die(number=dies[0]), seed=dies[0], **FIXED_GATES))
         for m in nominal
     ]
-    rows = (*nominal_rows(nominal), *die_rows(found), *wiring_rows(found), *silicon_rows(found))
-    return Report(rows, lambda figure: _draw(found, shown, figure), tuple(notes(found)))
-
-
-def nominal_rows(nominal: Mapping[str, Trace]) -> tuple[Statement, ...]:
-    """Make the statements about the errors on the nominal die."""
     sine = float(SYSTEM.summarise(nominal["sine"])["error_rms_deg"] or 0.0)
     step = float(SYSTEM.summarise(nominal["step"])["settled_rms_deg"] or 0.0)
+    still = still_errors(nominal["sine"])[0], still_errors(nominal["step"])[1]
+    data = Errors(sine, step, found)
+    return Report(
+        rows(data), lambda figure: _draw(found, shown, figure), tuple(notes(found)), _nulls(data, *still)
+    )
+
+
+def _nulls(ours: Errors, still_sine: float, still_step: float) -> tuple[Null, ...]:
+    """A head that stands, cases that are all as the first one, and cases that change their places."""
+    names, every = list(ours.dies), list(ours.dies.values())
+    stands = {name: {**each, **_standing(each)} for name, each in ours.dies.items()}
+    alike = dict.fromkeys(names, ours.dies["sine"])
+
+    def drawn(order: I64) -> Errors:
+        return replace(ours, dies=dict(zip(names, [every[k] for k in order], strict=True)))
+
+    return (
+        *nulls_of(
+            rows,
+            {
+                STANDS: Errors(still_sine, still_step, stands),
+                ALIKE: replace(ours, dies=alike),
+            },
+        ),
+        shuffled(DRAWN, rows, drawn, len(names)),
+    )
+
+
+def _standing(each: Found) -> Found:
+    """What a case comes to if the head stands and a neuron spikes once a ping, for nothing."""
+    whole, settled = (each[name] for name in STILL)
+    return {
+        "error_rms_deg": whole, "settled_rms_deg": settled, "lost": np.zeros_like(whole),
+        "spikes_a_ping": np.ones_like(whole),
+    }  # fmt: skip
+
+
+def rows(errors: Errors) -> tuple[Statement, ...]:
+    """Make all statements."""
+    found = errors.dies
+    return (
+        *nominal_rows(errors.sine, errors.step),
+        *die_rows(found),
+        *wiring_rows(found),
+        *silicon_rows(found),
+    )
+
+
+def nominal_rows(sine: float, step: float) -> tuple[Statement, ...]:
+    """Make the statements about the errors on the nominal die, deg rms: all of a sine, settled of a step."""
     return (
         _most("nominal_sine_error_deg", sine, MOST_SINE, fitted=True),
         _most("nominal_step_settled_deg", step, MOST_STEP, fitted=True),
@@ -228,5 +294,6 @@ def _draw_means(ax: Axes, x: list[float], cases: list[Found], colour: str, label
 
 
 EXPERIMENT = Experiment(
-    "cheely2003-head", "the sonar head follows a moving target by two ears, on 20 dies", reproduce
-)
+    "cheely2003-head", "the sonar head follows a moving target by two ears, on 20 dies", reproduce,
+    nulls=NULLS,
+)  # fmt: skip

@@ -33,6 +33,7 @@ from system.rover.campaign import Case, Outcome, first_failure, regrets, run_cas
 from system.rover.cost_map import MAX_CODE, CostMap, load_map, random_pairs
 from system.rule import Measured, apart_below, below, exactly
 from system.statement import Statement
+from system.verdict.null import Null, nulls_of, shuffled
 
 DIES, FIRST_DIE, ROUTES, SEED = 200, 1000, 20, 1000
 PARK, ANY = "map1-road-obstacles", "random-1-to-31"
@@ -43,6 +44,8 @@ AREAS = (0.25, 0.5, 1.0, 2.0, 4.0, 16.0)  # below, mismatch leaves the record's 
 SWEEPS: Mapping[str, tuple[float, ...]] = {"unit": UNITS, "temperature_c": TEMPERATURES, "area": AREAS}
 MOST = 0.01  # mean regret at the design point, share of the lowest cost
 ENOUGH = 0.95  # share of optimal paths
+CONSTANT, DRAWN = "every condition is alike", "conditions drawn anew"
+NULLS = (CONSTANT, DRAWN)
 LABELS = {"unit": "unit delay (us)", "temperature_c": "temperature (degC)", "area": "area of devices"}
 
 Found = Mapping[tuple[str, BiasKind, str], Sequence[Outcome]]
@@ -64,7 +67,29 @@ def reproduce(
             known[name, case] = run_case(case, cost_map, pairs, silicon, np.random.default_rng(SEED))
         found.setdefault((name, kind, quantity), []).append(known[name, case])
     exact = [int(_exact(cost_map, pairs).sum()) for cost_map, pairs in maps.values()]
-    return Report(rows(found, exact), lambda figure: _draw(found, figure), _notes(found))
+    nulls = _nulls(found, exact)
+    return Report(rows(found, exact), lambda figure: _draw(found, figure), _notes(found), nulls)
+
+
+def _nulls(found: Found, exact: Sequence[int]) -> tuple[Null, ...]:
+    """Conditions that all have the regret of the middle one, and conditions whose regrets change places."""
+    places = [(key, k) for key, outcomes in found.items() for k in range(len(outcomes))]
+    every = [found[key][k] for key, k in places]
+    middle = sorted(every, key=lambda o: o.regret.value)[len(every) // 2]
+
+    def told(outcomes: Sequence[Outcome]) -> Found:
+        made: dict[tuple[str, BiasKind, str], list[Outcome]] = {}
+        for (key, k), other in zip(places, outcomes, strict=True):
+            made.setdefault(key, []).append(replace(other, case=found[key][k].case))
+        return made
+
+    def judged(made: Found) -> tuple[Statement, ...]:
+        return rows(made, exact)
+
+    return (
+        *nulls_of(judged, {CONSTANT: told([middle] * len(every))}),
+        shuffled(DRAWN, judged, lambda order: told([every[k] for k in order]), len(every)),
+    )
 
 
 def _case(kind: BiasKind, quantity: str, value: float) -> Case:
@@ -177,4 +202,5 @@ EXPERIMENT = Experiment(
     "hwu2018-campaign",
     "regret of the wavefront chip's paths over dies, area, temperature, speed, bias",
     reproduce,
+    nulls=NULLS,
 )

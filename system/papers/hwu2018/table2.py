@@ -13,12 +13,12 @@ second; the paper has only its GPS, and distances to the fixes are in the notes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from circuits.arrays import F64
+from circuits.arrays import F64, I64
 from system.experiment import Experiment, Progress, Report, with_progress
 from system.rover.cost_map import MAPS, load_map
 from system.rover.drive import polyline
@@ -27,6 +27,7 @@ from system.rover.run import Trace, run, summarise
 from system.rover.scenario import Scenario
 from system.rule import above, all_of, between
 from system.statement import Statement
+from system.verdict.null import Null, nulls_of, shuffled
 
 ROUTES = (
     ((2, 10), (19, 10)), ((10, 10), (5, 3)), ((16, 3), (10, 10)),
@@ -34,6 +35,8 @@ ROUTES = (
 )  # fmt: skip
 TRIALS = 4
 FIRST_SEED = 1000
+STILL, CONSTANT, DRAWN = "never moves", "one answer for every drive", "drives drawn anew"
+NULLS = (STILL, CONSTANT, DRAWN)
 LOWEST, HIGHEST = 7.0, 25.0  # m, of a map's mean
 PAPER: dict[str, tuple[float, ...]] = {  # means of four trials, m
     "map1-without-road": (12.54, 9.28, 18.20, 13.05, 8.39, 23.70),
@@ -59,7 +62,40 @@ def reproduce(progress: Progress) -> Report:
     found: dict[str, Trials] = {}
     for name in with_progress(MAPS, progress):
         found[name] = drive_map(name)
-    return Report(rows(found), lambda figure: _draw(found, figure), _notes(found))
+    return Report(rows(found), lambda figure: _draw(found, figure), _notes(found), _nulls(found))
+
+
+def _nulls(found: dict[str, Trials]) -> tuple[Null, ...]:
+    """A rover that stays at the start, drives that are all alike, and drives of any map and route."""
+    still = {name: _ended(t, _from_start(name, t), 0.0, 0.0) for name, t in found.items()}
+    every = np.stack([t.frechet for t in found.values()]), np.stack([t.interventions for t in found.values()])
+    mean = [float(each.mean()) for each in every]
+    alike = {name: _ended(t, np.full_like(t.frechet, mean[0]), mean[1], 1.0) for name, t in found.items()}
+
+    def drawn(order: I64) -> dict[str, Trials]:
+        new = [each.ravel()[order].reshape(each.shape) for each in every]
+        return {
+            name: replace(t, frechet=new[0][k], interventions=new[1][k])
+            for k, (name, t) in enumerate(found.items())
+        }
+
+    return (*nulls_of(rows, {STILL: still, CONSTANT: alike}), shuffled(DRAWN, rows, drawn, every[0].size))
+
+
+def _ended(trials: Trials, frechet: F64, interventions: float, arrived: float) -> Trials:
+    """The same drives with these distances (m), and so many interventions and arrivals in each."""
+    like = trials.arrived
+    told = np.full_like(like, interventions), np.full_like(like, arrived)
+    return replace(trials, frechet=frechet, interventions=told[0], arrived=told[1])
+
+
+def _from_start(name: str, trials: Trials) -> F64:
+    """Distance (m) of the planned way from its start: Frechet's from a way that stays there."""
+    found = np.empty_like(trials.frechet)
+    for (route, trial), _ in np.ndenumerate(found):
+        way = polyline(load_map(name), trials.traces[route][trial].trips[0].plan.path)
+        found[route, trial] = np.hypot(*(way - way[0]).T).max()
+    return found
 
 
 def drive_map(name: str) -> Trials:
@@ -147,4 +183,5 @@ EXPERIMENT = Experiment(
     "hwu2018-table2",
     "Frechet distances between planned and driven routes: 6 routes, 4 trials, 4 maps",
     reproduce,
+    nulls=NULLS,
 )

@@ -17,6 +17,7 @@ import numpy as np
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import IDEAL_CURRENTS
+from system.papers.milde2017.null import ROBOTS, Robot, runs_of
 from system.papers.milde2017.picture import draw_first
 from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, mean_sd, summaries_of
 from system.pushbot.loop import all_spikes
@@ -25,6 +26,8 @@ from system.pushbot.scenario import Scenario
 from system.rule import at_least
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
+from system.study.statistics.power import detectable_mean
+from system.verdict.null import nulls_of
 from system.worlds.arena.geometry import outline_at
 
 RUNS, DIES = 5, 5
@@ -34,6 +37,14 @@ SPEED, WINDOW = 0.25, 0.1
 BIN = 0.1  # s
 COLUMNS = 6.0  # beside the LED that count as on it; ours
 COLUMN = math.tan(math.radians(30.0)) / 64.0  # tangent of a column
+
+
+def _looks_ahead(summary: Summary) -> Summary:
+    """A field that is always straight ahead; it touches what ours touches."""
+    return summary | {"on_target": summary.get("ahead")}
+
+
+NULLS: dict[str, Robot] = {**ROBOTS, "always looks straight ahead": _looks_ahead}
 
 
 def reproduce(
@@ -55,26 +66,32 @@ def reproduce(
     asked, usual = Runs(count, dies), Runs(RUNS, DIES)
     driven = drive_repeats(execution, EXPERIMENT.name, {"chase": chase}, asked, usual, progress)
     found = summaries_of(driven)["chase"]
-    return Report(rows(found), partial(draw_first, chase, asked), notes(found))
+    nulls = {name: runs["chase"] for name, runs in runs_of(NULLS, {"chase": found}).items()}
+    return Report(rows(found), partial(draw_first, chase, asked), notes(found), nulls_of(rows, nulls))
 
 
 def outcome(trace: Trace) -> Summary:
-    """Give the shares of the time in which the LED is in view, and of that in which the field is on it."""
+    """Give the shares of the time in which the LED is in view, and of that in which the field is on it.
+
+    `ahead` is the share in which a field would be on it that is always straight ahead.
+    """
     columns = led_columns(trace)
     times, neurons = all_spikes(trace.record)
     field = np.array(trace.brain.network["target"].neurons)
     mine = np.isin(neurons, field)
     bins = (times[mine] / BIN).astype(np.int64)
     place = neurons[mine] - field[0]
-    hit, seen = 0, 0
+    hit, seen, middle = 0, 0, 0
     for k, column in enumerate(columns):
         if not 0.0 <= column < field.size:
             continue
         seen += 1
+        middle += bool(abs(0.5 * (field.size - 1) - column) <= COLUMNS)
         here = place[bins == k]
         hit += bool(here.size and abs(np.median(here) - column) <= COLUMNS)
     return {
         "on_target": hit / seen if seen else None,
+        "ahead": middle / seen if seen else None,
         "in_view": seen / max(len(columns), 1),
         "touched": float(trace.drive.touched is not None),
         "time": float(trace.drive.path[-1][0]),
@@ -109,9 +126,18 @@ def notes(found: Sequence[Summary]) -> tuple[str, ...]:
         share = "never in view" if s["on_target"] is None else f"on target {s['on_target']:.2f}"
         end = "touched something" if s["touched"] else "free"
         out.append(f"run {k}: {share}, in view {s['in_view']:.2f} of {s['time']:.3g} s, {end}")
-    return tuple(out)
+    return (*out, _power(found))
+
+
+def _power(found: Sequence[Summary]) -> str:
+    """The least distance from `ON_TARGET` that so many runs tell."""
+    _, deviation, count = mean_sd(found, "on_target")
+    apart = detectable_mean(count) * deviation
+    told = f"{apart:.2g} from {ON_TARGET:g}" if count > 1 else "none: one run tells no spread"
+    return f"power: {count} runs tell a share on target (80 %, two-sided 5 %) that is off by {told}"
 
 
 EXPERIMENT = Experiment(
-    "milde2017-chase", "after a robot with a blinking LED", reproduce, {"count": RUNS, "dies": DIES}
-)
+    "milde2017-chase", "after a robot with a blinking LED", reproduce, {"count": RUNS, "dies": DIES},
+    tuple(NULLS),
+)  # fmt: skip

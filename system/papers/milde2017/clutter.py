@@ -32,6 +32,7 @@ from scipy.stats import CensoredData, binomtest, ecdf
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import IDEAL_CURRENTS
+from system.papers.milde2017.null import ROBOTS, runs_of
 from system.plot import COLOURS
 from system.pushbot.body import SPEED_OF_FACTOR
 from system.pushbot.campaign import FIRST, Drive, Runs, Summary, drive_repeats, share_of, summaries_of
@@ -40,6 +41,9 @@ from system.pushbot.scenario import MODIFIED_TURN_FACTOR, TURN_FACTOR, Scenario
 from system.rule import Measured, at_least, significant
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
+from system.study.statistics.power import detectable_ratio, detectable_share
+from system.verdict.family import family
+from system.verdict.null import nulls_of
 from system.worlds.arena.scene import COLOURS as REFLECTANCES
 
 SPEEDS = (0.35, 0.5)  # m/s; the paper's
@@ -68,6 +72,9 @@ NETWORKS: Mapping[str, Scenario] = {
     ),
 }
 
+ALIKE = "all networks are the plain one"
+NULLS = (*ROBOTS, ALIKE)
+
 Found = Mapping[tuple[str, float], Sequence[Summary]]
 
 
@@ -84,7 +91,14 @@ def reproduce(
     }
     asked, usual = Runs(count, dies, FRESH), Runs(SCENES, DIES, FRESH)
     found = summaries_of(drive_repeats(execution, EXPERIMENT.name, cells, asked, usual, progress))
-    return Report(rows(found), lambda figure: _draw(found, figure), notes(found))
+    nulls = {**runs_of(ROBOTS, found), ALIKE: _alike(found)}
+    told = (*notes(found), _power(found))
+    return Report(rows(found), lambda figure: _draw(found, figure), told, nulls_of(rows, nulls))
+
+
+def _alike(found: Found) -> Found:
+    """The plain network in the place of all."""
+    return {(name, speed): found["plain", speed] for name, speed in found}
 
 
 def outcome(trace: Trace) -> Summary:
@@ -119,7 +133,21 @@ def rows(found: Found) -> tuple[Statement, ...]:
         for rule, title, kind in RULES
         for name in others
     ]
-    return (*compared, *(_moves(network, speed, runs) for (network, speed), runs in found.items()))
+    return family((*compared, *(_moves(network, speed, runs) for (network, speed), runs in found.items())))
+
+
+def _power(found: Found) -> str:
+    """The least effects that the runs at the higher speed tell, of the plain network's usual turn factor."""
+    plain, modified = (found[name, SPEEDS[1]] for name in ("plain", "modified"))
+    differ = sum(bool(a["collided"]) != bool(b["collided"]) for a, b in zip(plain, modified, strict=True))
+    ways = [total(runs, "path_m") for runs in (plain, modified)]
+    hits = sum(share_of(runs, "collided").passed for runs in (plain, modified))
+    ratio = detectable_ratio(ways[0], ways[1], hits)
+    return (
+        f"power (80 %, two-sided 5 %, before Holm): {differ} scenes that differ tell"
+        f" {detectable_share(differ):.2f} of them better from a half; {hits} collisions tell a ratio a"
+        f" metre of {ratio:.2f}"
+    )
 
 
 def _paired(name: str, plain: Sequence[Summary], modified: Sequence[Summary], kind: str) -> Statement:
@@ -207,5 +235,5 @@ def kept(runs: Sequence[Summary]) -> tuple[F64, F64]:
 
 EXPERIMENT = Experiment(
     "milde2017-clutter", "plain and modified network among many blocks", reproduce,
-    {"count": SCENES, "dies": DIES},
+    {"count": SCENES, "dies": DIES}, NULLS,
 )  # fmt: skip

@@ -23,6 +23,7 @@ from matplotlib.figure import Figure
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import IDEAL_CURRENTS
+from system.papers.milde2017.null import ROBOTS, runs_of
 from system.papers.milde2017.picture import draw_paths
 from system.pushbot.body import SPEED_OF_FACTOR
 from system.pushbot.campaign import Drive, Runs, Summary, World, drive_repeats, share_of, summaries_of
@@ -31,6 +32,7 @@ from system.rule import Measured, at_most
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
+from system.verdict.null import nulls_of
 from system.worlds.arena.scene import Body, Motion, Scene
 
 RUNS, DIES = 100, 10
@@ -58,10 +60,16 @@ def reproduce(
     }
     parts = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
     told = summaries_of(parts)
-    found = {f"{factor:g}": (told[pushed, factor], told[standing, factor]) for factor in FACTORS}
-    found[f"{OWN:g}_at_the_last_moment"] = told[scene_of, OWN], told[standing, OWN]
+    found = _pairs(told)
+    nulls = {name: _pairs(runs) for name, runs in runs_of(ROBOTS, told).items()}
     paths = [[d.path for d in parts[world, OWN]] for world in (pushed, standing)]
-    return Report(rows(found), lambda figure: _draw(paths, figure), notes(found))
+    return Report(rows(found), lambda figure: _draw(paths, figure), notes(found), nulls_of(rows, nulls))
+
+
+def _pairs(told: Mapping[tuple[World, float], Sequence[Summary]]) -> Found:
+    """Moving and standing cup of each row."""
+    found = {f"{factor:g}": (told[pushed, factor], told[standing, factor]) for factor in FACTORS}
+    return found | {f"{OWN:g}_at_the_last_moment": (told[scene_of, OWN], told[standing, OWN])}
 
 
 def pushed(scenario: Scenario) -> Scene:
@@ -135,5 +143,5 @@ def _draw(paths: Sequence[Sequence[F64]], figure: Figure) -> None:
 
 EXPERIMENT = Experiment(
     "milde2017-moving", "a cup moved into the way, against a standing one, by speed factor", reproduce,
-    {"count": RUNS, "dies": DIES},
+    {"count": RUNS, "dies": DIES}, tuple(ROBOTS),
 )  # fmt: skip

@@ -21,6 +21,7 @@ import numpy as np
 from circuits.errors import ParameterError
 from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import IDEAL_CURRENTS
+from system.papers.milde2017.null import ROBOTS, runs_of
 from system.papers.milde2017.picture import draw_first
 from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, summaries_of
 from system.pushbot.run import Trace, stood, summarise
@@ -29,6 +30,7 @@ from system.rule import Measured, at_most
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.interval import Interval, poisson_interval
+from system.verdict.null import nulls_of
 from system.worlds.arena.geometry import Obstacles, collision, obstacles_of, outline_at
 from system.worlds.arena.scene import LIGHTS, Scene
 from system.worlds.camera.sensor import Dvs
@@ -52,7 +54,8 @@ def reproduce(
     cells = {light: Drive(replace(base, light=light), outcome, started) for light in lights}
     asked, usual = Runs(count, dies), Runs(RUNS, DIES)
     found = summaries_of(drive_repeats(execution, EXPERIMENT.name, cells, asked, usual, progress))
-    return Report(rows(found), partial(draw_first, cells[lights[0]], asked), notes(found))
+    nulls = nulls_of(rows, runs_of(ROBOTS, found))
+    return Report(rows(found), partial(draw_first, cells[lights[0]], asked), notes(found), nulls)
 
 
 def outcome(trace: Trace) -> Summary:
@@ -141,5 +144,6 @@ def notes(found: Mapping[str, Sequence[Summary]]) -> tuple[str, ...]:
 
 
 EXPERIMENT = Experiment(
-    "milde2017-office", "crashes a minute in an office", reproduce, {"count": RUNS, "dies": DIES}
-)
+    "milde2017-office", "crashes a minute in an office", reproduce, {"count": RUNS, "dies": DIES},
+    tuple(ROBOTS),
+)  # fmt: skip

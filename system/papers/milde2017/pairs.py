@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import IDEAL_CURRENTS
+from system.papers.milde2017.null import COLLIDES, ROBOTS, always, runs_of
 from system.papers.milde2017.picture import draw_paths
 from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, share_of, summaries_of
 from system.pushbot.scenario import Scenario
@@ -26,6 +27,7 @@ from system.rule import at_least, at_most
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share
+from system.verdict.null import nulls_of
 from system.worlds.arena.file import load_scene
 
 SCENES = ("pair", "triple", "triple-loose")
@@ -34,6 +36,10 @@ RUNS, DIES = 100, 25
 ENOUGH = 0.95  # of runs without a collision; ours
 BETWEEN = 0.05  # of those past it; ours
 SHOWN = 25  # paths in the picture
+# straight on it fits between the two blocks of a pair, and meets the middle one of a triple
+BETWEEN_TWO = always(collided=0.0, crossed=1.0, between=1.0)
+STRAIGHT = "drives straight on"
+NULLS = (*ROBOTS, STRAIGHT)
 
 
 def reproduce(
@@ -48,7 +54,16 @@ def reproduce(
     runs = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
     found = summaries_of(runs)
     paths = {name: [d.path for d in mine] for name, mine in runs.items()}
-    return Report(rows(found), lambda figure: _draw(paths, figure), notes(found))
+    nulls = nulls_of(rows, _nulls(found))
+    return Report(rows(found), lambda figure: _draw(paths, figure), notes(found), nulls)
+
+
+def _nulls(found: Mapping[str, Sequence[Summary]]) -> dict[str, Mapping[str, Sequence[Summary]]]:
+    straight = {
+        name: [(BETWEEN_TWO if name == "pair" else COLLIDES)(run) for run in runs]
+        for name, runs in found.items()
+    }
+    return {**runs_of(ROBOTS, found), STRAIGHT: straight}
 
 
 def rows(found: Mapping[str, Sequence[Summary]]) -> tuple[Statement, ...]:
@@ -92,5 +107,5 @@ def _draw(paths: Mapping[str, Sequence[F64]], figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "milde2017-pairs", "two and three blocks at 0.35 m/s", reproduce, {"count": RUNS, "dies": DIES}
+    "milde2017-pairs", "two and three blocks at 0.35 m/s", reproduce, {"count": RUNS, "dies": DIES}, NULLS
 )

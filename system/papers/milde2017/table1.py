@@ -13,10 +13,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot, inf, isfinite
 
+import numpy as np
 from matplotlib.figure import Figure
+from scipy.stats import norm
 
 from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import IDEAL_CURRENTS
+from system.papers.milde2017.null import ROBOTS, runs_of
 from system.papers.milde2017.picture import SHADES
 from system.plot import INK
 from system.pushbot.campaign import (
@@ -30,20 +33,26 @@ from system.pushbot.campaign import (
     summaries_of,
 )
 from system.pushbot.scenario import Scenario
-from system.rule import Measured, above, at_least, at_most, within
+from system.rule import Measured, above, at_least, at_most, significant, within
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share
+from system.verdict.family import family
+from system.verdict.null import nulls_of
 
 CELLS = ((0.1, 0.5), (0.5, 0.5), (1.0, 0.5), (1.0, 1.0), (1.5, 1.0), (2.0, 1.0), (3.0, 1.0))
 TRIALS, DIES = 20, 10
+PAPER_TRIALS = 3
+CONSTANT = "one answer a colour"
+NULLS = (*ROBOTS, CONSTANT)
 PAPER: Mapping[str, tuple[float, ...]] = {  # cm, means of three trials; 0 where all collided
     "blue": (7.0, 10.3, 7.7, 19.3, 16.3, 10.8, 0.0),
     "red": (0.0, 2.3, 4.7, 10.7, 9.7, 5.0, 0.0),
     "yellow": (0.0, 0.0, 0.0, 7.0, 0.0, 0.0, 0.0),
 }
 FEW, MOST = 0.1, 0.5  # share of collisions that counts as avoided, and from which on as colliding; ours
-ERRORS = 2.0  # standard errors of a difference from which on it counts; ours
+P = 0.05  # of a difference of two means, in their standard errors; ours
+ERRORS = 2.0  # standard errors by which a cell may be behind the best one; ours
 CLOSE = 5.0  # cm, or half of the paper's distance, within which a cell is told to agree; ours
 
 
@@ -69,6 +78,10 @@ class Cell:
         return f"{self.colour}_{self.factors[0]:g}/{self.factors[1]:g}"
 
 
+Cells = Mapping[tuple[str, tuple[float, float]], Cell]
+Found = Mapping[tuple[str, tuple[float, float]], Sequence[Summary]]
+
+
 def reproduce(
     progress: Progress, execution: Execution = ALONE, count: int = TRIALS, dies: int = DIES,
     colours: Sequence[str] = tuple(PAPER),
@@ -85,16 +98,45 @@ def reproduce(
     }
     asked, usual = Runs(count, dies), Runs(TRIALS, DIES)
     driven = drive_repeats(execution, EXPERIMENT.name, drives, asked, usual, progress)
-    cells = {key: _cell(*key, found) for key, found in summaries_of(driven).items()}
-    return Report(rows(cells), lambda figure: _draw(cells, figure), notes(cells))
+    found = summaries_of(driven)
+    cells = cells_of(found)
+    nulls = {name: cells_of(runs) for name, runs in _nulls(found).items()}
+    paper = cells_of({key: list(map(_answer, _papers(*key))) for key in drives})
+    return Report(
+        rows(cells), lambda figure: _draw(cells, figure), notes(cells), nulls_of(rows, nulls), rows(paper)
+    )
+
+
+def _nulls(found: Found) -> dict[str, Found]:
+    """Robots that sense nothing, and one distance a colour: the mean of the paper's, or that all collide."""
+    constant = {key: [_answer(_constant(key[0]))] * len(runs) for key, runs in found.items()}
+    return {**runs_of(ROBOTS, found), CONSTANT: constant}
+
+
+def _constant(colour: str) -> float:
+    """The mean of a colour's distances, cm; 0 where most of them are."""
+    distances = PAPER[colour]
+    return float(np.mean(distances)) if 2 * distances.count(0.0) < len(distances) else 0.0
+
+
+def _papers(colour: str, factors: tuple[float, float]) -> list[float]:
+    """The paper's mean of three trials, as often."""
+    return [PAPER[colour][CELLS.index(factors)]] * PAPER_TRIALS
+
+
+def _answer(distance: float) -> Summary:
+    """A run that passes at a distance, cm, or collides at none."""
+    return {"distance_cm": distance, "collided": float(distance == 0.0), "crossed": float(distance > 0.0)}
+
+
+def cells_of(found: Found) -> Cells:
+    """Sum up the runs of every cell."""
+    return {key: _cell(*key, runs) for key, runs in found.items()}
 
 
 def _cell(colour: str, factors: tuple[float, float], found: Sequence[Summary]) -> Cell:
     mean, sigma, count = mean_sd(found, "distance_cm")
     return Cell(colour, factors, mean, sigma, count, share_of(found, "collided"))
-
-
-Cells = Mapping[tuple[str, tuple[float, float]], Cell]
 
 
 def rows(cells: Cells) -> tuple[Statement, ...]:
@@ -122,16 +164,16 @@ def rows(cells: Cells) -> tuple[Statement, ...]:
         of_yellow = [cells["yellow", f].collided for f in CELLS]
         share = Share(sum(s.passed for s in of_yellow), sum(s.of for s in of_yellow))
         found.append(Statement("yellow_collided", "mostly", share.measured(), above(MOST), fitted=True))
-    return (*found, *(_distance(cell) for cell in cells.values()))
+    return family((*found, *(_distance(cell) for cell in cells.values())))
 
 
 def _further(name: str, more: Cell, less: Cell) -> Statement:
-    """A distance that is larger than another by twice the standard error of their difference."""
+    """A distance that is larger than another, in standard errors of their difference."""
     apart = more.distance - less.distance
     error = hypot(more.error, less.error)
-    ours = Measured(_in_errors(apart, error), f"{apart:+.1f} +- {error:.1f}")
-    rule = above(ERRORS, "above 0 by {limit:g} standard errors")
-    return Statement(f"{name}_cm", "larger", ours, rule, fitted=True)
+    p = float(2.0 * norm.sf(abs(_in_errors(apart, error))))
+    ours = Measured(apart, f"{apart:+.1f} +- {error:.1f}, p {p:.2g}", p=p)
+    return Statement(f"{name}_cm", "larger", ours, significant(1, P, "above the other"), fitted=True)
 
 
 def _best(
@@ -189,5 +231,5 @@ def _draw(cells: Cells, figure: Figure) -> None:
 
 EXPERIMENT = Experiment(
     "milde2017-table1", "distance at the obstacle line by speed, turn factor and colour", reproduce,
-    {"count": TRIALS, "dies": DIES},
+    {"count": TRIALS, "dies": DIES}, NULLS,
 )  # fmt: skip

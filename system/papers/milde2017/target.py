@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import IDEAL_CURRENTS
+from system.papers.milde2017.null import ROBOTS, always, runs_of
 from system.papers.milde2017.picture import draw_paths
 from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, summaries_of
 from system.pushbot.run import Trace
@@ -26,6 +27,7 @@ from system.rule import at_least
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import share_where
+from system.verdict.null import nulls_of
 from system.worlds.arena.file import load_scene
 from system.worlds.arena.geometry import clearance
 
@@ -36,6 +38,9 @@ NEAR = 0.25  # m
 REACHED, AVOIDED, WON = 0.9, 0.5, 0.9
 WINDOW = 0.1  # s; ours: with 500 ms the robot swings about the target
 EVERY = 10  # steps between two looks at the distance
+# straight on it passes the other robot 30 cm beside it, and touches neither that nor the block
+STRAIGHT = always(reached=0.0, touched_robot=0.0, touched_block=0.0, touched_wall=1.0)
+NULLS = {**ROBOTS, "drives straight on": STRAIGHT}
 
 
 def reproduce(
@@ -49,9 +54,14 @@ def reproduce(
     }
     cells = {name: Drive(base, outcome, with_path=True) for name, base in bases.items()}
     parts = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
-    reached, block = summaries_of(parts).values()
+    found = summaries_of(parts)
+    reached, block = found.values()
+    nulls = runs_of(NULLS, found)
     paths = {name: [d.path for d in part] for name, part in parts.items()}
-    return Report(rows(reached, block), lambda figure: _draw(paths, figure), notes(reached, block))
+    return Report(
+        rows(reached, block), lambda figure: _draw(paths, figure), notes(reached, block),
+        nulls_of(lambda runs: rows(*runs.values()), nulls),
+    )  # fmt: skip
 
 
 def outcome(trace: Trace) -> Summary:
@@ -102,5 +112,5 @@ def _draw(paths: dict[str, list[F64]], figure: Figure) -> None:
 
 EXPERIMENT = Experiment(
     "milde2017-target", "towards a standing robot with a blinking LED", reproduce,
-    {"count": RUNS, "dies": DIES},
+    {"count": RUNS, "dies": DIES}, tuple(NULLS),
 )  # fmt: skip

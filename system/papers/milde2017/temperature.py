@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 from circuits.circuit import BiasKind
 from system.experiment import Experiment, Progress, Report
+from system.papers.milde2017.null import ROBOTS, runs_of
 from system.plot import COLOURS, draw_estimates
 from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, summaries_of
 from system.pushbot.scenario import Scenario
@@ -22,6 +23,7 @@ from system.rule import Measured, at_least, below
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
+from system.verdict.null import nulls_of
 
 KINDS: tuple[BiasKind, ...] = ("ideal", "gate")
 TEMPERATURES = (7.0, 17.0, 27.0, 37.0, 47.0)  # degC
@@ -43,9 +45,15 @@ def reproduce(
         for t in temperatures
     }
     driven = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
-    found = {key: avoided(runs) for key, runs in summaries_of(driven).items()}
+    told = summaries_of(driven)
+    found = _shares(told)
+    nulls = {name: _shares(runs) for name, runs in runs_of(ROBOTS, told).items()}
     notes = tuple(f"{kind}, {t:g} degC: avoided {share}" for (kind, t), share in found.items())
-    return Report(rows(found), lambda figure: _draw(found, figure), notes)
+    return Report(rows(found), lambda figure: _draw(found, figure), notes, nulls_of(rows, nulls))
+
+
+def _shares(told: Mapping[tuple[BiasKind, float], Sequence[Summary]]) -> Found:
+    return {key: avoided(runs) for key, runs in told.items()}
 
 
 def avoided(found: Sequence[Summary]) -> Share:
@@ -84,5 +92,5 @@ def _draw(found: Found, figure: Figure) -> None:
 
 EXPERIMENT = Experiment(
     "milde2017-temperature", "avoidance against temperature, by kind of bias", reproduce,
-    {"count": RUNS, "dies": DIES},
+    {"count": RUNS, "dies": DIES}, tuple(ROBOTS),
 )  # fmt: skip

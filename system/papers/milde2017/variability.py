@@ -14,11 +14,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from circuits.silicon.die import Die
 from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import IDEAL_CURRENTS
+from system.papers.milde2017.null import ROBOTS, always, runs_of
 from system.plot import COLOURS, PALE
 from system.pushbot.campaign import FIRST, Drive, Summary, drive_cells, summaries_of
 from system.pushbot.scenario import Scenario
@@ -26,11 +28,16 @@ from system.rule import at_least, between
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share, share_where
+from system.verdict.null import nulls_of
 
 REPEATS = 10  # runs of a die and a noise, each with a seed of its own
 REPEATED = 4  # dies that are repeated
 OTHERS = 30  # dies with the same noise
 LEAST = 0.05  # of either side
+
+COIN = "tosses a coin"
+ALWAYS = {**ROBOTS, "always goes left": always(passed=1.0)}
+NULLS = (*ALWAYS, COIN)
 
 Groups = Mapping[str, Sequence[Summary]]
 
@@ -49,7 +56,16 @@ def reproduce(
     """Drive the same die with other noise, and other dies with the same noise."""
     asked, planned = _cells(repeats, repeated, others), _cells(REPEATS, REPEATED, OTHERS)
     groups = summaries_of(drive_cells(execution, EXPERIMENT.name, asked, planned, progress))
-    return Report(rows(groups), lambda figure: _draw(groups, figure), notes(groups))
+    nulls = {**runs_of(ALWAYS, groups), COIN: _tossed(groups)}
+    return Report(rows(groups), lambda figure: _draw(groups, figure), notes(groups), nulls_of(rows, nulls))
+
+
+def _tossed(groups: Groups) -> Groups:
+    """A side at random in every run."""
+    random = np.random.default_rng(FIRST)
+    return {
+        name: [run | {"passed": random.choice((-1.0, 1.0))} for run in runs] for name, runs in groups.items()
+    }
 
 
 def _cells(repeats: int, repeated: int, others: int) -> dict[str, list[Drive]]:
@@ -110,5 +126,5 @@ def _draw(groups: Groups, figure: Figure) -> None:
 
 EXPERIMENT = Experiment(
     "milde2017-variability", "sides taken by one die and by other dies", reproduce,
-    {"repeats": REPEATS, "repeated": REPEATED, "others": OTHERS},
+    {"repeats": REPEATS, "repeated": REPEATED, "others": OTHERS}, NULLS,
 )  # fmt: skip

@@ -27,6 +27,7 @@ from statistics import median
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from circuits.arrays import I64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
@@ -38,6 +39,7 @@ from system.rule import apart_below, at_least
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.share import Share
+from system.verdict.null import Null, nulls_of, shuffled
 
 FIRST, DIES, DURATION = 5000, 10, 100.0  # first die, how many, s
 HOME = 27.0  # degC
@@ -49,6 +51,8 @@ AREAS = (0.0625, 0.25, 1.0, 4.0, 16.0)
 NEAR = (17.0, 22.0, 25.0, 27.0, 29.0, 32.0, 37.0)  # degC, held
 FAR = (7.0, 27.0, 47.0)  # degC, solved and calibrated
 ENOUGH = 0.9
+STILL, THERE, DRAWN = "never moves", "always reaches the goal", "conditions drawn anew"
+NULLS = (STILL, THERE, DRAWN)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +132,24 @@ def reproduce(progress: Progress, execution: Execution = ALONE, dies: int = DIES
     kept = execution.by_condition(campaign, keys, progress)
     found = {condition: outcome(kept[name]) for name, condition in every.items()}
     notes = tuple(f"{described(c)}: {o}; {o.clipped} clipped, {o.refused} refused" for c, o in found.items())
-    return Report(rows(found), lambda figure: _draw(found, figure), notes)
+    return Report(rows(found), lambda figure: _draw(found, figure), notes, _nulls(found))
+
+
+def _nulls(found: Found) -> tuple[Null, ...]:
+    """Robots that never reach, and always do, and conditions whose outcomes change their places."""
+    every = list(found.values())
+    never, always = (
+        {c: replace(o, share=Share(reached * o.share.of, o.share.of)) for c, o in found.items()}
+        for reached in (0, 1)
+    )
+
+    def drawn(order: I64) -> Found:
+        return dict(zip(found, [every[k] for k in order], strict=True))
+
+    return (
+        *nulls_of(rows, {STILL: never, THERE: always}),
+        shuffled(DRAWN, rows, drawn, len(every)),
+    )
 
 
 def outcome(kept: Sequence[Drive]) -> Outcome:
@@ -241,5 +262,5 @@ def sweep(ax: Axes, held: Mapping[float, Outcome], label: str, colour: str) -> N
 
 EXPERIMENT = Experiment(
     "stockel2017-campaign", "Bug robots on the NEF chip over dies, neurons, area and temperature", reproduce,
-    {"dies": DIES},
+    {"dies": DIES}, NULLS,
 )  # fmt: skip

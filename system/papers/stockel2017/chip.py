@@ -20,7 +20,7 @@ from system.bug.body import RADIUS
 from system.bug.scenario import Scenario
 from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import FIXED_GATES
-from system.papers.stockel2017.drive import Drive, Drives, draw_ways, program
+from system.papers.stockel2017.drive import NULLS, Drive, Drives, draw_ways, null_drives, program
 from system.papers.stockel2017.fig6 import MAP as SPIRAL
 from system.papers.stockel2017.fig8 import MAP as FIELD
 from system.papers.stockel2017.fig8 import published_share
@@ -28,6 +28,7 @@ from system.rule import at_least, below, unjudged
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution, Numbered
 from system.study.statistics.share import share_where
+from system.verdict.null import nulls_of
 
 FIRST, DIES, DURATION = 4000, 100, 150.0  # first die, how many, s
 AGENTS = (
@@ -86,7 +87,8 @@ def reproduce(
         f" {sum(t.dropped for t in runs)}."
         for name, runs in by_name.items()
     )
-    return Report(rows(found), lambda figure: _draw(found, duration, figure), notes)
+    nulls = nulls_of(rows, null_drives(found))
+    return Report(rows(found), lambda figure: _draw(found, duration, figure), notes, nulls)
 
 
 def _named(world: str, agent: str, design: str) -> str:
@@ -113,5 +115,6 @@ def _draw(found: Found, duration: float, figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "stockel2017-chip", "Bug 0 and Bug 2 on the NEF chip, on a hundred dies", reproduce, {"dies": DIES}
-)
+    "stockel2017-chip", "Bug 0 and Bug 2 on the NEF chip, on a hundred dies", reproduce, {"dies": DIES},
+    NULLS,
+)  # fmt: skip

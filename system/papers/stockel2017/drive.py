@@ -6,10 +6,11 @@ map share, its shortest path and the way of Bug 0's program, is found again wher
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib.metadata import version
+from typing import TypeVar
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,6 +26,9 @@ from system.papers.stockel2017.fig6 import repeats
 from system.study.campaign import Campaign, Numbered
 
 EVERY = 10  # steps of 10 ms between two points of a path that is kept; ours
+NULLS = ("never moves", "always reaches the goal")
+AWAY = 1.0  # map unit, from a program's path: beyond what counts as similar; ours
+Condition = TypeVar("Condition")
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +67,22 @@ class Drives:
         """All of them under a name."""
         numbers = (version("noctule"), *self.scenarios.items(), self.shown)
         return Campaign(name, self, Numbered, Drive, numbers)
+
+
+def null_drives(found: Mapping[Condition, Sequence[Drive]]) -> dict[str, dict[Condition, list[Drive]]]:
+    """Runs of robots that know nothing, in the place of those of networks, by their names.
+
+    One stands, so that it repeats its way and is far from the program's; one is always there.
+    """
+    still = {key: [_null(d, reached=False) for d in runs] for key, runs in found.items()}
+    there = {key: [_null(d, reached=True) for d in runs] for key, runs in found.items()}
+    return dict(zip(NULLS, (still, there), strict=True))
+
+
+def _null(drive: Drive, *, reached: bool) -> Drive:
+    """A run that is `AWAY` from the program's, and repeats its way unless it has arrived."""
+    again = None if drive.repeats is None else not reached
+    return replace(drive, reached=reached, repeats=again, apart=None if drive.apart is None else AWAY)
 
 
 def kept(trace: Trace, *, with_path: bool) -> Drive:

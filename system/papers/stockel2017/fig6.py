@@ -9,6 +9,8 @@ radii of the robot. All five networks must do as the paper says.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 from matplotlib.figure import Figure
 
 from system.bug.body import RADIUS
@@ -19,12 +21,26 @@ from system.bug.scenario import Scenario
 from system.experiment import Experiment, Progress, Report, with_progress
 from system.rule import below, equal
 from system.statement import Statement
+from system.verdict.null import nulls_of
 
 MAP = "bug-spiral"
 SEEDS = (1000, 1001, 1002, 1003, 1004)
 DURATION = 200.0  # s
 NEAR = 2.0 * RADIUS
 LATE = 60.0  # s before the end, over which a way is compared with what was before
+NULLS = ("never moves", "always reaches the goal", "never does, nor repeats its way")
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """Of a run: whether it repeats its way, reaches the goal, and its median distance from the program's."""
+
+    repeats: bool
+    reached: bool
+    apart: float
+
+
+Found = dict[str, list[Seen]]
 
 
 def traces(
@@ -47,19 +63,43 @@ def repeats(trace: Trace) -> bool:
     return not trace.reached and median_distance(late, early) < NEAR
 
 
-def rows(found: dict[str, list[Trace]]) -> tuple[Statement, ...]:
+def seen(found: dict[str, list[Trace]]) -> Found:
+    """Sum up the runs, by agent and brain."""
+    programs = {name.partition(" ")[0]: runs[0].path for name, runs in found.items() if "reference" in name}
+    return {
+        name: [
+            Seen(repeats(t), t.reached, median_distance(t.path, programs[name.partition(" ")[0]]))
+            for t in runs
+        ]
+        for name, runs in found.items()
+    }
+
+
+def _nulls(found: dict[str, list[Trace]]) -> dict[str, Found]:
+    """Robots that stand at the start, are always there, or wander about as far away."""
+    still = {
+        name: [Seen(True, False, median_distance(t.path[:1], t.path)) for t in runs]  # noqa: FBT003
+        for name, runs in found.items()
+    }
+    there, lost = (
+        {name: [replace(s, repeats=False, reached=reached) for s in runs] for name, runs in still.items()}
+        for reached in (True, False)
+    )
+    return dict(zip(NULLS, (still, there, lost), strict=True))
+
+
+def rows(found: Found) -> tuple[Statement, ...]:
     """Make the statements of the figure."""
     made = []
     for brain in ("reference", "ideal"):
-        again = [repeats(t) for t in found[f"bug0 {brain}"]]
+        again = [t.repeats for t in found[f"bug0 {brain}"]]
         reached = [t.reached for t in found[f"bug2 {brain}"]]
         made += [
             _share(f"bug0_{brain}_repeats_its_way_share", again),
             _share(f"bug2_{brain}_reaches_share", reached),
         ]
     for agent in ("bug0", "bug2"):
-        program = found[f"{agent} reference"][0].path
-        apart = max(median_distance(t.path, program) for t in found[f"{agent} ideal"])
+        apart = max(t.apart for t in found[f"{agent} ideal"])
         made.append(
             Statement(
                 f"{agent}_median_distance_of_paths",
@@ -74,7 +114,7 @@ def rows(found: dict[str, list[Trace]]) -> tuple[Statement, ...]:
 def reproduce(progress: Progress) -> Report:
     """Drive both agents, as programs and as neurons."""
     found = traces(progress)
-    return Report(rows(found), lambda figure: _draw(found, figure))
+    return Report(rows(seen(found)), lambda figure: _draw(found, figure), nulls=nulls_of(rows, _nulls(found)))
 
 
 def _share(name: str, said: list[bool]) -> Statement:
@@ -94,5 +134,6 @@ def _draw(found: dict[str, list[Trace]], figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "stockel2017-fig6", "Bug 0 repeats its way where Bug 2 reaches the goal, programs and neurons", reproduce
-)
+    "stockel2017-fig6", "Bug 0 repeats its way where Bug 2 reaches the goal, programs and neurons", reproduce,
+    nulls=NULLS,
+)  # fmt: skip

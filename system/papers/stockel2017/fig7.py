@@ -7,11 +7,13 @@ does at once, so that they arrive later. The program has no phase of its own for
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from circuits.arrays import I64
 from system.bug.body import STEP
 from system.bug.brain import FOLLOW, GO, MEMORISE, STATES, STORE
 from system.bug.neural2 import AFTER
@@ -22,8 +24,11 @@ from system.papers.stockel2017.fig6 import DURATION, MAP
 from system.plot import COLOURS, PALE
 from system.rule import Judged, Rule, Value, above, equal, shown_of
 from system.statement import Statement
+from system.verdict.null import Null, nulls_of, shuffled
 
 SEED = 1000
+STILL, DRAWN = "never changes its state", "states drawn anew"
+NULLS = (STILL, DRAWN)
 
 
 def reproduce(progress: Progress) -> Report:
@@ -31,7 +36,29 @@ def reproduce(progress: Progress) -> Report:
     program = run(Scenario("bug2", "reference", map=MAP, duration=DURATION))
     neurons = run(Scenario("bug2", "ideal", map=MAP, seed=SEED, duration=DURATION), progress)
     progress(1.0)
-    return Report(rows(program, neurons), lambda figure: _draw(program, neurons, figure))
+    return Report(
+        rows(program, neurons), lambda figure: _draw(program, neurons, figure), nulls=_nulls(program, neurons)
+    )
+
+
+def _nulls(program: Trace, neurons: Trace) -> tuple[Null, ...]:
+    """Robots that stay in their first state and do not arrive, and stays in an order that means nothing."""
+    pair = program, neurons
+    still = [replace(t, state=np.full_like(t.state, t.state[0]), reached=False) for t in pair]
+    ends = [np.flatnonzero(np.diff(t.state)) + 1 for t in pair]
+    stays = [np.split(t.state, end) for t, end in zip(pair, ends, strict=True)]
+
+    def drawn(order: I64) -> list[Trace]:
+        orders = [[k for k in order if k < len(each)] for each in stays]
+        return [
+            replace(t, state=np.concatenate([each[k] for k in mine]))
+            for t, each, mine in zip(pair, stays, orders, strict=True)
+        ]
+
+    return (
+        *nulls_of(lambda both: rows(*both), {STILL: still}),
+        shuffled(DRAWN, lambda both: rows(*both), drawn, max(len(each) for each in stays)),
+    )
 
 
 def order(trace: Trace) -> list[str]:
@@ -98,5 +125,5 @@ def _draw(program: Trace, neurons: Trace, figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "stockel2017-fig7", "states of Bug 2 over time: neurons take time to memorise", reproduce
+    "stockel2017-fig7", "states of Bug 2 over time: neurons take time to memorise", reproduce, nulls=NULLS
 )

@@ -21,11 +21,12 @@ from system.bug.body import RADIUS
 from system.bug.run import Trace, summarise
 from system.bug.scenario import Scenario
 from system.experiment import Experiment, Progress, Report
-from system.papers.stockel2017.drive import Drive, Drives, draw_ways, program
+from system.papers.stockel2017.drive import NULLS, Drive, Drives, draw_ways, null_drives, program
 from system.rule import above, at_least, below, equal, overlapping
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution, Numbered
 from system.study.statistics.share import Share, share_where
+from system.verdict.null import nulls_of
 
 MAP = "bug-field"
 FIRST, NETWORKS, DURATION = 1000, 40, 150.0  # first seed, how many, s
@@ -93,7 +94,8 @@ def reproduce(
     found, known = execution.by_condition(campaign, keys, progress), programs(duration)
     improved = share_where(t.reached for t in found["bug2 improved"])
     notes = (f"improved design: {improved}, 95 % interval.",)
-    return Report(rows(found, known), lambda figure: _draw(found, known, figure), notes)
+    nulls = nulls_of(lambda runs: rows(runs, known), null_drives(found))
+    return Report(rows(found, known), lambda figure: _draw(found, known, figure), notes, nulls)
 
 
 def _draw(found: Found, known: Programs, figure: Figure) -> None:
@@ -121,4 +123,5 @@ EXPERIMENT = Experiment(
     "a large map: Bug 0 reaches, neural Bug 2 gets stuck, a finer one less often",
     reproduce,
     {"networks": NETWORKS},
+    NULLS,
 )

@@ -10,6 +10,8 @@ least a tenth of them, so that it does not fly a few paths again and again.
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -23,9 +25,11 @@ from system.openspace.map import OBSTACLES, Forest, plant
 from system.openspace.picture import draw_forest, draw_path
 from system.rule import above, at_least
 from system.statement import Statement
+from system.verdict.null import nulls_of
 
 SEED, PINGS = FIRST_SEED, 20_000
 MOST, SPREAD = 0.5, 0.1
+NULLS = ("always through the same gap", "through gaps at random")
 
 
 def reproduce(progress: Progress, pings: int = PINGS, obstacles: int = OBSTACLES) -> Report:
@@ -44,7 +48,20 @@ def reproduce(progress: Progress, pings: int = PINGS, obstacles: int = OBSTACLES
         progress(1.0 - left / pings)
     found = coverage(forest, bat.zone, paths)
     notes = (f"{pings} pings in {starts} flights; {len(found.gaps)} gaps wider than {2 * bat.zone:g} m.",)
-    return Report(rows(found), lambda figure: _draw(forest, bat.zone, paths, figure), notes)
+    return Report(
+        rows(found),
+        lambda figure: _draw(forest, bat.zone, paths, figure),
+        notes,
+        nulls_of(rows, _nulls(found)),
+    )
+
+
+def _nulls(found: Coverage) -> dict[str, Coverage]:
+    """A bat that circles, and as many crossings of gaps that are drawn anew each time."""
+    gaps, crossings = sorted(found.gaps), sum(found.taken.values())
+    drawn = np.random.default_rng(SEED).integers(0, len(gaps), crossings).tolist()
+    at_random = Coverage(found.gaps, dict(Counter(gaps[k] for k in drawn)))
+    return dict(zip(NULLS, (Coverage(found.gaps, {gaps[0]: crossings}), at_random), strict=True))
 
 
 def rows(found: Coverage) -> tuple[Statement, ...]:
@@ -67,5 +84,5 @@ def _draw(forest: Forest, zone: float, paths: list[F64], figure: Figure) -> None
 
 
 EXPERIMENT = Experiment(
-    "wen2022-fig10", "paths through a dense forest: most of the gaps are taken", reproduce
+    "wen2022-fig10", "paths through a dense forest: most of the gaps are taken", reproduce, nulls=NULLS
 )

@@ -15,10 +15,11 @@ from matplotlib.figure import Figure
 
 from system.experiment import Experiment, Progress, Report
 from system.forest.campaign import COLLISIONS, Case, Limits, Tally, fly_all
-from system.forest.sweep import COUNTS, PINGS, differs_row, draw_means, line
+from system.forest.sweep import COUNTS, NULLS, PINGS, differs_row, draw_means, line, sweep_nulls
 from system.rule import Measured, apart_above, at_least
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
+from system.verdict.family import family
 
 NUMBERS = (500, 700, 900, 1100, 1300, 1500, 1700)
 STEEP = 10.0  # times; ours
@@ -36,7 +37,7 @@ def reproduce(
     tallies = fly_all(execution, EXPERIMENT.name, cases, Limits(collisions, pings), progress)
     notes = tuple(f"{label}: {line(tally)}" for label, tally in tallies.items())
     found = dict(zip(numbers, tallies.values(), strict=True))
-    return Report(rows(found), lambda figure: _draw(found, figure), notes)
+    return Report(rows(found), lambda figure: _draw(found, figure), notes, sweep_nulls(rows, found))
 
 
 def rows(found: Mapping[int, Tally]) -> tuple[Statement, ...]:
@@ -46,7 +47,7 @@ def rows(found: Mapping[int, Tally]) -> tuple[Statement, ...]:
         differs_row(f"{more}_obstacles", found[more], found[fewer], -1, f"{fewer} obstacles")
         for fewer, more in pairwise(numbers)
     ]
-    return (*falling, _steep(found[numbers[0]], found[numbers[-1]]))
+    return family((*falling, _steep(found[numbers[0]], found[numbers[-1]])))
 
 
 def _steep(few: Tally, many: Tally) -> Statement:
@@ -63,4 +64,4 @@ def _draw(found: Mapping[int, Tally], figure: Figure) -> None:
     ax.set(xlabel="obstacles in 50 x 50 m", ylabel="avoided obstacles a collision")
 
 
-EXPERIMENT = Experiment("wen2022-fig11a", "avoided obstacles against density", reproduce, COUNTS)
+EXPERIMENT = Experiment("wen2022-fig11a", "avoided obstacles against density", reproduce, COUNTS, NULLS)

@@ -10,7 +10,7 @@ they do in many forests is `latency-forests`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -28,12 +28,14 @@ from system.spiking_bat.flight import fly
 from system.spiking_bat.numbers import Numbers
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
+from system.verdict.null import nulls_of
 
 FIRST_SEED, FORESTS = 1003, 3
 CROSSINGS = 4  # the paper's
 PINGS = 4000  # of a flight; ours
 BAT = Bat(ping_rate=10.0)  # 2 m/s, as the paper's
 CLEAR = 1.0  # m about a start; ours
+NULLS = ("always collides", "never moves")
 MODELS: Mapping[str, Callable[[Arcs, Numbers], Brain]] = {"network": network_brain, "chip": chip_brain}
 
 
@@ -78,7 +80,13 @@ def reproduce(
     numbers = (*decided_by(), BAT, CROSSINGS, pings)
     campaign = Campaign(EXPERIMENT.name, Flights(pings), Numbered, Trip, numbers)
     trips = execution.by_condition(campaign, keys, progress)
-    return Report(rows(trips), lambda figure: _draw(trips, first, figure), notes(trips, first))
+    nulls = nulls_of(rows, {name: _nowhere(trips, collided=k == 0) for k, name in enumerate(NULLS)})
+    return Report(rows(trips), lambda figure: _draw(trips, first, figure), notes(trips, first), nulls)
+
+
+def _nowhere(trips: Trips, *, collided: bool) -> Trips:
+    """Flights that come to no border."""
+    return {model: [replace(t, laps=0, collided=collided) for t in each] for model, each in trips.items()}
 
 
 def rows(trips: Trips) -> tuple[Statement, ...]:
@@ -135,5 +143,6 @@ def _draw(trips: Trips, first: int, figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "wen2022-fig13", "flights steered by the spike-latency network and chip", reproduce, {"forests": FORESTS}
-)
+    "wen2022-fig13", "flights steered by the spike-latency network and chip", reproduce, {"forests": FORESTS},
+    NULLS,
+)  # fmt: skip

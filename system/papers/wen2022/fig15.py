@@ -36,12 +36,16 @@ from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.interval import Estimate, mean_interval
 from system.study.statistics.share import Share
+from system.verdict.null import Null, nulls_of, shuffled
 
 RUNS, OTHER_RUNS = 100, 30  # in each forest: of the figure, and of each of the other ways
 FIRST_SEED = 1000  # those below chose the numbers
 LEAST, MOSTLY = 0.9, 0.5
 NAMES = {"corridor": "15A", "open": "15B", "dense": "15C"}
 FLIGHT = "flight"
+COLLIDES, STANDS, DRAWN = "always collides", "never moves, pings all ways alike", "runs drawn anew"
+NULLS = (COLLIDES, STANDS, DRAWN)
+ALIKE = 2.0 / 3.0  # of pings that go to a side, if of three directions none is preferred
 WAYS: Mapping[str, dict[str, Any]] = {
     FLIGHT: {},
     "without soft pings": {"soft_pings": False},
@@ -95,7 +99,27 @@ def reproduce(progress: Progress, execution: Execution = ALONE, runs: int = RUNS
     drives = execution.by_condition(campaign, keys, progress)
     found = {forest: summed(drives[_named(forest, FLIGHT)]) for forest in FORESTS}
     notes = tuple(note(name, summed(each)) for name, each in drives.items())
-    return Report(rows(found), lambda figure: _draw(found, figure), notes)
+    flown = {forest: drives[_named(forest, FLIGHT)] for forest in FORESTS}
+    return Report(rows(found), lambda figure: _draw(found, figure), notes, _nulls(flown))
+
+
+def _nulls(flown: Mapping[str, Sequence[Drive]]) -> tuple[Null, ...]:
+    """A robot that drives straight on, one that stands, and runs that are of any forest."""
+    every = [drive for each in flown.values() for drive in each]
+
+    def told(drives: Sequence[Drive]) -> dict[str, Found]:
+        ends = np.cumsum([len(each) for each in flown.values()])
+        parts = zip(flown, [0, *ends[:-1]], ends, strict=True)
+        return {forest: summed(drives[begin:end]) for forest, begin, end in parts}
+
+    constant = {
+        COLLIDES: told([Drive("collided", 0.0)] * len(every)),
+        STANDS: told([Drive("undecided", ALIKE)] * len(every)),
+    }
+    return (
+        *nulls_of(rows, constant),
+        shuffled(DRAWN, rows, lambda order: told([every[k] for k in order]), len(every)),
+    )
 
 
 def scenarios() -> dict[str, Scenario]:
@@ -175,5 +199,5 @@ def _draw(found: Mapping[str, Found], figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "wen2022-fig15", "the sonar robot in three forests of pipes", reproduce, {"runs": RUNS}
+    "wen2022-fig15", "the sonar robot in three forests of pipes", reproduce, {"runs": RUNS}, NULLS
 )

@@ -48,19 +48,25 @@ def test_the_flights_that_are_kept_are_of_the_present_numbers_and_reported(tmp_p
     )
     assert copy.read_bytes() == FORESTS.read_bytes()
     assert [row.name for row in report.rows][:2] == [
-        "network_four_crossings_upper_limit", "chip_four_crossings_upper_limit",
+        "network_four_crossings_share", "chip_four_crossings_share",
     ]  # fmt: skip
     assert f"network: {network} flights" in report.notes[4]
 
 
-@pytest.mark.parametrize(("name", "disagree"), [("milde2017-table1", 4), ("milde2017-clutter", 10)])
+@pytest.mark.parametrize(
+    ("name", "disagree", "beaten"),
+    [("milde2017-table1", 4, [True, True, False]), ("milde2017-clutter", 10, [False] * 3)],
+)
 def test_the_drives_that_are_kept_are_of_the_present_codes_and_reported(
-    name: str, disagree: int, tmp_path: Path
+    name: str, disagree: int, beaten: list[bool], tmp_path: Path
 ) -> None:
     copy = tmp_path / f"{name}.jsonl"
     shutil.copy(EVIDENCE / copy.name, copy)
     report = load_experiment(name).run(lambda _: None, Execution(file=copy, resume=True))
     assert len(report.disagreeing) == disagree  # of the table all are fitted rows
+    assert tuple(null.name for null in report.nulls) == load_experiment(name).nulls
+    assert [score.beaten for score in report.scores if score.p is not None] == beaten
+    assert "show nothing above" in report.said[0]
     assert copy.read_bytes() == (EVIDENCE / copy.name).read_bytes()
 
 

@@ -7,7 +7,7 @@ from system.papers.milde2017.power import reproduce
 from system.rule import number_of
 
 
-def test_parts_add_up_and_a_factor_above_two_is_not_called_agreement() -> None:
+def test_parts_add_up_and_what_is_not_about_4_mw_is_not_called_agreement() -> None:
     report = reproduce(lambda _: None)
     found = {row.name: number_of(row.ours) for row in report.rows}
     parts = [found[f"{name}_power_W"] for name in ("static", "bias", "dynamic")]

@@ -16,6 +16,7 @@ from system.papers.stockel2017 import fig6 as stockel2017_fig6
 from system.papers.stockel2017 import fig7 as stockel2017_fig7
 from system.papers.stockel2017 import fig8 as stockel2017_fig8
 from system.papers.stockel2017.drive import EVERY, Drive, kept
+from system.verdict.null import nulls_of
 from tests.system.papers.conftest import Draw
 
 
@@ -38,17 +39,23 @@ def test_figure_5_fails_on_other_courses() -> None:
 
 
 def test_figure_6(spiral: dict[str, list[Trace]], drawn: Callable[[Draw], int]) -> None:
-    assert [row.name for row in stockel2017_fig6.rows(spiral) if not row.agrees] == []
+    found = stockel2017_fig6.seen(spiral)
+    assert [row.name for row in stockel2017_fig6.rows(found) if not row.agrees] == []
+    nulls = nulls_of(stockel2017_fig6.rows, stockel2017_fig6._nulls(spiral))
+    assert {null.name: sum(bool(row.agrees) for row in null.rows) for null in nulls} == {
+        "never moves": 2, "always reaches the goal": 2, "never does, nor repeats its way": 0,
+    }  # fmt: skip
     assert drawn(lambda figure: stockel2017_fig6._draw(spiral, figure)) > 10_000
 
 
 def test_figure_6_wants_what_the_paper_says(spiral: dict[str, list[Trace]]) -> None:
     swapped = {"bug0 reference": "bug2 reference", "bug0 ideal": "bug2 ideal"}
     swapped |= {b: a for a, b in swapped.items()}
-    rows = stockel2017_fig6.rows({swapped[name]: runs for name, runs in spiral.items()})
+    found = stockel2017_fig6.seen(spiral)
+    rows = stockel2017_fig6.rows({swapped[name]: runs for name, runs in found.items()})
     assert [row.agrees for row in rows[:4]] == [False] * 4
     away = [replace(t, path=t.path + 0.5) for t in spiral["bug0 ideal"]]
-    last = stockel2017_fig6.rows({**spiral, "bug0 ideal": away})[-2]
+    last = stockel2017_fig6.rows(stockel2017_fig6.seen({**spiral, "bug0 ideal": away}))[-2]
     assert not last.agrees
 
 
@@ -57,6 +64,10 @@ def test_figure_7(spiral: dict[str, list[Trace]], drawn: Callable[[Draw], int]) 
     assert [row.name for row in stockel2017_fig7.rows(program, neurons) if not row.agrees] == []
     assert drawn(lambda figure: stockel2017_fig7._draw(program, neurons, figure)) > 10_000
     assert not any(row.agrees for row in stockel2017_fig7.rows(neurons, program))
+    still, drawn_anew = stockel2017_fig7._nulls(program, neurons)
+    assert (still.name, drawn_anew.name) == stockel2017_fig7.NULLS
+    assert not any(row.agrees for row in still.rows)
+    assert sum(bool(row.agrees) for row in drawn_anew.rows) < len(drawn_anew.rows)
     assert not stockel2017_fig7.in_order(["memorise", "go", "follow"])
 
 

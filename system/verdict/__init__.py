@@ -1,0 +1,1 @@
+"""What the rows of an experiment say together: beside nulls, and as a family of tests."""
