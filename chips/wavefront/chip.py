@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from chips.aer import Bus, Events, send
 from chips.noise import SiliconNoise
 from chips.wavefront.axon_graph import AxonGraph, grid_graph
+from chips.wavefront.cell_codes import CellCodes
 from chips.wavefront.kernel import Wave, graph_wave, integer_wave
 from chips.wavefront.model import chip_model, edge_delays, graph_shape
 from chips.wavefront.noise import axon_jitter
@@ -113,12 +114,20 @@ class ChipCells:
         Area of their devices over the usual, a ratio.
     noise : SiliconNoise or None
         What makes one die's plans differ from each other; nothing unless given.
+    calibrated : CellCodes or None
+        The axons of all cells as they were timed; costs are written as codes unless given.
     """
 
     silicon: Silicon = field(default_factory=Silicon)
     bias_kind: BiasKind = "generator"
     area: float = 1.0
     noise: SiliconNoise | None = None
+    calibrated: CellCodes | None = None
+
+    @property
+    def current(self) -> float | None:
+        """Current of the axons' sinks, A, where they have been calibrated, else that of the unit."""
+        return None if self.calibrated is None else self.calibrated.current
 
 
 class WavefrontChip:
@@ -187,7 +196,7 @@ class WavefrontChip:
             self._check(costs, costs == np.floor(costs), "must be a whole number; round it, or learn it")
         inside = (costs >= 0) & (costs <= HIGHEST)
         self._check(costs, inside, f"must be 0 (blocked) to {HIGHEST}; scale the map")
-        return Program(self._placed(costs.astype(np.int64)))
+        return Program(self._written(costs))
 
     def write(self, learned: F64) -> Program:
         """Return the codes of real-valued delays, rounded to the nearest from 1, halves up; 0 is blocked.
@@ -205,7 +214,7 @@ class WavefrontChip:
         inside = (learned >= 0.0) & (learned < HIGHEST + 0.5)
         self._check(learned, inside, f"must be 0 (blocked) to {HIGHEST} when rounded; scale the map")
         codes = round_delays(learned)
-        return Program(self._placed(codes), int((codes != learned).sum()))
+        return Program(self._written(learned), int((codes != learned).sum()))
 
     def plan(
         self,
@@ -274,12 +283,15 @@ class WavefrontChip:
         if temperature is not None:
             silicon = replace(silicon, temperature_c=temperature)
         kind, flat = cells.bias_kind, codes.ravel()
-        delays = edge_delays(self.axons, flat, silicon, bias_kind=kind, unit=self.unit, area=cells.area)
+        delays = edge_delays(
+            self.axons, flat, silicon, bias_kind=kind, unit=self.unit, area=cells.area, current=cells.current
+        )
         if cells.noise is None:
             return delays
         model = chip_model(
-            graph_shape(self.axons), silicon.process, bias_kind=kind, unit=self.unit, area=cells.area
-        )
+            graph_shape(self.axons), silicon.process, bias_kind=kind, unit=self.unit, area=cells.area,
+            current=cells.current,
+        )  # fmt: skip
         sources = self.axons.sources()
         own = np.full(flat.size, np.inf)
         own[sources] = delays
@@ -314,10 +326,13 @@ class WavefrontChip:
             where = tuple(int(k) for k in np.argwhere(~right)[0])
             raise ParameterError(f"wavefront_chip.map[{', '.join(map(str, where))}]: {values[where]}, {rule}")
 
-    def _placed(self, codes: I64) -> I64:
-        whole = np.zeros(self.shape, dtype=np.int64)
-        whole[tuple(slice(n) for n in codes.shape)] = codes
-        return whole
+    def _written(self, costs: NDArray[np.integer] | F64) -> I64:
+        """Codes of all cells for the costs of a map, which is right and fits."""
+        whole = np.zeros(self.shape, dtype=np.float64)
+        whole[tuple(slice(n) for n in costs.shape)] = costs
+        if self.cells is None or self.cells.calibrated is None:
+            return round_delays(whole)
+        return self.cells.calibrated.written(whole)
 
     def _size(self) -> str:
         return " x ".join(map(str, self.shape)) + " cells"

@@ -20,9 +20,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chips.wavefront import wave_edges, wave_real
 from chips.wavefront.axon_graph import AxonGraph, grid_graph
-from chips.wavefront.wave_integer import HIGHEST_COST, LONGEST, REFUSED, spread, work_size
+from chips.wavefront.wave import edges as wave_edges
+from chips.wavefront.wave import real as wave_real
+from chips.wavefront.wave.integer import HIGHEST_COST, LONGEST, REFUSED, spread, work_size
 from circuits.arrays import F64, I8, I64, Bools
 from circuits.errors import ParameterError
 

@@ -105,21 +105,23 @@ def chip_model(
     unit: float = UNIT,
     area: float = 1.0,
     record: Record | None = None,
+    current: float | None = None,
 ) -> AxonModel:
     """Return the model of all axons of a chip of `shape`, (rows, columns) of a grid or (cells,).
 
     bias_kind: of the axons' currents; unit: nominal delay a unit of code at 27 degC, s, of the bias currents
     under the ideal law: the same currents make one that is 2 % shorter under the full law; area: of the drawn
-    devices over the circuit's. Raises as `axon_model`, and `ParameterError` for a unit or an area that is not
-    above 0 and finite.
+    devices over the circuit's; current: of the axons' sinks, A, in the place of that of the unit. Raises as
+    `axon_model`, and `ParameterError` for a unit or an area that is not above 0 and finite.
     """
     for name, value, symbol in (("unit", unit, "s"), ("area", area, "times the circuit's")):
         if not (np.isfinite(value) and value > 0.0):
             raise ParameterError(f"wavefront_chip.{name}: {value:g} {symbol}, must be > 0")
     record = record or axon_record(process)
     chip = wavefront_grid.build(wavefront_grid.Params(1, 1))
-    usual = float(np.asarray(chip.bias("i_delay").value))
-    current = usual * _unit_current(record, unit) / _unit_current(record, UNIT)
+    if current is None:
+        usual = float(np.asarray(chip.bias("i_delay").value))
+        current = usual * _unit_current(record, unit) / _unit_current(record, UNIT)
     chip = rebias(chip, {"i_delay": current}, bias_kind)
     return _model(chip, axon_delay.build(), process, record, ("axon",), shape, area)
 
@@ -171,13 +173,15 @@ def edge_delays(
     bias_kind: BiasKind = "gate",
     unit: float = UNIT,
     area: float = 1.0,
+    current: float | None = None,
 ) -> F64:
     """Return the delay of every edge of a chip, s, float64[edges]: its sender's axon and receiver's input.
 
     codes: of the sending cells, int64[n]; an edge from a blocked cell (0) has an infinite delay. The other
     arguments are those of `chip_model`. Raises `ParameterError` outside the record.
     """
-    model = chip_model(graph_shape(graph), silicon.process, bias_kind=bias_kind, unit=unit, area=area)
+    shape = graph_shape(graph)
+    model = chip_model(shape, silicon.process, bias_kind=bias_kind, unit=unit, area=area, current=current)
     return np.asarray(dies_delays(model, silicon, codes, (silicon.die,))[0][graph.sources()])
 
 

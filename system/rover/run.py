@@ -20,6 +20,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from chips.wavefront.calibration import NAME, Design, cell_codes
 from chips.wavefront.chip import ChipCells
 from circuits.arrays import I64
 from circuits.blocks.wavefront import axon_delay
@@ -28,6 +29,7 @@ from circuits.errors import ParameterError
 from circuits.silicon.course import along, beginning_of, told_when
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
+from system.options.codes import described
 from system.options.noise import silicon_noise
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
@@ -120,7 +122,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     if scenario.learn is not None:
         learnt = unknown_map(cost_map.costs, scenario.prior, scenario.learn)
     trips: list[Trip] = []
-    cells_at = along(scenario.course, scenario.temperature_c, partial(cells_of, scenario))
+    cells_at = along(scenario.course, scenario.temperature_c, partial(cells_of, scenario, cost_map))
     for k in range(scenario.trips):
         time = sum(float(trip.drive.time[-1]) for trip in trips)
         if isinstance(planner, ChipPlanner):
@@ -147,14 +149,20 @@ def planner_of(scenario: Scenario, cost_map: CostMap) -> Planner:
         )
     check_codes(cost_map)
     begin = beginning_of(scenario.temperature_c, scenario.course)
-    return ChipPlanner(cells_of(scenario, begin), scenario.unit)
+    return ChipPlanner(cells_of(scenario, cost_map, begin), scenario.unit)
 
 
-def cells_of(scenario: Scenario, temperature_c: float) -> ChipCells:
-    """Return the cells of a scenario's die at a temperature, degC."""
+def cells_of(scenario: Scenario, cost_map: CostMap, temperature_c: float) -> ChipCells:
+    """Return the cells of a scenario's die at a temperature, degC, for a map.
+
+    Raises `ParameterError` for silicon or codes that there are none of.
+    """
+    design = Design(cost_map.shape, scenario.unit)
+    codes = scenario.codes_of(NAME, setup=design)
+    calibrated = None if codes is None else cell_codes(codes, design)
     silicon = scenario.silicon_at(temperature_c)
     noise = silicon_noise(scenario.silicon_noise, scenario.seed)
-    return ChipCells(silicon, scenario.bias_kind, noise=noise)
+    return ChipCells(silicon, scenario.bias_kind, noise=noise, calibrated=calibrated)
 
 
 def _trip(
@@ -216,6 +224,7 @@ def account(trace: Trace) -> Account:
     on: dict[str, Any] = {"planner": s.planner, "cells": s.cells}
     if s.cells == "chip":
         on |= {
+            **described(s),
             "unit_s": s.unit,
             "silicon_noise": s.silicon_noise,
             **describe_run(s),

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from circuits.blocks.wavefront.axon_delay import UNIT
 from system.option import (
     check_options,
     option,
 )
+from system.options.codes import Coded, check_codes
 from system.options.noise import Noisy, noise_option
-from system.options.on_silicon import OnSilicon
 from system.rover.body import Rover
 from system.rover.cost_map import NEEDS, Cell, read_cell
 from system.rover.planner import PLANNERS
@@ -22,7 +23,7 @@ PRIOR = 5.0  # delay of all axons before anything is learnt; the paper's
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario(OnSilicon):
+class Scenario(Coded):
     """A route that a rover plans and drives, once or on several trips.
 
     Attributes
@@ -58,7 +59,11 @@ class Scenario(OnSilicon):
     ------
     ParameterError
         A field breaks its rule; the text names it.
+    DataError
+        A file of codes is none.
     """
+
+    CALIBRATED: ClassVar[tuple[str, ...]] = ("wavefront-chip",)
 
     map: str = option(
         DEFAULT_MAP,
@@ -88,6 +93,7 @@ class Scenario(OnSilicon):
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self, no_silicon(self))
+        check_codes(self)
 
 
 def no_silicon(scenario: Scenario) -> str:

@@ -54,6 +54,18 @@ def test_a_chip_plans_under_the_full_law_and_with_capacitors_that_deviate(run_js
     assert (found["variation"], found["summary"]["arrived"]) == ("full", 1)
 
 
+def test_a_chip_is_calibrated_unless_asked_for_its_design(run_json: RunJson, tmp_path: Path) -> None:
+    """By `wavefront-chip` for the map's shape."""
+    path = tmp_path / "yard.csv"
+    path.write_text("1,9,1\n1,30,1\n1,1,1\n")
+    options = ("--map", str(path), "--start", "0,0", "--goal", "0,2", "--cells", "chip", "--die", "1000")
+    own = run_json("run", "rover", *options, "--temperature", "37")
+    assert (own["summary"]["ran_on"]["codes"], own["summary"]["regret"]) == ("calibrated", 0.0)
+    assert own["summary"]["ran_on"]["calibrated_at_C"] == 27.0
+    usual = run_json("run", "rover", *options, "--codes", "default")
+    assert usual["summary"]["ran_on"]["codes"] == "default"
+
+
 def test_a_study_of_the_rover(run_json: RunJson) -> None:
     route = [f"--param={text}" for text in ("map=map2", "start=16,3", "goal=10,10", "unit=10us")]
     found = run_json("montecarlo", "rover", "-n", "3", *route, "--metric", "cost", "--metric", "regret")

@@ -5,7 +5,7 @@ that no cell which fires in it sends a spike into the same bucket; all of its de
 then the cells that they reached hold their final times and send in their turn. Each cell enters the queue
 once.
 
-The grid is padded as `chips.wavefront.wave_integer` says. Times of cells that may still fire are inf, of
+The grid is padded as `chips.wavefront.wave.integer` says. Times of cells that may still fire are inf, of
 blocked cells and of the padding -inf, so that one comparison decides whether a spike counts.
 """
 
@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chips.wavefront.wave_integer import first_input, padded_cell, padded_rows
+from chips.wavefront.wave.integer import first_input, padded_cell, padded_rows
 from circuits.arrays import F64, I8, I32
 from circuits.compiled import compiled
 
@@ -32,7 +32,7 @@ def spread(delays: F64, times: F64, work: I32, arrivals: F64, pointers: I8, star
 
     delays: float64[rows, columns], inf for blocked; times: float64[2, padded] and work: int32[padded +
     BUCKETS], scratch, padded = (rows + 2) (columns + 1) + 2; the others as in
-    `chips.wavefront.wave_integer.spread`.
+    `chips.wavefront.wave.integer.spread`.
     """
     columns = delays.shape[1]
     stride = columns + 1
