@@ -28,7 +28,9 @@ from system.rule import Rule, at_least, at_most, unjudged
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.share import Share, share_where
+from system.verdict.null import nulls_of
 
+NEVER, UNCALIBRATED = "never succeeds", "codes of the design"  # nulls
 FIRST, DIES = 5000, 20  # of the dies, whose numbers are the seeds too
 WARM_SHARE = 0.8  # of a figure at 27 degC, that is left at 17 and 37 degC
 RUNAWAY = 500.0  # spikes of a flight; the nominal die makes some 100
@@ -93,11 +95,28 @@ Found = Mapping[str, Sequence[Outcome]]  # by robot and way
 
 def reproduce(progress: Progress, execution: Execution = ALONE, dies: int = DIES) -> Report:
     """Run every robot in every way on the dies."""
-    keys = [Numbered(_named(r, way), FIRST + k) for r in ROBOTS for way in _ways(r) for k in range(dies)]
+    keys = [Numbered(_named(r, way), FIRST + k) for r in ROBOTS for way in WAYS for k in range(dies)]
     campaign = Campaign("mission-yield", run_one, Numbered, Outcome, (version("noctule"), ROBOTS, WAYS))
     found = execution.by_condition(campaign, keys, progress)
-    rows = tuple(row for robot in ROBOTS for row in _rows(robot, found))
-    return Report(rows, lambda figure: _draw(found, figure), notes(found))
+    nulls = nulls_of(statements, {NEVER: _never(found), UNCALIBRATED: _uncalibrated(found)})
+    return Report(statements(found), lambda figure: _draw(found, figure), notes(found), nulls)
+
+
+def statements(found: Found) -> tuple[Statement, ...]:
+    """Make the rows of all robots."""
+    return tuple(row for robot in ROBOTS for row in _rows(robot, found))
+
+
+def _never(found: Found) -> Found:
+    """Robots that never succeed and do nothing, beside the same ideal programs."""
+    idle = Outcome(succeeded=False, number=0.0, emergencies=0.0, spikes=0.0)
+    return {key: runs if key.endswith("ideal") else [idle] * len(runs) for key, runs in found.items()}
+
+
+def _uncalibrated(found: Found) -> Found:
+    """The codes of the design in place of those of the calibration, beside the same ideal programs."""
+    swapped = {_named(robot, "calibrated"): found[_named(robot, "default")] for robot in ROBOTS}
+    return {**found, **swapped}
 
 
 def run_one(key: Numbered) -> Outcome:
@@ -122,12 +141,6 @@ def _number(value: Any) -> float | None:
     return None if value is None else float(value)
 
 
-def _ways(robot: str) -> tuple[str, ...]:
-    """Ways of a robot; one whose chip has no calibration has its design's codes alone."""
-    coded = "codes" in load_system(robot).settings
-    return tuple(way for way in WAYS if coded or way != "default")
-
-
 def _named(robot: str, way: str) -> str:
     return f"{robot}, {way}"
 
@@ -149,7 +162,7 @@ def _rows(robot: str, found: Found) -> tuple[Statement, ...]:
     chips = share_where(not run.failed for run in found[_named(robot, "calibrated")])
     rows.append(Statement(f"{name}_chips_calibrated", None, chips.measured(), unjudged("told")))
     ideal = _share(found, robot, "ideal")
-    for way in _ways(robot):
+    for way in WAYS:
         share = _share(found, robot, way)
         rule = _rule(ROBOTS[robot], way, ideal.value, _share(found, robot, "calibrated").value)
         rows.append(Statement(f"{name}_{_word(way)}_succeed", ideal.value, share.measured(), rule))
@@ -204,7 +217,7 @@ def notes(found: Found) -> tuple[str, ...]:
     """Each robot's dies that succeed in every way, and why those that were not run were not."""
     lines = []
     for robot in ROBOTS:
-        shares = ", ".join(f"{_share(found, robot, way)} ({way})" for way in _ways(robot))
+        shares = ", ".join(f"{_share(found, robot, way)} ({way})" for way in WAYS)
         lines.append(f"{robot}: succeed {shares}.")
         why = {run.failed for run in found[_named(robot, "calibrated")] if run.failed}
         lines += [f"{robot}: not run, {text}." for text in sorted(why)[:3]]
@@ -217,9 +230,8 @@ def _draw(found: Found, figure: Figure) -> None:
     ax = figure.add_subplot()
     width = 0.8 / len(WAYS)
     for k, way in enumerate(WAYS):
-        robots = [r for r in ROBOTS if way in _ways(r)]
-        shares = [_share(found, r, way) for r in robots]
-        at = np.array([list(ROBOTS).index(r) for r in robots]) + width * (k - 0.5 * (len(WAYS) - 1))
+        shares = [_share(found, robot, way) for robot in ROBOTS]
+        at = np.arange(len(ROBOTS)) + width * (k - 0.5 * (len(WAYS) - 1))
         values = np.array([s.value for s in shares])
         ends = np.array([[s.value - s.interval.low, s.interval.high - s.value] for s in shares]).T
         label = f"{way}, 27 degC" if way in {"default", "calibrated"} else way
@@ -231,8 +243,6 @@ def _draw(found: Found, figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "mission-yield",
-    "dies on which every robot does what it is for, calibrated or not",
-    reproduce,
-    {"dies": DIES},
-)
+    "mission-yield", "dies on which every robot does what it is for, calibrated or not", reproduce,
+    {"dies": DIES}, (NEVER, UNCALIBRATED),
+)  # fmt: skip
