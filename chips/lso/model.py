@@ -26,7 +26,7 @@ import numpy as np
 
 from chips.lso.law import Membrane, Steps, lso_spikes, ramp_delay, rest_depth
 from chips.lso.measure import LEVEL_COMPARATOR, LEVELS, QUANTITIES, THRESHOLD, circuits, pair_kappa
-from chips.lso.place import NAME, line_volts
+from chips.lso.place import NAME, Currents, line_volts
 from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from chips.measured.timer import COMPARATOR
 from chips.model_law import check_capacitors
@@ -84,16 +84,19 @@ class Head(NamedTuple):
     u_t: float
 
 
-def head_on(silicon: Silicon, kind: BiasKind = "generator", area: float = 1.0) -> Head:
+def head_on(
+    silicon: Silicon, kind: BiasKind = "generator", area: float = 1.0, currents: Currents = ()
+) -> Head:
     """Return the numbers of the head on a silicon.
 
-    kind: of its biases; area: of the drawn devices over the circuits'. Raises `ParameterError` for an area or
-    a silicon outside the record's box, and `DataError` where the record is of other circuits.
+    kind: of its biases; area: of the drawn devices over the circuits'; currents: of biases by name, A, in the
+    place of the circuits' own. Raises `ParameterError` for an area or a silicon outside the record's box, and
+    `DataError` where the record is of other circuits.
     """
     require_area(NAME, area, LEAST_AREA)
     check_capacitors(NAME, silicon.die)
     check_box(NAME, silicon, tables_of(RECORD, circuits, silicon.process))
-    return _Maker(silicon, kind, area).make()
+    return _Maker(silicon, kind, area, currents).make()
 
 
 def level_times(head: Head, crossed: F64, slope: F64) -> F64:
@@ -138,13 +141,13 @@ def side_inputs(
 class _Maker:
     """A die's devices and voltages while its numbers are made."""
 
-    def __init__(self, silicon: Silicon, kind: BiasKind, area: float) -> None:
+    def __init__(self, silicon: Silicon, kind: BiasKind, area: float, currents: Currents) -> None:
         self.silicon = silicon.of_area(area)
         self.tables = tables_of(RECORD, circuits, silicon.process)
         found = all_on_silicon(self.tables, QUANTITIES, silicon)
         self.charge = {name: float(value) for name, value in zip(QUANTITIES, found, strict=True)}
         self.lso, self.level = circuits()
-        lines = line_volts(self.silicon, kind)
+        lines = line_volts(self.silicon, kind, currents)
         self.sides = on_die(self.lso, self.silicon, _LSO, ((NAME, ()), ("lso", (SIDES,))), lines)
         units: Path = ((NAME, ()), ("ear", (SIDES,)), ("level", (LEVELS,)))
         self.units = on_die(self.level, self.silicon, _LEVEL, units, lines)

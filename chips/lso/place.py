@@ -18,15 +18,21 @@ from circuits.silicon.die import Place
 from circuits.silicon.silicon import Silicon
 
 NAME = "sonar_head"
+Currents = tuple[tuple[str, float], ...]
+"""Biases by name, and their currents, A."""
 BIAS_PLACE: Place = ((NAME, ()), ("bias", ()))
 
 
 @lru_cache(maxsize=4)
-def line_volts(silicon: Silicon, kind: BiasKind) -> Mapping[str, float]:
-    """Return the voltages of the chip's bias lines by the blocks' ports, V, without the thresholds."""
+def line_volts(silicon: Silicon, kind: BiasKind, currents: Currents = ()) -> Mapping[str, float]:
+    """Return the voltages of the chip's bias lines by the blocks' ports, V, without the thresholds.
+
+    currents: of biases by name, A, in the place of the circuits' own.
+    """
     found: dict[str, float] = {}
     for circuit in circuits():
-        for bias in rebias(circuit, {}, kind).biases:
+        own = {b.name for b in circuit.biases}
+        for bias in rebias(circuit, {n: i for n, i in currents if n in own}, kind).biases:
             if bias.name != "v_threshold":
                 line = ((NAME, ()), *bias_path(bias.port, ()))
                 placed = replace(bias, place=line if kind == "generator" else BIAS_PLACE)

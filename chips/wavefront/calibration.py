@@ -36,7 +36,7 @@ from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 
 NAME = "wavefront-chip"  # of the calibration
-ROUNDS = 4  # in which all cells are timed and the shared current is moved; ours
+ROUNDS = 4  # in which all cells are timed and the shared current is moved, before codes between; ours
 WAVES = 16  # of which each time is the mean; ours
 OFF = 0.5  # unit, by which a cell's delay of a cost of 1 may be off; ours
 TOLD = 0.1  # share of a delay beyond which it is told to stay off; ours
@@ -78,8 +78,8 @@ def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
         found = _timed_in_turn(silicon, kind, design)
     except ParameterError as error:
         return Codes(NAME, key, celsius, failed=str(error))
-    before, after = found[0], min(found, key=lambda each: abs(math.log(_mean(each) / design.unit)))
-    measured = tuple(_measured(before, after))
+    before, after = found[0], min(found, key=lambda each: abs(math.log(each.unit / design.unit)))
+    measured = tuple(_measured(design.unit, before, after))
     return Codes(
         NAME, key, celsius, codes_near({_SHARED: after.current}),
         off={"cell": tuple(map(int, np.flatnonzero(after.off)))},
@@ -95,18 +95,32 @@ def cell_codes(codes: Codes, design: Design) -> CellCodes:
     off[list(codes.off["cell"])] = True
     current = float(np.asarray(codes.current(_SHARED)))
     own, offset = (np.array(codes.trims[name]) for name in ("own", "offset"))
-    return CellCodes(current, design.unit, own, offset, off)
+    return CellCodes(current, own, offset, off)
 
 
 def _timed_in_turn(silicon: Silicon, kind: BiasKind, design: Design) -> list[CellCodes]:
-    """The chip as it is timed at the usual current, and at what the time before makes of it."""
+    """The chip as it is timed at the usual current, at what each time makes of it, and at codes between."""
     model = chip_model(design.shape, silicon.process, bias_kind=kind, unit=design.unit)
     current = _nearest_code(float(np.asarray(model.circuit.bias(_SHARED).value)))
     found: list[CellCodes] = []
     while len(found) < ROUNDS and all(current != each.current for each in found):
         found.append(_timed(model, silicon, current, design.unit))
-        current = _nearest_code(current * _mean(found[-1]) / design.unit)
-    return found
+        current = _nearest_code(current * found[-1].unit / design.unit)
+    return found + [_timed(model, silicon, between, design.unit) for between in _between(found, design.unit)]
+
+
+def _between(found: list[CellCodes], unit: float) -> Iterator[float]:
+    """Currents of all codes between the slowest that is too fast and the fastest that is too slow, A.
+
+    A line does not rise evenly from code to code, so that steps by its last current need not arrive.
+    """
+    slow = max((each.current for each in found if each.unit > unit), default=0.0)
+    fast = min((each.current for each in found if each.unit <= unit), default=0.0)
+    if not 0.0 < slow < fast:
+        return
+    coarse, fine = codes_of(np.array([slow, fast]))[:, 0], codes_of(np.array([slow, fast]))[:, 1]
+    for code in range(int(fine[0]) + 1, int(fine[1]) if coarse[0] == coarse[1] else 0):
+        yield float(currents_of(np.array([coarse[0], code])))
 
 
 def _timed(model: AxonModel, silicon: Silicon, current: float, unit: float) -> CellCodes:
@@ -116,13 +130,13 @@ def _timed(model: AxonModel, silicon: Silicon, current: float, unit: float) -> C
     least, most = (axon_delays(here, silicon, np.full(count, code)) + arrival for code in (1, HIGHEST))
     own = (most - least) / (HIGHEST - 1)
     off = ~(np.abs(least - unit) <= OFF * unit)
-    return CellCodes(current, unit, own, least - own, off)
+    return CellCodes(current, own, least - own, off)
 
 
-def _measured(before: CellCodes, after: CellCodes) -> Iterator[Measured]:
+def _measured(unit: float, before: CellCodes, after: CellCodes) -> Iterator[Measured]:
     """The mean unit, and of every cost the delay of the cell that is farthest off, before as a code."""
-    unit, kept = after.unit, ~after.off
-    yield Measured("unit", "s", unit, _mean(before), _mean(after))
+    kept = ~after.off
+    yield Measured("unit", "s", unit, before.unit, after.unit)
     for cost in range(1, HIGHEST + 1):
         wanted = cost * unit
         usual = before.offset + before.own * cost
@@ -133,10 +147,6 @@ def _measured(before: CellCodes, after: CellCodes) -> Iterator[Measured]:
 def _farthest(delays: F64, wanted: float) -> float:
     """The delay that is farthest from what is wanted, s, NaN of none."""
     return float(delays[np.argmax(np.abs(delays - wanted))]) if delays.size else math.nan
-
-
-def _mean(timed: CellCodes) -> float:
-    return float(timed.own.mean())
 
 
 def _nearest_code(current: float) -> float:

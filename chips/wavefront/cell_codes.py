@@ -1,7 +1,7 @@
 """What is written to the cells of a chip whose axons have been timed.
 
 Of each cell the bench knows the delay as a line, `D = offset + own code` (`chips.wavefront.calibration`).
-A cost c wants c units of delay, and the cell gets the code that comes nearest:
+A cost c wants c units of delay, the mean over the cells, and its cell gets the code that comes nearest:
 
     code = (c unit - offset) / own        rounded, from 1 to 31
 
@@ -27,8 +27,6 @@ class CellCodes:
     ----------
     current : float
         Nominal current of the axons' sinks at 27 degC, A.
-    unit : float
-        Delay that a unit of cost should have, s.
     own : array
         Delay a unit of code of each cell, s, float64[cells].
     offset : array
@@ -38,10 +36,15 @@ class CellCodes:
     """
 
     current: float
-    unit: float
     own: F64
     offset: F64
     off: Bools
+
+    @property
+    def unit(self) -> float:
+        """Delay of a unit of cost, s: the mean over the cells, since a path is a matter of their ratios."""
+        kept = self.own[~self.off]
+        return float(kept.mean()) if kept.size else float(self.own.mean())
 
     def written(self, costs: NDArray[np.integer] | F64) -> I64:
         """Return the code of each cell for its cost, 0 for one that is blocked or left out.

@@ -14,12 +14,14 @@ if TYPE_CHECKING:
 
 CALIBRATIONS: dict[str, str] = {
     "latency-chip": "system.spiking_bat.chip_brain:CALIBRATION",
+    "lso-chip": "system.head.scenario:CALIBRATION",
     "wavefront-chip": "chips.wavefront.calibration:CALIBRATION",
 }
 
 # What each is, as its own summary says: `noctule list` and a shell's completion load none of them.
 CALIBRATION_LINES: dict[str, str] = {
     "latency-chip": "times of taps, integrating neurons, cells and pulses of the latency chip",
+    "lso-chip": "spikes a decibel of the sonar head's two neurons, and where left and right agree",
     "wavefront-chip": "unit of delay of the wavefront chip, and the codes of its cells",
 }
 

@@ -4,7 +4,7 @@ At every ping the speaker calls along the head's axis; the echo comes 2 r / c la
 then, while the neck may still turn. A share of the period later the spikes so far are counted and the servo
 is told to go to
 
-    angle + gain (spikes of the left - spikes of the right)
+    angle + gain (spikes of the left - spikes of the right - balance)
 
 in whole steps and within its reach. Nothing is lost without being counted: see `COUNTS`.
 """
@@ -110,11 +110,12 @@ class _Heard(NamedTuple):
 
 def follow(
     numbers: SonarHead, chip_at: ChipAt, way: Way, duration: float, random: np.random.Generator,
-    wiring: str = WIRINGS[0], progress: Callable[[float], None] | None = None,
+    wiring: str = WIRINGS[0], progress: Callable[[float], None] | None = None, balance: float = 0.0,
 ) -> Log:  # fmt: skip
     """Follow a target for a time (s), with the echoes' noise drawn from `random`.
 
-    chip_at: the chip in a ping at a time, s, in which its temperature stands, and the noise of its silicon.
+    chip_at: the chip in a ping at a time, s, in which its temperature stands, and the noise of its silicon;
+    balance: taken from each count of left less right, spikes.
     """
     pings = max(1, math.floor(duration * numbers.ping_rate + 1e-9))
     time = np.arange(pings) / numbers.ping_rate
@@ -143,7 +144,7 @@ def follow(
             counts["late_spikes"] += late
             last = found.delay + head.onset + longest_step(chip.head, found.echo.level)
             counts["steps_over"] += int(last > numbers.period)
-        turn = _turn(heard[k], wiring, resting) if not found.lost else 0
+        turn = _turn(heard[k], wiring, resting) - balance if not found.lost else 0.0
         neck = _commanded(numbers, neck, float(t) + numbers.decision * numbers.period, turn, counts)
         if progress is not None:
             progress((k + 1) / pings)
@@ -211,10 +212,10 @@ def _turn(heard: I64, wiring: str, resting: int) -> int:
     return int(heard[0]) - (resting if wiring == "one-ear" else int(heard[1]))
 
 
-def _commanded(numbers: SonarHead, neck: Neck, time: float, turn: int, counts: dict[str, int]) -> Neck:
+def _commanded(numbers: SonarHead, neck: Neck, time: float, turn: float, counts: dict[str, int]) -> Neck:
     """The neck with a new goal; without spikes it goes on to where it was told to."""
     angle = neck.at(time, numbers.neck_speed)
-    if turn == 0:
+    if turn == 0.0:
         return Neck(angle, time, neck.goal)
     wanted = numbers.neck_step * round((angle + numbers.gain * turn) / numbers.neck_step)
     most = numbers.neck_step * math.floor(numbers.neck_most / numbers.neck_step + 1e-9)

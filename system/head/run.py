@@ -27,6 +27,7 @@ from system.head.scenario import Scenario
 from system.head.world import way_of
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
+from system.options.codes import described
 from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
@@ -89,7 +90,8 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     chip_at = along(s.course, s.temperature_c, s.chip)
     way_random, noise_random = (np.random.default_rng((s.seed, k)) for k in range(2))
     way = way_of(s.motion, s.target, s.duration + s.head.period, way_random)
-    log = follow(s.head, chip_at, way, s.duration, noise_random, s.wiring, progress)
+    balance = s.balance if s.wiring == "lso" else 0.0
+    log = follow(s.head, chip_at, way, s.duration, noise_random, s.wiring, progress, balance)
     return Trace(s, chip_at(0.0)[0], log)
 
 
@@ -118,6 +120,7 @@ def account(trace: Trace) -> Account:
         reason=f"time of {s.duration:g} s over",
         ran_on={
             "wiring": s.wiring,
+            **described(s),
             "area": s.area,
             "silicon_noise": s.silicon_noise,
             **describe_run(s),

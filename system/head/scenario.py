@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import ClassVar
 
+from chips.codes import Calibration, Codes
+from chips.lso.calibration import NAME, Design, calibrate, currents_of
 from chips.lso.model import Head, head_on
 from chips.lso.noise import LsoNoise, noise_of
 from circuits.errors import ParameterError
+from circuits.silicon.process import AMI_1500
 from system.head.ear import SPEED
 from system.head.loop import WIRINGS
 from system.head.numbers import Motion, SonarHead
@@ -16,19 +20,21 @@ from system.option import (
     check_options,
     option,
 )
+from system.options.codes import Coded, check_codes
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
-from system.options.on_silicon import OnSilicon
 
 DURATION = 20.0  # s, two periods of the sine; ours
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario(OnSilicon):
+class Scenario(Coded):
     """A target that the head follows for a time (s), by one of `MOTIONS`, with one of `WIRINGS`.
 
     `area` is that of the chip's devices over the circuits'. Their noise is drawn from `noise_seed`, which is
     `seed` unless given.
     """
+
+    CALIBRATED: ClassVar[tuple[str, ...]] = (NAME,)
 
     head: SonarHead = field(default_factory=SonarHead)
     target: Motion = field(default_factory=Motion)
@@ -48,6 +54,7 @@ class Scenario(OnSilicon):
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self)
         check_noise(self.silicon_noise, self.noise_seed)
+        check_codes(self)
         if not self.head.period <= self.duration < math.inf:
             raise ParameterError(
                 f"duration: {self.duration:g} s, must be at least a ping's period,"
@@ -65,10 +72,36 @@ class Scenario(OnSilicon):
                 f" must be below {self.head.decision:g} of a period, {last:.3g} s; ping less often"
             )
 
+    @property
+    def chip_codes(self) -> Codes | None:
+        """Codes of its chip, None for those of the design; raises as `Coded.codes_of`."""
+        return self.codes_of(NAME, setup=design_of(self.head, self.area))
+
     def chip(self, temperature_c: float) -> tuple[Head, LsoNoise | None]:
         """Return the chip on its die at a temperature, degC, and its noise, None where there is none."""
-        silicon = self.silicon_at(temperature_c)
-        chip = head_on(silicon, self.bias_kind, self.area)
+        silicon, codes = self.silicon_at(temperature_c), self.chip_codes
+        currents = () if codes is None else currents_of(codes)
+        chip = head_on(silicon, self.bias_kind, self.area, currents)
         seed = self.seed if self.noise_seed is None else self.noise_seed
         noise = silicon_noise(self.silicon_noise, seed)
         return chip, None if noise is None else noise_of(chip, silicon, noise, self.area)
+
+    @property
+    def balance(self) -> float:
+        """What the board takes from a count of left less right, spikes; that of the chip's codes."""
+        codes = self.chip_codes
+        return 0.0 if codes is None else codes.trims["balance"][0]
+
+
+def design_of(numbers: SonarHead, area: float = 1.0) -> Design:
+    """Return what the chip of a head is calibrated for; area: of its devices over the circuits'."""
+    return Design(numbers.thresholds, area)
+
+
+CALIBRATION = Calibration(
+    name=NAME,
+    summary="spikes a decibel of the sonar head's two neurons, and where left and right agree",
+    process=AMI_1500,
+    calibrate=calibrate,
+    setup=design_of(SonarHead()),
+)

@@ -23,3 +23,15 @@ def test_the_document(run_json: RunJson, tmp_path: Path) -> None:
     assert found["summary"]["neck_ends"] == 0.0
     assert found["model_errors"]["counts_wrong"] == 0.0
     assert picture.stat().st_size > 10_000
+
+
+def test_the_chip_is_calibrated_unless_asked_for_its_design(run_json: RunJson) -> None:
+    options = ("--die", "104", "--seed", "104", "--duration", "4s")
+    own, usual = (run_json("run", "head", *options, *codes) for codes in ((), ("--codes", "default")))
+    assert (own["summary"]["ran_on"]["codes"], own["summary"]["ran_on"]["calibrated_at_C"]) == (
+        "calibrated", 27.0,
+    )  # fmt: skip
+    assert usual["summary"]["ran_on"]["codes"] == "default"
+    assert own["head_deg"] != usual["head_deg"]
+    gate = run_json("run", "head", *options, "--bias-kind", "gate")
+    assert gate["summary"]["ran_on"]["codes"] == "default"
