@@ -29,6 +29,7 @@ from sphinx.util.typing import OptionSpec
 from _extension.running import ROOT, block, done, page_folder, picture
 from _extension.table import paragraph, table, text
 from system.registry import load_experiment
+from system.verdict.null import Score
 
 HEAD = ("row", "paper", "ours", "agrees when", "", "agrees")
 VERDICTS = {True: "yes", False: "no", None: ""}
@@ -91,6 +92,7 @@ class RowsDirective(SphinxDirective):
         if "short" in self.options:
             shown.append(paragraph(_short_form(name, self.options["short"])))
         shown.append(self._table(name, report["rows"]))
+        shown.append(paragraph(_scores(report["scores"])))
         shown += _notes(report["notes"])
         if "plot" in self.options:
             shown.append(picture(self, Path(found.folder) / f"{name}.png", line))
@@ -128,6 +130,11 @@ class RowRole(ReferenceRole):
         self.set_source_info(node)
         node += nodes.inline("", "", *text(words))
         return [node], []
+
+
+def _scores(scores: list[dict[str, Any]]) -> str:
+    """How many of the rows hold for ours, nulls and the paper, as the command prints it."""
+    return f"Rows that hold: {'; '.join(str(Score(**score)) for score in scores)}."
 
 
 def _cells(row: dict[str, Any], each: str) -> tuple[str | nodes.Node, ...]:

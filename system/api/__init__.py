@@ -58,6 +58,7 @@ from system.study.statistics.summary import Summary, Yield, summarise, summarise
 from system.study.table import Condition, Table
 from system.study.target import Measurement, Subject, Target, open_target
 from system.system import Account, Run, System, metrics_with
+from system.verdict.null import nulls_of
 
 __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its headings
     # Systems and their runs
@@ -144,6 +145,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "within",
     "within_share",
     "unjudged",
+    "nulls_of",
     # Pictures
     "save_picture",
     "draw_waveforms",

@@ -21,13 +21,12 @@ from system.bug.path import median_distance
 from system.bug.picture import draw_paths, draw_shortest, draw_world
 from system.bug.run import Trace, run
 from system.bug.scenario import Scenario
+from system.papers.stockel2017.fig6 import AWAY, repeats
 from system.papers.stockel2017.fig6 import MAP as SPIRAL
-from system.papers.stockel2017.fig6 import repeats
 from system.study.campaign import Campaign, Numbered
 
 EVERY = 10  # steps of 10 ms between two points of a path that is kept; ours
 NULLS = ("never moves", "always reaches the goal")
-AWAY = 1.0  # map unit, from a program's path: beyond what counts as similar; ours
 Condition = TypeVar("Condition")
 
 
@@ -72,7 +71,7 @@ class Drives:
 def null_drives(found: Mapping[Condition, Sequence[Drive]]) -> dict[str, dict[Condition, list[Drive]]]:
     """Runs of robots that know nothing, in the place of those of networks, by their names.
 
-    One stands, so that it repeats its way and is far from the program's; one is always there.
+    One stands at the start, which is on every way, and so repeats its own; one is always at the goal.
     """
     still = {key: [_null(d, reached=False) for d in runs] for key, runs in found.items()}
     there = {key: [_null(d, reached=True) for d in runs] for key, runs in found.items()}
@@ -80,9 +79,10 @@ def null_drives(found: Mapping[Condition, Sequence[Drive]]) -> dict[str, dict[Co
 
 
 def _null(drive: Drive, *, reached: bool) -> Drive:
-    """A run that is `AWAY` from the program's, and repeats its way unless it has arrived."""
+    """A run that stays at the goal, far from the program's way, or at its start."""
     again = None if drive.repeats is None else not reached
-    return replace(drive, reached=reached, repeats=again, apart=None if drive.apart is None else AWAY)
+    apart = None if drive.apart is None else AWAY if reached else 0.0
+    return replace(drive, reached=reached, repeats=again, apart=apart)
 
 
 def kept(trace: Trace, *, with_path: bool) -> Drive:

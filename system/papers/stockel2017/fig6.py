@@ -9,7 +9,7 @@ radii of the robot. All five networks must do as the paper says.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
@@ -28,6 +28,7 @@ SEEDS = (1000, 1001, 1002, 1003, 1004)
 DURATION = 200.0  # s
 NEAR = 2.0 * RADIUS
 LATE = 60.0  # s before the end, over which a way is compared with what was before
+AWAY = 1.0  # map unit, from a program's way: beyond what counts as similar; ours
 NULLS = ("never moves", "always reaches the goal", "never does, nor repeats its way")
 
 
@@ -76,16 +77,13 @@ def seen(found: dict[str, list[Trace]]) -> Found:
 
 
 def _nulls(found: dict[str, list[Trace]]) -> dict[str, Found]:
-    """Robots that stand at the start, are always there, or wander about as far away."""
-    still = {
-        name: [Seen(True, False, median_distance(t.path[:1], t.path)) for t in runs]  # noqa: FBT003
-        for name, runs in found.items()
+    """Robots that stand at the start, which is on every way, are at the goal, or wander far from any way."""
+    made = (Seen(repeats=True, reached=False, apart=0.0), Seen(repeats=False, reached=True, apart=AWAY),
+            Seen(repeats=False, reached=False, apart=AWAY))  # fmt: skip
+    return {
+        null: {name: [each] * len(runs) for name, runs in found.items()}
+        for null, each in zip(NULLS, made, strict=True)
     }
-    there, lost = (
-        {name: [replace(s, repeats=False, reached=reached) for s in runs] for name, runs in still.items()}
-        for reached in (True, False)
-    )
-    return dict(zip(NULLS, (still, there, lost), strict=True))
 
 
 def rows(found: Found) -> tuple[Statement, ...]:
