@@ -15,11 +15,13 @@ from functools import lru_cache
 
 import numpy as np
 
+from chips.codes import Codes
 from chips.noise import SiliconNoise
 from chips.part import Analog, Event, Output
 from chips.ranging import circuit as ranging_chip
+from chips.ranging.calibration.found import values_of
 from chips.ranging.law import Neurons
-from chips.ranging.model import ReboundModel, check_box, model_of, neurons_on
+from chips.ranging.model import ReboundModel, check_box, model_of, neurons_on, with_biases
 from chips.ranging.neuron_kernel import (
     COLUMNS,
     NEAR,
@@ -81,6 +83,12 @@ def shipped_model(process: Process, bias_kind: BiasKind | None = None) -> Reboun
     return model_of(rebias(ranging_chip.build(), kind=bias_kind), process)
 
 
+def coded_model(process: Process, bias_kind: BiasKind, codes: Codes | None) -> ReboundModel:
+    """Return the model of the ranging chip in a process at codes, with its biases as built without any."""
+    model = shipped_model(process, bias_kind)
+    return model if codes is None else with_biases(model, values_of(codes))
+
+
 class RangingChip:
     """A ranging chip on a silicon: 13 rebound neurons, or another array of them, or one.
 
@@ -109,11 +117,12 @@ class RangingChip:
         record: ReboundRecord | None = None,
         noise: SiliconNoise | None = None,
         bias_kind: BiasKind = "generator",
+        codes: Codes | None = None,
     ) -> None:
         """Prepare the neurons; raises `ParameterError` outside the box (`chips.validity`)."""
         self.silicon, self.path, self.noise = silicon, path, noise
         if circuit is None and record is None:
-            self.model = shipped_model(silicon.process, bias_kind)
+            self.model = coded_model(silicon.process, bias_kind, codes)
         else:
             built = circuit or rebias(ranging_chip.build(), kind=bias_kind)
             self.model = model_of(built, silicon.process, record)

@@ -36,7 +36,7 @@ from chips.ranging.record import (
 from chips.record_file import stale
 from chips.validity import require_inside
 from circuits.arrays import F64
-from circuits.bias import bias_voltages, saturation_current
+from circuits.bias import bias_voltages, rebias, saturation_current
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Circuit, InstanceArray
 from circuits.devices import Source, Transistor
@@ -129,7 +129,6 @@ def model_of(circuit: Circuit, process: Process, record: ReboundRecord | None = 
     lone = rebound_neuron.build()
     nominal = Silicon(process)
     drawn = _capacitance(neuron, process)
-    ports = {b.port: b.name for b in neuron.biases}
     return ReboundModel(
         circuit,
         process,
@@ -144,16 +143,28 @@ def model_of(circuit: Circuit, process: Process, record: ReboundRecord | None = 
         *_inverse_and_follow(drawn[None]),
         next(float(g.parameters["capacitance"][0]) for g in groups if g.device.name == "c_r"),
         capacitor_shares(neuron, process),
-        {
-            ports[b.port]: bias_voltages(circuit, b, nominal)
-            for b in circuit.biases
-            if b.port in ports and b.kind not in {"ideal", "generator"}
-        },
+        _fixed(circuit, process),
         {
             name: np.concatenate([q.value[..., None], q.gradient, q.curvature], axis=-1)
             for name, q in record.quantities.items()
         },
     )
+
+
+def with_biases(model: ReboundModel, values: Mapping[str, float | tuple[float, ...]]) -> ReboundModel:
+    """Return the model with other values of its circuit's biases, A or V; raises as `rebias`."""
+    circuit = rebias(model.circuit, values)
+    return replace(model, circuit=circuit, fixed=_fixed(circuit, model.process))
+
+
+def _fixed(circuit: Circuit, process: Process) -> dict[str, F64]:
+    """Gate voltages of the biases that neither temperature nor die moves, V, by the neuron's names."""
+    ports = {b.port: b.name for b in neuron_of(circuit).biases}
+    return {
+        ports[b.port]: bias_voltages(circuit, b, Silicon(process))
+        for b in circuit.biases
+        if b.port in ports and b.kind not in {"ideal", "generator"}
+    }
 
 
 def neuron_of(circuit: Circuit) -> Circuit:

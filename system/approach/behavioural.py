@@ -41,12 +41,14 @@ class Models:
     without first-target isolation.
 
     chip : the ranging chip.
+    off : its neurons whose spikes reach nothing.
     proximity : the centroid board whose voltage is the proximity.
     vocalization : the vocalization controller.
     hearing : ear, envelope detector and both neurons in one.
     """
 
     chip: RangingChip
+    off: tuple[int, ...]
     proximity: CentroidModel
     amplitude: CentroidModel | None
     vocalization: VocalizationModel
@@ -114,9 +116,12 @@ def _fly(
 
 def _boards(models: Models) -> Boards:
     second, ears = models.amplitude or models.proximity, models.hearing.model
+    heard = np.ones(len(models.chip.spikes), np.bool_)
+    heard[list(models.off)] = False
     return Boards(
         models.proximity.numbers, second.numbers, models.vocalization.numbers, ears.onset,
         ears.high_threshold, models.vocalization.noise, ears.noise,
+        heard,
     )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from chips.hearing.kernel import Hearing, hear_sound
 from chips.hearing.noise import HearingNoise, threshold_factors
 from chips.ranging.kernel import PULSE, Chip, Plan, next_due, on_call, on_echo, take
 from chips.ranging.law import Neurons
-from circuits.arrays import F64, I64
+from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 from circuits.event import HALF_WIDTH
 
@@ -55,7 +55,10 @@ class Scene(NamedTuple):
 
 
 class Boards(NamedTuple):
-    """What stands behind the chip; `amplitude` is `proximity` again where one board gives both."""
+    """What stands behind the chip; `amplitude` is `proximity` again where one board gives both.
+
+    heard: whether a neuron's spikes reach the boards, bool[neurons].
+    """
 
     proximity: Centroid
     amplitude: Centroid
@@ -64,6 +67,7 @@ class Boards(NamedTuple):
     high_threshold: Hearing
     interval_noise: OscillatorNoise
     hearing_noise: HearingNoise
+    heard: Bools
 
 
 class Run(NamedTuple):
@@ -93,7 +97,7 @@ def fly(scene: Scene, b: Boards, m: Neurons, p: Plan, c: Chip, r: Run, until: fl
         elif now >= heard and heard <= spike:
             _deliver(m, p, c, r)
         elif now >= spike:
-            if take(m, p, c, k):
+            if take(m, p, c, k) and b.heard[k]:
                 _note(r, SPIKE, spike, float(k), 0.0)
                 _gates(r, k, spike)
                 r.levels[0] = r.levels[2]

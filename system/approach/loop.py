@@ -15,6 +15,7 @@ from chips.cell import Cell
 from chips.hearing.model import hearing_on
 from chips.part import Part
 from chips.ranging import circuit as ranging_chip
+from chips.ranging.calibration.found import delays_of, off_of, values_of
 from chips.ranging.chip import RangingChip
 from circuits.bias import rebias
 from circuits.blocks.sonar import (
@@ -51,16 +52,17 @@ def build(scenario: Scenario, executor: Executor | None = None) -> Loop:
     silicon = scenario.silicon_at(scenario.beginning_c)
     parts: dict[str, Part[Any]] = {
         **_chip(scenario, silicon),
-        "centroid": _centroid(scenario, silicon),
+        "centroid": _centroid(scenario, silicon, _linear(scenario)),
         "vocalization": _vocalization(scenario, silicon),
         **_hearing(scenario, silicon),
     }
     if scenario.isolation:
         parts["isolation"] = _isolation(scenario, silicon)
     if scenario.amplitude_law == "d4":
-        parts["amplitude_centroid"] = _centroid(scenario, silicon, _fourth_power(silicon))
+        parts["amplitude_centroid"] = _centroid(scenario, silicon, _fourth_power(scenario, silicon))
     horizon = _BEHAVIOURAL_HORIZON if all_behavioural(scenario) else _HORIZON
-    loop = Loop(parts, _event_wires(parts), _analog_wires(parts), horizon, executor)
+    events = _event_wires(parts, off_of(scenario.ranging_codes))
+    loop = Loop(parts, events, _analog_wires(parts), horizon, executor)
     oscillator = parts["vocalization"]
     if isinstance(oscillator, Cell):
         rising = (np.array([0.0, 1e-6]), np.array([0.0, silicon.process.v_dd]))
@@ -78,12 +80,14 @@ def move(loop: Loop, scenario: Scenario, temperature_c: float) -> None:
         elif isinstance(part, RangingChip):
             loop.states[name] = part.moved(loop.states[name], temperature_c)
         elif isinstance(part, CentroidModel):
-            lookup = _fourth_power(silicon) if name == "amplitude_centroid" else None
-            parts[name] = CentroidModel(silicon, lookup)
+            fourth = name == "amplitude_centroid"
+            parts[name] = CentroidModel(
+                silicon, _fourth_power(scenario, silicon) if fourth else _linear(scenario)
+            )
         elif isinstance(part, VocalizationModel):
             parts[name] = _vocalization(scenario, silicon)
         elif isinstance(part, IsolationModel):
-            parts[name] = IsolationModel(silicon)
+            parts[name] = _isolation(scenario, silicon)
         elif isinstance(part, Hearing):
             parts[name] = _heard(scenario, silicon)
     loop.parts = parts
@@ -98,29 +102,38 @@ def models_of(scenario: Scenario, temperature_c: float) -> Models:
     """Return the models of a scenario in which every box is one, at a temperature, degC."""
     silicon = scenario.silicon_at(temperature_c)
     noise = silicon_noise(scenario.silicon_noise, scenario.seed)
-    fourth = _fourth_power(silicon) if scenario.amplitude_law == "d4" else None
+    fourth = _fourth_power(scenario, silicon) if scenario.amplitude_law == "d4" else None
+    codes = scenario.ranging_codes
     return Models(
-        chip=RangingChip(silicon, noise=noise, bias_kind=scenario.bias_kind),
-        proximity=CentroidModel(silicon),
+        chip=RangingChip(silicon, noise=noise, bias_kind=scenario.bias_kind, codes=codes),
+        off=off_of(codes),
+        proximity=CentroidModel(silicon, _linear(scenario)),
         amplitude=None if fourth is None else CentroidModel(silicon, fourth),
         vocalization=VocalizationModel(silicon, noise=noise),
         hearing=_heard(scenario, silicon),
-        isolation=IsolationModel(silicon) if scenario.isolation else None,
+        isolation=_isolation_model(scenario, silicon) if scenario.isolation else None,
     )
 
 
-def _fourth_power(silicon: Silicon) -> tuple[float, ...]:
+def _linear(scenario: Scenario) -> tuple[float, ...] | None:
+    """Entries of the table, V, where it is trimmed to the chip; else None, for the board's own."""
+    codes, design = scenario.ranging_codes, ranging_chip.BEST_DELAYS
+    return None if codes is None else centroid_board.lookup_at(delays_of(codes), design[0], design[-1])
+
+
+def _fourth_power(scenario: Scenario, silicon: Silicon) -> tuple[float, ...]:
     """Entries of the second board's table, V."""
     law = vocalization_controller.amplitude_law(vocalization_controller.Params(), silicon.process.v_dd)
-    return centroid_board.fourth_power_lookup(ranging_chip.BEST_DELAYS, law).voltages
+    return centroid_board.fourth_power_lookup(delays_of(scenario.ranging_codes), law).voltages
 
 
 def _chip(scenario: Scenario, silicon: Silicon) -> dict[str, Part[Any]]:
     if scenario.level_of("chip") == "behavioural":
         noise = silicon_noise(scenario.silicon_noise, scenario.seed)
-        return {"chip": RangingChip(silicon, noise=noise, bias_kind=scenario.bias_kind)}
-    chip = rebias(ranging_chip.build(), kind=scenario.bias_kind)
-    held = {"v_ex_max": 4.301} if scenario.isolation else {}
+        codes = scenario.ranging_codes
+        return {"chip": RangingChip(silicon, noise=noise, bias_kind=scenario.bias_kind, codes=codes)}
+    chip = rebias(ranging_chip.build(), values_of(scenario.ranging_codes), scenario.bias_kind)
+    held = {"v_ex_max": float(np.asarray(chip.bias("v_ex_max").value))} if scenario.isolation else {}
     parts: dict[str, Part[Any]] = {}
     for k in range(ranging_chip.NEURONS):
         circuit, place = circuit_at(chip, (("neuron", (k,)),))
@@ -172,13 +185,26 @@ def _microphone(scenario: Scenario) -> Microphone:
 
 def _isolation(scenario: Scenario, silicon: Silicon) -> Part[Any]:
     if scenario.level_of("isolation") == "behavioural":
-        return IsolationModel(silicon)
+        return _isolation_model(scenario, silicon)
     latch = first_target_isolation.build(first_target_isolation.Params())
+    trimmed = _trimmed(scenario)
+    latch = latch if trimmed is None else rebias(latch, {"v_ex_max_set": trimmed})
     start = first_target_isolation.rest(silicon.process.v_dd)
     return Cell(latch, silicon, ("v_ex_max",), rtol=BOARD_RTOL, start=start)
 
 
-def _event_wires(parts: dict[str, Part[Any]]) -> list[EventWire]:
+def _isolation_model(scenario: Scenario, silicon: Silicon) -> IsolationModel:
+    return IsolationModel(silicon, v_ex_max=_trimmed(scenario))
+
+
+def _trimmed(scenario: Scenario) -> float | None:
+    """V_ex,max to which the board is trimmed for the chip, V; None for the board's own."""
+    codes = scenario.ranging_codes
+    return None if codes is None else codes.trims["v_ex_max"][0]
+
+
+def _event_wires(parts: dict[str, Part[Any]], off: tuple[int, ...]) -> list[EventWire]:
+    """Wires of events; `off`: neurons whose spikes reach nothing."""
     model = "hearing" in parts
     pulse = ("hearing", "high_threshold") if model else ("high_threshold", "spike")
     onset = ("hearing", "onset") if model else ("onset", "spike")
@@ -187,7 +213,7 @@ def _event_wires(parts: dict[str, Part[Any]]) -> list[EventWire]:
     listeners = ["chip"] if "chip" in parts else [f"neuron[{k}]" for k in range(ranging_chip.NEURONS)]
     for name in listeners:
         wires += [EventWire(*pulse, name, "call"), EventWire(*onset, name, "echo")]
-    for k in range(ranging_chip.NEURONS):
+    for k in sorted({*range(ranging_chip.NEURONS)} - {*off}):
         source = ("chip", f"spike[{k}]") if "chip" in parts else (f"neuron[{k}]", "spike")
         wires += [EventWire(*source, board, f"spike[{k}]") for board in boards]
     if "isolation" in parts:

@@ -23,6 +23,7 @@ from functools import partial
 import numpy as np
 
 from chips.cell import Cell
+from chips.ranging.calibration.found import off_of
 from chips.ranging.chip import RangingChip
 from circuits.arrays import F64
 from circuits.silicon.course import course_through, told_when
@@ -83,7 +84,8 @@ def _refuse_early(scenario: Scenario) -> None:
     """Refuse, before any work, a course that leaves what the ranging chip's model was measured for."""
     course = course_through(scenario.course)
     if course is not None and scenario.level_of("chip") == "behavioural":
-        chip = RangingChip(scenario.silicon_at(course.begin), bias_kind=scenario.bias_kind)
+        silicon = scenario.silicon_at(course.begin)
+        chip = RangingChip(silicon, bias_kind=scenario.bias_kind, codes=scenario.ranging_codes)
         course.check(scenario.duration, chip.neurons_at)
 
 
@@ -93,19 +95,20 @@ def run_in_loop(
     """Run a scenario, at whatever levels, by the general event loop."""
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as executor:
         loop = build(scenario, None if all_behavioural(scenario) else executor)
-        log = _Log()
+        log, off = _Log(), off_of(scenario.ranging_codes)
         for begin, end, celsius in scenario.stretches:
             if begin > 0.0:
                 with told_when(begin):
                     move(loop, scenario, celsius)
             while loop.time < end:
-                _note(log, loop, loop.step(end))
+                _note(log, loop.step(end), off)
                 if progress is not None:
                     progress(loop.time / scenario.duration)
     return _trace(scenario, log, np.array(log.boards), _counts(loop))
 
 
-def _note(log: _Log, loop: Loop, done: Round) -> None:
+def _note(log: _Log, done: Round, off: tuple[int, ...]) -> None:
+    """Note what a round brought; off: neurons whose spikes reach nothing."""
     amplitude = float(done.outputs["vocalization"].voltage[-1, 0])
     log.boards.append((done.stop, float(done.outputs["centroid"].voltage[-1, 0]), amplitude))
     for part, port, time in done.events:
@@ -115,10 +118,10 @@ def _note(log: _Log, loop: Loop, done: Round) -> None:
             log.pulses.append(time)
         elif "onset" in {part, port}:
             log.echoes.append(time)
-        elif part.startswith("neuron"):
-            log.spikes.append((time, _index(part)))
-        elif part == "chip":
-            log.spikes.append((time, _index(port)))
+        elif part == "chip" or part.startswith("neuron"):
+            k = _index(port if part == "chip" else part)
+            if k not in off:
+                log.spikes.append((time, k))
 
 
 def _index(name: str) -> int:

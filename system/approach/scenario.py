@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
+from chips.codes import Codes
+from chips.ranging.calibration.found import NAME
 from circuits.silicon.course import Course
 from circuits.silicon.process import ZERO_CELSIUS
 from system.option import (
     check_options,
     option,
 )
+from system.options.codes import Coded, check_codes
 from system.options.noise import Noisy, check_noise, noise_option
-from system.options.on_silicon import OnSilicon
 from system.worlds.sound.acoustics import Air
 from system.worlds.sound.targets import Target, default_scene, read_targets
 
@@ -30,14 +32,17 @@ def _read_targets(text: str, _: str) -> tuple[Target, ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario(OnSilicon):
+class Scenario(Coded):
     """An approach: the targets, how long, and at which level and on which silicon each box is.
 
     Temperature is that of chip, boards and air; chip and boards follow a `course` of it, pairs of time (s)
     and degC, and the air stays. Each board and each single neuron is a circuit of its own, on the chip's die,
     which is the same lot and number. `transistors` names boxes that stay at transistor level in a behavioural
-    run. The noise of devices is that of `noisy_boxes`, drawn from the seed.
+    run. The noise of devices is that of `noisy_boxes`, drawn from the seed. Codes are those of the ranging
+    chip, by which the boards behind it are trimmed too.
     """
+
+    CALIBRATED: ClassVar[tuple[str, ...]] = (NAME,)
 
     targets: tuple[Target, ...] = option(
         default_scene, "CSV of moving targets", read=_read_targets, metavar="FILE"
@@ -56,6 +61,12 @@ class Scenario(OnSilicon):
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self)
         check_noise(self.silicon_noise, None)
+        check_codes(self)
+
+    @property
+    def ranging_codes(self) -> Codes | None:
+        """Codes of the ranging chip; None for those of its design. Raises as `codes_of`."""
+        return self.codes_of(NAME)
 
     def level_of(self, box: Box) -> Level:
         """Return the level at which a box runs."""

@@ -17,6 +17,7 @@ from circuits.blocks.sonar import centroid_board
 from system.approach.scenario import BOXES, Box, Scenario, air_of
 from system.meaning import meanings
 from system.options.block import describe_run
+from system.options.codes import described
 from system.options.noise import NOISELESS
 from system.options.temperature import temperature_text
 from system.plot import COLOURS, INK, PALE
@@ -169,6 +170,7 @@ def account(trace: Trace) -> Account:
             "transistors": ", ".join(sorted(s.transistors)) or None,
             "isolation": s.isolation,
             "amplitude_law": s.amplitude_law,
+            **described(s),
             "silicon_noise": s.silicon_noise,
             NOISELESS: ", ".join(s.noiseless_boxes) or None,
             **describe_run(s),

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 CALIBRATIONS: dict[str, str] = {
     "latency-chip": "system.spiking_bat.chip_brain:CALIBRATION",
     "lso-chip": "system.head.scenario:CALIBRATION",
+    "ranging-chip": "chips.ranging.calibration.calibrate:CALIBRATION",
     "wavefront-chip": "chips.wavefront.calibration:CALIBRATION",
 }
 
@@ -22,6 +23,7 @@ CALIBRATIONS: dict[str, str] = {
 CALIBRATION_LINES: dict[str, str] = {
     "latency-chip": "times of taps, integrating neurons, cells and pulses of the latency chip",
     "lso-chip": "spikes a decibel of the sonar head's two neurons, and where left and right agree",
+    "ranging-chip": "windows of the ranging chip's neurons: their width, and where they stand",
     "wavefront-chip": "unit of delay of the wavefront chip, and the codes of its cells",
 }
 

@@ -52,19 +52,24 @@ def circuits() -> tuple[Circuit, ...]:
 
 
 class IsolationModel:
-    """A first-target isolation board on a silicon; path: the instance path named in errors.
+    """A first-target isolation board on a silicon.
 
-    Raises `ParameterError` for silicon outside the record's box, and `DataError` where the record is of
-    another circuit.
+    v_ex_max: voltage to which its open output is set, V, the board's own unless given, of which the record
+    is; path: the instance path named in errors. Raises `ParameterError` for silicon outside the record's box,
+    and `DataError` where the record is of another circuit.
     """
 
-    def __init__(self, silicon: Silicon, path: str = "first_target_isolation") -> None:
+    def __init__(
+        self, silicon: Silicon, path: str = "first_target_isolation", v_ex_max: float | None = None
+    ) -> None:
         """Read the record at the silicon's temperature and die."""
         data = tables_of("first_target_isolation", circuits, silicon.process)
         check_box(path, silicon, data)
         names = ("open_V", "isolated_V", "set_delay_s", "reset_delay_s", "held_delay_s", "tie_s")
         values = (float(value) for value in all_on_silicon(data, names, silicon))
         self.open_level, self.isolated_level, self.set, self.reset, self.held, self.tie = values
+        if v_ex_max is not None:  # the open gate carries no current
+            self.open_level += v_ex_max - first_target_isolation.V_EX_MAX
         self.analog: tuple[str, ...] = ("v_ex_max",)
 
     def begin(self, time: float = 0.0) -> IsolationState:

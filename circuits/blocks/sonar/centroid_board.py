@@ -75,6 +75,14 @@ def linear_lookup(
     return tuple(float(v) for v in np.linspace(nearest, farthest, count))
 
 
+def lookup_at(delays: Sequence[float], nearest_delay: float, farthest_delay: float) -> tuple[float, ...]:
+    """Look-up voltages (V) of neurons by their delays (s): on a line through those of two delays.
+
+    They fall from `NEAREST` at `nearest_delay` to `FARTHEST` at `farthest_delay`, and stay within that range.
+    """
+    return tuple(np.interp(delays, (nearest_delay, farthest_delay), (NEAREST, FARTHEST)).tolist())
+
+
 def fourth_power_lookup(
     ranges: Sequence[float],
     law: tuple[float, float],

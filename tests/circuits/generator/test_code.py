@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from circuits.errors import ParameterError
-from circuits.generator.code import COARSE, CODES, codes_of, currents_of
+from circuits.generator.code import COARSE, CODES, codes_of, currents_of, nearest_currents
 
 
 def test_the_nearest_code_is_near() -> None:
@@ -22,3 +22,12 @@ def test_the_nearest_code_is_near() -> None:
 @pytest.mark.parametrize("fine", [200, 255])
 def test_the_code_of_a_code_s_current_is_itself(coarse: int, fine: int) -> None:
     assert codes_of(np.array(COARSE[coarse] * fine / CODES)).tolist() == [coarse, fine]
+
+
+def test_currents_of_codes_rise_and_are_what_their_own_codes_have() -> None:
+    found = nearest_currents()
+    assert (np.diff(found) > 0.0).all()
+    assert currents_of(codes_of(found)) == pytest.approx(found, rel=1e-15)
+    coded = currents_of(codes_of(np.geomspace(1e-12, 20e-6, 200)))
+    # but for the code at the foot of a range, which is the top of the finer one
+    assert np.abs(coded / found[:, None] - 1.0).min(axis=0).max() < 1e-3

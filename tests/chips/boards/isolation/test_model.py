@@ -11,6 +11,7 @@ from chips.boards.isolation.measure import circuit_output, compare, crossings, m
 from chips.boards.isolation.model import UNSURE, IsolationModel
 from chips.cell import Cell
 from chips.record import kept_record
+from circuits.bias import rebias
 from circuits.blocks.sonar import first_target_isolation
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
@@ -35,6 +36,15 @@ def test_it_isolates_from_the_first_spike_to_the_next_call_as_the_circuit_does()
         assert line.voltage[-1, 0] == pytest.approx(wave.voltage[-1, 0], abs=2e-3)
         levels.append(float(line.voltage[-1, 0]))
     assert levels == pytest.approx([5.0, 5.0, 4.301, 4.301, 5.0], abs=1e-6)
+
+
+def test_the_open_level_is_what_the_board_is_trimmed_to() -> None:
+    silicon = Silicon(AMI_1500_IDEAL, 40.0, Die(number=1003))
+    board = rebias(first_target_isolation.build(), {"v_ex_max_set": 4.18})
+    start = first_target_isolation.rest(silicon.process.v_dd)
+    cell = Cell(board, silicon, ("v_ex_max",), rtol=1e-3, start=start)
+    level = float(cell.voltages(cell.begin())[0])
+    assert IsolationModel(silicon, v_ex_max=4.18).open_level == pytest.approx(level, abs=1e-4)
 
 
 # s, of a spike behind a call; the pulses last 10 us, the tie is at -0.08 us

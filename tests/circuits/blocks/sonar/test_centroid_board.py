@@ -153,3 +153,11 @@ def test_fourth_power_lookup_refuses_an_amplitude_that_rises() -> None:
 def test_a_neuron_that_does_not_exist_is_refused(neuron: float) -> None:
     with pytest.raises(ParameterError, match="whole number from 0 to 12"):
         run(neuron, 20.0, 0.1)
+
+
+def test_a_table_that_is_trimmed_to_delays_stays_on_the_line_and_within_the_range() -> None:
+    trimmed = board.lookup_at(BEST_DELAYS, BEST_DELAYS[0], BEST_DELAYS[-1])
+    assert trimmed == pytest.approx(LOOKUP)
+    low, middle, high = board.lookup_at([1e-3, 15e-3, 31e-3], BEST_DELAYS[0], BEST_DELAYS[-1])
+    assert (low, high) == (board.NEAREST, board.FARTHEST)
+    assert middle == pytest.approx(LOOKUP[6])
