@@ -37,7 +37,7 @@ def test_a_slope_that_is_too_steep_makes_neurons_answer_a_call_alone() -> None:
     assert bench.echo_alone({**WIDE, "v_ex_max": 3.9}).all()
 
 
-def test_every_measurement_has_noise_of_its_own() -> None:
+def test_noise_goes_on_from_one_measurement_to_the_next() -> None:
     bench, edges = _bench(), np.full(200, 6.0e-3)
     first, second = (bench.answers({}, edges) for _ in range(2))
     again = _bench().answers({}, edges)
