@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.nef.chip import HEADROOM, Conditions, check_room
+from chips.nef.chip import HEADROOM, USUAL, Conditions, check_room
 from chips.nef.kernel import ChipNet
 from chips.nef.network.curves import TAU_RC, TAU_REF, Curves
 from chips.nef.network.kernel import DT, Net
@@ -112,7 +112,7 @@ def build(
     for part in network.ensembles:
         held = []
         for ensemble in _members(part):
-            held.append(populate(ensemble, curves, first, seed, None, line))
+            held.append(populate(ensemble, curves, first, seed, None, line, slowest_into(network, part.name)))
             first += ensemble.neurons
             line += ensemble.dimensions
         populations[part.name] = tuple(held)
@@ -165,6 +165,11 @@ def _on(built: Built, placed: Placed, held: list[Population], where: Conditions)
         where=where,
         bends=bends_of(placed, where),
     )
+
+
+def slowest_into(network: Network, name: str) -> float:
+    """Return the longest time constant of what brings an ensemble its vector, s; `USUAL` for nothing."""
+    return max((c.synapse for c in network.connections if c.post == name), default=USUAL)
 
 
 def _members(part: Ensemble | EnsembleArray) -> list[Ensemble]:
@@ -248,7 +253,7 @@ class _Wiring:
                 continue
             if c.points is not None:
                 points = np.asarray(c.points, dtype=float)
-                p = populate(p.ensemble, self.curves, p.first, self.seed, points, p.line)
+                p = populate(p.ensemble, self.curves, p.first, self.seed, points, p.line, p.tau)
             values = evaluate(c.function, p.points, label(c))
             if not isinstance(part, Ensemble) and values.shape[1] != 1:
                 raise ParameterError(

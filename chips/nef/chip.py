@@ -61,6 +61,7 @@ FIFO = 256  # events that wait for it
 WINDOW = 1.0  # s, in which spikes are counted where curves are measured
 TRIM_STEP = 0.01  # of a bias, in its logarithm
 LOWEST_TRIM = 0.05  # of the design's value, below which no bias is trimmed
+USUAL = 5e-3  # s, time constant of a filter where none is named
 FASTEST, SLOWEST = 0.5e-3, 0.5  # s, time constants of filters; a shorter one is set to the fastest
 _SAMPLED = 1024  # neurons whose median is trimmed
 
@@ -180,10 +181,9 @@ class Conditions:
         """Whether its transistors have second-order effects."""
         return self.chip.process.effects == "full"
 
-    @property
-    def typical(self) -> Filters:
-        """A filter without deviations of its own."""
-        return _typical(self.silicon, self.biases)
+    def typical(self, tau: float = USUAL) -> Filters:
+        """Return a filter without deviations of its own that is set to the time constant `tau`, s."""
+        return _typical(self.silicon, self.biases, min(max(tau, FASTEST), SLOWEST))
 
     @property
     def power(self) -> float:
@@ -191,7 +191,7 @@ class Conditions:
         if not self.full:
             return POWER
         slopes = 0.5 * (self.lines.above + self.lines.below)
-        return float(self.typical.power * np.median(slopes))
+        return float(self.typical().power * np.median(slopes))
 
     def rates(self, first: int, current: F64, sunk: F64 | float = 0.0) -> F64:
         """Return rates from neuron `first` on at a `current`, Hz, float64[points, neurons], as `Curves`.
@@ -231,7 +231,7 @@ class Conditions:
         """All lines of the chip."""
         return _lines(self.silicon, self.biases)
 
-    def split(self, line: int, z: F64) -> tuple[F64, F64]:
+    def split(self, line: int, z: F64, tau: float = USUAL) -> tuple[F64, F64]:
         """Return what a line gives above and below its middle, in thresholds (dimensionless).
 
         Both have the shape of `z`.
@@ -242,12 +242,14 @@ class Conditions:
             Number of the line.
         z
             Its steady value, a share of its full scale, of any shape; converters clip it at 1.
+        tau
+            Time constant of the filter that brings it, s.
         """
         s, lines = 1.0 + np.clip(z, -1.0, 1.0), self.lines
         if not self.full:
             total = lines.zero[line] * (s**POWER - 1.0)
             return lines.above[line] * np.maximum(total, 0.0), lines.below[line] * np.maximum(-total, 0.0)
-        typical = self.typical
+        typical = self.typical(tau)
         middle = float(typical.scale_for(lines.zero[line : line + 1])[0])
         return lines.given(line, typical.outputs(middle * s))
 
@@ -363,7 +365,7 @@ def _trimmed_cached(
     # with leakage follows a small current weakly
     for _ in range(4 if silicon.process.effects == "ideal" else 8):
         law = neurons_on(silicon, min(_SAMPLED, neurons), biases)
-        filter_ = filters_on(silicon, np.full(16, 5e-3), biases)
+        filter_ = filters_on(silicon, np.full(16, USUAL), biases)
         unit = unit_of(silicon, biases)
         wanted = {
             "i_leak": (given.get("i_leak", LEAK) / LEAK) / float(np.median(law.leak)),
@@ -401,7 +403,7 @@ def _design() -> tuple[float, float, float]:
     silicon = Silicon(ROLLS_180_IDEAL, REFERENCE_C)
     biases = chip_biases()
     law = neurons_on(silicon, 1, biases)
-    tau = filters_on(silicon, np.array([5e-3]), biases).tau[0]
+    tau = filters_on(silicon, np.array([USUAL]), biases).tau[0]
     return float(law.refractory[0]), unit_of(silicon, biases), float(tau)
 
 
@@ -430,10 +432,10 @@ def _lines(silicon: Silicon, biases: Biases) -> Lines:
     return lines_on(silicon, FILTERS, biases)
 
 
-@lru_cache(maxsize=8)
-def _typical(silicon: Silicon, biases: Biases) -> Filters:
+@lru_cache(maxsize=64)
+def _typical(silicon: Silicon, biases: Biases, tau: float) -> Filters:
     """A filter without deviations of its own."""
-    return filters_on(replace(silicon, die=replace(silicon.die, mismatch=False)), np.array([5e-3]), biases)
+    return filters_on(replace(silicon, die=replace(silicon.die, mismatch=False)), np.array([tau]), biases)
 
 
 @lru_cache(maxsize=8)

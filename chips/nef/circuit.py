@@ -73,7 +73,7 @@ def column(count: int) -> Circuit:
 
 
 def filters(count: int) -> Circuit:
-    """Return the chip with its first `count` filters alone; i_tau and i_thr are each filter's own."""
+    """Return the chip with its first `count` filters alone; i_tau and i_mid are each filter's own."""
     part = converter_filter()
     own = [p.name for p in part.ports if p.name not in ("vdd", "v_mid", "v_tau", "v_thr")]
     ports = (SUPPLY, *(Port(b.port, "bias") for b in part.biases))

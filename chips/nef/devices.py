@@ -35,17 +35,12 @@ def plain_stage(silicon: Silicon, biases: Biases) -> DieDevices:
     return on_chip("stage", column(1), without_mismatch(silicon), biases, ALONE, (("column", (0,)),))
 
 
-def set_tau(bias: Bias, tau: float, power: float = POWER) -> Bias:
-    """Return I_tau for a time constant, s, and the I_th that leaves the middle where it is.
-
-    power: of a filter's output.
-    """
+def set_tau(biases: Biases, tau: float) -> Biases:
+    """Return biases with the I_tau and the I_mid of a time constant, s; both leave the output where it is."""
     share = design_tau() / tau
-    if bias.name == "i_tau":
-        return replace(bias, value=_number(bias.value) * share)
-    if bias.name == "i_thr":
-        return replace(bias, value=_number(bias.value) * share**power)
-    return bias
+    return tuple(
+        replace(b, value=_number(b.value) * share) if b.name in ("i_tau", "i_mid") else b for b in biases
+    )
 
 
 @lru_cache(maxsize=1)

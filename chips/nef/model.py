@@ -22,17 +22,13 @@ filter and a line are then curves, and a membrane leaks.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from chips.nef import devices
-from chips.nef.circuit import chip_biases
 from chips.nef.devices import (
-    POWER,
     Biases,
-    design_tau,
     filter_capacitances,
     more_capacitance,
     neuron_capacitances,
@@ -52,7 +48,6 @@ from circuits.blocks.nef.synapse import LINE_UNITS
 from circuits.devices.ekv import of_weak
 from circuits.devices.pinch_off import pinch_off
 from circuits.lowering.on_die import DieDevices, mirror_of
-from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 
 LEAST = 1e-12  # of s, from which its logarithm is taken; ours
@@ -307,7 +302,7 @@ def filters_on(silicon: Silicon, taus: F64, biases: Biases) -> Filters:
         return _whole_filters(silicon, taus, biases, LINE_UNITS * unit, np.broadcast_to(capacitance, count))
     power = fold = 1.0
     for value in np.unique(taus):
-        set_to = tuple(set_tau(b, float(value)) for b in biases)
+        set_to = set_tau(biases, float(value))
         d = on_chip("filter", devices.filters(count), silicon, set_to)
         own = taus == value
         found = _filter(d, capacitance, unit)
@@ -323,7 +318,7 @@ def _whole_filters(silicon: Silicon, taus: F64, biases: Biases, scale: float, ca
     curves = Curves(np.empty(shape), np.empty(shape), np.empty(shape))
     for value in np.unique(taus):
         own = np.flatnonzero(taus == value)
-        set_to = filter_biases(silicon.process, biases, float(value))
+        set_to = set_tau(biases, float(value))
         d = on_chip("filter", devices.filters(len(taus)), silicon, set_to).taken(own)
         for whole, part in zip(curves, curves_of(d, capacitance[own], diode), strict=True):
             whole[own] = part
@@ -332,18 +327,6 @@ def _whole_filters(silicon: Silicon, taus: F64, biases: Biases, scale: float, ca
     output, volts = curves.at(curves.output, one), curves.at(curves.volts, one)
     power = float(np.mean(curves.at(curves.output, NEAR * one) - output) / np.log(NEAR))
     return Filters(curves.at(curves.tau, one), np.exp(output), power, volts, np.nan, curves)
-
-
-def filter_biases(process: Process, biases: Biases, tau: float) -> Biases:
-    """Return the biases that set a filter to a time constant, s, nominal at 27 degC."""
-    power = POWER if process.effects == "ideal" or tau == design_tau() else _power(process)
-    return tuple(set_tau(b, tau, power) for b in biases)
-
-
-@lru_cache(maxsize=4)
-def _power(process: Process) -> float:
-    """That of the output of the nominal filter at its middle, 27 degC."""
-    return filters_on(Silicon(process), np.array([design_tau()]), chip_biases()).power
 
 
 def lines_on(silicon: Silicon, count: int, biases: Biases) -> Lines:

@@ -184,10 +184,22 @@ def _spans(placed: Placed) -> F64:
     constant. So the converters' steps make up for it, as they do for the middles.
     """
     chip, wanted, found = placed.calibrated, _references(placed), np.ones(len(placed.analog))
-    pair = (chip.filters(placed.tau[placed.analog]), chip.typical.repeated(len(wanted)))
-    own, usual = (f.swing(f.scale_for(wanted)) for f in pair)
-    found[placed.analog] = own / usual
+    own = chip.filters(placed.tau[placed.analog])
+    found[placed.analog] = own.swing(own.scale_for(wanted))
+    slowest = _slowest(placed)
+    for tau in np.unique(slowest):
+        like = np.flatnonzero(placed.analog)[slowest == tau]
+        usual = chip.typical(tau).repeated(len(like))
+        found[like] /= usual.swing(usual.scale_for(wanted[slowest == tau]))
     return found
+
+
+def _slowest(placed: Placed) -> F64:
+    """Longest time constant of the filters of each filter's slot, s, float64[filters]."""
+    slots = placed.net.goes[placed.analog]
+    longest = np.zeros(int(slots.max(initial=0)) + 1)
+    np.maximum.at(longest, slots, placed.tau[placed.analog])
+    return longest[slots]
 
 
 def bends_of(placed: Placed, chip: Conditions) -> Bends | None:

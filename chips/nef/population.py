@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chips.nef.chip import HEADROOM, WINDOW, Conditions
+from chips.nef.chip import HEADROOM, USUAL, WINDOW, Conditions
 from chips.nef.network.curves import Curves
 from chips.nef.network.network import Ensemble, Function
 from chips.nef.network.solve import gram, moment, solve
@@ -30,14 +30,16 @@ POINTS_A_NEURON = 2  # if these are more; ours
 class Population:
     """An ensemble whose first neuron has the number `first`, and whose vector's first line is `line`.
 
-    gain, bias: currents, float64[n]; encoders: unit vectors, float64[n, d]; points: float64[m, d]; rates: at
-    the points, Hz, float64[m, n]; normal: A'A of the rates. On a chip gain and bias are what its codes are
-    chosen for, and the rates what was measured with them.
+    tau: longest time constant of what brings the vector, s; gain, bias: currents, float64[n]; encoders: unit
+    vectors, float64[n, d]; points: float64[m, d]; rates: at the points, Hz, float64[m, n]; normal: A'A of the
+    rates. On a chip gain and bias are what its codes are chosen for, and the rates what was measured with
+    them.
     """
 
     ensemble: Ensemble
     first: int
     line: int
+    tau: float
     gain: F64
     bias: F64
     encoders: F64
@@ -53,12 +55,14 @@ class Population:
 
 
 def populate(
-    ensemble: Ensemble, curves: Curves, first: int, seed: int, points: F64 | None = None, line: int = 0
-) -> Population:
+    ensemble: Ensemble, curves: Curves, first: int, seed: int, points: F64 | None = None, line: int = 0,
+    tau: float = USUAL,
+) -> Population:  # fmt: skip
     """Put an ensemble on the curves of neurons from `first` on.
 
-    points: instead of drawn ones; line: of a chip, the first of those that bring the vector. Raises
-    `ParameterError` where a neuron cannot fire at the rate that is asked for.
+    points: instead of drawn ones; line: of a chip, the first of those that bring the vector, through
+    filters of which the slowest has `tau`, s. Raises `ParameterError` where a neuron cannot fire at the
+    rate that is asked for.
     """
     n, d = ensemble.neurons, ensemble.dimensions
     random = np.random.default_rng((seed, zlib.crc32(ensemble.name.encode())))
@@ -85,28 +89,31 @@ def populate(
     x = _ball(random, many, d, ensemble.radius) if points is None else points
     rows = (encoders * (gain / ensemble.radius)[:, None]).T
     if isinstance(curves, Conditions):
-        rates = _measured(ensemble, curves, first, line, x, rows, bias, random)
+        rates = _measured(ensemble, curves, first, (line, tau), x, rows, bias, random)
     else:
         rates = curves.rates(first, np.einsum("md,dn->mn", x, rows) + bias)
-    return Population(ensemble, first, line, gain, bias, encoders, x, rates, gram(rates))
+    return Population(ensemble, first, line, tau, gain, bias, encoders, x, rates, gram(rates))
 
 
 def _measured(
     ensemble: Ensemble,
     chip: Conditions,
     first: int,
-    line: int,
+    line: tuple[int, float],
     x: F64,
     rows: F64,
     bias: F64,
     random: np.random.Generator,
 ) -> F64:
-    """Rates of a chip's neurons at points, as spikes counted for `WINDOW` s tell them."""
+    """Rates of a chip's neurons at points, as spikes counted for `WINDOW` s tell them.
+
+    line: number of the first of those that bring the points, and their filters' time constant, s.
+    """
     full = HEADROOM * ensemble.radius
     current = np.broadcast_to(chip.bias(first, chip.bias_codes(bias)), (len(x), len(bias))).copy()
     sunk = np.maximum(-current, 0.0) if chip.full else 0.0
     for d, row in enumerate(rows):
-        pos, neg = chip.split(line + d, x[:, d] / full)
+        pos, neg = chip.split(line[0] + d, x[:, d] / full, line[1])
         above, below = chip.stage(first, 1 + d, chip.codes(row, full, 1))
         current += pos[:, None] * above + neg[:, None] * below
         if chip.full:

@@ -14,7 +14,11 @@ comes through an nFET whose drain makes `v_pos`; what is below it leaves through
 `v_neg`, so that both begin at the same current. Unity-gain drivers pass both on to the gates of up to
 thousands of encoder stages, whose unit copies a sixty-fourth of them.
 
-Topology, sizes and numbers are ours: I_mid 10 nA, C_syn 6 pF, 41 pA for 5 ms, I_ref 1.28 nA.
+A filter's time constant is set by I_tau and I_mid together, which keeps S and I_th. Both are small for long
+ones, I_th never is: the off current of the pFET that it biases doubles every 10 K, and an I_th near it would
+move the middle by a third. So I_mid is 2 nA, fifty times I_tau, and I_th a hundred off currents.
+
+Topology, sizes and numbers are ours: I_mid 2 nA, C_syn 6 pF, 41 pA for 5 ms, I_ref 1.28 nA.
 """
 
 from __future__ import annotations
@@ -43,11 +47,11 @@ from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
 
-MIDDLE = 10e-9  # A
+MIDDLE = 2e-9  # A
 LINE_UNITS = 64.0  # of an encoder stage that the line's own transistor is worth
 TAU_CURRENT = 41e-12  # A: 5 ms
 REFERENCE = LINE_UNITS * UNIT  # A
-GAIN_CURRENT = 10.24e-12  # A, of I_th: at it the output's middle is the reference
+GAIN_CURRENT = 46e-12  # A, of I_th: at it the output's middle is the reference
 DRIVER_GAIN, DRIVER_RESISTANCE = 1e3, 1e4  # of a line's driver, in Ohm
 
 
@@ -61,8 +65,9 @@ class Params:
     synapse_capacitance: float = quantity(6e-12, "F")
     tau_width: float = quantity(0.5, "um")
     tau_length: float = quantity(16.0, "um")  # so that the slowest filter's current is above the off current
-    output_width: float = quantity(8.0, "um")  # wide, so that the output's middle is in weak inversion
-    output_length: float = quantity(1.0, "um")
+    # square, so that its off current is far below I_th, which would follow temperature otherwise
+    output_width: float = quantity(8.0, "um")
+    output_length: float = quantity(8.0, "um")
     converter_width: float = quantity(4.0, "um")
     converter_length: float = quantity(4.0, "um")
     mirror_width: float = quantity(8.0, "um")

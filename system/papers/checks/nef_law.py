@@ -23,8 +23,7 @@ from matplotlib.figure import Figure
 from chips.nef import devices
 from chips.nef.chip import Conditions, NefChip
 from chips.nef.circuit import chain
-from chips.nef.devices import Biases, on_chip
-from chips.nef.model import filter_biases
+from chips.nef.devices import Biases, on_chip, set_tau
 from circuits.arrays import F64
 from circuits.blocks.drive import Wave, current_into, powered, step
 from circuits.blocks.nef.encoder import bits_of
@@ -110,7 +109,7 @@ def gates(silicon: Silicon, biases: Biases) -> dict[str, float]:
 
 def bench(here: Conditions, given: Chain) -> Testbench:
     """Return the chain of transistors with an input, whose codes are set at `ON`; it starts at rest."""
-    silicon, biases = here.silicon, filter_biases(here.silicon.process, here.biases, TAU)
+    silicon, biases = here.silicon, set_tau(here.biases, TAU)
     v_dd, waves = silicon.process.v_dd, dict[str, Wave](gates(silicon, biases))
     for column, code in enumerate((0, *given.codes)):
         for port, volts in bits_of(code, v_dd).items():

@@ -126,9 +126,9 @@ def test_temperature_moves_what_was_calibrated() -> None:
         build(one(200), NefChip(DIE, "ideal", {}, 60.0).at(60.0), 1),
     ):
         run = Simulation(there)
-        run.set("in", 0.6)
+        run.set("in", -0.9)
         run.advance(0.4)
-        off.append(abs(float(run.read("x?")[0]) - 0.6))
+        off.append(abs(float(run.read("x?")[0]) + 0.9))
     assert off[1] > 3.0 * max(off[0], off[2])  # old decoders on a warm chip; new ones make it good again
 
 

@@ -34,7 +34,8 @@ def test_capacitors_that_deviate_move_rates_and_time_constants(process: Process)
     )
     taus, biases = np.full(3, design_tau()), chip_biases()
     more = filters_on(full, taus, biases).tau / filters_on(plain, taus, biases).tau
-    assert more == pytest.approx(np.full(3, 1.026), abs=1e-3)
+    # of the filter's capacitance 4 % is a gate's
+    assert more == pytest.approx(np.full(3, 1.025), abs=1e-3)
     assert len(set(more.tolist())) == 3
 
 

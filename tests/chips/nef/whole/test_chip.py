@@ -61,7 +61,7 @@ def test_a_filter_is_its_circuit(step: float) -> None:
     bench = nef_synapse.testbench(nef_synapse.build(), {"step": step, "duration": 0.08}, ROLLS_180_IDEAL.v_dd)
     result = simulate(bench, silicon)
     measured = nef_synapse.measures(result)
-    # the testbench draws a share of 10 nA, and the middle is 4 % more by the Early effect of the converter
+    # the testbench draws a share of 2 nA, and the middle is 4 % more by the Early effect of the converter
     d = on_chip("filter", filters(1), silicon, chip_biases())
     middle = float(d.current("mv1", d.gate["v_mid"], float(result["i_in"][0]))[0])
     s = np.array([1.0 + step * nef_synapse.MIDDLE / middle])

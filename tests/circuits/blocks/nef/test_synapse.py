@@ -11,7 +11,7 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 
 IDEAL, DEFAULT = Silicon(ROLLS_180_IDEAL), Params()
-TRIMMED = 15.1e-12  # A, of I_th: at it the output's middle is the reference under the full law
+TRIMMED = 67e-12  # A, of I_th: at it the output's middle is the reference under the full law
 POWER = ROLLS_180_IDEAL.p.kappa / ROLLS_180_IDEAL.n.kappa
 
 
@@ -29,8 +29,9 @@ def measured(
 def test_a_step_takes_the_time_constant_and_ends_on_the_bent_curve(step: float) -> None:
     found = measured(step)
     assert found["up"] == float(step > 0.0)
-    # 5 ms, and 1 / S = 0.4 %; strong inversion of output and pair at the middle bends by a per cent more
-    assert found["time_constant_s"] == pytest.approx(5.1e-3, rel=0.03)
+    # S is 48 at the middle, and the output's gate adds to C_syn; strong inversion bends by some per cent more
+    share = 1.0 + 1.0 / (48.0 * (1.0 + step))
+    assert found["time_constant_s"] == pytest.approx(share * 5.2e-3, rel=0.03)
     assert found["current_A"] / found["middle_A"] == pytest.approx((1.0 + step) ** POWER, rel=0.02)
 
 
@@ -55,7 +56,7 @@ def test_without_cascodes_the_early_effect_takes_the_difference() -> None:
     off = [measured(0.1, full, TRIMMED, p) for p in (DEFAULT, plain)]
     above = [found["current_A"] - REFERENCE for found in off]
     assert off[0]["signal_A"] == pytest.approx(above[0], rel=0.03)
-    assert off[1]["signal_A"] < 0.3 * above[1]
+    assert off[1]["signal_A"] < 0.5 * above[1]
     # under the ideal law either line is as good
     assert measured(0.4, params=plain)["signal_A"] == pytest.approx(measured(0.4)["signal_A"], rel=1e-3)
 
