@@ -5,8 +5,8 @@ A filter's state is a ratio of currents, `s`; the voltage behind it, below the s
     v = middle + fold ln s,   fold = U_T power / kappa_p
 
 (`chips.nef.model.Filters`), from which the other temperature's s follows. A membrane's u is its voltage over
-its swing from reset to threshold; of a refractory period that runs the same share is left. What accumulators
-hold, and the spikes that wait, are numbers and events, which have no temperature.
+its swing from reset to threshold, and the reset moves too; of a refractory period that runs the same share is
+left. What accumulators hold, and the spikes that wait, are numbers and events, which have no temperature.
 """
 
 from __future__ import annotations
@@ -31,9 +31,14 @@ def carried(state: ChipState, old: Built, new: Built) -> ChipState:
 def moved_neurons(u: F64, rest: F64, old: ChipNet | NeuronLaw, new: ChipNet | NeuronLaw) -> tuple[F64, F64]:
     """Return membranes and what is left of refractory periods, s, of the same neurons elsewhere.
 
-    The floor is the reset's voltage below ground over the swing, so that floors are as swings are.
+    A membrane is as far above its floor, which is ground, as it was; charges are as swings are.
     """
-    return u * (new.floor / old.floor), rest * (new.refractory / old.refractory)
+    return new.floor + (u - old.floor) * (_swing(old) / _swing(new)), rest * (new.refractory / old.refractory)
+
+
+def _swing(neurons: ChipNet | NeuronLaw) -> F64:
+    """What a spike charges, thresholds s, float64[n]: a swing times the membrane's capacitance."""
+    return 1.0 / neurons.speed if isinstance(neurons, ChipNet) else neurons.charge
 
 
 def _filtered(s: F64, old: Built, new: Built) -> F64:

@@ -2,7 +2,7 @@
 
 * The threshold is where mc1 and mc2 balance with `v_o1` so low that mc4 brings as much as the input does:
   from there on the membrane rises by itself.
-* The leak is what mf1 draws, and what mk8 and mc4 leak, half-way between reset and threshold. It rises by
+* The leak is what mf1 draws, and what mk8 and mc4 leak, on average from reset to threshold. It rises by
   `rise` from the one to the other, and what a stage's mirror draws by the share `mirrored`, so that with u
   from 0 to 1
 
@@ -22,7 +22,7 @@ from circuits.arrays import F64
 from circuits.lowering.on_die import DieDevices
 
 FEED = 3.0  # currents of the leak, ours: a usual input where it is taken over by mc4
-_POINTS = 17  # of a refractory period's integral
+_POINTS = 17  # of integrals over a membrane's swing and a refractory period
 
 
 class NeuronNumbers(NamedTuple):
@@ -46,8 +46,13 @@ def neuron_numbers(d: DieDevices) -> NeuronNumbers:
     """Return what neurons of devices `d` have."""
     reset = float(np.ravel(d.gate["v_reset"])[0])
     top = threshold(d, d.saturated("mf1", d.gate["v_leak"]))
-    low, middle, high = (_drawn(d, v, reset) for v in (np.full_like(top, reset), 0.5 * (reset + top), top))
-    return NeuronNumbers(middle, high - low, top - reset, refractory(d))
+    drawn = np.array(
+        [_drawn(d, reset + share * (top - reset), reset) for share in np.linspace(0.0, 1.0, _POINTS)]
+    )
+    mean = np.trapezoid(drawn, dx=1.0 / (_POINTS - 1), axis=0)
+    # of a line through what is drawn, which is less just above a reset that is low
+    rise = 2.0 * (drawn[-1] - mean)
+    return NeuronNumbers(mean, rise, top - reset, refractory(d))
 
 
 def _drawn(d: DieDevices, v: F64, reset: float) -> F64:
