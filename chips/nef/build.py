@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.nef.chip import HEADROOM, USUAL, Conditions, check_room
+from chips.nef.calibration import USUAL
+from chips.nef.chip import HEADROOM, Conditions, check_room
 from chips.nef.kernel import ChipNet
 from chips.nef.network.curves import TAU_RC, TAU_REF, Curves
 from chips.nef.network.kernel import DT, Net

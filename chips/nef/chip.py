@@ -9,11 +9,10 @@ A signal in a slot of a population, a number x, is at the full scale of its line
 with a and b the currents of the stage's two banks at the neuron's code, of unlike signs, one of them through
 the mirror. Filters beyond a slot's first add what they are above their middle.
 
-Calibration, at one temperature, is what a laboratory does with a chip before anything is run on it: biases
-are trimmed in steps until the die's median neuron has the design's leak and refractory period and its
-reference the design's current; converters are set so that every filter's middle is the reference. What a
-neuron's own devices deviate stays, as its tuning curve. Codes are chosen for the median neuron; curves are
-then measured by counting spikes for `WINDOW`, and decoders solved from what was counted.
+At one temperature biases are calibrated before anything is run (`chips.nef.calibration`); converters are set
+so that every filter's middle is the reference. What a neuron's own devices deviate stays, as its tuning
+curve. Codes of stages are chosen for the median neuron; curves are then measured by counting spikes for
+`WINDOW`, through the filters that drive them, and decoders solved from what was counted.
 
 Limits and numbers of bits are ours.
 """
@@ -27,6 +26,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from chips.codes import Codes
+from chips.nef.calibration import NAME, REFERENCE_C, USUAL, biases_of, calibrated, trimmed
 from chips.nef.circuit import COLUMNS, FILTERS, NEURONS, chip_biases
 from chips.nef.devices import POWER, Biases
 from chips.nef.model import (
@@ -44,24 +45,18 @@ from chips.nef.validity import check_box
 from chips.noise import SiliconNoise
 from circuits.arrays import F64, I64
 from circuits.blocks.nef.encoder import BITS
-from circuits.blocks.nef.neuron import LEAK, REFRACTORY_CURRENT
-from circuits.circuit import Bias, BiasKind
+from circuits.circuit import BiasKind
 from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.die import NOMINAL, Die
-from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL, Process
+from circuits.silicon.process import ROLLS_180, Process
 from circuits.silicon.silicon import Silicon
 
-REFERENCE_C = 27.0  # degC, where a chip is calibrated unless said
 INPUT_BITS, WEIGHT_BITS = 10, 10  # of the converters and of decoding weights, sign included
 HEADROOM = 2.0  # full scale of a slot, in radii
 CODE = 2**BITS - 1  # highest code of a stage
 MOST_COLUMNS = 4  # that one slot of currents takes together
 EVENTS = 1000  # that the router passes a ms
 FIFO = 256  # events that wait for it
-WINDOW = 1.0  # s, in which spikes are counted where curves are measured
-TRIM_STEP = 0.01  # of a bias, in its logarithm
-LOWEST_TRIM = 0.05  # of the design's value, below which no bias is trimmed
-USUAL = 5e-3  # s, time constant of a filter where none is named
 FASTEST, SLOWEST = 0.5e-3, 0.5  # s, time constants of filters; a shorter one is set to the fastest
 _SAMPLED = 1024  # neurons whose median is trimmed
 
@@ -77,7 +72,7 @@ class NefChip:
     bias_kind : str
         Kind of its biases.
     biases : mapping of str to float
-        Values of biases by name, A or V; the usual ones where not given.
+        Values of biases by name to which it is calibrated, A or V; the usual ones where not given.
     calibration_c : float
         Temperature at which it is calibrated, degC.
     neurons : int
@@ -89,6 +84,8 @@ class NefChip:
         Noise of its devices where a network is run; None for none.
     process : Process
         Process in which it is made.
+    codes : Codes or None
+        What a calibration found for it; its own calibration at `calibration_c` unless given.
 
     Raises
     ------
@@ -106,6 +103,7 @@ class NefChip:
     area: float = 1.0
     noise: SiliconNoise | None = None
     process: Process = ROLLS_180
+    codes: Codes | None = None
 
     def __post_init__(self) -> None:
         known = [b.name for b in chip_biases()]
@@ -118,7 +116,9 @@ class NefChip:
             raise ParameterError(f"nef-chip.neurons: {self.neurons}, must be from 1 to {NEURONS}")
         if not 0.01 <= self.area <= 1e4:
             raise ParameterError(f"nef-chip.area: {self.area:g}, must be from 0.01 to 1e4")
-        self.silicon(self.calibration_c)
+        silicon = self.silicon(self.calibration_c)
+        if self.codes is not None:
+            self.codes.check(NAME, silicon, self.bias_kind)
 
     def silicon(self, temperature_c: float) -> Silicon:
         """Return the silicon that it is made of at `temperature_c`, degC."""
@@ -130,7 +130,19 @@ class NefChip:
         Raises `ParameterError` outside the box of its model (`chips.nef.validity`).
         """
         check_box(self.calibration_c, temperature_c, self.area)
-        return Conditions(self, temperature_c, _trimmed(self))
+        return Conditions(self, temperature_c, self._biases)
+
+    @property
+    def _biases(self) -> Biases:
+        """Its biases as calibrated."""
+        if self.codes is not None:
+            return biases_of(self.codes, self.biases)
+        values, silicon = tuple(sorted(self.biases.items())), self.silicon(self.calibration_c)
+        if self.bias_kind == "gate":
+            return trimmed(silicon, "gate", values, self.neurons)
+        codes = calibrated(silicon, self.bias_kind, values, self.neurons)
+        codes.require_usable()
+        return biases_of(codes, self.biases)
 
 
 @dataclass(frozen=True, slots=True)
@@ -297,7 +309,7 @@ class Conditions:
         """
         above, below = np.zeros(codes.shape[1]), np.zeros(codes.shape[1])
         for k, own in enumerate(codes):
-            a, b, mirror = self._banks(first, column + k, own)
+            a, b, mirror = self.column(column + k).banks(slice(first, first + len(own)), own)
             positive = own >= 0
             above += np.where(positive, a, -mirror * a)
             below += np.where(positive, -mirror * b, b)
@@ -318,17 +330,7 @@ class Conditions:
 
         `codes` are those of column 0 from the neuron number `first` on, int64[n].
         """
-        a, b, mirror = self._banks(first, 0, codes)
-        # the other bank's gate is at the supply
-        rest = self.column(0).off * b
-        return np.where(codes >= 0, a - mirror * rest, rest - mirror * a)
-
-    def _banks(self, first: int, column: int, codes: I64) -> tuple[F64, F64, F64]:
-        stages, own = self.column(column), slice(first, first + len(codes))
-        on = (np.abs(codes)[:, None] >> np.arange(BITS)) & 1
-        signal = np.where(on, stages.signal[own], 0.0).sum(axis=1)
-        reference = np.where(on, stages.reference[own], 0.0).sum(axis=1)
-        return signal, reference, stages.mirror[own]
+        return self.column(0).bias(slice(first, first + len(codes)), codes)
 
 
 def check_room(name: str, neurons: int, columns: int, chip: NefChip) -> None:
@@ -349,77 +351,6 @@ def check_filters(count: int) -> None:
         raise ParameterError(
             f"nef-chip: {count} filters, the chip has {FILTERS}; take fewer slots or time constants"
         )
-
-
-@lru_cache(maxsize=16)
-def _trimmed_cached(
-    silicon: Silicon, kind: BiasKind, values: tuple[tuple[str, float], ...], neurons: int
-) -> Biases:
-    given = dict(values)
-    biases = tuple(
-        b if b.kind == "voltage" and b.name not in given else
-        replace(b, value=given.get(b.name, b.value), kind=b.kind if b.kind == "voltage" else kind)
-        for b in chip_biases()
-    )  # fmt: skip
-    # a gate voltage that stands for 27 degC gives a power of its current elsewhere, and a generator's line
-    # with leakage follows a small current weakly
-    for _ in range(4 if silicon.process.effects == "ideal" else 8):
-        law = neurons_on(silicon, min(_SAMPLED, neurons), biases)
-        filter_ = filters_on(silicon, np.full(16, USUAL), biases)
-        unit = unit_of(silicon, biases)
-        wanted = {
-            "i_leak": (given.get("i_leak", LEAK) / LEAK) / float(np.median(law.leak)),
-            "i_rfr": float(np.median(law.refractory)) / _refractory(given.get("i_rfr", REFRACTORY_CURRENT)),
-            "i_pos": _design()[1] * _over_usual("i_pos", given) / unit,
-            "i_thr": 1.0 / float(np.median(filter_.gain)),
-            "i_ref": 1.0 / float(np.median(lines_on(silicon, 64, biases).zero)),
-            "i_tau": float(np.median(filter_.tau)) / (_design()[2] / _over_usual("i_tau", given)),
-        }
-        before, biases = (
-            biases,
-            tuple(_trimmed_by(b, wanted.get(b.name, 1.0)) for b in biases),
-        )
-        if biases == before:
-            break
-    return biases
-
-
-def _trimmed(chip: NefChip) -> Biases:
-    values = tuple(sorted(chip.biases.items()))
-    return _trimmed_cached(chip.silicon(chip.calibration_c), chip.bias_kind, values, chip.neurons)
-
-
-def _trimmed_by(bias: Bias, by: float) -> Bias:
-    """A bias times a factor that the trim's steps can give, at least its lowest."""
-    value = float(np.ravel(bias.value)[0])
-    new = value * math.exp(TRIM_STEP * round(math.log(by) / TRIM_STEP))
-    # a line that leaks never comes down to what is asked for
-    return replace(bias, value=max(new, min(value, LOWEST_TRIM * _usual(bias.name))))
-
-
-@lru_cache(maxsize=1)
-def _design() -> tuple[float, float, float]:
-    """Refractory period (s), unit (thresholds) and time constant (s) of the nominal chip at 27 degC."""
-    silicon = Silicon(ROLLS_180_IDEAL, REFERENCE_C)
-    biases = chip_biases()
-    law = neurons_on(silicon, 1, biases)
-    tau = filters_on(silicon, np.array([USUAL]), biases).tau[0]
-    return float(law.refractory[0]), unit_of(silicon, biases), float(tau)
-
-
-def _refractory(current: float) -> float:
-    return _design()[0] * REFRACTORY_CURRENT / current
-
-
-def _over_usual(name: str, given: Mapping[str, float]) -> float:
-    """The current that is given for a bias, over the design's."""
-    usual = _usual(name)
-    return given.get(name, usual) / usual
-
-
-def _usual(name: str) -> float:
-    """The design's value of a bias, A or V."""
-    return float(np.ravel(next(b for b in chip_biases() if b.name == name).value)[0])
 
 
 @lru_cache(maxsize=8)

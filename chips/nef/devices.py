@@ -21,6 +21,7 @@ from circuits.silicon.silicon import Silicon
 Biases = tuple[Bias, ...]
 
 POWER = ROLLS_180_IDEAL.p.kappa / ROLLS_180_IDEAL.n.kappa  # of a filter's output under the ideal law
+TAUS = (0.5e-3, 1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 50e-3, 0.1, 0.2, 0.5)  # s, for which filters have codes; ours
 PLACE: Place = ((nef_circuit.NAME, ()),)
 
 
@@ -36,11 +37,17 @@ def plain_stage(silicon: Silicon, biases: Biases) -> DieDevices:
 
 
 def set_tau(biases: Biases, tau: float) -> Biases:
-    """Return biases with the I_tau and the I_mid of a time constant, s; both leave the output where it is."""
-    share = design_tau() / tau
-    return tuple(
-        replace(b, value=_number(b.value) * share) if b.name in ("i_tau", "i_mid") else b for b in biases
-    )
+    """Return biases with the I_tau and the I_mid of a time constant, s; both leave the output where it is.
+
+    They are in proportion to a single current, or between those for the nearest of `TAUS`.
+    """
+    return tuple(replace(b, value=_set(b, tau)) if b.name in ("i_tau", "i_mid") else b for b in biases)
+
+
+def _set(bias: Bias, tau: float) -> float:
+    if isinstance(bias.value, tuple) and len(bias.value) == len(TAUS):
+        return float(np.exp(np.interp(np.log(tau), np.log(TAUS), np.log(bias.value))))
+    return _number(bias.value) * design_tau() / tau
 
 
 @lru_cache(maxsize=1)

@@ -115,6 +115,19 @@ class Column(NamedTuple):
     mirror: F64
     off: float = 0.0
 
+    def banks(self, own: slice, codes: I64) -> tuple[F64, F64, F64]:
+        """Return what codes of stages draw in both banks, thresholds, and their mirrors, float64[n] each."""
+        on = (np.abs(codes)[:, None] >> np.arange(BITS)) & 1
+        signal = np.where(on, self.signal[own], 0.0).sum(axis=1)
+        reference = np.where(on, self.reference[own], 0.0).sum(axis=1)
+        return signal, reference, self.mirror[own]
+
+    def bias(self, own: slice, codes: I64) -> F64:
+        """Return currents of codes where the other bank's gate is at the supply, thresholds, float64[n]."""
+        a, b, mirror = self.banks(own, codes)
+        rest = self.off * b
+        return np.where(codes >= 0, a - mirror * rest, rest - mirror * a)
+
 
 class Lines(NamedTuple):
     """Lines: where a sum is the reference, and slopes of what they give above and below, float64[n] each.

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chips.nef.chip import HEADROOM, USUAL, WINDOW, Conditions
+from chips.nef.calibration import USUAL, WINDOW
+from chips.nef.chip import HEADROOM, Conditions
 from chips.nef.network.curves import Curves
 from chips.nef.network.network import Ensemble, Function
 from chips.nef.network.solve import gram, moment, solve

@@ -16,6 +16,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from chips.nef.build import Built, build, moved
+from chips.nef.calibration import NAME, usual_codes
 from chips.nef.chip import NefChip
 from chips.nef.network.curves import IdealCurves
 from chips.nef.simulation import Simulation
@@ -33,6 +34,7 @@ from system.bug.scenario import Scenario, check_seed, no_silicon
 from system.bug.world import World, build_world, check_place
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
+from system.options.codes import described
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.plot import silicon_text
@@ -59,6 +61,7 @@ chip.most_waiting  integer      -     most spikes that ever waited
 chip.clipped       integer      -     steps in which a converter was at its highest level
 chip.lost          integer      -     of these, those whose rest was too large to be carried to the next
 chip.cut           integer      -     stages that should give more than their highest code does
+unmended           string[]     -     what its calibration left off, a sentence each
 map                string       -     name of the map
 start              number[]     -     where it began, in units of the map
 goal               number[]     -     where the goal is, in units of the map
@@ -81,7 +84,8 @@ class Trace(RunTrace[Scenario]):
 
     path : places, float64[steps + 1, 2], map units; state : int64[steps], numbers in `STATES`, every 10 ms;
     verdict : what the brain has found out, empty for nothing; shortest : way of a point, None if there is
-    none; chip : counters of a brain on a chip, and `cut`, how many stages give less than they should.
+    none; chip : counters of a brain on a chip, and `cut`, how many stages give less than they should;
+    unmended : what the chip's calibration left off, a sentence each.
     world : the obstacles.
     reached : whether the robot came to its goal.
     outside : sides of its chip's validity box that it left, a sentence each.
@@ -94,6 +98,7 @@ class Trace(RunTrace[Scenario]):
     verdict: str
     shortest: F64 | None
     chip: Mapping[str, int] | None = None
+    unmended: tuple[str, ...] = ()
     outside: tuple[str, ...] = ()
 
     @property
@@ -134,7 +139,9 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     reached = robot.distance < ARRIVED
     shortest = shortest_path(world, start, goal)
     verdict = "" if reached else brain.verdict
-    return Trace(scenario, world, path, states, reached, verdict, shortest, counted(brain))
+    return Trace(
+        scenario, world, path, states, reached, verdict, shortest, counted(brain), unmended_of(brain)
+    )  # fmt: skip
 
 
 def make_brain(scenario: Scenario, world: World) -> Brain:
@@ -149,13 +156,22 @@ def built_network(scenario: Scenario) -> Built:
     network = network_of(scenario.agent, scenario.design, scenario.neurons)
     if scenario.brain == "ideal":
         return build(network, IdealCurves(), scenario.seed)
-    chip = NefChip(
-        scenario.die, scenario.bias_kind, {}, scenario.calibrated_c, area=scenario.area,
-        noise=scenario.device_noise(), process=ROLLS_180.under(scenario.law),
-    )  # fmt: skip
+    chip = chip_of(scenario)
     built = build(network, chip.at(scenario.solved), scenario.seed)
     begin = scenario.beginning_c
     return built if begin == scenario.solved else moved(built, chip.at(begin))
+
+
+def chip_of(scenario: Scenario) -> NefChip:
+    """Return the chip of a scenario at its codes; fixed gates have none, and are trimmed."""
+    s = scenario
+    codes = s.codes_of(NAME, ROLLS_180, s.area)
+    if codes is None and s.bias_kind != "gate":
+        codes = usual_codes(s.silicon_at(s.calibrated_c, ROLLS_180).of_area(s.area), s.bias_kind)
+    return NefChip(
+        s.die, s.bias_kind, {}, s.calibrated_c, area=s.area, noise=s.device_noise(),
+        process=ROLLS_180.under(s.law), codes=codes,
+    )  # fmt: skip
 
 
 @dataclass(slots=True)
@@ -212,6 +228,12 @@ def counted(brain: Brain) -> dict[str, int] | None:
     return {**brain.simulation.counters, "cut": brain.simulation.built.placed.cut}
 
 
+def unmended_of(brain: Brain) -> tuple[str, ...]:
+    """Return what the calibration of a brain's chip left off, a sentence each."""
+    where = brain.simulation.built.where if isinstance(brain, NeuralBrain) else None
+    return () if where is None or where.chip.codes is None else where.chip.codes.unmended
+
+
 def drive(
     robot: Robot, brain: Brain, steps: int, progress: Callable[[float], None] | None = None
 ) -> tuple[F64, I64]:
@@ -264,6 +286,7 @@ def account(trace: Trace) -> Account:
         on |= {
             "area": s.area,
             "silicon_noise": s.silicon_noise,
+            **described(s),
             **describe_run(s),
         }
     return Account(
@@ -288,7 +311,11 @@ def document(trace: Trace) -> dict[str, Any]:
     """
     s = trace.scenario
     network = s.brain != "reference"
-    chip = {} if trace.chip is None else {"solved_C": s.solved, "chip": dict(trace.chip)}
+    chip = (
+        {}
+        if trace.chip is None
+        else {"solved_C": s.solved, "chip": dict(trace.chip), "unmended": trace.unmended}
+    )
     return {
         "design": s.design if network else None,
         "neurons": network_of(s.agent, s.design, s.neurons).neurons if network else None,
@@ -314,6 +341,8 @@ def told(trace: Trace) -> Iterator[str]:
     if trace.chip is not None:
         counts = ", ".join(f"{name.replace('_', ' ')} {k}" for name, k in trace.chip.items())
         yield f"chip on {s.die} at {temperature_text(s.temperature_c, s.course)} degC: {counts}"
+    for sentence in trace.unmended:
+        yield f"calibrated, but {sentence}"
 
 
 def draw(trace: Trace, figure: Figure) -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
-from chips.nef.chip import REFERENCE_C
+from chips.nef.calibration import NAME
 from chips.noise import SiliconNoise
 from circuits.errors import ParameterError
 from circuits.silicon.process import check_temperature
@@ -14,8 +15,8 @@ from system.option import (
     check_options,
     option,
 )
+from system.options.codes import Coded, check_codes
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
-from system.options.on_silicon import OnSilicon
 
 BRAINS = ("reference", "ideal", "chip")
 DEFAULT_MAP = "bug-spiral"
@@ -23,15 +24,17 @@ DURATION = 200.0  # s, after which a run ends; ours
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario(OnSilicon):
+class Scenario(Coded):
     """One drive of a robot from a start to a goal.
 
     `design` is of Bug 2's network, and `neurons` is how many there are in all, about. `start` and `goal` are
     numbers from 0 in reading order, or `X,Y` in map units. The seed draws the network's neurons. Of a chip:
-    the temperatures at which its biases were calibrated and its decoders solved, the area of its devices over
-    the usual one, and their noise, drawn from `noise_seed`, which is `seed` unless given; and a course of its
-    temperature, pairs of time (s) and degC, instead of `temperature_c`.
+    the temperature at which its decoders were solved, where it was calibrated unless given; the area of its
+    devices over the usual one, and their noise, drawn from `noise_seed`, which is `seed` unless given; and a
+    course of its temperature, pairs of time (s) and degC, instead of `temperature_c`.
     """
+
+    CALIBRATED: ClassVar[tuple[str, ...]] = (NAME,)
 
     agent: str = option("bug2", "Which of the three", choices=AGENTS, study=True)
     brain: str = option("reference", "A program, or neurons: ideal, or chip", choices=BRAINS)
@@ -45,12 +48,8 @@ class Scenario(OnSilicon):
     duration: float = option(
         DURATION, "After which the run ends", unit="s", least=STEP, below=1e6, study=True
     )
-    calibrated_c: float = option(
-        REFERENCE_C, "Where the chip's biases were trimmed", name="calibrated", unit="degC", study=True,
-        silicon=True, key="calibrated_C",
-    )  # fmt: skip
     solved_c: float | None = option(
-        None, "Where its decoders were solved; where biases were trimmed unless given", name="solved",
+        None, "Where its decoders were solved; where it was calibrated unless given", name="solved",
         unit="degC", study=True, silicon=True, key="solved_C",
     )  # fmt: skip
     area: float = option(1.0, "Of the chip's devices, relative", unit="", study=True, silicon=True)
@@ -66,6 +65,7 @@ class Scenario(OnSilicon):
         check_temperature(self.temperature_c)
         check_temperature(self.calibrated_c)
         check_temperature(self.solved)
+        check_codes(self)
         check_noise(self.silicon_noise, self.noise_seed)
 
     def device_noise(self) -> SiliconNoise | None:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from chips.codes import Calibration
 
 CALIBRATIONS: dict[str, str] = {
+    "nef-chip": "chips.nef.calibration:CALIBRATION",
     "latency-chip": "system.spiking_bat.chip_brain:CALIBRATION",
     "lso-chip": "system.head.scenario:CALIBRATION",
     "ranging-chip": "chips.ranging.calibration.calibrate:CALIBRATION",
@@ -21,6 +22,7 @@ CALIBRATIONS: dict[str, str] = {
 
 # What each is, as its own summary says: `noctule list` and a shell's completion load none of them.
 CALIBRATION_LINES: dict[str, str] = {
+    "nef-chip": "rates of neurons, time constants and outputs of filters, and the reference of the NEF chip",
     "latency-chip": "times of taps, integrating neurons, cells and pulses of the latency chip",
     "lso-chip": "spikes a decibel of the sonar head's two neurons, and where left and right agree",
     "ranging-chip": "windows of the ranging chip's neurons: their width, and where they stand",

@@ -90,7 +90,7 @@ def test_events_faster_than_those_that_were_measured_are_outside(capsys: pytest.
         ("spiking-bat", ["--brain", "chip", "--area", "0.1"], "latency_chip.area: 0.1 times the circuits'"),
         ("head", ["--area", "0.01"], "sonar_head.area: 0.01 times the circuits'"),
         ("bug", ["--brain", "chip", "--area", "0.02"], "nef_chip.area: 0.02 times the circuits'"),
-        ("bug", ["--brain", "chip", "--calibrated", "70degC"], "nef_chip.calibration: 70 degC"),
+        ("bug", ["--brain", "chip", "--calibrated-at", "70degC"], "nef_chip.calibration: 70 degC"),
         ("rover", ["--cells", "chip", "--unit", "1s"], "wavefront_chip.unit: 1 s"),
     ],
 )

@@ -55,7 +55,8 @@ FIELDS: dict[str, dict[str, Any]] = {
     },
     "bug": {
         **WARM, "agent": "bug0", "brain": "chip", "design": "improved", "neurons": 600, "map": "bug-open",
-        "start": "2,2", "goal": "3,3", "duration": 5.0, "calibrated_c": 20.0, "solved_c": 21.0,
+        "start": "2,2", "goal": "3,3", "duration": 5.0, "calibrated_c": 20.0, "codes": "default",
+        "solved_c": 21.0,
         "area": 2.0, "silicon_noise": "white", "noise_seed": 9,
     },
     "pushbot": {
@@ -121,7 +122,7 @@ def test_options_of_the_command_line_are_taken_too() -> None:
     forest = load_system("forest").scenario(ranges="chip", vmax=1.0, start="3m,4m", azimuth_noise=2.0)
     assert forest.sensing == Sensing(ranges="chip", azimuth_noise=math.radians(2.0))
     assert (forest.bat, forest.start) == (Bat(max_speed=1.0), (3.0, 4.0))
-    assert load_system("bug").scenario(brain="chip", calibrated="30degC").calibrated_c == 30.0
+    assert load_system("bug").scenario(brain="chip", calibrated_at="30degC").calibrated_c == 30.0
     assert load_system("rover").scenario(start="3,4").start == (3, 4)
     assert load_system("pushbot").scenario(window="100ms").window == 0.1
     assert load_system("head").scenario(distance=2.0).target == replace(Motion(), distance=2.0)
@@ -138,7 +139,7 @@ def test_options_of_the_command_line_are_taken_too() -> None:
         ("forest", {"bat": Bat(), "vmax": 1.0}, "forest.scenario.vmax: 1.0, not with bat"),
         ("car", {"robot": Robot(), "ping_rate": 3.0}, "car.scenario.ping_rate: 3.0, not with robot"),
         ("head", {"target": Motion(), "swing": 0.1}, "head.scenario.swing: 0.1, not with target"),
-        ("bug", {"calibrated": 30.0, "calibrated_c": 20.0}, "bug.scenario.calibrated: 30.0, not with"),
+        ("bug", {"calibrated_at": 30.0, "calibrated_c": 20.0}, "bug.scenario.calibrated_at: 30.0, not with"),
         ("forest", {"sensing": "chip"}, "forest.scenario.sensing: 'chip', must be a Sensing"),
         ("rover", {"die": 1003}, "rover.scenario.die: 1003, must be a Die"),
         ("rover", {"rover": 3.0}, "rover.scenario.rover: 3.0, must be a Rover"),

@@ -21,7 +21,8 @@ import nengo
 import numpy as np
 
 from chips.nef.build import build
-from chips.nef.chip import REFERENCE_C, NefChip
+from chips.nef.calibration import REFERENCE_C
+from chips.nef.chip import NefChip
 from chips.nef.nengo.live import Live, size_of_probe
 from chips.nef.nengo.plan import Plan
 from chips.nef.network.kernel import DT

@@ -36,10 +36,10 @@ def test_a_die_is_the_same_again_and_another_is_not() -> None:
 
 def test_the_command_tells_what_the_chip_did(capsys: pytest.CaptureFixture[str]) -> None:
     options = ("--agent", "bug0", "--brain", "chip", "--die", "903", "--bias-kind", "ideal", "--json")
-    assert main(["run", "bug", *OPEN, *options, "--temperature", "30", "--calibrated", "30"]) == 0
+    assert main(["run", "bug", *OPEN, *options, "--temperature", "30", "--calibrated-at", "30"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["chip"]["spikes"] > 0
-    assert (found["temperature_C"], found["calibrated_C"], found["bias_kind"]) == (30.0, 30.0, "ideal")
+    assert (found["temperature_C"], found["calibrated_at_C"], found["bias_kind"]) == (30.0, 30.0, "ideal")
     assert found["neurons"] == 2050
 
 
@@ -47,7 +47,8 @@ def test_the_command_tells_what_the_chip_did(capsys: pytest.CaptureFixture[str])
     ("option", "value"),
     [
         ("--temperature", "30"),
-        ("--calibrated", "30"),
+        ("--calibrated-at", "30"),
+        ("--codes", "default"),
         ("--solved", "30"),
         ("--area", "2"),
         ("--die", "3"),
