@@ -65,8 +65,8 @@ SHORT = {
 }
 GIVEN = {"--trips": "1"}  # and such as it gives
 SHORT_STUDY = {
-    "calibrated": "no"
-}  # and options of a study's runs: a die's calibration is 19 runs of its chip
+    "codes": "default"
+}  # and options of a study's runs: a die's calibration is some 20 runs of its chip
 FEWEST_RUNS = {"trials": "4"}  # of a campaign whose count cannot be 1
 IN_NGSPICE = ("--stimulus", "duration=1ms")  # what a run there takes, which is slower than the solver
 # Starting processes takes longer than what is left to do, and contributions are hundreds of runs whatever the

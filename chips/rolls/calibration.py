@@ -183,6 +183,21 @@ def neuron_rates(chip: RollsChip, drive: Callable[[float], Inputs], measure: flo
     return np.asarray(np.bincount(spikes.neurons[late], minlength=NEURONS) / measure)
 
 
+def population_rates(
+    task: Task, silicon: Silicon, kind: BiasKind = "ideal", step: float = STEP
+) -> dict[str, float]:  # fmt: skip
+    """Return the mean rate of each population of a task at the codes of its program, Hz, by its name.
+
+    Arguments are those of `calibrate`.
+    """
+    rates = neuron_rates(RollsChip(task.program, silicon, kind, step=step), task.drive)
+    return _means(rates, task)
+
+
+def _means(rates: F64, task: Task) -> dict[str, float]:
+    return {t.population.name: _mean(rates, t.population.neurons, ()) for t in task.targets}
+
+
 def calibrate(
     task: Task, silicon: Silicon, kind: BiasKind = "ideal", rounds: int = 14, step: float = STEP
 ) -> Calibration:
@@ -209,7 +224,7 @@ def calibrate(
     for _ in range(rounds):
         rates = neuron_rates(RollsChip(program, silicon, kind, step=step), task.drive)
         runs += 1
-        means = {name: float(rates[list(t.population.neurons)].mean()) for name, t in wanted.items()}
+        means = _means(rates, task)
         before = before or means
         errors = {k.bias: _error(k, means, wanted) for k in task.knobs}
         worst = max((abs(e) for e in errors.values()), default=0.0)

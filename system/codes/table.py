@@ -17,12 +17,16 @@ CALIBRATIONS: dict[str, str] = {
     "latency-chip": "system.spiking_bat.chip_brain:CALIBRATION",
     "lso-chip": "system.head.scenario:CALIBRATION",
     "ranging-chip": "chips.ranging.calibration.calibrate:CALIBRATION",
+    "pushbot": "system.pushbot.network.codes:CALIBRATION",
+    "pushbot-modified": "system.pushbot.network.codes:MODIFIED_CALIBRATION",
     "wavefront-chip": "chips.wavefront.calibration:CALIBRATION",
 }
 
 # What each is, as its own summary says: `noctule list` and a shell's completion load none of them.
 CALIBRATION_LINES: dict[str, str] = {
     "nef-chip": "rates of neurons, time constants and outputs of filters, and the reference of the NEF chip",
+    "pushbot": "rates of the Pushbot's populations on ROLLS, plain network",
+    "pushbot-modified": "rates of obstacle and drive populations on ROLLS, modified network of the Pushbot",
     "latency-chip": "times of taps, integrating neurons, cells and pulses of the latency chip",
     "lso-chip": "spikes a decibel of the sonar head's two neurons, and where left and right agree",
     "ranging-chip": "windows of the ranging chip's neurons: their width, and where they stand",

@@ -4,29 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
+from chips.codes import Codes
 from chips.noise import SiliconNoise
 from chips.rolls.chip import Inputs, RollsChip
-from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.network import Network, network_program
 from chips.rolls.program.population import Population, all_to_all, neural_field
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
-from circuits.silicon.die import NOMINAL
 from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.pushbot.body import Pushbot
 from system.pushbot.drive import Readings
 from system.pushbot.frame import Frame, Relay, ring_chip
 from system.pushbot.loop import Brain
-from system.pushbot.network.biases import LEVELS, STEP, modified_biases, pushbot_biases
-from system.pushbot.network.calibration import calibrate_pushbot, dropped, without
-from system.pushbot.network.modified import field_network, modified_network
-from system.pushbot.network.modified_calibration import calibrate_modified
+from system.pushbot.network.biases import LEVELS, STEP
+from system.pushbot.network.calibration import without
+from system.pushbot.network.codes import MODIFIED, PLAIN, biases_of, gone_of, network_of, table_of
 from system.pushbot.network.plain import PushbotLayout
 from system.pushbot.wiring import fan_out, merged
 
@@ -34,7 +31,6 @@ GYRO_ANGLE = 2e-3  # rad an event: 500 events a second at 1 rad/s; ours
 RELAYS = (254, 255)  # neurons whose synapses take a second chip's spikes; they are in no population
 SECOND = "-second"  # behind the lot's name, of the second chip's silicon
 STRONG = 4  # level
-CALIBRATIONS = 128  # dies whose codes are kept
 FIELD_SCENES = ("target", "chase", "obstacle-against-target")  # in which the field gets events
 _NOMINAL = Silicon(ROLLS_180_IDEAL)
 
@@ -75,10 +71,20 @@ class Architecture:
             if given and not self.target:
                 raise ParameterError(f"{name}: without a target, must have one; give `target`")
 
+    @property
+    def layout(self) -> PushbotLayout:
+        """How many neurons its populations have."""
+        return PushbotLayout(exc=self.exc)
+
+    @property
+    def calibration(self) -> str:
+        """Name of the calibration whose codes it takes."""
+        return MODIFIED if self.modified else PLAIN
+
 
 def brain_of(
     architecture: Architecture, silicon: Silicon = _NOMINAL, kind: BiasKind = "ideal",
-    *, calibrated: bool = True, noise: SiliconNoise | None = None,
+    *, codes: Codes | None = None, noise: SiliconNoise | None = None,
 ) -> Brain:  # fmt: skip
     """Make a chip with an architecture on it.
 
@@ -90,9 +96,8 @@ def brain_of(
         Process, temperature and die of the chip.
     kind
         Kind of its biases.
-    calibrated
-        Whether codes and neurons are those of the die's calibration at 27 degC; otherwise all dies have one
-        table, as the nominal die has in either case.
+    codes
+        What the architecture's calibration found on the die; the table of the nominal die unless given.
     noise
         Noise of the devices of every chip; none unless given.
 
@@ -101,14 +106,10 @@ def brain_of(
     ParameterError
         The chip has no room for the network.
     """
-    layout, table = PushbotLayout(exc=architecture.exc), pushbot_biases()
-    whole, codes_of = field_network(layout, LEVELS), _calibration_of
-    if architecture.modified:
-        table = modified_biases(table)
-        whole, codes_of = modified_network(LEVELS, table, layout), _modified_calibration_of
-    biases, gone = table, frozenset[int]()
-    if calibrated and silicon.die != NOMINAL:
-        biases, gone = codes_of(layout, Silicon(silicon.process, die=silicon.die), kind)
+    name = architecture.calibration
+    biases = table_of(name, silicon) if codes is None else biases_of(codes)
+    gone = frozenset[int]() if codes is None else gone_of(codes)
+    whole = network_of(name, architecture.layout)
     network = without(whole, gone)
     if architecture.frame:
         network = _with_relays(network)
@@ -162,26 +163,6 @@ def strengthened(network: Network) -> Network:
     near = (STRONG,) * len(LEVELS.field_near)
     others = tuple(p for p in network.projections if (p.source.name, p.target.name) != (field.name,) * 2)
     return replace(network, projections=(*others, neural_field(field, near, LEVELS.field_far)))
-
-
-@lru_cache(maxsize=CALIBRATIONS)
-def _calibration_of(
-    layout: PushbotLayout, silicon: Silicon, kind: BiasKind
-) -> tuple[BiasTable, frozenset[int]]:
-    """Codes of a die for the plain network, found at the silicon's temperature, and neurons to leave out."""
-    found = calibrate_pushbot(field_network(layout, LEVELS), pushbot_biases(), silicon, kind)
-    return found.biases, dropped(found)
-
-
-@lru_cache(maxsize=CALIBRATIONS)
-def _modified_calibration_of(
-    layout: PushbotLayout, silicon: Silicon, kind: BiasKind
-) -> tuple[BiasTable, frozenset[int]]:
-    """Codes of a die for the modified network, searched from the plain one's, and neurons to leave out."""
-    plain, _ = _calibration_of(layout, silicon, kind)
-    network = modified_network(LEVELS, modified_biases(pushbot_biases()), layout)
-    found = calibrate_modified(network, plain, silicon, kind)
-    return found.biases, dropped(found)
 
 
 @dataclass(slots=True, eq=False)

@@ -22,10 +22,11 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from system.options.codes import CALIBRATED, DEFAULT
 from system.pushbot.body import Pushbot
 from system.pushbot.brain import GYRO_ANGLE
 from system.pushbot.loop import Brain
-from system.pushbot.network.biases import CODES, LEVELS, MODIFIED
+from system.pushbot.network.biases import CODES, FULL_LAW, FULL_LAW_MODIFIED, LEVELS, MODIFIED
 from system.pushbot.network.calibration import EVENTS, RATES, TURN_EVENTS, TURN_RATE
 from system.pushbot.network.modified import MODIFIED_LEVELS
 from system.pushbot.network.modified_calibration import EVENTS as MODIFIED_EVENTS
@@ -53,6 +54,7 @@ _TOLD = (
     "target", "duration", "way", "exc", "seed", "die", "temperature_c", "bias_kind", "calibrated", "frame",
     "raise_lateral", "silicon_noise", "noise_seed",
 )  # fmt: skip
+# `calibrated` says whether codes are of a calibration
 _UNTOLD = {"law": "ideal"}  # what a name that does not tell a field means by it, where no default does
 
 
@@ -77,11 +79,13 @@ class Drive:
         What kept files' runs had no option for is named where it is asked for, so that the files stay whole.
         """
         named = [f.__qualname__ for f in (self.keep, self.world)]
-        told = (f"{name}={getattr(self.scenario, name)!r}" for name in _TOLD)
+        whether = {"calibrated": self.scenario.code_choice != DEFAULT}
+        told = (f"{name}={whether.get(name, getattr(self.scenario, name, None))!r}" for name in _TOLD)
         later = (
             f"{each.name}={getattr(self.scenario, each.name)!r}"
             for each in fields(self.scenario)
             if each.name not in _TOLD
+            and not (each.name == "codes" and self.scenario.codes in {CALIBRATED, DEFAULT})
             and getattr(self.scenario, each.name) != _UNTOLD.get(each.name, each.default)
         )
         return f"Scenario({', '.join([*told, *later])}) {named} {self.with_path}"
@@ -183,10 +187,12 @@ def drive_cells(
     drives = {_digest(drive): (drive, group[0].scenario) for group in by_chip for drive in group}
     keys = list(dict.fromkeys(_key(drive) for group in by_chip for drive in group))
     plan = tuple(map(tuple, _by_chip([drive for cell in planned.values() for drive in cell])))
-    numbers = (
+    numbers: tuple[object, ...] = (
         version("noctule"), Dvs(), Pushbot(), COLOURS, LEVELS, CODES, MODIFIED, EVENTS, RATES,
         TURN_EVENTS, TURN_RATE, MODIFIED_LEVELS, MODIFIED_EVENTS, MODIFIED_RATES, GYRO_ANGLE, plan,
     )  # fmt: skip
+    if any(drive.scenario.law == "full" for drive in asked):  # kept files of the ideal law stay whole
+        numbers = (*numbers, FULL_LAW, FULL_LAW_MODIFIED)
     found: dict[Key, Driven] = {}
     with closing(execution.results(Campaign(name, Drives(drives, make), Key, Kept, numbers), keys)) as runs:
         for key, run in zip(keys, runs, strict=True):
@@ -243,7 +249,7 @@ def _chip(s: Scenario) -> tuple[Any, ...]:
     """What a scenario's chip depends on."""
     return (
         s.die.number or 0, s.temperature_c, s.course, s.law, s.bias_kind, repr(s.architecture()),
-        s.calibrated, repr(s.device_noise()),
+        s.code_choice, s.calibrated_c, repr(s.device_noise()),
     )  # fmt: skip
 
 

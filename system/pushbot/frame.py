@@ -46,7 +46,7 @@ def _ring_network() -> Network:
 
 def ring_chip(silicon: Silicon, kind: BiasKind, noise: SiliconNoise | None = None) -> RollsChip:
     """Return the second chip, which has the ring field."""
-    program = network_program(_ring_network(), pushbot_biases())
+    program = network_program(_ring_network(), pushbot_biases(law=silicon.process.effects))
     return RollsChip(program, silicon, kind, step=STEP, noise=noise)
 
 

@@ -21,6 +21,7 @@ from circuits.silicon.course import beginning_of, course_through
 from circuits.silicon.process import ROLLS_180
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
+from system.options.codes import described
 from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
 from system.options.rolls_power import TABLE, power_numbers
@@ -77,7 +78,7 @@ turn_factor      number       -   factor of equation (1)
 window_s         number       s   time in which spikes are counted
 readout          string       -   how they are counted: `fixed`, `sliding` or `spikes`
 target_field     boolean      -   whether the chip has a field of neurons for targets
-codes            integer[]{}  -   coarse and fine code of each bias, by its name
+bias_codes       integer[]{}  -   coarse and fine code of each bias, by its name
 neurons          integer{}    -   neurons of each population, by its name
 cautions         string[]     -   what the chip warns of
 touched          string?      -   what the robot touched
@@ -148,9 +149,11 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 def make_brain(scenario: Scenario) -> Brain:
     """Return the chip that a scenario asks for."""
     begin = beginning_of(scenario.temperature_c, scenario.course, TEMPERATURE_STEP)
+    architecture = scenario.architecture()
     return brain_of(
-        scenario.architecture(), scenario.silicon_at(begin, ROLLS_180), scenario.bias_kind,
-        calibrated=scenario.calibrated, noise=scenario.device_noise(),
+        architecture, scenario.silicon_at(begin, ROLLS_180), scenario.bias_kind,
+        codes=scenario.codes_of(architecture.calibration, ROLLS_180, setup=architecture.layout),
+        noise=scenario.device_noise(),
     )  # fmt: skip
 
 
@@ -240,7 +243,7 @@ def account(trace: Trace) -> Account:
         ran_on={
             "modified": s.modified,
             "readout": s.readout,
-            "calibrated": s.calibrated,
+            **described(s),
             "frame": s.frame,
             "raise_lateral": s.raise_lateral,
             "silicon_noise": s.silicon_noise,
@@ -291,7 +294,7 @@ def document(trace: Trace) -> dict[str, Any]:
         "window_s": readout.window,
         "readout": readout.kind,
         "target_field": trace.brain.target,
-        "codes": dict(sorted(chip.program.biases.codes().items())),  # coarse and fine
+        "bias_codes": dict(sorted(chip.program.biases.codes().items())),  # coarse and fine
         "neurons": {p.name: len(p) for p in trace.brain.network.populations},
         "cautions": chip.cautions(),
         "touched": trace.drive.touched,

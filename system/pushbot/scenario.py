@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from chips.noise import SiliconNoise
 from system.option import (
     check_options,
     option,
 )
+from system.options.codes import Coded, check_codes
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
-from system.options.on_silicon import OnSilicon
 from system.pushbot.body import Factors
 from system.pushbot.brain import FIELD_SCENES, Architecture
+from system.pushbot.network.codes import MODIFIED, PLAIN
 from system.pushbot.readout import DIRECT, LOOK, REFERENCE, Readout
 from system.pushbot.readout import Kind as ReadoutKind
 from system.worlds.arena.file import load_scene
@@ -24,7 +26,7 @@ MODIFIED_TURN_FACTOR = 2.0  # of the modified architecture, whose turns are shor
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario(OnSilicon):
+class Scenario(Coded):
     """One drive of a Pushbot in a scene.
 
     Attributes
@@ -55,8 +57,6 @@ class Scenario(OnSilicon):
         Way after which the run ends too, m; none unless given.
     exc : int
         How many neurons fire constantly.
-    calibrated : bool
-        Whether codes and neurons are those of the die's calibration at 27 degC.
     frame, raise_lateral : bool
         As `frame` and `raised` of `Architecture`.
     silicon_noise : str
@@ -69,6 +69,8 @@ class Scenario(OnSilicon):
     ParameterError
         A field breaks its rule; the text names it.
     """
+
+    CALIBRATED: ClassVar[tuple[str, ...]] = (PLAIN, MODIFIED)
 
     scene: str = option(
         DEFAULT_SCENE,
@@ -107,12 +109,6 @@ class Scenario(OnSilicon):
         None, "After which the run ends too; none", unit="m", above=0.0, study=True, key=""
     )
     exc: int = option(16, "Neurons that fire constantly", study=True, key="")
-    calibrated: bool = option(
-        default=True,
-        about="Codes of the die's own calibration; they are",
-        study=True,
-        opposite="uncalibrated",
-    )
     frame: bool = option(
         default=False, about="A target frame that keeps its orientation, on a second chip", study=True, key=""
     )
@@ -125,6 +121,7 @@ class Scenario(OnSilicon):
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self)
+        check_codes(self)
         check_noise(self.silicon_noise, self.noise_seed)
 
     def device_noise(self) -> SiliconNoise | None:

@@ -33,6 +33,7 @@ from collections.abc import Mapping
 from chips.rolls.calibration import code_for
 from chips.rolls.program.bias_file import COARSE_NAMES, BiasTable, default_biases
 from circuits.blocks.rolls.bias import current_of
+from circuits.silicon.process import Effects
 from system.pushbot.network.plain import PushbotLevels
 
 STEP = 0.2e-3  # s, of the chip: exc fires at 300 Hz and excites itself, 11 % less with steps of 0.4 ms; ours
@@ -95,11 +96,36 @@ MODIFIED: Mapping[str, tuple[str, int]] = {
     "NPA_WEIGHT_INH1_N": ("0.4u", 140),  # 0.22 uA
 }
 
+# under the full law: the nominal die then has the rates that it has under the ideal law with CODES. Found by
+# `system.pushbot.network.law_calibration`, with the generator; a test finds them again
+FULL_LAW: Mapping[str, tuple[str, int]] = {
+    "IF_TAU2_N": ("820p", 86),  # 0.28 nA
+    "IF_RFR2_N": ("820p", 87),  # 0.28 nA
+    "VDPIE_THR_P": ("15p", 113),  # 6.6 pA
+    "NPDPIE_THR_P": ("15p", 166),  # 9.7 pA
+    "NPDPII_THR_P": ("105p", 39),  # 16 pA
+}
+# and of the modified network: found by its own calibration on that die
+FULL_LAW_MODIFIED: Mapping[str, tuple[str, int]] = {
+    "VA_EXC_N": ("0.4u", 54),  # 84 nA
+    "NPA_WEIGHT_EXC0_P": ("0.4u", 173),  # 0.27 uA
+}
 
-def pushbot_biases(changes: Mapping[str, tuple[str, int]] | None = None) -> BiasTable:
-    """The table, with other codes for what `changes` names, as `{"VA_EXC_N": ("50n", 100)}`."""
-    table = default_biases()
-    for name, (coarse, fine) in {**CODES, **(changes or {})}.items():
+
+def pushbot_biases(changes: Mapping[str, tuple[str, int]] | None = None, law: Effects = "ideal") -> BiasTable:
+    """The table under a law, with other codes for what `changes` names, as `{"VA_EXC_N": ("50n", 100)}`."""
+    found = CODES if law == "ideal" else {**CODES, **FULL_LAW}
+    return _changed(default_biases(), {**found, **(changes or {})})
+
+
+def modified_table(law: Effects) -> BiasTable:
+    """Table of the modified network on the nominal die under a law."""
+    table = modified_biases(pushbot_biases(law=law))
+    return table if law == "ideal" else _changed(table, FULL_LAW_MODIFIED)
+
+
+def _changed(table: BiasTable, changes: Mapping[str, tuple[str, int]]) -> BiasTable:
+    for name, (coarse, fine) in changes.items():
         table = table.with_code(name, COARSE_NAMES.index(coarse), fine)
     return table
 

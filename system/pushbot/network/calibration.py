@@ -1,6 +1,6 @@
 """Calibration of the Pushbot's network on a die: codes and neurons with which it does what it is made for.
 
-The paper's robot was tuned by hand, for one chip. Here a chip is brought at 27 degC to the rates that the
+The paper's robot was tuned by hand, for one chip. Here a chip is brought to the rates that at 27 degC the
 codes of `system.pushbot.network.biases` give on the nominal die, as a lab would bring its chips to one data
 sheet; how codes are searched is in `chips.rolls.calibration`. Programmed for it is the part of the network in
 which nothing competes, so that each knob has populations of its own:
@@ -45,7 +45,6 @@ from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
 from system.pushbot.network.biases import STEP
 
-CELSIUS = 27.0  # degC, of the calibration
 ROUNDS = 10  # runs of the chip at most
 MOST = 4  # neurons that a population may do without
 EVENTS = 200.0  # 1/s, to both obstacle populations, each for all of their neurons
@@ -68,16 +67,25 @@ RATES: Mapping[str, float] = {
 def calibrate_pushbot(
     network: Network, biases: BiasTable, silicon: Silicon, kind: BiasKind = "ideal"
 ) -> Calibration:
-    """Calibrate the plain network on the die of `silicon`, at 27 degC.
+    """Calibrate the plain network on the die of `silicon`, at its temperature.
 
-    Rates of the result are those of the first search; `runs` counts both.
+    Rates of both searches are told, those of the second by the names of `turn`; `runs` counts both.
     """
-    silicon = replace(silicon, temperature_c=CELSIUS)
     found = calibrate(calibration_task(network, biases), silicon, kind, ROUNDS, STEP)
     followed = _followed(biases, found.biases)
     loop = loop_task(without(network, dropped(found)), followed)
     closed = calibrate(loop, silicon, kind, ROUNDS, STEP)
-    return replace(found, biases=closed.biases, runs=found.runs + closed.runs)
+    both = (
+        {**first, **{turn(name): rate for name, rate in second.items()}}
+        for first, second in ((found.before, closed.before), (found.rates, closed.rates))
+    )
+    before, rates = both
+    return replace(found, biases=closed.biases, before=before, rates=rates, runs=found.runs + closed.runs)
+
+
+def turn(name: str) -> str:
+    """Name of a drive population's rate under the events of a turn."""
+    return f"{name} in a turn"
 
 
 def dropped(found: Calibration) -> frozenset[int]:

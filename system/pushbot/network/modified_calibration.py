@@ -4,7 +4,7 @@ What a neuron of an obstacle population makes of the few events of its own four 
 leak and threshold, and what a drive makes of the ramp on other weights than in the plain network. So codes of
 the plain network, changed by nominal factors, are only where the search begins: with these, drives of ten
 dies that agreed in the plain network differed up to fivefold. All obstacle neurons are driven, each by events
-of its own. As in `system.pushbot.network.calibration` nothing competes, and codes are searched at 27 degC
+of its own. As in `system.pushbot.network.calibration` nothing competes, and codes are searched
 until the rates are those of the nominal die:
 
     events -> OL, OR     VA_EXC_N           ramps -> DL, DR     NPA_WEIGHT_EXC0_P (levels 2 and 4)
@@ -18,7 +18,6 @@ and DR at most four neurons each are left out, anew. Rates, drives and pairings 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -30,7 +29,6 @@ from circuits.circuit import BiasKind
 from circuits.silicon.silicon import Silicon
 from system.pushbot.network.biases import STEP, modified_biases
 from system.pushbot.network.calibration import (
-    CELSIUS,
     MOST,
     START,
     START_RATE,
@@ -49,15 +47,12 @@ RATES: Mapping[str, float] = {"OL": 50.0, "OR": 50.0, "DL": 220.0, "DR": 220.0}
 def calibrate_modified(
     network: Network, plain: BiasTable, silicon: Silicon, kind: BiasKind = "ideal"
 ) -> Calibration:
-    """Calibrate the modified network on the die of `silicon`, at 27 degC.
+    """Calibrate the modified network on the die of `silicon`, at its temperature.
 
     plain: what `system.pushbot.network.calibration.calibrate_pushbot` found for the plain network on that
     die.
     """
-    begun = modified_biases(plain)
-    return calibrate(
-        modified_task(network, begun), replace(silicon, temperature_c=CELSIUS), kind, ROUNDS, STEP
-    )
+    return calibrate(modified_task(network, modified_biases(plain)), silicon, kind, ROUNDS, STEP)
 
 
 def modified_task(network: Network, biases: BiasTable) -> Task:

@@ -22,7 +22,7 @@ def test_json_has_the_run(run_json: RunJson, tmp_path: Path) -> None:
     assert set(found["rates_Hz"]) == {"OR", "OL", "DR", "DL", "sp", "exc", "target"}
     assert found["obstacle_line_m"] == pytest.approx(1.0)
     assert found["summary"]["collided"] == 0.0
-    assert found["calibrated"] is True
+    assert (found["summary"]["ran_on"]["codes"], found["calibrated_at_C"]) == ("calibrated", 27.0)
     assert found["summary"]["held"] == 0.0
     assert isinstance(found["cautions"], list)
     assert picture.stat().st_size > 10_000
