@@ -220,7 +220,7 @@ def draw(trace: Trace, figure: Figure) -> None:
         )
     axes[0].plot(trace.time_s, trace.estimate_m, color=COLOURS[0], label=f"estimate, {trace.scenario.die}")
     axes[0].set_ylabel("range (m)")
-    axes[0].legend(loc="upper right", ncols=3, fontsize="small")
+    axes[0].legend(loc="upper right", ncols=2, fontsize="small")
     axes[1].plot(trace.time_s, trace.proximity_V, color=COLOURS[0])
     axes[1].set_ylabel("proximity (V)")
     if len(trace.calls):
@@ -239,6 +239,6 @@ def draw_beside(trace: Trace, figure: Figure) -> None:
     axes = figure.axes
     own: dict[str, Any] = {"color": INK, "ls": ":", "zorder": 1}
     axes[0].plot(trace.time_s, trace.estimate_m, label=f"estimate, {trace.scenario.die}", **own)
-    axes[0].legend(loc="upper right", ncols=3, fontsize="small")
+    axes[0].legend(loc="upper right", ncols=2, fontsize="small")
     axes[1].plot(trace.time_s, trace.proximity_V, **own)
     axes[3].plot(trace.time_s, trace.call_rate_Hz, drawstyle="steps-post", **own)

@@ -10,14 +10,16 @@ from pathlib import Path
 import msgspec
 
 from chips.codes import Codes, Measured
+from circuits.errors import ParameterError
 from circuits.silicon.process_file import process_under
 from circuits.silicon.silicon import Silicon
 from circuits.units import format_quantity, parse_quantity
 from system.cli.exit_status import DONE, NO
+from system.cli.mend import require_checkout
 from system.cli.output import print_json, print_line, print_table, working
 from system.cli.verbs import Calibrate
 from system.codes.file import write_codes
-from system.codes.find import calibrated_anew, codes_found
+from system.codes.find import calibrated_anew, codes_found, shipped_file
 from system.codes.table import load_calibration
 from system.files.writing import check_folder
 from system.options.block import describe_silicon, read_die, silicon_line
@@ -29,35 +31,52 @@ def calibrate_command(asked: Calibrate) -> int:
     Returns the exit status: 1 where the chip could not be calibrated.
     """
     calibration = load_calibration(asked.chip)
-    if asked.output is not None:
-        check_folder(asked.output)
     silicon = Silicon(
         process_under(calibration.process, asked.silicon.process, asked.silicon.law),
         parse_quantity(asked.silicon.temperature, "degC", "temperature"),
         read_die(asked.silicon),
     )
+    path = _path(asked, silicon)
     start = time.perf_counter()
     with working(f"calibrate {asked.chip}"):
-        made = calibrated_anew if asked.anew else codes_found
+        made = calibrated_anew if asked.anew or asked.update_package else codes_found
         codes = made(asked.chip, silicon, asked.bias_kind)
     seconds = time.perf_counter() - start
-    if asked.output is not None:
-        write_codes(Path(asked.output), codes)
+    if path is not None:
+        write_codes(path, codes)
     if asked.as_json:
-        print_json(_document(codes, silicon, asked.output, seconds))
+        print_json(_document(codes, silicon, path, seconds))
     else:
-        _print(codes, silicon, asked.output, seconds)
+        _print(codes, silicon, path, seconds)
     return NO if codes.failed else DONE
 
 
-def _document(codes: Codes, silicon: Silicon, path: str | None, seconds: float) -> dict[str, object]:
+def _path(asked: Calibrate, silicon: Silicon) -> Path | None:
+    """Where the codes go, which is found out to be possible before a calibration; None for nowhere."""
+    if not asked.update_package:
+        if asked.output is not None:
+            check_folder(asked.output)
+        return None if asked.output is None else Path(asked.output)
+    if asked.output is not None:
+        raise ParameterError(
+            f"--update-package: writes the package's codes, not {asked.output}; leave one out"
+        )
+    path = shipped_file(asked.chip, silicon)
+    require_checkout(path)
+    return path
+
+
+def _document(codes: Codes, silicon: Silicon, path: Path | None, seconds: float) -> dict[str, object]:
     document = msgspec.to_builtins(codes)
     del document["key"], document["calibrated_c"]
     document["measured"] = [{n: _number(v) for n, v in each.items()} for each in document["measured"]]
     return {
-        **document, "bias_kind": codes.key.bias_kind, "silicon": describe_silicon(silicon), "file": path,
+        **document,
+        "bias_kind": codes.key.bias_kind,
+        "silicon": describe_silicon(silicon),
+        "file": None if path is None else str(path),
         "seconds": seconds,
-    }  # fmt: skip
+    }
 
 
 def _number(value: object) -> object:
@@ -65,7 +84,7 @@ def _number(value: object) -> object:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _print(codes: Codes, silicon: Silicon, path: str | None, seconds: float) -> None:
+def _print(codes: Codes, silicon: Silicon, path: Path | None, seconds: float) -> None:
     title = f"{codes.chip}, {silicon_line(silicon)}, biases {codes.key.bias_kind}"
     rows = [_row(name, each) for name, each in _families(codes.measured).items()]
     print_table(title, ["measured", "of them", "worst before:", "worst after:"], rows)

@@ -15,6 +15,7 @@ from circuits.errors import DataError, ParameterError
 from circuits.registry import block_names, load_block
 from circuits.silicon.process import AMI_1500, PROCESSES, Effects, Process
 from circuits.silicon.process_file import process_under
+from system.cli.mend import require_checkout
 from system.cli.output import print_json, print_line, print_table, progress_bar
 from system.cli.verbs import Characterise
 from system.files.writing import write_bytes_atomic
@@ -73,9 +74,7 @@ def _path(block: str, process: Process, output: str | None, *, update_package: b
             kept = f"keeps records of {AMI_1500.name} alone"
             raise ParameterError(f"--update-package: {process.name}, the package {kept}; leave it out")
         path = shipped_file(block, process)
-        if not (path.parents[2] / "pyproject.toml").is_file():
-            where = f"{path.parents[2]} is an installed package"
-            raise ParameterError(f"--update-package: {where}, must be a checkout; leave it out")
+        require_checkout(path)
     elif output is None:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)

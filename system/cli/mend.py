@@ -16,6 +16,7 @@ from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
 import circuits
+from circuits.errors import ParameterError
 from system.cli.option_names import option_of
 
 _CHARACTERISE = re.compile(r"(; run noctule characterise [a-z0-9-]+)((?: [a-z]+=\S+)*)")
@@ -36,6 +37,13 @@ def checkout() -> Path | None:
     if not told.get("dir_info", {}).get("editable"):
         return None
     return Path(url2pathname(urlsplit(told["url"]).path))
+
+
+def require_checkout(path: Path) -> None:
+    """Raise `ParameterError` for a file of a package's folder where the package is an installed one."""
+    if not (path.parents[2] / "pyproject.toml").is_file():
+        where = f"{path.parents[2]} is an installed package"
+        raise ParameterError(f"--update-package: {where}, must be a checkout; leave it out")
 
 
 def measured_again(refusal: str) -> str:

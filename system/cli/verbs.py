@@ -129,6 +129,7 @@ class Calibrate:
     silicon: SiliconChoice = shared.silicon_part("at", "allow_implausible")
     bias_kind: Literal["ideal", "generator"] = option("generator", "Ideal PTAT currents, or the generator")
     anew: bool = option(default=False, about="Calibrate even where the codes are known")
+    update_package: bool = option(default=False, about="Write the package's own codes, in a checkout")
     as_json: bool = shared.json_option()
 
 

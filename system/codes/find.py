@@ -87,7 +87,7 @@ def codes_found(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable = N
 def shipped_file(name: str, silicon: Silicon) -> Path:
     """Return where the codes of a chip on a die would ship, at any temperature; it need not exist."""
     number = "nominal" if silicon.die.number is None else f"{silicon.die.lot}_{silicon.die.number}"
-    return Path(str(files("chips"))) / "codes" / f"{name.replace('-', '_')}_{number}.toml"
+    return Path(str(files("chips"))) / "calibrated" / f"{name.replace('-', '_')}_{number}.toml"
 
 
 def cached_file(name: str, key: Key, calibrated_c: float) -> Path:
