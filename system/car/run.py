@@ -29,9 +29,11 @@ from system.car.world import Pipes, forest_of, number_of, start_of
 from system.meaning import meanings, of_run
 from system.openspace.flight import WAY_KEYS, entries_of
 from system.openspace.moving import along_readers
+from system.openspace.population import coded, population_reader, population_readings
 from system.openspace.reader import CALIBRATIONS, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.options.block import describe_run
+from system.options.codes import described
 from system.options.noise import silicon_noise
 from system.options.outside import inside_boxes
 from system.plot import entitle, silicon_text
@@ -62,7 +64,6 @@ DOCUMENT = {
 occlusion              boolean     -     whether a pipe hides those behind it
 multipath              boolean     -     whether echoes come by way of two pipes
 soft_pings             boolean     -     whether a softer ping follows where something is near
-reader                 string      -     of a chip's ranges: nominal, or calibrated on its die at 27 degC
 unsure_delays          integer     -     delays in the chip's table that were too near a tie to call
 zone_m                 number      m     distance from a pipe at which it counts as touched
 steering_deg           number[]    deg   angle of the front wheels on each arc, from the left
@@ -132,14 +133,19 @@ def sonar_of(scenario: Scenario, random: np.random.Generator) -> tuple[SonarAt |
     still = Sonar(s.robot, trained(s.robot), noise, np.empty(0), reader=no_reader(), **s.senses)
     if not s.silicon:
         return lambda _: still, 0
-    values = s.reader or CALIBRATIONS[0]
+    codes = s.ranging_codes
     noisy = silicon_noise(s.silicon_noise, s.seed if s.noise_seed is None else s.noise_seed)
     begun_c = beginning_of(s.temperature_c, s.course) if s.course else None
 
     def made(celsius: float) -> tuple[Sonar, int]:
         silicon = s.silicon_at(celsius)
-        delays, unsure = readings(silicon, values, 1.0, s.bias_kind)
-        reader = reader_of(silicon, values, noisy, bias_kind=s.bias_kind, begun_c=begun_c)
+        if codes is None:
+            delays, unsure = readings(silicon, CALIBRATIONS[0], 1.0, s.bias_kind)
+            reader = reader_of(silicon, CALIBRATIONS[0], noisy, bias_kind=s.bias_kind, begun_c=begun_c)
+        else:
+            chip = coded(silicon, codes, s.bias_kind)
+            delays, unsure = population_readings(chip)
+            reader = population_reader(chip, noisy, begun_c)
         return replace(still, reading=0.5 * SPEED * delays, reader=reader), unsure
 
     at = along_readers(s.course, s.temperature_c, made, lambda found: found[0].reader)
@@ -179,7 +185,7 @@ def account(trace: Trace) -> Account:
     on: dict[str, Any] = {"ranges": s.ranges, **s.senses}
     if s.silicon:
         on |= {
-            "reader": s.reader or CALIBRATIONS[0],
+            **described(s),
             "silicon_noise": s.silicon_noise,
             **describe_run(s),
         }
@@ -199,7 +205,7 @@ def account(trace: Trace) -> Account:
 def document(trace: Trace) -> dict[str, Any]:
     """Return the entries that only this system's JSON document has, by their keys."""
     s, log = trace.scenario, trace.drive.log
-    chip = {"reader": s.reader or CALIBRATIONS[0], "unsure_delays": trace.unsure} if s.silicon else {}
+    chip = {"unsure_delays": trace.unsure} if s.silicon else {}
     return {
         **s.senses,
         **chip,

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
+from chips.codes import Codes
+from chips.ranging.calibration.found import NAME
 from circuits.errors import ParameterError
 from system.car.numbers import OpenspaceNumbers, Robot
 from system.car.world import FORESTS, check_forest, is_file, read_pipes
 from system.openspace.map import start_option
-from system.openspace.reader import CALIBRATIONS, Calibration
 from system.option import (
     check_options,
     option,
 )
+from system.options.codes import Coded, check_codes
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option
-from system.options.on_silicon import OnSilicon
 from system.reader import place
 
 RANGES = ("flight", "exact", "chip")
@@ -22,13 +24,16 @@ PINGS = 1500  # of a run, three times those of a drive without detours; ours
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario(OnSilicon):
+class Scenario(Coded):
     """One drive of the car through a forest of pipes.
 
     `start` is drawn unless given, x and y in m; `pings` is how many are made before the drive ends.
     `occlusion`, `multipath` and `soft_pings` are None where there is no sonar to have them. Noise is that of
-    the chip's devices, drawn from `noise_seed`, which is `seed` unless given.
+    the chip's devices, drawn from `noise_seed`, which is `seed` unless given. Codes are those of the ranging
+    chip.
     """
+
+    CALIBRATED: ClassVar[tuple[str, ...]] = (NAME,)
 
     robot: Robot = field(default_factory=Robot)
     openspace: OpenspaceNumbers = field(default_factory=OpenspaceNumbers)
@@ -45,10 +50,6 @@ class Scenario(OnSilicon):
     occlusion: bool | None = option(None, "Pipes hide those behind; they do", study=True)
     multipath: bool | None = option(None, "Echoes by way of two pipes; there are", study=True)
     soft_pings: bool | None = option(None, "A softer ping where something is near; there is", study=True)
-    reader: Calibration | None = option(
-        None, "Of a chip's ranges: nominal, or calibrated on its die at 27 degC", study=True, silicon=True,
-        choices=CALIBRATIONS,
-    )  # fmt: skip
     silicon_noise: Noisy = noise_option()
     noise_seed: int | None = noise_seed_option()
     start: tuple[float, float] | None = start_option(place)
@@ -59,6 +60,7 @@ class Scenario(OnSilicon):
         check_forest(self.forest)
         check_options(self, no_silicon(self))
         check_noise(self.silicon_noise, self.noise_seed)
+        check_codes(self)
         for name in ("occlusion", "multipath", "soft_pings"):
             if getattr(self, name) and self.ranges == "exact":
                 raise ParameterError(f"{name}: not with `ranges=exact`; give `ranges=flight` or chip")
@@ -67,6 +69,11 @@ class Scenario(OnSilicon):
     def silicon(self) -> bool:
         """Whether a chip is in the loop."""
         return self.ranges == "chip"
+
+    @property
+    def ranging_codes(self) -> Codes | None:
+        """Codes of the ranging chip; None for those of its design, and without it. Raises as `codes_of`."""
+        return self.codes_of(NAME) if self.silicon else None
 
     @property
     def senses(self) -> dict[str, bool]:

@@ -42,6 +42,7 @@ from system.openspace.senses import IDEAL, Sensing, senses_of
 from system.openspace.senses_kernel import Senses
 from system.option import Option
 from system.options.block import describe_run
+from system.options.codes import described
 from system.options.outside import inside_boxes
 from system.plot import silicon_text
 from system.system import SUCCEEDED, Account, Output, Progress, RunTrace, System, metrics_with
@@ -114,8 +115,10 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     s = scenario
     begun_c = beginning_of(s.temperature_c, s.course) if s.course else None
 
+    codes = s.ranging_codes
+
     def made(celsius: float) -> Senses:
-        return senses_of(s.sensing, s.bat, s.silicon_at(celsius), key, begun_c, s.bias_kind)
+        return senses_of(s.sensing, s.bat, s.silicon_at(celsius), key, begun_c, s.bias_kind, codes)
 
     senses_at = along_readers(s.course, s.temperature_c, made, lambda senses: senses.reader)
     moving = Moving(senses_at, course_through(s.course))
@@ -150,7 +153,7 @@ def account(trace: Trace) -> Account:
     on: dict[str, Any] = {"ranges": sensing.ranges, "selection": sensing.selection}
     if sensing.silicon:
         on |= {
-            "reader": sensing.reader,
+            **(described(s) if sensing.ranges == "chip" else {}),
             "ranging_area": sensing.ranging_area,
             "selection_area": sensing.selection_area,
             "silicon_noise": sensing.silicon_noise,

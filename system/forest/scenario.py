@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
+from chips.codes import Codes
+from chips.ranging.calibration.found import NAME
 from circuits.errors import ParameterError
 from system.forest.weights import weighted
 from system.openspace.law import Bat
@@ -22,7 +24,8 @@ from system.option import (
     check_options,
     option,
 )
-from system.options.on_silicon import ROOM_TEMPERATURE, OnSilicon
+from system.options.codes import Coded, check_codes
+from system.options.on_silicon import ROOM_TEMPERATURE
 from system.options.temperature import temperature_text
 
 PINGS = 20_000  # of a sample: more make a picture of one colour; ours
@@ -33,13 +36,15 @@ KINDS = "weights"
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario(OnSilicon):
+class Scenario(Coded):
     """One sample: flights of a bat until a collision, or until so many pings have been made.
 
     `map` is a file of obstacles, None to plant `obstacles` from the seed. `rows` says of how many pings of
     the first run the path is kept. Without a chip in the loop the number of a die is no more than the number
-    of the sample.
+    of the sample. Codes are those of the ranging chip, where it gives the ranges.
     """
+
+    CALIBRATED: ClassVar[tuple[str, ...]] = (NAME,)
 
     bat: Bat = field(default_factory=Bat)
     sensing: Sensing = IDEAL
@@ -66,6 +71,12 @@ class Scenario(OnSilicon):
             )
         if self.map is None:
             check_count(self.obstacles)
+        check_codes(self)
+
+    @property
+    def ranging_codes(self) -> Codes | None:
+        """Codes of the ranging chip; None for those of its design, and without it. Raises as `codes_of`."""
+        return self.codes_of(NAME, area=self.sensing.ranging_area) if self.sensing.ranges == "chip" else None
 
 
 def no_silicon(scenario: Scenario) -> str:

@@ -27,6 +27,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from chips.codes import Codes
 from chips.selection.kernel import Selection
 from chips.selection.model import MARGIN, selection
 from chips.selection.noise import no_selection_noise, selection_noise
@@ -37,6 +38,7 @@ from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
 from system.openspace.law import ARCS, Bat
+from system.openspace.population import coded, population_reader, population_readings
 from system.openspace.reader import CALIBRATIONS, STEP, Calibration, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.openspace.senses_kernel import Senses
@@ -57,9 +59,9 @@ class Sensing:
     """What the bat senses and selects with.
 
     occlusion, multipath: of `sonar` and `chip`; azimuth_noise: rad, standard deviation; reader: look-up
-    values of the ranging chip; ranging_area, selection_area: of the chips' drawn devices over the circuits',
-    which moves their mismatch and flicker alone; silicon_noise: of both chips' devices, by noise_seed (or the
-    run's).
+    values of a ranging chip that has no codes of its own; ranging_area, selection_area: of the chips' drawn
+    devices over the circuits', which moves their mismatch and flicker alone; silicon_noise: of both chips'
+    devices, by noise_seed (or the run's).
     """
 
     ranges: str = option("exact", "Exact places, of a sonar, or of a chip", choices=RANGES, study=True)
@@ -67,10 +69,7 @@ class Sensing:
     occlusion: bool = option(default=False, about="Obstacles hide those behind them")
     multipath: bool = option(default=False, about="Echoes by way of two obstacles")
     azimuth_noise: float = option(0.0, "Of every echo, standard deviation", unit="deg", to_field=math.radians)
-    reader: Calibration = option(
-        "nominal", "Of a chip's ranges: nominal, or calibrated on its die at 27 degC", study=True,
-        silicon=True, choices=CALIBRATIONS,
-    )  # fmt: skip
+    reader: Calibration = "nominal"
     ranging_area: float = 1.0
     selection_area: float = 1.0
     silicon_noise: Noisy = noise_option()
@@ -114,12 +113,13 @@ IDEAL = Sensing()
 
 def senses_of(
     sensing: Sensing, bat: Bat, silicon: Silicon = _NOMINAL, seed: tuple[int, ...] = (0,),
-    begun_c: float | None = None, bias_kind: BiasKind = "generator",
+    begun_c: float | None = None, bias_kind: BiasKind = "generator", codes: Codes | None = None,
 ) -> Senses:  # fmt: skip
     """Return the arrays for the compiled loop; both chips are on one silicon.
 
     seed: of bearings, its first number of the silicon's noise too, whose state one sample overwrites;
-    begun_c: temperature of a sample's beginning where it moves; bias_kind: of the ranging chip.
+    begun_c: temperature of a sample's beginning where it moves; bias_kind, codes: of the ranging chip, which
+    is read by all that answers where it has codes, else by the first neuron.
 
     Raises `ParameterError` for silicon that a model does not cover; a die outside the validity box of the
     ranging chip's record warns.
@@ -130,9 +130,15 @@ def senses_of(
         sensing.silicon_noise, seed[0] if sensing.noise_seed is None else sensing.noise_seed
     )
     if sensing.ranges == "chip":
-        delays = readings(silicon, sensing.reader, sensing.ranging_area, bias_kind)[0]
+        area = sensing.ranging_area
+        if codes is None:
+            delays = readings(silicon, sensing.reader, area, bias_kind)[0]
+            reader = reader_of(silicon, sensing.reader, noise, area, bias_kind, begun_c)
+        else:
+            ranging = coded(silicon, codes, bias_kind, area)
+            delays = population_readings(ranging)[0]
+            reader = population_reader(ranging, noise, begun_c)
         reading = 0.5 * speed * delays
-        reader = reader_of(silicon, sensing.reader, noise, sensing.ranging_area, bias_kind, begun_c)
     chip, chip_noise = _NO_CHIP, no_selection_noise()
     if sensing.selection == "chip":
         chip = selection(silicon, projection(bat), area=sensing.selection_area)

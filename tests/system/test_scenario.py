@@ -39,7 +39,7 @@ FIELDS: dict[str, dict[str, Any]] = {
     },
     "car": {
         **WARM, "robot": Robot(max_speed=0.1), "openspace": OpenspaceNumbers(retreat=0.1), "forest": "open",
-        "ranges": "chip", "occlusion": False, "multipath": False, "soft_pings": False, "reader": "calibrated",
+        "ranges": "chip", "occlusion": False, "multipath": False, "soft_pings": False, "codes": "default",
         "silicon_noise": "white", "noise_seed": 4, "start": (-0.5, 0.1), "pings": 9,
     },
     "spiking-bat": {
@@ -155,7 +155,7 @@ def test_what_does_not_fit_is_refused(name: str, given: dict[str, Any], says: st
 CHOICES = [
     (name, field)
     for name in FIELDS
-    for field in ("bias_kind", "silicon_noise", "level", "amplitude_law", "readout", "reader")
+    for field in ("bias_kind", "silicon_noise", "level", "amplitude_law", "readout")
     if field in FIELDS[name]
 ]
 

@@ -145,21 +145,42 @@ def _excitation(bench: Bench, values: Values) -> float:
 def _inhibitions(bench: Bench, values: Values) -> tuple[float, ...]:
     """I_inh_tau of each neuron, A, with which the middle of its window is nearest to its best delay.
 
-    A line does not rise with every step of its code, so that each search keeps what it has tried.
+    A line does not rise with every step of its code, so that each search keeps what it has tried. Where a
+    line has no code near enough, the windows beside it are moved half of the way, so that none is missed.
     """
-    codes = nearest_currents()
+    search = _Search(bench, values, nearest_currents(), [{} for _ in ranging_chip.BEST_DELAYS])
     wanted = np.array(ranging_chip.BEST_DELAYS)
-    own = [_nearest(codes, i) for i in ranging_chip.I_INH_TAU]
-    tried: list[dict[int, float]] = [{} for _ in own]
+    found = _searched(search, [_nearest(search.codes, i) for i in ranging_chip.I_INH_TAU], wanted)
+    off = np.array([search.tried[k].get(i, np.nan) for k, i in enumerate(found)]) - wanted
+    far = np.where(np.abs(off) > setting.FAR, off, 0.0)
+    if far.any():
+        beside = np.concatenate([far[1:], [0.0]]) + np.concatenate([[0.0], far[:-1]])
+        found = _searched(search, found, wanted + np.where(far == 0.0, 0.5 * beside, 0.0))
+    return _at(search.codes, found)
+
+
+class _Search(NamedTuple):
+    """A search for the codes of all neurons at once; tried: of each, middles, s, by the index of a code."""
+
+    bench: Bench
+    values: Values
+    codes: F64
+    tried: list[dict[int, float]]
+
+
+def _searched(search: _Search, own: list[int], wanted: F64) -> list[int]:
+    """Indices of the codes whose middles are nearest to those wanted, s; own: where the search begins."""
+    codes, tried = search.codes, search.tried
     for _ in range(INHIBITION_ROUNDS):
-        found = windows(bench.answers({**values, "i_inh_tau": _at(codes, own)}, delays()), delays())
+        values = {**search.values, "i_inh_tau": _at(codes, own)}
+        found = windows(search.bench.answers(values, delays()), delays())
         for k, index in enumerate(own):
             tried[k][index] = float(found.middle[k])
         following = [_next(codes, tried[k], own[k], wanted[k]) for k in range(len(own))]
         if following == own:
             break
         own = following
-    return _at(codes, [_best(tried[k], own[k], wanted[k]) for k in range(len(own))])
+    return [_best(tried[k], own[k], wanted[k]) for k in range(len(own))]
 
 
 def _at(codes: F64, index: list[int]) -> tuple[float, ...]:

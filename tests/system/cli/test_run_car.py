@@ -35,8 +35,10 @@ def test_the_document_with_a_chip(run_json: RunJson) -> None:
         "--pings",
         "5",
     )
-    found = run_json("run", "car", *options, "--reader", "calibrated")
-    assert (found["die"], found["temperature_C"], found["reader"]) == (1003, 30.0, "calibrated")
+    found = run_json("run", "car", *options)
+    assert (found["die"], found["temperature_C"]) == (1003, 30.0)
+    on = found["summary"]["ran_on"]
+    assert (on["codes"], on["calibrated_at_C"]) == ("calibrated", 27.0)
     assert found["unsure_delays"] >= 0
 
 

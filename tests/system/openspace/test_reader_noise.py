@@ -52,9 +52,11 @@ def test_a_release_that_moved_is_an_echo_that_did(steps):
 
 
 def test_late_spikes_are_those_of_the_chip():
-    late = late_spikes(neurons_of(SILICON, bias_kind="gate"))
+    late, doubts = late_spikes(neurons_of(SILICON, bias_kind="gate"))
     first = np.where(np.isfinite(late.min(axis=0)), late.argmin(axis=0), -1)
-    assert np.array_equal(first, first_neurons(neurons_of(SILICON, bias_kind="gate")).first)
+    table = first_neurons(neurons_of(SILICON, bias_kind="gate"))
+    assert np.array_equal(first, table.first)
+    assert doubts == table.doubts
 
 
 def test_pings_scatter_by_the_shot_noise_of_the_inhibition():

@@ -1,0 +1,157 @@
+"""What a calibrated ranging chip reads of an echo's delay: by all neurons that answer, and a thermometer.
+
+Windows of neighbours overlap, so that which neurons answer tells 26 edges instead of 13 windows. An echo is
+read by the lowest of the neurons that answer and how many do: the mean of the delays that gave the same on
+the bench, of the chip at its codes and at the temperature where it was calibrated; by the lowest alone, where
+the bench has not met that. A chip whose currents are proportional to absolute temperature is slower by as
+much as it is colder, so that a reading is multiplied by T_bench / T, T from a thermometer beside the chip. No
+time since the call or the echo is used.
+
+With the interval between the first two spikes of a burst too, readings are 3.5 cm off rms in the place of 7
+cm at the temperature of the bench, and 8 to 11 cm at 10 degC from it: it is left out.
+
+As in `system.openspace.reader` a table is of an echo alone after its call.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from chips.codes import Codes
+from chips.noise import SiliconNoise
+from chips.ranging.calibration.found import delays_of, off_of, values_of
+from chips.ranging.chip import shipped_model
+from chips.ranging.law import Neurons
+from chips.ranging.model import ReboundModel, check_box, neurons_on, with_biases
+from chips.ranging.noise import new_jitter
+from circuits.arrays import F64, I64
+from circuits.circuit import BiasKind
+from circuits.silicon.process import kelvin
+from circuits.silicon.silicon import Silicon
+from system.openspace.reader import WINDOW, delays
+from system.openspace.reader_noise import ANSWERING, Reader, late_spikes, no_reader
+
+KEPT = 64  # chips
+
+
+@dataclass(frozen=True, slots=True)
+class Coded:
+    """A ranging chip at its codes.
+
+    Attributes
+    ----------
+    silicon : Silicon
+        Process, temperature and die.
+    area : float
+        Area of its drawn devices over the circuit's.
+    bias_kind : str
+        Kind of its biases.
+    biases : tuple
+        Values of biases by name, A or V.
+    off : tuple of int
+        Neurons that are switched off.
+    spare : tuple of float
+        Delay for which each neuron stands where the bench met no answer of it, s.
+    calibrated_c : float
+        Temperature of the bench, degC.
+    """
+
+    silicon: Silicon
+    area: float
+    bias_kind: BiasKind
+    biases: tuple[tuple[str, float | tuple[float, ...]], ...]
+    off: tuple[int, ...]
+    spare: tuple[float, ...]
+    calibrated_c: float
+
+    @property
+    def model(self) -> ReboundModel:
+        """The model of the chip."""
+        return with_biases(shipped_model(self.silicon.process, self.bias_kind), dict(self.biases))
+
+    def at(self, temperature_c: float) -> Coded:
+        """Return the chip at another temperature, degC."""
+        return replace(self, silicon=replace(self.silicon, temperature_c=temperature_c))
+
+    def neurons(self) -> Neurons:
+        """Return its neurons; raises `ParameterError` outside the record's box (`chips.validity`)."""
+        model, silicon = self.model, self.silicon.of_area(self.area)
+        check_box(model, silicon, "ranging_chip")
+        return neurons_on(model, silicon)
+
+
+def coded(silicon: Silicon, codes: Codes, bias_kind: BiasKind = "generator", area: float = 1.0) -> Coded:
+    """Return the ranging chip on a silicon at codes; area: of its drawn devices over the circuit's."""
+    values = tuple(sorted(values_of(codes).items()))
+    return Coded(silicon, area, bias_kind, values, off_of(codes), delays_of(codes), codes.calibrated_c)
+
+
+def population_readings(chip: Coded) -> tuple[F64, int]:
+    """Return the reading (s, NaN for none) of each of `delays`, and how many are too near to call.
+
+    Raises `ParameterError` outside the record's box.
+    """
+    chip.neurons()  # at every call: what follows is worked out once
+    late, doubts = _spikes(chip)
+    low, answering = _told(late)
+    found = population_of(chip)[low, np.minimum(answering, ANSWERING) - 1]
+    return np.where(answering == 0, np.nan, found), doubts
+
+
+def population_reader(chip: Coded, noise: SiliconNoise | None, begun_c: float | None = None) -> Reader:
+    """Return a reader before its first ping, of none for None.
+
+    begun_c: temperature (degC) of the run's beginning where it moves, by whose inhibition relaxations are
+    told apart. Raises as `population_readings`.
+    """
+    if noise is None:
+        return no_reader()
+    neurons = chip.neurons()
+    first = neurons if begun_c is None else chip.at(begun_c).neurons()
+    shortest, silicon = float(first.t_inh.min()), chip.silicon.of_area(chip.area)
+    jitter = new_jitter(chip.model, neurons, silicon, noise, shortest, area=chip.area)
+    late, value = _spikes(chip)[0].copy(), np.array(chip.spare)
+    return Reader(late, value, jitter, neurons.t_inh.copy(), population_of(chip))
+
+
+def population_of(chip: Coded) -> F64:
+    """Return what each answer stands for at the chip's temperature, s, float64[neurons, ANSWERING]."""
+    warmer = kelvin(chip.silicon.temperature_c) / kelvin(chip.calibrated_c)
+    return np.asarray(_population(chip.at(chip.calibrated_c)) / warmer)
+
+
+@lru_cache(maxsize=KEPT)
+def _population(chip: Coded) -> F64:
+    """Mean delays of each answer on the bench."""
+    low, answering = _told(_spikes(chip)[0])
+    heard = answering > 0
+    place = (low[heard], np.minimum(answering[heard], ANSWERING) - 1)
+    total, count = np.zeros((2, len(chip.spare), ANSWERING))
+    np.add.at(total, place, delays()[heard])
+    np.add.at(count, place, 1.0)
+    lowest = _mean(total.sum(axis=1), count.sum(axis=1), np.array(chip.spare))
+    return _mean(total, count, lowest[:, None])
+
+
+def _mean(total: F64, count: F64, spare: F64) -> F64:
+    """Total over count, and `spare` where there is none."""
+    spares = np.broadcast_to(spare, total.shape).copy()
+    return np.asarray(np.divide(total, count, out=spares, where=count > 0.0))
+
+
+@lru_cache(maxsize=KEPT)
+def _spikes(chip: Coded) -> tuple[F64, int]:
+    """Late spikes of its neurons, but those that are off, and how many delays are too near to call."""
+    late, doubts = late_spikes(chip.neurons())
+    late[list(chip.off)] = np.inf
+    late.setflags(write=False)
+    return late, doubts
+
+
+def _told(late: F64) -> tuple[I64, I64]:
+    """Lowest neuron that answers, and how many do, int64[delays] each."""
+    hit = late <= WINDOW
+    return hit.argmax(axis=0), hit.sum(axis=0)
