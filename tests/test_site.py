@@ -42,6 +42,10 @@ REPORT = {
             "agrees": False,
         },
     ],
+    "scores": [
+        {"name": "ours", "held": 1, "judged": 2, "p": None},
+        {"name": "never fires", "held": 0, "judged": 2, "p": 0.5},
+    ],
     "notes": ["One of `two` notes."],
 }
 REFUSED = re.compile(r"^```\{command\} (.*)\n((?::.*\n)*?):status: (\d+)$", re.MULTILINE)

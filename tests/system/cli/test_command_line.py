@@ -352,6 +352,9 @@ def test_reproduce(
     document = json.loads(found[1], parse_constant=pytest.fail)
     assert document["experiment"] == "mine"
     assert document["notes"] == ["a note"]
+    judged = [row.agrees for row in rows if row.agrees is not None]
+    ours = {"name": "ours", "held": sum(judged), "judged": len(judged), "p": None}
+    assert document["scores"][0] == ours
     assert list(document["rows"][0]) == ["name", "paper", "ours", "rule", "tolerance", "fitted", "agrees"]
     assert document["rows"][0]["rule"] == "within 5 %"
     assert document["rows"][0]["tolerance"] == 0.05
@@ -360,6 +363,7 @@ def test_reproduce(
     table = run("reproduce", "mine")
     assert table[0] == status
     assert "a note" in table[1]
+    assert f"Rows that hold: ours {sum(judged)} of {len(judged)}" in table[1]
 
 
 def test_doctor_names_what_the_distribution_requires() -> None:
