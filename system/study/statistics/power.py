@@ -81,6 +81,8 @@ def detectable_ratio(
     power
         Probability with which the ratio is found, from 0 to 1.
     """
+    if not (first > 0.0 and second > 0.0):
+        return math.nan
     share = detectable_share(events, first / (first + second), limit, power)
     return share / (1.0 - share) * second / first
 

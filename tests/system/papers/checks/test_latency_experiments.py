@@ -34,6 +34,21 @@ def test_forests_state_the_papers_flight_and_the_pairs(
     assert drawn(lambda figure: latency_forests.draw_survival(found, figure)) > 10_000
 
 
+def test_nulls_of_the_forests_are_not_near_the_papers_flight(
+    flights: Callable[[int], list[Crossed]],
+) -> None:
+    found = {name: flights(4) for name in ("analog", *latency_forests.CHIPS, "network")}
+    for flown in latency_forests._nulls(found).values():
+        assert [row.agrees for row in latency_forests.rows(flown)[:2]] == [False, False]
+
+
+def test_builds_that_are_alike_gain_nothing(flights: Callable[[int], list[Crossed]]) -> None:
+    found = {name: flights(k) for k, name in enumerate(reversed(latency_dies.BUILDS))}
+    nulls = latency_dies._nulls(found)
+    assert tuple(null.name for null in nulls) == latency_dies.EXPERIMENT.nulls
+    assert [[row.agrees for row in null.rows] for null in nulls[:2]] == [[False] * 3] * 2
+
+
 def test_dies_state_their_rules(flights: Callable[[int], list[Crossed]]) -> None:
     found = {name: flights(k) for k, name in enumerate(reversed(latency_dies.BUILDS))}
     agrees = [row.agrees for row in latency_dies.rows(found)]

@@ -29,3 +29,8 @@ def test_a_field_decides():
     assert bump.right
     report_rows = rolls_field.rows({"ideal": [bump]})
     assert report_rows[0].shown == 1.0
+    nulls = rolls_field._nulls({"ideal": [bump] * 40})
+    assert tuple(nulls) == rolls_field.EXPERIMENT.nulls
+    same, coin, nothing = (sum(each.right for each in made["ideal"]) for made in nulls.values())
+    assert (same, nothing) == (20, 0)
+    assert 10 <= coin <= 30

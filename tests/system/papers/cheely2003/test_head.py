@@ -44,6 +44,16 @@ def test_rows_agree_by_their_rules_and_not_without() -> None:
     assert disagreeing(cases(**{f"area {head.AREAS[0]:g}": made(3.0)})) == {"area_1/16_adds_deg"}
 
 
+def test_what_is_to_make_no_difference_is_shown_by_its_interval() -> None:
+    dies = np.linspace(-1.0, 1.0, len(head.DIES))
+    wide = made(3.0)
+    wide["error_rms_deg"] = 3.0 + 6.0 * dies  # a mean that is the same, and not known well enough
+    assert disagreeing(cases(**{"one range": wide})) == {"changing_range_adds_deg"}
+    near = made(3.0)
+    near["error_rms_deg"] = 3.4 + 0.5 * dies
+    assert disagreeing(cases(**{"one range": near})) == set()
+
+
 def test_lost_pings_are_a_share() -> None:
     lost = made(3.0) | {"lost": np.full(len(head.DIES), 10.0)}
     assert disagreeing(cases(sine=lost)) == {"dies_lost_share"}
@@ -57,4 +67,8 @@ def test_it_runs_on_few_dies(monkeypatch: pytest.MonkeyPatch) -> None:
     assert seen[-1] == 1.0
     assert {row.fitted for row in report.rows if row.name.startswith("nominal")} == {True}
     assert len(report.notes) == len(few) + 1
+    assert tuple(null.name for null in report.nulls) == head.EXPERIMENT.nulls
+    stands = {row.name: row.agrees for row in report.nulls[0].rows}
+    assert not stands["one_ear_error_ratio"]
+    assert not stands["excitation_spikes_ratio"]
     report.draw(Figure(layout="constrained"))

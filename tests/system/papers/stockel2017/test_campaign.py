@@ -67,6 +67,14 @@ def test_statements_hold_and_fail() -> None:
     assert not any(r.agrees for r in campaign.rows(dict.fromkeys(found(), NONE)))
 
 
+def test_robots_that_always_reach_meet_the_rules_of_enough_and_none_of_fewer() -> None:
+    nulls = campaign._nulls(found())
+    assert tuple(null.name for null in nulls) == campaign.EXPERIMENT.nulls
+    never, always, drawn = (sum(bool(row.agrees) for row in null.rows) for null in nulls)
+    assert (never, always) == (0, 3)
+    assert drawn < len(campaign.rows(found()))
+
+
 def test_a_die_drives_and_a_warm_one_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(campaign, "DURATION", 70.0)
     base = Condition("bug0", DESIGN["bug0"], kind="gate")

@@ -11,12 +11,13 @@ import pytest
 from system.bug.path import median_distance
 from system.bug.run import Trace, run
 from system.bug.scenario import Scenario
+from system.papers.stockel2017 import chip as stockel2017_chip
 from system.papers.stockel2017 import fig5 as stockel2017_fig5
 from system.papers.stockel2017 import fig6 as stockel2017_fig6
 from system.papers.stockel2017 import fig7 as stockel2017_fig7
 from system.papers.stockel2017 import fig8 as stockel2017_fig8
-from system.papers.stockel2017.drive import EVERY, Drive, kept
-from system.verdict.null import nulls_of
+from system.papers.stockel2017.drive import EVERY, Drive, kept, null_drives
+from system.verdict.null import nulls_of, scores
 from tests.system.papers.conftest import Draw
 
 
@@ -88,6 +89,24 @@ def test_figure_8_counts(drawn: Callable[[Draw], int]) -> None:
     wrong = [row.name for row in stockel2017_fig8.rows(found(10, 8), programs) if not row.agrees]
     assert wrong == ["bug2_improved_reaches_share"]  # ten of ten: 0.69 to 1, three of eight: 0.09 to 0.76
     assert drawn(lambda figure: stockel2017_fig8._draw(found(4, 9), programs, figure)) > 10_000
+
+
+def test_null_drives_stay_at_the_start_or_are_at_the_goal() -> None:
+    around = Drive(reached=True, repeats=False, apart=0.03)
+    still, there = null_drives({"bug0": [around], "bug2": [Drive(reached=True)]}).values()
+    assert still == {
+        "bug0": [Drive(reached=False, repeats=True, apart=0.0)], "bug2": [Drive(reached=False)]
+    }  # fmt: skip
+    assert there["bug0"] == [Drive(reached=True, repeats=False, apart=1.0)]
+
+
+def test_a_chip_that_reaches_is_above_one_that_stands() -> None:
+    runs = {agent: [Drive(reached=True, repeats=True, apart=0.01)] * 8 for agent in stockel2017_chip.AGENTS}
+    runs[stockel2017_chip.FIELD, "bug2", "published"] = [Drive(reached=k < 3) for k in range(8)]
+    nulls = nulls_of(stockel2017_chip.rows, null_drives(runs))
+    ours, still, there, *_ = scores(stockel2017_chip.rows(runs), nulls, ())
+    # eight runs are so few that none and all of them overlap the paper's three of eight
+    assert (ours.held, still.held, there.held) == (6, 3, 4)
 
 
 def test_of_a_run_its_statements_numbers_are_kept(spiral: dict[str, list[Trace]]) -> None:

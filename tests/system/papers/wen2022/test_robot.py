@@ -11,7 +11,7 @@ import pytest
 from system.car.run import ENDS
 from system.car.world import FORESTS
 from system.papers.wen2022 import fig15 as wen2022_fig15
-from system.papers.wen2022.fig15 import Found, drive_one, note, rows, summed
+from system.papers.wen2022.fig15 import Drive, Found, drive_one, note, rows, summed
 from system.study.campaign import Numbered
 from tests.system.papers.conftest import Draw
 
@@ -40,6 +40,17 @@ def test_it_agrees_where_the_runs_do(first: Found) -> None:
     assert [row.name for row in rows(worse) if not row.agrees] == ["dense_collision_free"]
     even = {**good, "open": made(first, 5, 0.1)}
     assert [row.name for row in rows(even) if not row.agrees] == ["open_side_pings"]
+
+
+def test_nulls_are_of_runs_in_any_forest() -> None:
+    sides = dict(zip(FORESTS, (0.05, 0.5, 0.6), strict=True))
+    flown = {name: [Drive("through", side + 0.001 * k) for k in range(30)] for name, side in sides.items()}
+    nulls = wen2022_fig15._nulls(flown)
+    assert tuple(null.name for null in nulls) == wen2022_fig15.EXPERIMENT.nulls
+    ours = sum(bool(row.agrees) for row in rows({name: summed(each) for name, each in flown.items()}))
+    collides, stands, drawn = (sum(bool(row.agrees) for row in null.rows) for null in nulls)
+    assert (ours, collides, stands) == (6, 1, 3)
+    assert 3 <= drawn < ours
 
 
 def test_it_draws(first: Found, drawn: Callable[[Draw], int]) -> None:
