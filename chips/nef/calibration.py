@@ -375,7 +375,7 @@ def usual(name: str) -> float:
 
 CALIBRATION = Calibration(
     name=NAME,
-    summary="rates of neurons, time constants and outputs of filters, and the reference of the NEF chip",
+    summary="rates of neurons, time constants and outputs of filters, the reference",
     process=ROLLS_180,
     calibrate=calibrate,
 )

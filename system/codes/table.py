@@ -24,9 +24,9 @@ CALIBRATIONS: dict[str, str] = {
 
 # What each is, as its own summary says: `noctule list` and a shell's completion load none of them.
 CALIBRATION_LINES: dict[str, str] = {
-    "nef-chip": "rates of neurons, time constants and outputs of filters, and the reference of the NEF chip",
+    "nef-chip": "rates of neurons, time constants and outputs of filters, the reference",
     "pushbot": "rates of the Pushbot's populations on ROLLS, plain network",
-    "pushbot-modified": "rates of obstacle and drive populations on ROLLS, modified network of the Pushbot",
+    "pushbot-modified": "rates of obstacle and drive populations of the modified network",
     "latency-chip": "times of taps, integrating neurons, cells and pulses of the latency chip",
     "lso-chip": "spikes a decibel of the sonar head's two neurons, and where left and right agree",
     "ranging-chip": "windows of the ranging chip's neurons: their width, and where they stand",

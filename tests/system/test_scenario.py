@@ -20,26 +20,27 @@ from system.worlds.sound.targets import default_scene
 
 DIE = {"die": Die(number=1003), "seed": 3, "law": "ideal", "bias_kind": "gate", "outside": "warn"}
 WARM = {**DIE, "temperature_c": 30.0, "course": ((0.0, 27.0), (60.0, 44.0))}
+CODED = {**WARM, "codes": "default", "calibrated_c": 20.0}
 
 # another value than the usual one for every field of each scenario; what it needs besides is NEEDED
 FIELDS: dict[str, dict[str, Any]] = {
     "approach": {
-        **WARM, "targets": default_scene()[:1], "duration": 1.0, "isolation": False, "amplitude_law": "d4",
+        **CODED, "targets": default_scene()[:1], "duration": 1.0, "isolation": False, "amplitude_law": "d4",
         "noise_rms": 1e-3, "level": "behavioural", "transistors": frozenset({"chip"}),
         "silicon_noise": "white",
     },
     "rover": {
-        **WARM, "map": "map2", "start": (3, 3), "goal": (4, 4), "planner": "dijkstra", "cells": "chip",
+        **CODED, "map": "map2", "start": (3, 3), "goal": (4, 4), "planner": "dijkstra", "cells": "chip",
         "need": "speed", "learn": 0.5, "prior": 2.0, "trips": 2, "posts": True, "sonar": True,
         "unit": 2e-4, "silicon_noise": "white", "rover": Rover(reach=5.0),
     },
     "forest": {
-        **WARM, "bat": Bat(max_speed=1.0), "sensing": Sensing(ranges="chip"), "map": "forest.csv",
+        **CODED, "bat": Bat(max_speed=1.0), "sensing": Sensing(ranges="chip"), "map": "forest.csv",
         "obstacles": 900, "start": (1.0, 2.0), "pings": 7, "rows": 5,
     },
     "car": {
-        **WARM, "robot": Robot(max_speed=0.1), "openspace": OpenspaceNumbers(retreat=0.1), "forest": "open",
-        "ranges": "chip", "occlusion": False, "multipath": False, "soft_pings": False, "codes": "default",
+        **CODED, "robot": Robot(max_speed=0.1), "openspace": OpenspaceNumbers(retreat=0.1), "forest": "open",
+        "ranges": "chip", "occlusion": False, "multipath": False, "soft_pings": False,
         "silicon_noise": "white", "noise_seed": 4, "start": (-0.5, 0.1), "pings": 9,
     },
     "spiking-bat": {
@@ -49,7 +50,7 @@ FIELDS: dict[str, dict[str, Any]] = {
         "silicon_noise": "white",
     },
     "head": {
-        **WARM, "head": SonarHead(ping_rate=5.0), "target": Motion(distance=2.0), "motion": "step",
+        **CODED, "head": SonarHead(ping_rate=5.0), "target": Motion(distance=2.0), "motion": "step",
         "wiring": "one-ear", "duration": 3.0, "area": 0.5, "silicon_noise": "white",
         "noise_seed": 2,
     },

@@ -146,7 +146,7 @@ CALIBRATION = codes.Calibration(
 )
 MODIFIED_CALIBRATION = codes.Calibration(
     name=MODIFIED,
-    summary="rates of obstacle and drive populations on ROLLS, modified network of the Pushbot",
+    summary="rates of obstacle and drive populations of the modified network",
     process=ROLLS_180,
     calibrate=calibrate_graded,
     setup=PAPER,
