@@ -77,6 +77,15 @@ def test_a_target_is_reached_by_no_null() -> None:
     }  # fmt: skip
 
 
+def test_the_papers_own_runs_meet_the_rules() -> None:
+    shown = {name: [pairs.PAPER_RUN] * pairs.PAPER_RUNS for name in pairs.SCENES}
+    assert all(row.agrees for row in pairs.rows(shown))
+    assert [row.shown for row in target.rows(target.PAPER, target.PAPER[:1])] == [
+        "10 of 10 (69 to 100 %)", "8 of 10 (44 to 97 %)", "1 of 1 (3 to 100 %)"
+    ]  # fmt: skip
+    assert all(row.agrees for row in target.rows(target.PAPER, target.PAPER[:1]))
+
+
 def test_drift_is_met_by_no_null_and_crashes_by_one_that_stands() -> None:
     found = {(kind, t): runs(10) for kind in temperature.KINDS for t in temperature.TEMPERATURES}
     found |= {("gate", t): [HIT] * 10 for t in temperature.ENDS}
