@@ -75,7 +75,8 @@ def _nulls(found: Found, exact: Sequence[int]) -> tuple[Null, ...]:
     """Conditions that all have the regret of the middle one, and conditions whose regrets change places."""
     places = [(key, k) for key, outcomes in found.items() for k in range(len(outcomes))]
     every = [found[key][k] for key, k in places]
-    middle = sorted(every, key=lambda o: o.regret.value)[len(every) // 2]
+    known = [o for o in every if np.isfinite(o.regret.value)]
+    middle = sorted(known, key=lambda o: o.regret.value)[len(known) // 2]
 
     def told(outcomes: Sequence[Outcome]) -> Found:
         made: dict[tuple[str, BiasKind, str], list[Outcome]] = {}
