@@ -95,7 +95,7 @@ def test_the_title_of_a_netlist_names_the_die(capsys: pytest.CaptureFixture[str]
 
 
 def test_the_neurons_of_the_approach_are_the_chip_s() -> None:
-    loop = approach.build(Scenario(die=Die(number=1003)))
+    loop = approach.build(Scenario(die=Die(number=1003), codes="default"))
     for k in (0, 5):
         choice = choose(BLOCK, silicon=SiliconChoice(die=1003, at=f"ranging-chip/neuron[{k}]"))
         cell: Any = loop.parts[f"neuron[{k}]"]
