@@ -31,6 +31,7 @@ from chips.nef.calibration import NAME, REFERENCE_C, USUAL, biases_of, calibrate
 from chips.nef.circuit import COLUMNS, FILTERS, NEURONS, chip_biases
 from chips.nef.devices import POWER, Biases
 from chips.nef.model import (
+    BIAS_COLUMN,
     Column,
     Filters,
     Lines,
@@ -39,7 +40,6 @@ from chips.nef.model import (
     filters_on,
     lines_on,
     neurons_on,
-    unit_of,
 )
 from chips.nef.validity import check_box
 from chips.noise import SiliconNoise
@@ -58,7 +58,8 @@ MOST_COLUMNS = 4  # that one slot of currents takes together
 EVENTS = 1000  # that the router passes a ms
 FIFO = 256  # events that wait for it
 FASTEST, SLOWEST = 0.5e-3, 0.5  # s, time constants of filters; a shorter one is set to the fastest
-_SAMPLED = 1024  # neurons whose median is trimmed
+_SAMPLED = 1024  # neurons whose median is taken
+_BIT = 6  # of a stage, whose current tells a unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,8 +178,8 @@ class Conditions:
 
     @property
     def unit(self) -> float:
-        """Current of a stage with code 1 at y = 1, thresholds."""
-        return _unit(self.silicon, self.biases)
+        """Current of a stage with code 1 that has its reference's gate, the median of the die, thresholds."""
+        return float(np.median(self.column(BIAS_COLUMN).signal[:_SAMPLED, _BIT]) / 2**_BIT)
 
     def column(self, column: int) -> Column:
         """Return the stages of the column of number `column`."""
@@ -367,11 +368,6 @@ def _lines(silicon: Silicon, biases: Biases) -> Lines:
 def _typical(silicon: Silicon, biases: Biases, tau: float) -> Filters:
     """A filter without deviations of its own."""
     return filters_on(replace(silicon, die=replace(silicon.die, mismatch=False)), np.array([tau]), biases)
-
-
-@lru_cache(maxsize=8)
-def _unit(silicon: Silicon, biases: Biases) -> float:
-    return unit_of(silicon, biases)
 
 
 @lru_cache(maxsize=2 * COLUMNS)

@@ -178,19 +178,21 @@ def _references(placed: Placed) -> F64:
 
 
 def _spans(placed: Placed) -> F64:
-    """By what each filter's output swings more than one without deviations, float64[lanes].
+    """By what each filter's output swings more than one without deviations on its line, float64[lanes].
 
     A die's filters bend unlike each other, by some per mille, and a memory drifts by as much each time
-    constant. So the converters' steps make up for it, as they do for the middles.
+    constant. So the converters' steps make up for it, as they do for the middles. Curves are measured with a
+    filter whose middle is the line's reference, so that all filters of the line should swing as that one.
     """
-    chip, wanted, found = placed.calibrated, _references(placed), np.ones(len(placed.analog))
+    chip, found = placed.calibrated, np.ones(len(placed.analog))
     own = chip.filters(placed.tau[placed.analog])
-    found[placed.analog] = own.swing(own.scale_for(wanted))
+    found[placed.analog] = own.swing(own.scale_for(_references(placed)))
+    reference = chip.lines.zero[placed.line[placed.net.goes[placed.analog]]]
     slowest = _slowest(placed)
     for tau in np.unique(slowest):
         like = np.flatnonzero(placed.analog)[slowest == tau]
         usual = chip.typical(tau).repeated(len(like))
-        found[like] /= usual.swing(usual.scale_for(wanted[slowest == tau]))
+        found[like] /= usual.swing(usual.scale_for(reference[slowest == tau]))
     return found
 
 

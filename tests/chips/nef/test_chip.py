@@ -31,7 +31,7 @@ def one(neurons: int, dimensions: int = 1, radius: float = 1.0) -> Network:
 def test_calibration_trims_the_median_neuron(kind: BiasKind) -> None:
     chip = NefChip(DIE, kind, calibration_c=60.0, neurons=1024, process=ROLLS_180_IDEAL)
     law = chip.at(60.0).law
-    # a swing is PTAT unless gates are fixed, and the leak with it; a bias has steps of 1 %, a code of 1.5 %
+    # a swing is PTAT unless gates are fixed, and so is the leak; steps of a bias are 1 %, half a code 1.5 %
     wanted = 1.0 if kind == "gate" else float(np.median(law.charge / paper_chip().at(27.0).law.charge[0]))
     assert float(np.median(law.leak)) == pytest.approx(wanted, rel=0.02)
     assert float(np.median(law.refractory)) == pytest.approx(1e-3, rel=0.02)
