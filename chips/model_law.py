@@ -1,9 +1,8 @@
-"""The conditions that a process and a die must meet for the behavioural models to hold."""
+"""The conditions that a process must meet for some behavioural models to hold."""
 
 from __future__ import annotations
 
 from circuits.errors import ParameterError
-from circuits.silicon.die import Die
 from circuits.silicon.process import POLARITIES, SECOND_ORDER, Process
 
 
@@ -17,12 +16,3 @@ def check_law(process: Process) -> None:
                 f"{process.name}.{polarity}: {', '.join([model.law, *found])}, must be ekv without"
                 " second-order effects; take the law `ideal`, or the transistor level"
             )
-
-
-def check_capacitors(path: str, die: Die) -> None:
-    """Raise `ParameterError` for a die whose capacitors deviate; the model at `path` does not follow them."""
-    if die.number is not None and die.variation == "full":
-        raise ParameterError(
-            f"{path}: {die}, its model does not follow the deviations of capacitors and resistors;"
-            " leave them out by `variation=transistors`, or take the transistor level"
-        )

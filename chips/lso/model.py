@@ -14,7 +14,8 @@ Currents are the transistor law's own for the devices of this die, in saturation
 mirror's m are the record's (`chips.lso.measure`), with the offsets of the comparators that end them.
 Everything deviates as the transistor level's devices do at `sonar_head/ear[side]/level[k]` and
 `sonar_head/lso[side]`. Left out: mismatch of switches, inverters and of what makes a spike's dead time, and
-the mirror's few microseconds of delay.
+the mirror's few microseconds of delay. On a die whose capacitors deviate each charge has its own
+capacitor's; that of a level unit is its axon's input, without one.
 """
 
 from __future__ import annotations
@@ -29,7 +30,6 @@ from chips.lso.measure import LEVEL_COMPARATOR, LEVELS, QUANTITIES, THRESHOLD, c
 from chips.lso.place import NAME, Currents, line_volts
 from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from chips.measured.timer import COMPARATOR
-from chips.model_law import check_capacitors
 from chips.validity import require_area
 from circuits.arrays import F64
 from circuits.blocks.latency.synapse import REFERENCE
@@ -37,6 +37,7 @@ from circuits.circuit import BiasKind, Circuit
 from circuits.devices.channel import early
 from circuits.devices.ekv import argument
 from circuits.event import WIDTH
+from circuits.lowering.capacitors_on_die import added_capacitance
 from circuits.lowering.on_die import DieDevices, Mirror, on_die, transistor_of
 from circuits.silicon.die import Path
 from circuits.silicon.silicon import Silicon
@@ -51,6 +52,8 @@ _LSO = (
     *(f"{name}{k}.{d}" for name in ("excite", "inhibit") for k in range(LEVELS)
       for d in ("me", "mt", *(f"timer.{c}" for c in COMPARATOR))),
 )  # fmt: skip
+_MEMBRANE = "cell.cm"
+_CAPACITORS = (_MEMBRANE, *(f"{name}{k}.ct" for name in ("excite", "inhibit") for k in range(LEVELS)))
 _LEVEL = tuple(f"{_PART}.{d}" for d in (*LEVEL_COMPARATOR, "mc3", "mc6", "mc7"))
 
 
@@ -94,7 +97,6 @@ def head_on(
     `DataError` where the record is of other circuits.
     """
     require_area(NAME, area, LEAST_AREA)
-    check_capacitors(NAME, silicon.die)
     check_box(NAME, silicon, tables_of(RECORD, circuits, silicon.process))
     return _Maker(silicon, kind, area, currents).make()
 
@@ -148,7 +150,9 @@ class _Maker:
         self.charge = {name: float(value) for name, value in zip(QUANTITIES, found, strict=True)}
         self.lso, self.level = circuits()
         lines = line_volts(self.silicon, kind, currents)
-        self.sides = on_die(self.lso, self.silicon, _LSO, ((NAME, ()), ("lso", (SIDES,))), lines)
+        sides: Path = ((NAME, ()), ("lso", (SIDES,)))
+        self.sides = on_die(self.lso, self.silicon, _LSO, sides, lines)
+        self.added = added_capacitance(self.lso, self.silicon, _CAPACITORS, sides)
         units: Path = ((NAME, ()), ("ear", (SIDES,)), ("level", (LEVELS,)))
         self.units = on_die(self.level, self.silicon, _LEVEL, units, lines)
         alone = replace(self.silicon, die=replace(silicon.die, mismatch=False))
@@ -167,7 +171,7 @@ class _Maker:
             inhibit=currents["inhibit"],
             excite_step=steps["excite"],
             inhibit_step=steps["inhibit"],
-            charge=q["membrane"] * np.exp(ends @ self.slopes("comparator")),
+            charge=(q["membrane"] + self.more(_MEMBRANE)) * np.exp(ends @ self.slopes("comparator")),
             onset=q["onset"] / comparator,
             dead=q["dead"] / comparator,
             turn=q["turn"],
@@ -198,8 +202,14 @@ class _Maker:
     def times(self, name: str) -> F64:
         """Charge over current of each synapse's timer, [SIDES, LEVELS]."""
         ends = [self.sides.offset(*(f"{name}{k}.timer.{d}" for d in COMPARATOR)) for k in range(LEVELS)]
-        charges = self.charge["timer"] * np.exp(np.stack(ends, axis=1) @ self.slopes("comparator"))
+        own = np.stack([self.more(f"{name}{k}.ct") for k in range(LEVELS)], axis=-1)
+        drawn = np.exp(np.stack(ends, axis=1) @ self.slopes("comparator"))
+        charges = (self.charge["timer"] + own) * drawn
         return np.asarray(charges / self.synapses(name, "mt"))
+
+    def more(self, name: str) -> F64:
+        """What a capacitor takes beyond what is drawn until the comparator turns, C, [SIDES]."""
+        return REFERENCE * self.added[name]
 
     def slopes(self, table: str) -> F64:
         """Slopes of the record at the silicon's temperature."""

@@ -38,7 +38,7 @@ class Selection(NamedTuple):
     share_specific: float
     slope: float  # kappa / U_T of the nFETs, 1/V
     kappa: float  # of the nFETs
-    input_capacitance: float  # C, F
+    input_capacitance: F64  # [N], C, F
     line_charge: float  # C, that turns the line
     whole: Whole  # the law with second-order effects, by which it decides then
 
@@ -95,7 +95,7 @@ def decide_plain(s: Selection, excite: F64, risk: F64, scratch: F64) -> tuple[in
     for k in range(n):  # what a cell is behind, in units of U_T / kappa, and how fast it falls, 1/s
         behind[k] = s.share_threshold[k] - s.share_threshold[winner] + rise * (1.0 - rate[k] / rate[winner])
     for k in range(n):
-        rate[k] *= s.slope * (merit[winner] - merit[k]) / s.input_capacitance
+        rate[k] *= s.slope * (merit[winner] - merit[k]) / s.input_capacitance[k]
     turned, growth = _parting(s, winner, rate, behind)
     if not turned < np.inf:
         return winner, np.inf, margin

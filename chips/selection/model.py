@@ -57,9 +57,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from chips.measured.table_record import tables_of
-from chips.model_law import check_capacitors
 from chips.selection.kernel import Selection, decide, inversion
-from chips.selection.whole import no_whole, whole_of
+from chips.selection.whole import input_change, no_whole, whole_of
 from chips.selection.whole_kernel import NOBODY
 from chips.validity import require_area, require_inside
 from circuits.arrays import F64
@@ -122,7 +121,6 @@ def selection(
     where the record of its errors is stale.
     """
     require_area("selection", area, LEAST_AREA)
-    check_capacitors("selection", silicon.die)
     require_inside("selection.temperature", silicon.temperature_c, MEASURED, "degC")
     require_inside("selection.supply", silicon.process.v_dd, (AMI_1500_IDEAL.v_dd,), "V")
     params = params or Params(CELLS)
@@ -165,7 +163,7 @@ def selection(
         share_specific=_specific(circuit, "m2", law["n"]),
         slope=kappa["n"],
         kappa=law["n"].kappa,
-        input_capacitance=_capacitance(circuit, "v_in", silicon.process),
+        input_capacitance=_capacitance(circuit, "v_in", silicon.process) + input_change(circuit, silicon),
         line_charge=_capacitance(circuit, "taken", silicon.process) * threshold,
         whole=whole_of(circuit, params, silicon.of_area(area), v_tail) if d.full else no_whole(),
     )

@@ -93,7 +93,7 @@ def selection_noise(
     path = f"{noise_place(silicon, circuit.name)}, decision"
     return SelectionNoise(
         new_draws(noise.seed, noise.trial, path, 2 * cells),
-        BOLTZMANN * kelvin(silicon.temperature_c) * chip.input_capacitance,
+        BOLTZMANN * kelvin(silicon.temperature_c) * float(chip.input_capacitance.mean()),
         knots,
         wander["cell.mx"] + wander["cell.my"],
         wander["cell.m1"],

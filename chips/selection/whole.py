@@ -18,6 +18,7 @@ from circuits.circuit import Circuit
 from circuits.devices.channel import Terms, height_of, leaked, terms_of
 from circuits.devices.ekv import argument
 from circuits.lowering.capacitance import capacitance_matrix
+from circuits.lowering.capacitors_on_die import added_capacitance
 from circuits.lowering.on_die import DieDevices, on_die
 from circuits.silicon.silicon import Silicon
 
@@ -69,6 +70,11 @@ def whole_of(circuit: Circuit, params: Params, silicon: Silicon, v_tail: float) 
     )
 
 
+def input_change(circuit: Circuit, silicon: Silicon) -> F64:
+    """Return what each cell's capacitor has on the die beyond what is drawn, F, float64[N]."""
+    return np.asarray(added_capacitance(circuit, silicon, ("cell.c_in",))["cell.c_in"])
+
+
 def _shared(d: DieDevices, name: str) -> Terms:
     """Numbers of a device of all cells without mismatch."""
     fet = d.fet[name]
@@ -112,6 +118,8 @@ def _capacitances(circuit: Circuit, silicon: Silicon, cells: int) -> tuple[F64, 
     """Inverse capacitance matrix of v_in, the risks and v_common, 1/F, and C of `share` and `taken`, F."""
     nodes = [f"{name}[{k}]" for name in ("v_in", "risk") for k in range(cells)]
     matrix = capacitance_matrix(circuit, silicon.process, [*nodes, "v_common"])
+    at = np.arange(cells)
+    matrix[at, at] += input_change(circuit, silicon)
     middle = cells // 2
     share, taken = (
         float(capacitance_matrix(circuit, silicon.process, [node])[0, 0])

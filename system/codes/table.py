@@ -19,6 +19,7 @@ CALIBRATIONS: dict[str, str] = {
     "ranging-chip": "chips.ranging.calibration.calibrate:CALIBRATION",
     "pushbot": "system.pushbot.network.codes:CALIBRATION",
     "pushbot-modified": "system.pushbot.network.codes:MODIFIED_CALIBRATION",
+    "selection-chip": "system.openspace.selecting:CALIBRATION",
     "wavefront-chip": "chips.wavefront.calibration:CALIBRATION",
 }
 
@@ -30,6 +31,7 @@ CALIBRATION_LINES: dict[str, str] = {
     "latency-chip": "times of taps, integrating neurons, cells and pulses of the latency chip",
     "lso-chip": "spikes a decibel of the sonar head's two neurons, and where left and right agree",
     "ranging-chip": "windows of the ranging chip's neurons: their width, and where they stand",
+    "selection-chip": "tail of the selection, and what the board gives its cells so that equals tie",
     "wavefront-chip": "unit of delay of the wavefront chip, and the codes of its cells",
 }
 

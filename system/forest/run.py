@@ -114,11 +114,13 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     key = scenario.seed, number + 1
     s = scenario
     begun_c = beginning_of(s.temperature_c, s.course) if s.course else None
+    selecting = s.selecting
 
     codes = s.ranging_codes
 
     def made(celsius: float) -> Senses:
-        return senses_of(s.sensing, s.bat, s.silicon_at(celsius), key, begun_c, s.bias_kind, codes)
+        silicon = s.silicon_at(celsius)
+        return senses_of(s.sensing, s.bat, silicon, key, begun_c, s.bias_kind, codes, selecting)
 
     senses_at = along_readers(s.course, s.temperature_c, made, lambda senses: senses.reader)
     moving = Moving(senses_at, course_through(s.course))
@@ -157,6 +159,7 @@ def account(trace: Trace) -> Account:
             "ranging_area": sensing.ranging_area,
             "selection_area": sensing.selection_area,
             "silicon_noise": sensing.silicon_noise,
+            **(described(s) if sensing.selection == "chip" else {}),
             **describe_run(s),
         }
     on_time = sample.time_s * s.bat.max_speed

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from chips.codes import Codes
-from chips.ranging.calibration.found import NAME
+from chips.ranging.calibration.found import NAME as RANGING
+from chips.selection.calibration import NAME as SELECTION
+from chips.selection.calibration import Design
 from circuits.errors import ParameterError
 from system.forest.weights import weighted
 from system.openspace.law import Bat
@@ -19,6 +21,7 @@ from system.openspace.map import (
     read_place,
     start_option,
 )
+from system.openspace.selecting import FIXED, Selecting, projection
 from system.openspace.senses import IDEAL, Sensing, with_area
 from system.option import (
     check_options,
@@ -41,10 +44,10 @@ class Scenario(Coded):
 
     `map` is a file of obstacles, None to plant `obstacles` from the seed. `rows` says of how many pings of
     the first run the path is kept. Without a chip in the loop the number of a die is no more than the number
-    of the sample. Codes are those of the ranging chip, where it gives the ranges.
+    of the sample. Codes are those of the chips that are in the loop.
     """
 
-    CALIBRATED: ClassVar[tuple[str, ...]] = (NAME,)
+    CALIBRATED: ClassVar[tuple[str, ...]] = (RANGING, SELECTION)
 
     bat: Bat = field(default_factory=Bat)
     sensing: Sensing = IDEAL
@@ -69,14 +72,24 @@ class Scenario(Coded):
                 f"temperature_c: {warm} degC, must be {ROOM_TEMPERATURE:g}: no chip is in the"
                 f" loop; {no_silicon(self)}, or leave it out"
             )
+        check_codes(self)
         if self.map is None:
             check_count(self.obstacles)
-        check_codes(self)
 
     @property
     def ranging_codes(self) -> Codes | None:
         """Codes of the ranging chip; None for those of its design, and without it. Raises as `codes_of`."""
-        return self.codes_of(NAME, area=self.sensing.ranging_area) if self.sensing.ranges == "chip" else None
+        if self.sensing.ranges != "chip":
+            return None
+        return self.codes_of(RANGING, area=self.sensing.ranging_area)
+
+    @property
+    def selecting(self) -> Selecting:
+        """What the selection's chip is biased with; raises as `Coded.codes_of`."""
+        if self.sensing.selection == "ideal":
+            return FIXED
+        design = Design(projection(self.bat), self.sensing.selection_area)
+        return Selecting(self.bias_kind, self.codes_of(SELECTION, setup=design))
 
 
 def no_silicon(scenario: Scenario) -> str:

@@ -29,11 +29,10 @@ import numpy as np
 
 from chips.codes import Codes
 from chips.selection.kernel import Selection
-from chips.selection.model import MARGIN, selection
-from chips.selection.noise import no_selection_noise, selection_noise
+from chips.selection.model import MARGIN
+from chips.selection.noise import no_selection_noise
 from chips.selection.whole import no_whole
 from circuits.arrays import F64
-from circuits.blocks.selection.winner_take_all import Params
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
@@ -41,6 +40,7 @@ from system.openspace.law import ARCS, Bat
 from system.openspace.population import coded, population_reader, population_readings
 from system.openspace.reader import CALIBRATIONS, STEP, Calibration, readings
 from system.openspace.reader_noise import no_reader, reader_of
+from system.openspace.selecting import FIXED, Selecting, chosen_by
 from system.openspace.senses_kernel import Senses
 from system.option import option
 from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
@@ -49,7 +49,6 @@ from system.worlds.sound.acoustics import AIR_TEMPERATURE, CALL_DURATION, speed_
 RANGES, SELECTIONS = ("exact", "sonar", "chip"), ("ideal", "chip")
 SHADOW_RADIUS, STRENGTH = 0.05, 0.2  # m
 UNIT, DEADLINE = 5e-9, 1e-3  # A, s
-REACH = 1.5  # of the selection's projection, in its sigma: mirrors below a tenth of the widest are left out
 _NOISE = 65_521  # draws, which a run takes in turn
 _NOMINAL = Silicon()
 
@@ -114,12 +113,14 @@ IDEAL = Sensing()
 def senses_of(
     sensing: Sensing, bat: Bat, silicon: Silicon = _NOMINAL, seed: tuple[int, ...] = (0,),
     begun_c: float | None = None, bias_kind: BiasKind = "generator", codes: Codes | None = None,
+    selecting: Selecting = FIXED,
 ) -> Senses:  # fmt: skip
     """Return the arrays for the compiled loop; both chips are on one silicon.
 
     seed: of bearings, its first number of the silicon's noise too, whose state one sample overwrites;
     begun_c: temperature of a sample's beginning where it moves; bias_kind, codes: of the ranging chip, which
-    is read by all that answers where it has codes, else by the first neuron.
+    is read by all that answers where it has codes, else by the first neuron; selecting: what the selection's
+    chip is biased with.
 
     Raises `ParameterError` for silicon that a model does not cover; a die outside the validity box of the
     ranging chip's record warns.
@@ -139,10 +140,9 @@ def senses_of(
             delays = population_readings(ranging)[0]
             reader = population_reader(ranging, noise, begun_c)
         reading = 0.5 * speed * delays
-    chip, chip_noise = _NO_CHIP, no_selection_noise()
+    chip, chip_noise, board = _NO_CHIP, no_selection_noise(), np.ones(ARCS)
     if sensing.selection == "chip":
-        chip = selection(silicon, projection(bat), area=sensing.selection_area)
-        chip_noise = selection_noise(chip, silicon, noise, sensing.selection_area)
+        chip, chip_noise, board = chosen_by(bat, silicon, sensing.selection_area, selecting, noise)
     return Senses(
         exact=int(sensing.ranges == "exact"),
         occlusion=int(sensing.occlusion),
@@ -161,13 +161,8 @@ def senses_of(
         margin=MARGIN,
         chip=chip,
         chip_noise=chip_noise,
+        board=board,
     )
-
-
-def projection(bat: Bat) -> Params:
-    """The selection's circuit for a bat: sigma_m is the width of its projection."""
-    sigma = bat.suppression_sigma
-    return Params(cells=ARCS, sigma=sigma, reach=max(1, int(REACH * sigma)))
 
 
 def _noise(sigma: float, seed: tuple[int, ...]) -> F64:
@@ -180,7 +175,7 @@ def _no_chip() -> Selection:
     """Of the same type for the compiled loop."""
     row, table = np.zeros(0), np.zeros((0, 0))
     lines = (row, row, row, table, table, row, row, row, row, row, row)
-    return Selection(*lines, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, no_whole())
+    return Selection(*lines, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, row, 0.0, no_whole())
 
 
 _NO_CHIP = _no_chip()

@@ -71,7 +71,8 @@ class Senses(NamedTuple):
     of bearings, taken in turn, heard after heard; reading: float64[delays], m, NaN for none, empty for the
     range itself; per_second: entries of it a second of delay; reader: of a chip that makes noise, in place
     of `reading`; selecting: 1 for the chip's selection; unit: A a unit of desirability; deadline: s; margin:
-    ln of the best two merits below which the model is unsure; chip_noise: drawn anew for each ping's choice.
+    ln of the best two merits below which the model is unsure; chip_noise: drawn anew for each ping's choice;
+    board: what excitations are multiplied by before the chip, float64[ARCS].
     """
 
     exact: int
@@ -91,6 +92,7 @@ class Senses(NamedTuple):
     margin: float
     chip: Selection
     chip_noise: SelectionNoise
+    board: F64
 
 
 _compiled = compiled()
@@ -225,7 +227,7 @@ def select_on_chip(a: Arcs, s: Senses, f: Flight) -> tuple[int, bool]:
     excite, risk = f.current[0], f.current[1]
     suppression = a.spread[0, 0]
     for p in range(ARCS):
-        excite[p] = s.unit * max(f.wish[p], 0.0)
+        excite[p] = s.unit * s.board[p] * max(f.wish[p], 0.0)
         risk[p] = max(s.unit * suppression * f.risk[p], _LEAST_RISK)
     winner, time, margin = noisy_decide(s.chip, s.chip_noise, f.counts[PINGS], excite, risk, f.current[2:6])
     if winner == NOBODY:

@@ -1,34 +1,14 @@
-"""What a die must be for behavioural models: models follow gradients, or refuse what they do not follow."""
+"""What a die must be for behavioural models: they follow the gradients of their places."""
 
 import numpy as np
 
-from chips.lso.model import head_on
-from chips.model_law import check_capacitors
 from chips.rolls.parts import devices_at, row_place
 from circuits.blocks.rolls import dpi_synapse
-from circuits.errors import ParameterError
 from circuits.silicon.components import ROLLS_180_COMPONENTS
-from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.die import Die
 from circuits.silicon.floor_plan import FLOOR_PLANS
-from circuits.silicon.process import AMI_1500_IDEAL, ROLLS_180_IDEAL
+from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
-from tests.refusals import refusals
-
-FULL = Silicon(AMI_1500_IDEAL, die=Die(number=3, variation="full"))
-
-
-def test_what_does_not_deviate_passes() -> None:
-    passing = NOMINAL, Die(number=3), Die(number=3, variation="transistors"), Die(variation="full")
-    assert [check_capacitors("chip", die) for die in passing] == [None] * 4  # type: ignore[func-returns-value]
-
-
-test_capacitors_that_deviate_are_refused_by_name = refusals(
-    ParameterError,
-    lambda call: call(FULL),
-    [
-        (head_on, "sonar_head: die A/3 full variation, its model does not follow .* capacitors"),
-    ],
-)
 
 
 def test_a_chip_s_transistors_have_the_gradients_of_their_places() -> None:

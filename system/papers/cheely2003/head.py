@@ -58,6 +58,7 @@ KINDS = ("gate", "ideal")
 STILL = ("still_rms_deg", "still_settled_deg")  # errors of a head that stands
 STANDS, ALIKE, DRAWN = "never moves", "all cases are alike", "cases drawn anew"
 NULLS = (STANDS, ALIKE, DRAWN)
+SILICON: Mapping[str, Any] = {**FIXED_GATES, "codes": "default"}  # a die as it comes, of either kind
 CASES: Mapping[str, Mapping[str, Any]] = {
     "sine": {},
     "step": {"motion": "step"},
@@ -82,9 +83,7 @@ class Errors:
 
 def follow_all(dies: tuple[int, ...], **options: Any) -> Found:
     """Follow a target on each die, and give the numbers of the summary, float64[dies] each."""
-    runs = [
-        SYSTEM.run(SYSTEM.scenario(die=Die(number=n), seed=n, **{**FIXED_GATES, **options})) for n in dies
-    ]
+    runs = [SYSTEM.run(SYSTEM.scenario(die=Die(number=n), seed=n, **{**SILICON, **options})) for n in dies]
     found = [SYSTEM.summarise(trace) for trace in runs]
     pings = np.array([float(len(trace.log.time)) for trace in runs])
     named = {name: np.array([float(q[name] or 0.0) for q in found]) for name in SUMMARY}

@@ -49,6 +49,18 @@ def test_under_the_full_law_too(kind: BiasKind, number: int, celsius: float) -> 
     assert mine == pytest.approx(its, abs=5e-6)
 
 
+def test_capacitors_of_a_die_are_followed() -> None:
+    full, drawn = (
+        Silicon(AMI_1500, die=Die(number=504, variation=extent)) for extent in ("full", "transistors")
+    )
+    head = head_on(full, "gate")
+    assert np.abs(head.charge / head_on(drawn, "gate").charge - 1.0).min() > 0.01
+    ours, theirs = neuron_spikes(head, full, "gate", 0, inputs(504))
+    assert abs(ours.size - theirs.size) <= 1  # of 22; the same without capacitors
+    both = min(ours.size, theirs.size)
+    assert ours[:both] - AT == pytest.approx(theirs[:both] - AT, rel=ERROR)
+
+
 def test_a_deaf_level_unit_is_deaf_in_the_circuit() -> None:
     silicon = Silicon(AMI_1500_IDEAL, die=Die(number=515))
     head, place = head_on(silicon, "ideal"), (1, 5)

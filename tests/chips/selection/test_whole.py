@@ -29,8 +29,8 @@ def excitation(contrast: float) -> np.ndarray:
 def test_a_die_decides_as_its_transistors(kind: str, temperature: float) -> None:
     """Within 3 %, which every model of a chip is held to; the record has 2.4 % at most over 233 pairs."""
     circuit, excite = rebias(block.build(SMALL), kind=kind), excitation(0.01)
-    for number in (1000, 1001):
-        silicon = Silicon(AMI_1500, temperature, Die(number=number))
+    for die in (Die(number=1000), Die(number=1001, variation="full")):
+        silicon = Silicon(AMI_1500, temperature, die)
         found = decision(selection(silicon, SMALL, circuit), excite, NONE)
         stop = block.RELEASE + 1.5 * found.time + 10e-6
         solved = simulate(block.decision_testbench(circuit, excite, NONE, stop, 5.0), silicon)

@@ -14,7 +14,7 @@ from system.codes.file import read_codes
 from system.codes.find import calibrated_anew, codes_on, shipped_file
 from system.codes.table import load_calibration
 
-FOLDER = Path(str(files("chips"))) / "codes"
+FOLDER = Path(str(files("chips"))) / "calibrated"
 NUMBERS = (None, 1000)
 NAMES = ("ranging-chip",)
 

@@ -13,7 +13,8 @@ from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from system.openspace.flight import fly_sample, planter
 from system.openspace.law import ARCS, Bat, arcs_of
-from system.openspace.senses import EXACT, Sensing, projection, senses_of, with_area
+from system.openspace.selecting import projection
+from system.openspace.senses import EXACT, Sensing, senses_of, with_area
 from tests.refusals import refusals
 
 test_what_is_refused = refusals(

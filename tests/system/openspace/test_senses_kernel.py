@@ -14,7 +14,8 @@ from system.openspace import state
 from system.openspace.kernel import choose, fly, ping
 from system.openspace.law import ARCS, DIRECTIONS, MIDDLE, Bat, arcs_of
 from system.openspace.map import SIDE, Cells, Forest, cells_of, plant
-from system.openspace.senses import EXACT, Sensing, projection, senses_of
+from system.openspace.selecting import projection
+from system.openspace.senses import EXACT, Sensing, senses_of
 from system.openspace.senses_kernel import Senses
 from system.openspace.view import add_immediacies
 
