@@ -125,7 +125,7 @@ def at(placed: Placed, populations: Sequence[Population], chip: Conditions) -> C
         net=net._replace(bias=bias, encoder=above, keep=np.where(where, np.exp(-DT / tau), net.keep)),
         below=below,
         lines=lines,
-        first=_firsts(net.goes),
+        first=_firsts(net.goes, placed.tau),
         leak=law.leak,
         speed=1.0 / law.charge,
         refractory=law.refractory,
@@ -154,10 +154,11 @@ def _lines_of(populations: Sequence[Population], stages: Sequence[Sequence[I64]]
     return np.array(found, dtype=np.int64)
 
 
-def _firsts(goes: I64) -> Bools:
-    """Whether a lane is the first filter of its slot."""
+def _firsts(goes: I64, tau: F64) -> Bools:
+    """Whether a lane is the filter that brings its slot the middle: the slowest, as curves are measured."""
+    order = np.lexsort((-tau, goes))
     found = np.zeros(len(goes), dtype=np.bool_)
-    found[np.unique(goes, return_index=True)[1]] = True
+    found[order[np.unique(goes[order], return_index=True)[1]]] = True
     return found & (goes >= 0)
 
 
@@ -174,7 +175,7 @@ def _references(placed: Placed) -> F64:
     """What each filter's middle is set to, full scales, float64[filters]."""
     where, chip = placed.analog, placed.calibrated
     number = placed.line[placed.net.goes[where]]
-    return np.where(_firsts(placed.net.goes)[where], chip.lines.zero[number], 1.0)
+    return np.where(_firsts(placed.net.goes, placed.tau)[where], chip.lines.zero[number], 1.0)
 
 
 def _spans(placed: Placed) -> F64:
