@@ -120,7 +120,7 @@ def test_a_study_with_chips(capsys: pytest.CaptureFixture[str]) -> None:
         "heard",
         "--no-process-variation",
     )
-    chips = ("--param", "ranges=chip", "--param", "selection=chip", "--param", "obstacles=1700", "--json")
+    chips = ("--param", "ranges=chip", "--param", "selection=chip", "--param", "pings=300", "--json")
     assert main((*options, *chips)) == 0
     values = json.loads(capsys.readouterr().out)["values"]
     assert min(values["heard"]) > 0.0
