@@ -38,15 +38,22 @@ RATIO = np.array(
     [p.startswith("onset") and p.rpartition(".")[0][-3:] in {"mc3", "mc4", "mc6", "mc7"} for p in PARAMETERS]
 )
 
+# V, v_level of the onset neuron as built, of which the record is
+LEVEL = next(float(np.asarray(b.value)) for b in onset_neuron.BIASES if b.name == "v_level")
+_AT_LEVEL = PARAMETERS.index("onset_neuron/mt.v_t0")  # whose gate v_level is
 
-def deviations(silicon: Silicon) -> F64:
+
+def deviations(silicon: Silicon, v_level: float = LEVEL) -> F64:
     """Return the deviations of all these devices on the silicon's die, V_T0 (V) and ln beta.
 
-    The array is float64[parameters], in the order of `PARAMETERS`.
+    The array is float64[parameters], in the order of `PARAMETERS`. v_level: of the onset neuron, V, whose
+    difference from the one as built counts as a threshold of mt that is lower by as much.
     """
     names = [DEVICES[circuit.name] for circuit in _circuits()]
     each = [on_die(c, silicon, n).offset(*n) for c, n in zip(_circuits(), names, strict=True)]
-    return np.concatenate(each)
+    found = np.concatenate(each)
+    found[_AT_LEVEL] -= v_level - LEVEL
+    return found
 
 
 @cache

@@ -23,7 +23,7 @@ from functools import cache
 import numpy as np
 
 from chips.hearing.kernel import MEMORY, Hearing, hear_sound
-from chips.hearing.mismatch import RATIO, deviations
+from chips.hearing.mismatch import LEVEL, RATIO, deviations
 from chips.hearing.noise import HearingNoise, hearing_noise, no_hearing_noise, threshold_factors
 from chips.measured.table_record import (
     all_on_silicon,
@@ -75,15 +75,19 @@ def circuits() -> tuple[Circuit, ...]:
     return envelope_detector.build(), onset_neuron.build(), high_threshold_neuron.build()
 
 
-def hearing_on(silicon: Silicon, path: str = "hearing", noise: SiliconNoise | None = None) -> HearingModel:
-    """Return the hearing on a silicon; path: named in warnings; noise: of its devices, none unless given.
+def hearing_on(
+    silicon: Silicon, path: str = "hearing", noise: SiliconNoise | None = None, v_level: float = LEVEL
+) -> HearingModel:
+    """Return the hearing on a silicon.
+
+    path: named in warnings; noise: of its devices, none unless given; v_level: to which its board is
+    trimmed, V.
 
     Raises `ParameterError` for silicon outside the record's box, and `DataError` where the record is of other
     circuits. Warns with `Deafened` of a die whose onset neuron does not hear at rest.
     """
-    data = tables_of("hearing", circuits, silicon.process)
-    check_box(path, silicon, data)
-    own = deviations(silicon)
+    data = check_hearing(silicon, path)
+    own = deviations(silicon, v_level)
     margin, unsure = _rest_margin(data, silicon, own), 2.0 * data.errors.get("rest_margin_rms_V", 0.0)
     if margin < unsure:
         warnings.warn(
@@ -96,10 +100,17 @@ def hearing_on(silicon: Silicon, path: str = "hearing", noise: SiliconNoise | No
     return HearingModel(onset, high, hearing_noise(onset, high, silicon, noise))
 
 
-def rest_margin_on(silicon: Silicon) -> float:
+def check_hearing(silicon: Silicon, path: str = "hearing") -> Record:
+    """Return the record in force; raises `ParameterError` for silicon outside its box."""
+    data = tables_of("hearing", circuits, silicon.process)
+    check_box(path, silicon, data)
+    return data
+
+
+def rest_margin_on(silicon: Silicon, v_level: float = LEVEL) -> float:
     """Return by how much v_level may fall before the resting onset neuron is deaf, V, below 0 if it is."""
     data = tables_of("hearing", circuits, silicon.process)
-    return _rest_margin(data, silicon, deviations(silicon))
+    return _rest_margin(data, silicon, deviations(silicon, v_level))
 
 
 def _rest_margin(data: Record, silicon: Silicon, own: F64) -> float:

@@ -169,14 +169,17 @@ def _hearing(scenario: Scenario, silicon: Silicon) -> dict[str, Part[Any]]:
     ear = Cell(detector, silicon, ("envelope",), {"microphone": SAMPLE_RATE}, rest, BOARD_RTOL)
     parts: dict[str, Part[Any]] = {"ear": Ear(microphone, scenario.targets), "envelope": ear}
     silence = {"envelope": float(ear.voltages(ear.begin())[0])}
-    for name, block in (("onset", onset_neuron), ("high_threshold", high_threshold_neuron)):
-        parts[name] = Cell(block.build(block.Params()), silicon, held=silence, rtol=CHIP_RTOL)
+    onset = rebias(onset_neuron.build(onset_neuron.Params()), {"v_level": scenario.hearing_level})
+    high = high_threshold_neuron.build(high_threshold_neuron.Params())
+    for name, neuron in (("onset", onset), ("high_threshold", high)):
+        parts[name] = Cell(neuron, silicon, held=silence, rtol=CHIP_RTOL)
     return parts
 
 
 def _heard(scenario: Scenario, silicon: Silicon) -> Hearing:
     noise = silicon_noise(scenario.silicon_noise, scenario.seed)
-    return Hearing(_microphone(scenario), scenario.targets, hearing_on(silicon, noise=noise))
+    heard = hearing_on(silicon, noise=noise, v_level=scenario.hearing_level)
+    return Hearing(_microphone(scenario), scenario.targets, heard)
 
 
 def _microphone(scenario: Scenario) -> Microphone:

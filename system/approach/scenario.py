@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from chips.codes import Codes
+from chips.hearing.calibration import NAME as HEARING
+from chips.hearing.calibration import level_of
 from chips.ranging.calibration.found import NAME
 from circuits.silicon.course import Course
 from circuits.silicon.process import ZERO_CELSIUS
@@ -39,10 +41,10 @@ class Scenario(Coded):
     and degC, and the air stays. Each board and each single neuron is a circuit of its own, on the chip's die,
     which is the same lot and number. `transistors` names boxes that stay at transistor level in a behavioural
     run. The noise of devices is that of `noisy_boxes`, drawn from the seed. Codes are those of the ranging
-    chip, by which the boards behind it are trimmed too.
+    chip, by which the boards behind it are trimmed too, and of the hearing.
     """
 
-    CALIBRATED: ClassVar[tuple[str, ...]] = (NAME,)
+    CALIBRATED: ClassVar[tuple[str, ...]] = (NAME, HEARING)
 
     targets: tuple[Target, ...] = option(
         default_scene, "CSV of moving targets", read=_read_targets, metavar="FILE"
@@ -67,6 +69,11 @@ class Scenario(Coded):
     def ranging_codes(self) -> Codes | None:
         """Codes of the ranging chip; None for those of its design. Raises as `codes_of`."""
         return self.codes_of(NAME)
+
+    @property
+    def hearing_level(self) -> float:
+        """Level of the hearing's onset neuron, V. Raises as `codes_of`."""
+        return level_of(self.codes_of(HEARING))
 
     def level_of(self, box: Box) -> Level:
         """Return the level at which a box runs."""

@@ -9,8 +9,9 @@ stderr, since it takes seconds to minutes.
 from __future__ import annotations
 
 import os
-from collections.abc import Hashable
-from contextlib import suppress
+from collections.abc import Hashable, Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from functools import cache, lru_cache
 from hashlib import sha256
 from importlib.resources import files
@@ -28,6 +29,17 @@ from system.codes.table import load_calibration
 from system.notice import say
 
 _KEPT = 512  # codes that a process keeps; ours
+_quiet: ContextVar[bool] = ContextVar("quiet", default=False)
+
+
+@contextmanager
+def quietly() -> Iterator[None]:
+    """Inside, a calibration is not announced: a study says once that it calibrates every die."""
+    token = _quiet.set(True)
+    try:
+        yield
+    finally:
+        _quiet.reset(token)
 
 
 def codes_on(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable = None) -> Codes:
@@ -78,7 +90,8 @@ def codes_found(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable = N
     kept = cached_file(name, key, silicon.temperature_c)
     if kept.is_file():
         return read_codes(kept)
-    say(f"calibrating {name} on {silicon.die} at {silicon.temperature_c:g} degC, once")
+    if not _quiet.get():
+        say(f"calibrating {name} on {silicon.die} at {silicon.temperature_c:g} degC, once")
     codes = calibrated_anew(name, silicon, kind, setup)
     _keep(kept, codes)
     return codes
