@@ -112,6 +112,9 @@ FULL_LAW_MODIFIED: Mapping[str, tuple[str, int]] = {
 }
 
 
+INHIBITION = ("NPA_WEIGHT_INH_N", "NPA_WEIGHT_INH0_N", "NPA_WEIGHT_INH1_N")
+
+
 def pushbot_biases(changes: Mapping[str, tuple[str, int]] | None = None, law: Effects = "ideal") -> BiasTable:
     """The table under a law, with other codes for what `changes` names, as `{"VA_EXC_N": ("50n", 100)}`."""
     found = CODES if law == "ideal" else {**CODES, **FULL_LAW}
@@ -130,10 +133,18 @@ def _changed(table: BiasTable, changes: Mapping[str, tuple[str, int]]) -> BiasTa
     return table
 
 
-def modified_biases(found: BiasTable) -> BiasTable:
-    """Table of the modified network on a die: `found` for the plain one, changed by the nominal factors."""
+def modified_biases(found: BiasTable, law: Effects = "ideal") -> BiasTable:
+    """Table of the modified network on a die: `found` for the plain one, changed by the nominal factors.
+
+    Under the full law inhibition is the nominal die's. There a die's INH, which the plain network finds by how
+    sp stands between exc and obstacles, is down to an eighth of it, and gyro populations that weak do not
+    silence OL and OR: of dies 100 to 105 two turned without end in clutter, and none so.
+    """
     plain, changed = pushbot_biases(), pushbot_biases(MODIFIED)
     for name in MODIFIED:
+        if law == "full" and name in INHIBITION:
+            found = found.with_code(name, *changed.code(name))
+            continue
         factor = current_of(changed.code(name)) / current_of(plain.code(name))
         found = found.with_code(name, *code_for(current_of(found.code(name)) * factor))
     return found

@@ -52,7 +52,8 @@ def calibrate_modified(
     plain: what `system.pushbot.network.calibration.calibrate_pushbot` found for the plain network on that
     die.
     """
-    return calibrate(modified_task(network, modified_biases(plain)), silicon, kind, ROUNDS, STEP)
+    begun = modified_biases(plain, silicon.process.effects)
+    return calibrate(modified_task(network, begun), silicon, kind, ROUNDS, STEP)
 
 
 def modified_task(network: Network, biases: BiasTable) -> Task:

@@ -8,7 +8,14 @@ from chips.rolls.chip import RollsChip
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
-from system.pushbot.network.biases import LEVELS, STEP, modified_biases, pushbot_biases
+from system.pushbot.network.biases import (
+    INHIBITION,
+    LEVELS,
+    STEP,
+    modified_biases,
+    modified_table,
+    pushbot_biases,
+)
 from system.pushbot.network.calibration import MOST
 from system.pushbot.network.modified import modified_network
 from system.pushbot.network.modified_calibration import RATES, calibrate_modified, events_of, modified_task
@@ -45,3 +52,11 @@ def test_a_die_comes_to_its_rates() -> None:
     assert max(len(gone) for gone in found.blacklist.values()) <= MOST
     for name in ("NPA_WEIGHT_EXC_P", "IF_RFR2_N", "IF_TAU1_N", "NPA_WEIGHT_INH_N", "NPA_WEIGHT_INH1_N"):
         assert found.biases.code(name) == BIASES.code(name)
+
+
+def test_inhibition_of_a_die_is_the_nominal_one_under_the_full_law() -> None:
+    plain = pushbot_biases({name: ("6.5n", 89) for name in INHIBITION}, "full")
+    nominal, found = modified_table("full"), modified_biases(plain, "full")
+    for name in INHIBITION:
+        assert found.code(name) == nominal.code(name)
+        assert modified_biases(plain).code(name) != nominal.code(name)
