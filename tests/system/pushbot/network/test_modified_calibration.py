@@ -55,7 +55,7 @@ def test_a_die_comes_to_its_rates() -> None:
 
 
 def test_inhibition_of_a_die_is_the_nominal_one_under_the_full_law() -> None:
-    plain = pushbot_biases({name: ("6.5n", 89) for name in INHIBITION}, "full")
+    plain = pushbot_biases(dict.fromkeys(INHIBITION, ("6.5n", 89)), "full")
     nominal, found = modified_table("full"), modified_biases(plain, "full")
     for name in INHIBITION:
         assert found.code(name) == nominal.code(name)
