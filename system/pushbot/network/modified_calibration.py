@@ -10,9 +10,10 @@ until the rates are those of the nominal die:
     events -> OL, OR     VA_EXC_N           ramps -> DL, DR     NPA_WEIGHT_EXC0_P (levels 2 and 4)
 
 Inhibition (but under the full law, `modified_biases`), IF_TAU1_N, which the field needs too, the refractory
-period and the other levels of the ramp stay as the plain network has them; how strongly the gyro's populations answer is not calibrated. The knob of the
-drives is a weak one at these events: on die 5 a quarter of EXC0 takes them from 272 to 242 Hz. Of OL, OR, DL
-and DR at most four neurons each are left out, anew. Rates, drives and pairings are ours.
+period and the other levels of the ramp stay as the plain network has them; how strongly the gyro's
+populations answer is not calibrated. The knob of the drives is a weak one at these events: on die 5 a quarter
+of EXC0 takes them from 272 to 242 Hz. Of OL, OR, DL and DR at most four neurons each are left out, anew.
+Rates, drives and pairings are ours.
 """
 
 from __future__ import annotations
