@@ -114,9 +114,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     key = scenario.seed, number + 1
     s = scenario
     begun_c = beginning_of(s.temperature_c, s.course) if s.course else None
-    selecting = s.selecting
-
-    codes = s.ranging_codes
+    codes, selecting = s.ranging_codes, s.selecting
 
     def made(celsius: float) -> Senses:
         silicon = s.silicon_at(celsius)
@@ -155,11 +153,10 @@ def account(trace: Trace) -> Account:
     on: dict[str, Any] = {"ranges": sensing.ranges, "selection": sensing.selection}
     if sensing.silicon:
         on |= {
-            **(described(s) if sensing.ranges == "chip" else {}),
+            **described(s),
             "ranging_area": sensing.ranging_area,
             "selection_area": sensing.selection_area,
             "silicon_noise": sensing.silicon_noise,
-            **(described(s) if sensing.selection == "chip" else {}),
             **describe_run(s),
         }
     on_time = sample.time_s * s.bat.max_speed

@@ -32,6 +32,7 @@ from circuits.silicon.die import NOMINAL, Die
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Begin
 from circuits.units import unit_of_name
+from system.codes.find import quietly
 from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
 from system.options.block import Choice, choose
@@ -331,7 +332,8 @@ class SystemTarget(Target):
         known = self._system.settings
         silicon = {"die": die, "temperature_c": condition.temperature_c}
         on_die = {name: value for name, value in silicon.items() if name in known}
-        return self._system.run(self._system.scenario(**self._options, **on_die, seed=condition.trial))
+        with quietly():
+            return self._system.run(self._system.scenario(**self._options, **on_die, seed=condition.trial))
 
     def draw(self, trace: Any, figure: Figure) -> None:
         """Draw a run, of which the trace is given, into a figure."""

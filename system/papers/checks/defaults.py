@@ -1,7 +1,7 @@
 """What noctule's defaults make of every robot: the full law and the bias generator's circuit, on dies.
 
 No figure of a paper. Every robot runs with its chips in the loop and their noise, on the nominal die and on
-drawn ones, not calibrated beyond what the robot does by itself. Its silicon is that of the paper (ideal law,
+drawn ones, at the codes of the die where its biases have codes. Its silicon is that of the paper (ideal law,
 and the kind of biases that its experiments have), then with one of both changed, then as the defaults have
 it. In these rows `paper` is the number on the paper's silicon and ours that under the defaults; they tell
 what moved and by how much, and none passes or fails.

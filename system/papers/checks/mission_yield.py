@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from system.codes.find import quietly
 from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.registry import load_system
@@ -129,8 +130,8 @@ def run_one(key: Numbered) -> Outcome:
     if "codes" not in system.settings:  # ROLLS by itself has the codes of its file, whatever the die
         options.pop("codes", None)
     try:
-        scenario = system.on_silicon(**options)
-        found = system.summarise(system.run(scenario))
+        with quietly():
+            found = system.summarise(system.run(system.on_silicon(**options)))
     except ParameterError as error:
         return Outcome(succeeded=False, failed=str(error))
     return Outcome(
