@@ -35,6 +35,8 @@ from circuits.silicon.silicon import Silicon
 
 STEP, LAST = 0.25e-3, 0.5 * PERIOD  # s, between delays that are tried, and the last; ours
 SPARSE = 4  # steps between delays where only an answer is looked for, in windows of 2 ms and more; ours
+LATEST = 70e-3  # s, up to which it is looked for: inhibitions of some dies are twice as long; ours
+SHORTER = 1.5  # by which an inhibition is made that is longer than all delays that are tried; ours
 ROUNDS, INHIBITION_ROUNDS = 4, 8  # at most; ours
 CURRENTS = 50e-12, 2e-9  # A, between which i_rslope is looked for; ours
 CURRENT_WITHIN = 0.03  # share
@@ -132,7 +134,7 @@ def _slope(bench: Bench, values: Values) -> float:
 def _excitation(bench: Bench, values: Values) -> float:
     """V_ex,max, V, a little below the highest at which all neurons but one answer."""
     v_dd = bench.silicon.process.v_dd
-    sparse = delays()[::SPARSE]
+    sparse = np.arange(STEP, LATEST, SPARSE * STEP)
 
     def too_weak(level: float) -> bool:
         found = bench.answers({**values, "v_ex_max": level}, sparse)
@@ -198,13 +200,23 @@ def _best(tried: dict[int, float], own: int, wanted: float) -> int:
 
 
 def _next(codes: F64, tried: dict[int, float], own: int, wanted: float) -> int:
-    """Index of the code to try next: where a delay in proportion to 1 / current would be right."""
+    """Index of the code to try next: where a delay in proportion to 1 / current would be right.
+
+    Where that has been tried, or lies outside of two codes between which the delay is, half way between them.
+    """
     best = _best(tried, own, wanted)
     middle = tried[best]
-    if not np.isfinite(middle) or abs(middle - wanted) <= setting.CENTRE_WITHIN:
+    if not np.isfinite(middle):
+        return min(_nearest(codes, SHORTER * codes[own]), codes.size - 1)
+    if abs(middle - wanted) <= setting.CENTRE_WITHIN:
         return best
-    side = 1 if middle > wanted else -1
+    slower = [i for i, found in tried.items() if found > wanted]
+    faster = [i for i, found in tried.items() if found < wanted]
     index = _nearest(codes, codes[best] * middle / wanted)
+    if slower and faster and max(slower) < min(faster):
+        low, high = max(slower), min(faster)
+        return index if low < index < high else (low + high) // 2 if high - low > 1 else best
+    side = 1 if middle > wanted else -1
     while index in tried and 0 < index < codes.size - 1:
         index += side
     return index
