@@ -17,6 +17,7 @@ copies alike.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -150,7 +151,23 @@ def _alone(c: Lumped) -> F64:
     return np.asarray((c.integrating[:, None] / c.synapse).mean(axis=1))
 
 
-def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
+@dataclass(frozen=True, slots=True)
+class Sized:
+    """What a chip is set up for.
+
+    Attributes
+    ----------
+    design : Design
+        What it is designed for.
+    area : float
+        Area of its devices over the circuits', a ratio.
+    """
+
+    design: Design
+    area: float = 1.0
+
+
+def calibrate(silicon: Silicon, kind: BiasKind, setup: Sized) -> Codes:
     """Calibrate the chip of a design on a silicon, at its temperature.
 
     A chip of which a line has no code for what it should have cannot be used.
@@ -161,17 +178,18 @@ def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
         Process, temperature of the bench, and die.
     kind
         Kind of the biases.
-    design
-        What the chip is designed for.
+    setup
+        What the chip is designed for, and how large its devices are.
     """
-    key, celsius = key_of(silicon, kind, design), silicon.temperature_c
+    design, area = setup.design, setup.area
+    key, celsius = key_of(silicon, kind, setup), silicon.temperature_c
     usual = usual_biases(design, kind, silicon.process)
     try:
-        found = calibrated(design, silicon, kind, rounds=MORE_ROUNDS)
+        found = calibrated(design, silicon, kind, area=area, rounds=MORE_ROUNDS)
     except ParameterError as error:
         return Codes(NAME, key, celsius, failed=str(error))
     wanted = designed(design, silicon.process)
-    before, after = (lumped(design, biases, silicon) for biases in (usual, found))
+    before, after = (lumped(design, biases, silicon, area) for biases in (usual, found))
     measured = tuple(_measured(wanted, before, after))
     return Codes(
         NAME, key, celsius, codes_near({name: line.current for name, line in found.lines.items()}),

@@ -107,6 +107,8 @@ class RangingChip:
     bias_kind
         What all biases but voltages are, `gate`, `ideal` or `generator`. Where a circuit is given its own
         biases hold.
+    codes
+        Codes of its calibration, which set its biases; those of the design unless given.
     """
 
     def __init__(

@@ -30,10 +30,7 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ),
     ("centre",): ('noctule centre rebound-neuron --spec "class is works"',),
     ("characterise",): ("noctule characterise lso-neuron -o lso.nc",),
-    ("calibrate",): (
-        "noctule calibrate latency-chip --die 1003 -o codes.toml",
-        "noctule run spiking-bat --brain chip --die 1003 --codes codes.toml --pings 300",
-    ),
+    ("calibrate",): ("noctule calibrate latency-chip --die 1003 -o codes.toml",),
     ("reproduce",): ("noctule reproduce cheely2003-fig4 --plot fig4.png",),
     ("doctor",): ("noctule doctor",),
     ("run",): ("noctule run approach --level behavioural --plot approach.png",),

@@ -81,7 +81,8 @@ class Scenario(Coded):
         """Codes of the ranging chip; None for those of its design, and without it. Raises as `codes_of`."""
         if self.sensing.ranges != "chip":
             return None
-        return self.codes_of(RANGING, area=self.sensing.ranging_area)
+        area = self.sensing.ranging_area
+        return self.codes_of(RANGING, setup=None if area == 1.0 else area)
 
     @property
     def selecting(self) -> Selecting:

@@ -67,7 +67,7 @@ class Coded(OnSilicon):
         process
             The process with all its second-order effects.
         area
-            Area of its devices over the circuit's, a ratio.
+            Area of its devices over the circuit's, a ratio, for a chip whose silicon is drawn that large.
         setup
             What the chip is set up for; as its calibration states unless given.
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from chips.codes import Calibration
-from chips.latency.calibration import NAME, calibrate
+from chips.latency.calibration import NAME, Sized, calibrate
 from chips.latency.chip import LatencyChip, PingResponse, counted
 from chips.latency.design import Biases, Design
 from chips.latency.kernel import Memory
@@ -201,5 +201,5 @@ CALIBRATION = Calibration(
     summary="times of taps, integrating neurons, cells and pulses of the latency chip",
     process=AMI_1500,
     calibrate=calibrate,
-    setup=design_of(arcs_of(Bat()), Numbers()),
+    setup=Sized(design_of(arcs_of(Bat()), Numbers())),
 )

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from chips.latency.calibration import NAME, biases_of
+from chips.latency.calibration import NAME, Sized, biases_of
 from chips.latency.chip import LatencyChip
 from chips.latency.design import Design
 from chips.latency.measure import circuits
@@ -123,7 +123,7 @@ def chip_of(design: Design, scenario: Scenario) -> LatencyChip:
     """
     s = scenario
     silicon = s.silicon_at(s.beginning_c)
-    codes = s.codes_of(NAME, area=s.area, setup=design)
+    codes = s.codes_of(NAME, setup=Sized(design, s.area))
     biases = (
         usual_biases(design, s.bias_kind, silicon.process)
         if codes is None

@@ -129,9 +129,7 @@ def test_a_mutation_is_told_before_a_run(
     out, err = capsys.readouterr()
     assert "another law of capacitance; run noctule characterise" in err
     assert not out
-    assert (
-        main(["run", "forest", "--selection", "chip", "--json"]) == 2
-    )  # a closed form, whose errors are kept
+    assert main(["run", "forest", "--ranges", "exact", "--json"]) == 2  # a closed form, whose errors are kept
     assert "winner_take_all_full: its record is of another law of capacitance" in capsys.readouterr().err
 
 

@@ -26,6 +26,7 @@ from chips.ranging.calibration import setting
 from chips.ranging.calibration.bench import PERIOD, Bench, Values
 from chips.ranging.calibration.found import NAME, PADS
 from chips.ranging.model import ReboundModel, check_box, model_of
+from chips.validity import require_area
 from circuits.arrays import F64, I64, Bools
 from circuits.bias import rebias
 from circuits.circuit import BiasKind
@@ -64,7 +65,7 @@ def windows(answers: I64, tried: F64) -> Windows:
     return Windows(STEP * count, middle)
 
 
-def calibrate(silicon: Silicon, kind: BiasKind, setup: None = None) -> Codes:
+def calibrate(silicon: Silicon, kind: BiasKind, setup: float | None = None) -> Codes:
     """Calibrate the ranging chip on a silicon, at its temperature.
 
     Raises `ParameterError` outside the box of the chip's model (`chips.validity`).
@@ -76,11 +77,14 @@ def calibrate(silicon: Silicon, kind: BiasKind, setup: None = None) -> Codes:
     kind
         Kind of the biases.
     setup
-        Nothing: the chip is always the same.
+        Area of its devices against mismatch over the circuit's, a ratio; the circuit's own for None.
     """
     model = _model(silicon.process, kind)
-    check_box(model, silicon, "ranging_chip")
-    bench = Bench(model, silicon)
+    if setup is not None:
+        require_area("ranging_chip", setup, 0.0)  # what smaller devices deviate by is a side of the box
+    drawn = silicon if setup is None else silicon.of_area(setup)
+    check_box(model, drawn, "ranging_chip")
+    bench = Bench(model, drawn)
     before = windows(bench.answers({}, delays()), delays())
     shared = _shared(bench)
     found: Values = {**shared, "i_inh_tau": _inhibitions(bench, shared)}
@@ -88,7 +92,7 @@ def calibrate(silicon: Silicon, kind: BiasKind, setup: None = None) -> Codes:
     bad = _useless(bench, found, after)
     working = len(bad) <= ranging_chip.NEURONS - setting.LEAST
     return Codes(
-        NAME, key_of(silicon, kind), silicon.temperature_c,
+        NAME, key_of(silicon, kind, setup), silicon.temperature_c,
         codes_near({name: i for name, i in found.items() if name not in PADS}),
         {"neuron": tuple(bad)} if bad else {},
         {name: tuple(np.ravel(found[name]).tolist()) for name in PADS} | {"delays": _lookup(after)},
