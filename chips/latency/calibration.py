@@ -184,12 +184,13 @@ def calibrate(silicon: Silicon, kind: BiasKind, setup: Sized) -> Codes:
     design, area = setup.design, setup.area
     key, celsius = key_of(silicon, kind, setup), silicon.temperature_c
     usual = usual_biases(design, kind, silicon.process)
+    before = lumped(design, usual, silicon, area)
     try:
         found = calibrated(design, silicon, kind, area=area, rounds=MORE_ROUNDS)
     except ParameterError as error:
         return Codes(NAME, key, celsius, failed=str(error))
     wanted = designed(design, silicon.process)
-    before, after = (lumped(design, biases, silicon, area) for biases in (usual, found))
+    after = lumped(design, found, silicon, area)
     measured = tuple(_measured(wanted, before, after))
     return Codes(
         NAME, key, celsius, codes_near({name: line.current for name, line in found.lines.items()}),

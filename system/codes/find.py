@@ -78,9 +78,28 @@ def calibrated_anew(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable
     return load_calibration(name).calibrate(silicon, kind, setup_of(name, setup))
 
 
-@lru_cache(maxsize=_KEPT)
 def codes_found(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable = None) -> Codes:
-    """Return what a calibration found, of a chip that cannot be used too; arguments as of `codes_on`."""
+    """Return what a calibration found, of a chip that cannot be used too; arguments as of `codes_on`.
+
+    That a chip cannot be used is found anew each time: another answer to what is outside of a model's box
+    (`chips.validity`) may make it work.
+    """
+    try:
+        return _usable(name, silicon, kind, setup)
+    except _FailedError as error:
+        return error.codes
+
+
+class _FailedError(Exception):
+    """A chip that cannot be used, which no cache keeps."""
+
+    def __init__(self, codes: Codes) -> None:
+        super().__init__(codes.failed)
+        self.codes = codes
+
+
+@lru_cache(maxsize=_KEPT)
+def _usable(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable) -> Codes:
     key = key_of(silicon, kind, setup_of(name, setup))
     shipped = shipped_file(name, silicon)
     if shipped.is_file():
@@ -93,6 +112,8 @@ def codes_found(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable = N
     if not _quiet.get():
         say(f"calibrating {name} on {silicon.die} at {silicon.temperature_c:g} degC, once")
     codes = calibrated_anew(name, silicon, kind, setup)
+    if codes.failed:
+        raise _FailedError(codes)
     _keep(kept, codes)
     return codes
 

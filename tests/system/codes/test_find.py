@@ -40,7 +40,7 @@ def bench(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Bench:
     calibration = Calibration("mine", "a chip", AMI_1500, calibrate, "usual")
     monkeypatch.setattr(find, "load_calibration", lambda _: calibration)
     monkeypatch.setattr(find, "codes_folder", lambda: tmp_path)
-    find.codes_found.cache_clear()
+    find._usable.cache_clear()
     return made
 
 
@@ -49,7 +49,7 @@ SILICON = Silicon(die=Die(number=1003))
 
 def test_a_chip_is_calibrated_once_a_machine(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
     first = find.codes_on("mine", SILICON, "generator")
-    find.codes_found.cache_clear()  # another process
+    find._usable.cache_clear()  # another process
     assert find.codes_on("mine", SILICON, "generator") == first
     assert bench.chips == [(SILICON, "generator", "usual")]
     assert capsys.readouterr().err == "noctule: calibrating mine on die A/1003 at 27 degC, once\n"
@@ -64,12 +64,15 @@ def test_another_die_temperature_kind_or_setup_is_calibrated_by_itself(bench: Be
     assert len(bench.chips) == 5
 
 
-def test_a_chip_that_cannot_be_calibrated_is_refused_each_time(bench: Bench) -> None:
+def test_a_chip_that_cannot_be_calibrated_is_refused_and_tried_each_time(bench: Bench) -> None:
+    """Where its box is not asked to refuse, or its circuit has changed, the same chip may work."""
     bench.failed = "it is deaf"
     for _ in range(2):
         with pytest.raises(ParameterError, match="could not be calibrated, it is deaf"):
             find.codes_on("mine", SILICON, "generator")
-    assert len(bench.chips) == 1
+    bench.failed = ""
+    assert find.codes_on("mine", SILICON, "generator").failed == ""
+    assert len(bench.chips) == 3
 
 
 def test_every_calibration_is_listed_with_its_own_summary() -> None:
