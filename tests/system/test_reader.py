@@ -68,7 +68,7 @@ def test_a_duration_is_none_of_a_block(capsys: pytest.CaptureFixture[str]) -> No
 
 def test_a_study_of_the_pushbot_on_another_scene(capsys: pytest.CaptureFixture[str]) -> None:
     study = ("montecarlo", "pushbot", "-n", "1", "--metric", "collided", "--json", "--duration", "50ms")
-    assert main([*study, "--param", "scene=pair", "--param", "calibrated=no"]) == 0
+    assert main([*study, "--param", "scene=pair", "--param", "codes=default"]) == 0
     assert json.loads(capsys.readouterr().out)["metrics"]
     assert main([*study, "--param", "scene=none"]) == 2
 

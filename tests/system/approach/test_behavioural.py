@@ -35,7 +35,8 @@ BASE = Scenario(SCENE, 1.0, level="behavioural")
         BASE,
         replace(BASE, isolation=False),
         replace(BASE, amplitude_law="d4"),
-        replace(BASE, temperature_c=20.0, die=Die(number=1003, process=False)),
+        # windows of calibrated dies overlap, and a marginal spike of a burst may be that of one loop alone
+        replace(BASE, temperature_c=20.0, die=Die(number=1003, process=False), codes="default"),
         Scenario(duration=2.0, level="behavioural"),
         # the hearing's noise is solved at each of a course's temperatures: here at 4, below not at 61
         replace(BASE, course=((0.0, 27.0), (0.5, 26.8), (1.0, 27.1))),

@@ -145,7 +145,10 @@ test_what_a_study_of_the_forest_has_not = command_refusals(
     "2",
     rows=[
         ("--level transistor", "level: transistor, is no choice of forest"),
-        ("--bias-kind gate", "--bias-kind: gate, no chip is in the loop"),
+        (
+            "--param ranges=exact --param selection=ideal --bias-kind gate",
+            "--bias-kind: gate, no chip is in the loop",
+        ),
         ("--param unit=1us", "unit: not an option of forest"),
     ],
 )

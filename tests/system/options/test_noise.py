@@ -153,12 +153,12 @@ def test_a_forests_selection_has_noise() -> None:
 @pytest.mark.parametrize(
     "command",
     [
-        ["bug", "--duration", "100ms"],
-        ["forest", "--pings", "3"],
-        ["forest", "--ranges", "sonar", "--pings", "3"],
-        ["car", "--pings", "3"],
+        ["bug", "--ideal", "--duration", "100ms"],
+        ["forest", "--ideal", "--pings", "3"],
+        ["forest", "--ranges", "sonar", "--selection", "ideal", "--pings", "3"],
+        ["car", "--ideal", "--pings", "3"],
         ["spiking-bat", "--brain", "lif", "--pings", "2"],
-        ["rover", "--goal", "3,10"],
+        ["rover", "--ideal", "--goal", "3,10"],
     ],
 )
 def test_without_a_chip_in_the_loop_the_word_changes_nothing(

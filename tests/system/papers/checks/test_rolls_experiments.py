@@ -77,7 +77,8 @@ def test_forms_are_told_by_how_much_each_is_off(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(rolls_forms, "CURRENTS", (1.22e-9,))
     monkeypatch.setattr(rolls_forms, "LENGTH", 25e-3)
     report = rolls_forms.run(lambda _: None)
-    assert report.agrees
+    # after a train so short there is no decay to be measured, and its row says so
+    assert report.disagreeing == ("synapse_decay_output_kappa_s",)
     rows = {row.name: row for row in report.rows}
     jump = rows["synapse_mean_jump_level4_1000Hz_A"]
     assert isinstance(jump.paper, float)
