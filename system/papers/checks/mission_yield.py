@@ -32,7 +32,7 @@ from system.study.statistics.share import Share, share_where
 from system.verdict.null import nulls_of
 
 NEVER, UNCALIBRATED = "never succeeds", "codes of the design"  # nulls
-FIRST, DIES = 5000, 20  # of the dies, whose numbers are the seeds too
+FIRST, DIES = 5000, 5  # of the dies, whose numbers are the seeds too
 WARM_SHARE = 0.8  # of a figure at 27 degC, that is left at 17 and 37 degC
 RUNAWAY = 500.0  # spikes of a flight; the nominal die makes some 100
 
@@ -60,7 +60,7 @@ ROBOTS: Mapping[str, Robot] = {
     "spiking-bat": Robot({"pings": 600}, "avoided"),
     "car": Robot({}, of_ideal=0.9),
     "head": Robot({}, "settled_rms_deg", of_ideal=0.9),
-    "bug": Robot({"agent": "bug0", "map": "bug-cup"}),
+    "bug": Robot({"agent": "bug0", "map": "bug-field"}, "path_ratio"),
     "pushbot": Robot({"scene": "single-block"}, "distance_cm"),
     "rolls": Robot({"duration": 0.5}, "rate_cv"),
 }

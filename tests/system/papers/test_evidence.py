@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from circuits.errors import ParameterError
-from system.papers.checks import latency_forests
+from system.papers.checks import latency_forests, mission_yield
 from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017 import clutter as milde2017_clutter
 from system.papers.milde2017 import table1 as milde2017_table1
@@ -51,6 +51,19 @@ def test_the_flights_that_are_kept_are_of_the_present_numbers_and_reported(tmp_p
         "network_four_crossings_share", "chip_four_crossings_share",
     ]  # fmt: skip
     assert f"network: {network} flights" in report.notes[4]
+
+
+def test_the_yield_that_is_kept_is_of_the_present_robots_and_reported(tmp_path: Path) -> None:
+    kept_file = EVIDENCE / "mission-yield.jsonl"
+    copy = tmp_path / kept_file.name
+    shutil.copy(kept_file, copy)
+    report = mission_yield.reproduce(lambda _: None, Execution(file=copy, resume=True))
+    assert copy.read_bytes() == kept_file.read_bytes()
+    assert tuple(null.name for null in report.nulls) == load_experiment("mission-yield").nulls
+    key = Numbered("rover, 37 degC", mission_yield.FIRST)
+    found = [json.loads(line) for line in kept_file.read_text().splitlines()[1:]]
+    again = asdict(mission_yield.run_one(key))
+    assert [each["found"] for each in found if tuple(each["key"]) == key] == [again]
 
 
 @pytest.mark.parametrize(
