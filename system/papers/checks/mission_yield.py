@@ -25,7 +25,7 @@ from system.codes.find import quietly
 from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.registry import load_system
-from system.rule import Rule, at_least, at_most, unjudged
+from system.rule import Rule, above, at_least, at_most, unjudged
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.share import Share, share_where
@@ -179,7 +179,8 @@ def _word(way: str) -> str:
 def _rule(robot: Robot, way: str, ideal: float, at_27: float) -> Rule:
     """When a share of dies that succeed is enough; ideal, at_27: that of the program, and at 27 degC."""
     if way.endswith("degC"):
-        return at_least(WARM_SHARE * at_27, f"at least {{limit:.3g}}, {WARM_SHARE:g} of that at 27 degC")
+        left = at_least(WARM_SHARE * at_27, f"at least {{limit:.3g}}, {WARM_SHARE:g} of that at 27 degC")
+        return left & above(0.0, "more than none")
     if way == "calibrated" and robot.share is not None:
         return at_least(robot.share)
     if way == "calibrated" and robot.of_ideal is not None and not robot.number:
