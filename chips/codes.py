@@ -63,7 +63,7 @@ class Key:
     die : str
         The die, as `A/1003` or `nominal`, with its corner and variation where they are not the usual ones.
     plan : str
-        Name of the sampling plan whose draws the die has, empty for its own.
+        Hash of the sampling plan whose draws the die has, empty for its own.
     bias_kind : str
         What stands behind the bias currents.
     setup : str

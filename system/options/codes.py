@@ -80,7 +80,6 @@ class Coded(OnSilicon):
         """
         if self.code_choice == DEFAULT:
             return None
-        check_codes(self)
         require_area(name.replace("-", "_"), area, 0.0)
         silicon = self.silicon_at(self.calibrated_c, process)
         silicon = silicon if area == 1.0 else silicon.of_area(area)

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from circuits.errors import ParameterError
+from circuits.errors import CircuitError, DataError
 from circuits.silicon.die import Die
 from system.codes.find import quietly
 from system.experiment import Experiment, Progress, Report
@@ -44,7 +44,8 @@ class Robot:
     options : beside those of its silicon.
     number : of its summary, whose mean is told; empty for none.
     share : least share of calibrated dies that succeed at 27 degC, None for none that is stated.
-    of_ideal : least share of what the ideal program does, of `number` where it has one, else of successes.
+    of_ideal : least share of the ideal program's successes, or of its `number` for the forest, whose flights
+        end.
     """
 
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -132,7 +133,9 @@ def run_one(key: Numbered) -> Outcome:
     try:
         with quietly():
             found = system.summarise(system.run(system.on_silicon(**options)))
-    except ParameterError as error:
+    except DataError:  # of a record: it would be that of every die
+        raise
+    except CircuitError as error:
         return Outcome(succeeded=False, failed=str(error))
     return Outcome(
         bool(found["succeeded"]), _number(found.get(robot.number)), _number(found["emergency_share"]),
@@ -167,7 +170,7 @@ def _rows(robot: str, found: Found) -> tuple[Statement, ...]:
     ideal = _share(found, robot, "ideal")
     for way in WAYS:
         share = _share(found, robot, way)
-        rule = _rule(ROBOTS[robot], way, ideal.value, _share(found, robot, "calibrated").value)
+        rule = _rule(robot, way, ideal.value, _share(found, robot, "calibrated").value)
         rows.append(Statement(f"{name}_{_word(way)}_succeed", ideal.value, share.measured(), rule))
     return (*rows, *_own_rows(robot, found))
 
@@ -176,14 +179,15 @@ def _word(way: str) -> str:
     return way.replace(" degC", "_C").replace(" ", "_")
 
 
-def _rule(robot: Robot, way: str, ideal: float, at_27: float) -> Rule:
+def _rule(name: str, way: str, ideal: float, at_27: float) -> Rule:
     """When a share of dies that succeed is enough; ideal, at_27: that of the program, and at 27 degC."""
+    robot = ROBOTS[name]
     if way.endswith("degC"):
         left = at_least(WARM_SHARE * at_27, f"at least {{limit:.3g}}, {WARM_SHARE:g} of that at 27 degC")
         return left & above(0.0, "more than none")
     if way == "calibrated" and robot.share is not None:
         return at_least(robot.share)
-    if way == "calibrated" and robot.of_ideal is not None and not robot.number:
+    if way == "calibrated" and robot.of_ideal is not None and name != "forest":
         limit = robot.of_ideal * ideal
         return at_least(limit, f"at least {{limit:.3g}}, {robot.of_ideal:g} of the ideal program's")
     return unjudged("told")

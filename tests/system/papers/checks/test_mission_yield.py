@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from matplotlib.figure import Figure
 
+from circuits.errors import SolverError
 from system.papers.checks import mission_yield
 from system.registry import SYSTEMS, load_system
 from system.study.campaign import Numbered
@@ -25,6 +28,7 @@ def test_rows_hold_where_calibrated_dies_do_as_the_program_does(monkeypatch: pyt
     assert set(mission_yield.ROBOTS) == set(SYSTEMS)
     assert rows["approach_calibrated_succeed"].agrees is True
     assert rows["forest_calibrated_avoided"].agrees is True
+    assert rows["head_calibrated_succeed"].agrees is True  # whose number has no rule
     assert rows["car_17_C_succeed"].agrees is False  # a half, of which 0.8 was to be left
     assert rows["rover_calibrated_regret_share"].agrees is False  # 1, and a hundredth is allowed
     idle, usual = report.nulls
@@ -33,6 +37,16 @@ def test_rows_hold_where_calibrated_dies_do_as_the_program_does(monkeypatch: pyt
     figure = Figure()
     report.draw(figure)
     assert len(figure.axes[0].patches) == len(SYSTEMS) * len(mission_yield.WAYS)
+
+
+def test_a_die_on_which_a_circuit_does_not_work_is_one_that_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(_: object) -> None:
+        raise SolverError("bias generator: no operating point")
+
+    rover = load_system("rover")
+    monkeypatch.setattr(mission_yield, "load_system", lambda _: replace(rover, run=broken))
+    found = mission_yield.run_one(Numbered("rover, calibrated", 5000))
+    assert (found.succeeded, found.failed) == (False, "bias generator: no operating point")
 
 
 @pytest.mark.parametrize("name", mission_yield.ROBOTS)
