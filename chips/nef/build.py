@@ -48,6 +48,8 @@ class Built:
         Columns of a node there, by its name.
     read : mapping of str to slice
         Lanes of a node's input or of a probe, by its name.
+    solved : mapping of Connection or Probe to tuple of array
+        Decoders of what is decoded, value a Hz, float64[neurons, results] of each population before it.
     placed : Placed or None
         Its codes on a chip; None of ideal neurons.
     chip : ChipNet or None
@@ -66,6 +68,7 @@ class Built:
     drive: F64
     given: Mapping[str, slice]
     read: Mapping[str, slice]
+    solved: Mapping[Connection | Probe, tuple[F64, ...]]
     placed: Placed | None = None
     chip: ChipNet | None = None
     noise: NefNoise | None = None
@@ -107,7 +110,7 @@ def build(
         chip has no room.
     """
     if isinstance(curves, Conditions):
-        check_room(network.ensembles[-1].name if network.ensembles else "", network.neurons, 1, curves.chip)
+        check_room(network.ensembles[-1].name if network.ensembles else "", network.neurons, curves.chip)
     populations: dict[str, tuple[Population, ...]] = {}
     first = line = 0
     for part in network.ensembles:
@@ -124,7 +127,9 @@ def build(
         wiring.connect(connection)
     for probe in network.probes:
         wiring.probe(probe)
-    built = Built(network, wiring.net(taus), populations, wiring.drive(), wiring.given, wiring.read)
+    built = Built(
+        network, wiring.net(taus), populations, wiring.drive(), wiring.given, wiring.read, wiring.solved
+    )
     if not isinstance(curves, Conditions):
         return built
     tau = np.array([tau for _, tau in wiring.lanes])
@@ -202,6 +207,7 @@ class _Wiring:
         self.decoders: list[dict[int, F64]] = [{} for _ in self.all]
         self.driven: list[tuple[int, int, float]] = []
         self.read: dict[str, slice] = {}
+        self.solved: dict[Connection | Probe, tuple[F64, ...]] = {}
         self.given: dict[str, slice] = {}
         column = 0
         for node in network.nodes:
@@ -222,6 +228,7 @@ class _Wiring:
             probe.regularisation, probe.solver, probe.decoders,
         )  # fmt: skip
         values = self._decoders(as_connection)
+        self.solved[probe] = tuple(decoders for _, decoders, _ in values)
         matrix = _matrix(as_connection, self._size(values))
         lanes = self.reading(len(matrix), probe.synapse)
         self.read[probe.name] = lanes
@@ -231,6 +238,7 @@ class _Wiring:
         """Wire a connection."""
         if c.pre in self.by_name:
             values = self._decoders(c)
+            self.solved[c] = tuple(decoders for _, decoders, _ in values)
             matrix, ends = self._ends(c, self._size(values))
             self._spread(values, matrix, ends)
             return

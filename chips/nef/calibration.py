@@ -359,6 +359,11 @@ def _design() -> tuple[float, float, float]:
     return float(law.refractory[0]), unit_of(silicon, biases), float(tau)
 
 
+def refractory_current(period: float) -> float:
+    """Return the current I_rfr of a refractory period, s, in the nominal chip, A."""
+    return REFRACTORY_CURRENT * _design()[0] / period
+
+
 def _refractory(current: float) -> float:
     return _design()[0] * REFRACTORY_CURRENT / current
 

@@ -334,15 +334,26 @@ class Conditions:
         return self.column(0).bias(slice(first, first + len(codes)), codes)
 
 
-def check_room(name: str, neurons: int, columns: int, chip: NefChip) -> None:
-    """Raise `ParameterError` for neurons or columns beyond the chip's."""
+def check_room(name: str, neurons: int, chip: NefChip) -> None:
+    """Raise `ParameterError` for neurons beyond the chip's; `name` is of the ensemble that has the last."""
     if neurons > chip.neurons:
         raise ParameterError(
             f"{name}: neurons up to number {neurons}, the chip has {chip.neurons}; take fewer neurons"
         )
+
+
+def check_columns(name: str, dimensions: int, currents: int) -> None:
+    """Raise `ParameterError` for more columns of stages than an ensemble's neurons have.
+
+    name: of the ensemble; dimensions: of its vector, which take a column each; currents: that connections
+    into its neurons bring, which take `MOST_COLUMNS` each. A column is the bias's.
+    """
+    columns = 1 + dimensions + MOST_COLUMNS * currents
     if columns > COLUMNS:
         raise ParameterError(
-            f"{name}: {columns} encoder columns, the chip has {COLUMNS}; take fewer dimensions"
+            f"{name}: {dimensions} dimensions and {currents} currents into its neurons take {columns} encoder"
+            f" columns, the chip has {COLUMNS}; split it into ensembles of fewer dimensions, or decode what"
+            " comes to fewer numbers before its neurons"
         )
 
 

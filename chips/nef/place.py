@@ -19,6 +19,7 @@ from chips.nef.chip import (
     MOST_COLUMNS,
     WEIGHT_BITS,
     Conditions,
+    check_columns,
     check_filters,
     check_room,
 )
@@ -80,8 +81,9 @@ def place(
     """Choose the codes of a network; raises `ParameterError` for what the chip has no room for."""
     names = [p.ensemble.name for p in populations]
     for name, p, held in zip(names, populations, rows, strict=True):
-        columns = 1 + sum(r.columns for r in held)
-        check_room(name, p.first + p.ensemble.neurons, columns, chip.chip)
+        dimensions = p.ensemble.dimensions
+        check_columns(name, dimensions, len(held) - dimensions)
+        check_room(name, p.first + p.ensemble.neurons, chip.chip)
     analog = net.goes >= 0
     check_filters(int(analog.sum()))
     stages = tuple(tuple(chip.codes(r.values, r.full, r.columns) for r in held) for held in rows)

@@ -29,6 +29,8 @@ class Plan:
         self.names = {e: f"{k}.{e.label or 'ensemble'}" for k, e in enumerate(network.all_ensembles)}
         self.ideal = _ideal(network.all_ensembles)
         self.points: dict[Any, F64] = {}
+        self.drawn: dict[Any, Drawn] = {}
+        self.sources: dict[Any, Connection | Probe | None] = {}  # connection of nengo's: ours, None of a node
         self.ensembles = tuple(self._ensemble(e) for e in network.all_ensembles)
         self.connections: list[Connection] = []
         self.nodes: list[Node] = []
@@ -67,17 +69,19 @@ class Plan:
         own = Drawn(
             np.asarray(rate, dtype=float), np.asarray(intercept, dtype=float), encoders / length, points
         )
+        self.drawn[e] = own
         return Ensemble(self.names[e], e.n_neurons, e.dimensions, float(e.radius), drawn=own)
 
     def _connect(self, c: Any, name: str) -> None:
         label = str(c)
         if c.learning_rule is not None:
             raise ParameterError(f"{label}.learning_rule: {c.learning_rule}, the chip does not learn")
+        self.sources[c] = None
         pre, post = c.pre_obj, c.post_obj
         if isinstance(post, nengo.Node):
             if not isinstance(pre, nengo.Node):
                 self.probes.append(Probe(name, self.names[_ensemble_of(pre)], **self._decoded(c, label)))
-                self.read[c] = name
+                self.sources[c], self.read[c] = self.probes[-1], name
             return
         if not isinstance(post, nengo.Ensemble | nengo.ensemble.Neurons):
             raise ParameterError(f"{label}.post: {post}, must be a node, an ensemble or its neurons")
@@ -98,6 +102,7 @@ class Plan:
         if isinstance(end, Neurons) and matrix.size and (matrix == matrix[0]).all():
             given["transform"] = matrix[:1]
         self.connections.append(Connection(self.names[_ensemble_of(pre)], end, **given))
+        self.sources[c] = self.connections[-1]
 
     def _currents(self, c: Any, matrix: F64) -> tuple[F64, F64]:
         """What a node's value is multiplied with, float64[r, m], and currents of neurons, float64[1 or n, r].

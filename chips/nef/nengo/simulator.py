@@ -19,24 +19,30 @@ from typing import Any
 
 import nengo
 import numpy as np
+from numpy.typing import ArrayLike
 
 from chips.nef.build import build
-from chips.nef.calibration import REFERENCE_C
+from chips.nef.calibration import REFERENCE_C, refractory_current
 from chips.nef.chip import NefChip
+from chips.nef.nengo.built import Data, Model, Samples
 from chips.nef.nengo.live import Live, size_of_probe
 from chips.nef.nengo.plan import Plan
+from chips.nef.network.curves import TAU_REF
 from chips.nef.network.kernel import DT
+from chips.nef.population import populate
 from chips.nef.simulation import Simulation
 from circuits.arrays import F64
-from circuits.errors import ParameterError, TopologyError
+from circuits.errors import ParameterError, TopologyError, UnknownNameError
 
 NOMINAL_CHIP = NefChip()
+SHORTEST, LONGEST = 0.2e-3, 20e-3  # s, refractory periods to which the chip is set; ours
 
 
 class Simulator:
     """A nengo network in time, on a chip.
 
-    `data[probe]` is float64[samples, size].
+    `data[probe]` is float64[samples, size], a view that copies nothing; `data[ensemble]` and
+    `data[connection]` are nengo's `BuiltEnsemble` and `BuiltConnection`.
 
     Parameters
     ----------
@@ -77,10 +83,14 @@ class Simulator:
             self.seed = int(np.random.default_rng().integers(2**31 - 1))
         self._network = network
         self._plan = Plan(network, self.seed)
-        curves = self._plan.ideal if chip is None else _calibrated(chip, temperature_c).at(temperature_c)
+        self._curves = (
+            self._plan.ideal
+            if chip is None
+            else _calibrated(chip, temperature_c, self._plan.ideal.tau_ref).at(temperature_c)
+        )
         taus = self._plan.ideal.tau_rc, self._plan.ideal.tau_ref
-        self._built = build(self._plan.network(), curves, self.seed, taus)
-        self._samples: dict[Any, list[F64]] = {}
+        self._built = build(self._plan.network(), self._curves, self.seed, taus)
+        self._samples: dict[Any, Samples] = {}
         self.reset()
 
     def __enter__(self) -> Simulator:
@@ -90,10 +100,35 @@ class Simulator:
         self.close()
 
     @property
-    def data(self) -> Mapping[Any, F64]:
-        """What probes have seen, float64[samples, size] each."""
-        size = {p: size_of_probe(p) for p in self._samples}
-        return {p: np.array(seen).reshape(-1, size[p]) for p, seen in self._samples.items()}
+    def data(self) -> Mapping[Any, Any]:
+        """What probes have seen, float64[samples, size] each, and parts as they were built (`Data`)."""
+        return Data(self._samples, self._plan, self._built)
+
+    @property
+    def model(self) -> Model:
+        """What of nengo's built model a chip has: `params`, `seeds`, `toplevel` and `dt`."""
+        return Model(self.data, self._plan.seeds, self._network, self.dt)
+
+    def rates(self, ensemble: nengo.Ensemble, points: ArrayLike) -> F64:
+        """Return the tuning curves that the chip's neurons have, Hz, float64[..., neurons].
+
+        On a chip they are measured by spikes that are counted for a second, as its decoders are solved from;
+        nengo's `tuning_curves` gives those of the neurons that were asked for.
+
+        Parameters
+        ----------
+        ensemble
+            An ensemble of the network.
+        points
+            Vectors at which they are wanted, in the unit of the ensemble, float64[..., dimensions].
+        """
+        if ensemble not in self._plan.names:
+            raise UnknownNameError(f"{ensemble}: not an ensemble of the network")
+        points = np.asarray(points, dtype=float)
+        given = points.reshape(-1, ensemble.dimensions)
+        (p,) = self._built.populations[self._plan.names[ensemble]]
+        rates = populate(p.ensemble, self._curves, p.first, self.seed, given, p.line, p.tau).rates
+        return rates.reshape(*points.shape[:-1], ensemble.n_neurons)
 
     @property
     def time(self) -> float:
@@ -116,7 +151,7 @@ class Simulator:
 
     def clear_probes(self) -> None:
         """Forget what probes have seen."""
-        self._samples = {p: [] for p in self._network.all_probes}
+        self._samples = {p: Samples(size_of_probe(p)) for p in self._network.all_probes}
 
     def close(self) -> None:
         """Refuse to run on from here."""
@@ -162,6 +197,17 @@ class Simulator:
         return np.asarray(self.dt * steps[steps % every < 1.0])
 
 
-def _calibrated(chip: NefChip, temperature_c: float) -> NefChip:
-    """The chip, calibrated where it runs."""
-    return replace(chip, calibration_c=temperature_c)
+def _calibrated(chip: NefChip, temperature_c: float, tau_ref: float) -> NefChip:
+    """The chip, calibrated where it runs and to the refractory period of the network's neurons, s.
+
+    A period that the chip's own biases name stays. Rates saturate by it above the radius as nengo's do.
+    """
+    here = replace(chip, calibration_c=temperature_c)
+    if "i_rfr" in chip.biases or chip.codes is not None or tau_ref == TAU_REF:
+        return here
+    if not SHORTEST <= tau_ref <= LONGEST:
+        raise ParameterError(
+            f"neuron_type.tau_ref: {tau_ref:g} s, the chip's refractory period is set from {SHORTEST:g} to"
+            f" {LONGEST:g} s; take one in between, or name the chip's own bias i_rfr"
+        )
+    return replace(here, biases={**chip.biases, "i_rfr": refractory_current(tau_ref)})

@@ -19,7 +19,8 @@ So a steady current fires it at the rate
 whose three numbers are a neuron's own on every die. The leak is of the constant kind (linear
 integrate-and-fire: Fusi and Mattia 1999; Indiveri et al. 2011, "Neuromorphic silicon neuron circuits").
 Topology, sizes and numbers are ours. Nominally, at 27 degC, the least current that fires it is 40 pA, Q /
-I_leak is 19 ms, and the refractory period is 1.0 ms.
+I_leak is 19 ms, and the refractory period is 2.0 ms: that of the neurons in whose place it stands (Stöckel
+2017, II.B), since by it rates saturate as theirs do above the radius.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ from circuits.units import quantity
 
 LEAK = 40e-12  # A
 RESET_CURRENT = 4.83e-12  # A: a reset to 0.15 V at 27 degC, under the ideal law
-REFRACTORY_CURRENT = 0.54e-9  # A: a refractory period of 1.0 ms
+REFRACTORY_CURRENT = 0.27e-9  # A: a refractory period of 2.0 ms
 
 
 @dataclass(frozen=True, slots=True)

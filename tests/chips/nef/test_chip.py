@@ -154,7 +154,7 @@ def test_what_has_no_room_is_refused() -> None:
     chip = paper_chip(neurons=100).at(27.0)
     with pytest.raises(ParameterError, match=r"x: neurons up to number 101, the chip has 100; take fewer"):
         build(one(101), chip, 0)
-    with pytest.raises(ParameterError, match=r"x: 71 encoder columns, the chip has 64; take fewer"):
+    with pytest.raises(ParameterError, match=r"x: 70 dimensions .* 71 encoder columns, the chip has 64"):
         build(one(80, 70), chip, 0)
     many = Network((EnsembleArray(Ensemble("x", 1), 90), Ensemble("y", 5)), (Node("in", 90),), tuple(
         Connection("in", "x", synapse=tau) for tau in (0.01, 0.02, 0.03, 0.04, 0.05, 0.06)

@@ -133,7 +133,77 @@ def test_a_seed_repeats_a_run() -> None:
     assert (found[0] == found[1]).all()
 
 
+def test_parts_are_told_as_nengo_tells_them() -> None:
+    net, probes = everything(World())
+    with nengo.Simulator(net, progress_bar=False, optimize=False) as peer:
+        theirs = dict(peer.data)
+    run = Simulator(net, chip=None)
+    assert set(run.data) == {*net.all_probes, *net.all_ensembles, *net.all_connections, *net.all_nodes} | {
+        net,
+        *net.all_networks,
+    }
+    for e in net.all_ensembles:
+        for ours, own in zip(run.data[e], theirs[e], strict=True):
+            assert ours == pytest.approx(own)
+    for c in net.all_connections:
+        found = run.data[c]
+        assert found.transform == theirs[c].transform
+        if theirs[c].weights is None:
+            assert found.weights is None
+        else:
+            assert found.weights.shape == theirs[c].weights.shape
+            assert found.weights == pytest.approx(theirs[c].weights, abs=1e-2 * np.abs(found.weights).max())
+    curves = nengo.utils.ensemble.tuning_curves(net.all_ensembles[1], run)
+    assert run.rates(net.all_ensembles[1], curves[0]) == pytest.approx(curves[1])
+    assert run.data[net.all_nodes[0]] is None
+    assert run.model.params[probes["a"]].shape == (0, 2)
+    with pytest.raises(CircuitError, match="not a probe, ensemble"):
+        run.data[nengo.Ensemble(3, 1, add_to_container=False)]
+    with pytest.raises(AttributeError, match=r"Simulator\.model\.sig: a chip has no signals"):
+        _ = run.model.sig
+
+
+def test_samples_are_a_view_that_grows_and_cannot_be_written() -> None:
+    with nengo.Network(seed=1) as net:
+        probe = nengo.Probe(nengo.Node(lambda t: t))
+    run = Simulator(net)
+    run.run_steps(1)
+    first = run.data[probe]
+    run.run_steps(600)
+    assert run.data[probe].shape == (601, 1)
+    assert run.data[probe][:, 0] == pytest.approx(0.001 * np.arange(1, 602))
+    assert np.shares_memory(run.data[probe], run.data[probe])
+    assert first.tolist() == [[0.001]]
+    with pytest.raises(ValueError, match="read-only"):
+        run.data[probe][0] = 1.0
+
+
+@pytest.mark.parametrize("tau_ref", [0.002, 0.004])
+def test_a_chip_saturates_as_the_neurons_that_were_asked_for(tau_ref: float) -> None:
+    with nengo.Network(seed=2) as net:
+        net.config[nengo.Ensemble].neuron_type = nengo.LIF(tau_ref=tau_ref)
+        net.config[nengo.Ensemble].max_rates = nengo.dists.Uniform(100.0, 200.0)
+        e = nengo.Ensemble(200, 1)
+        read = nengo.Connection(e, nengo.Node(size_in=1))
+    ideal, chip = Simulator(net, chip=None), Simulator(net)
+    points = np.array([[0.5], [1.0], [1.5]])
+    ours, asked = ((s.rates(e, points) @ s.data[read].weights.T)[:, 0] for s in (chip, ideal))
+    assert ours == pytest.approx(asked, rel=0.05)
+
+
+def test_a_refractory_period_beyond_the_chip_is_refused() -> None:
+    with nengo.Network(seed=2) as net:
+        nengo.Ensemble(20, 1, neuron_type=nengo.LIF(tau_ref=1e-5))
+    with pytest.raises(CircuitError, match=r"tau_ref: 1e-05 s, the chip's .* from 0\.0002 to 0\.02 s"):
+        Simulator(net)
+
+
 SPARSE = nengo.Sparse((1, 1), indices=[[0, 0]], init=[1.0])
+
+
+def dense() -> None:
+    a, b = nengo.Ensemble(50, 1), nengo.Ensemble(50, 1)
+    nengo.Connection(a.neurons, b.neurons, transform=np.random.default_rng(0).normal(size=(50, 50)))
 
 
 def learns(a: Any) -> None:
@@ -158,6 +228,8 @@ def circle(_: Any) -> None:
         (lambda _: nengo.Ensemble(5, 1, neuron_type=nengo.LIF(tau_rc=0.1)), "must all be alike"),
         (lambda _: nengo.Ensemble(5, 1, noise=nengo.processes.WhiteNoise()), "no injected noise"),
         (lambda _: nengo.Ensemble(9000, 1), "the chip has 8192"),
+        (lambda _: nengo.Ensemble(100, 64), "64 dimensions and 0 currents"),
+        (lambda _: dense(), "1 dimensions and 50 currents into its neurons take 202 encoder columns"),
         (lambda a: nengo.Probe(a, solver=nengo.solvers.Lstsq()), "must be LstsqL2 for a probe"),
         (lambda a: nengo.Probe(a.neurons, "voltage"), "must be an output, or spikes"),
         (lambda a: nengo.Connection(a, a, function=lambda x: x * np.nan), "not finite"),
