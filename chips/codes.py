@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from hashlib import sha256
 from typing import Any
 
 import numpy as np
 
+from chips.validity import OutsideBoxError
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.generator.code import codes_of, currents_of
@@ -193,6 +194,42 @@ class Calibration:
     process: Process
     calibrate: Callable[[Silicon, BiasKind, Any], Codes]
     setup: Hashable = None
+
+
+def attempted(
+    name: str, silicon: Silicon, kind: BiasKind, setup: Hashable, find: Callable[[Codes], Codes]
+) -> Codes:
+    """Return what a calibration finds on a silicon, at its temperature.
+
+    A chip that it cannot bring to its design has failed: a line has no code for what it should have, or a
+    neuron never spikes. A value outside of a model's box (`chips.validity`) is no fault of the chip.
+
+    Parameters
+    ----------
+    name
+        Name of the calibration.
+    silicon
+        Process, temperature of the bench, and die.
+    kind
+        Kind of the chip's biases.
+    setup
+        What the chip is set up for.
+    find
+        Fills in codes of which only name, key and temperature stand; it raises `ParameterError`, whose text
+        is the reason, where it cannot.
+
+    Raises
+    ------
+    OutsideBoxError
+        Of `find`, as it is.
+    """
+    begun = Codes(name, key_of(silicon, kind, setup), silicon.temperature_c)
+    try:
+        return find(begun)
+    except OutsideBoxError:
+        raise
+    except ParameterError as error:
+        return replace(begun, failed=str(error))
 
 
 def codes_near(currents: Mapping[str, object]) -> dict[str, tuple[Code, ...]]:

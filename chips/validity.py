@@ -28,6 +28,10 @@ TRANSISTORS = "use the transistor level"  # what to do outside, where there is o
 _MEASURED = "where the behavioural model was measured"
 
 
+class OutsideBoxError(ParameterError):
+    """A value is outside of where a model was measured, so that nothing is known of the chip."""
+
+
 @dataclass(slots=True)
 class Left:
     """Sides of boxes that a run has left, each with the value that is furthest outside."""
@@ -81,7 +85,7 @@ def require_inside(
 
     Raises
     ------
-    ParameterError
+    OutsideBoxError
         It is outside, and no warning is asked for.
     """
     low, high = limits[0], limits[-1]
@@ -93,9 +97,9 @@ def require_inside(
     text = f"{side}: {value:.3g}{end}{when()}, must be {rule}{end}, {_MEASURED}"
     left = _IN_FORCE.get()
     if left is None:
-        raise ParameterError(f"{text}; {remedy}")
+        raise OutsideBoxError(f"{text}; {remedy}")
     if left.answer == "refuse":
-        raise ParameterError(f"{text}; {remedy}, or give `outside=warn`")
+        raise OutsideBoxError(f"{text}; {remedy}, or give `outside=warn`")
     excess = math.inf if math.isnan(value) else max(low - value, value - high)
     if side not in left.found or excess > left.found[side][0]:
         left.found[side] = (excess, text)

@@ -17,11 +17,11 @@ copies alike.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.codes import Codes, Measured, codes_near, key_of, left_off
+from chips.codes import Codes, Measured, attempted, codes_near, left_off
 from chips.latency.design import Biases, Design
 from chips.latency.model import Lumped, lumped, usual_biases
 from circuits.arrays import F64
@@ -180,20 +180,25 @@ def calibrate(silicon: Silicon, kind: BiasKind, setup: Sized) -> Codes:
         Kind of the biases.
     setup
         What the chip is designed for, and how large its devices are.
+
+    Raises
+    ------
+    OutsideBoxError
+        The silicon, or a current that is tried, is where its record was not measured.
     """
-    design, area = setup.design, setup.area
-    key, celsius = key_of(silicon, kind, setup), silicon.temperature_c
-    usual = usual_biases(design, kind, silicon.process)
-    before = lumped(design, usual, silicon, area)
-    try:
-        found = calibrated(design, silicon, kind, area=area, rounds=MORE_ROUNDS)
-    except ParameterError as error:
-        return Codes(NAME, key, celsius, failed=str(error))
+    return attempted(NAME, silicon, kind, setup, lambda begun: _found(begun, silicon, setup))
+
+
+def _found(begun: Codes, silicon: Silicon, setup: Sized) -> Codes:
+    """Codes of the chip on a silicon."""
+    design, area, kind = setup.design, setup.area, begun.key.bias_kind
+    before = lumped(design, usual_biases(design, kind, silicon.process), silicon, area)
+    found = calibrated(design, silicon, kind, area=area, rounds=MORE_ROUNDS)
     wanted = designed(design, silicon.process)
     after = lumped(design, found, silicon, area)
     measured = tuple(_measured(wanted, before, after))
-    return Codes(
-        NAME, key, celsius, codes_near({name: line.current for name, line in found.lines.items()}),
+    return replace(
+        begun, biases=codes_near({name: line.current for name, line in found.lines.items()}),
         measured=measured, bench_s=MORE_ROUNDS * sum(each.wanted for each in measured),
         unmended=left_off(measured, OFF),
     )  # fmt: skip

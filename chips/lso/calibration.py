@@ -19,11 +19,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.codes import Codes, Measured, codes_near, key_of, left_off
+from chips.codes import Codes, Measured, attempted, codes_near, left_off
 from chips.lso.measure import circuits
 from chips.lso.model import SIDES, Head, head_on, level_times, side_spikes
 from chips.lso.place import Currents
@@ -94,8 +94,7 @@ class Trial:
 def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
     """Calibrate the chip of a design on a silicon, at its temperature.
 
-    A chip whose neurons do not spike, of which a line has no code for what it should have, or whose silicon
-    its record does not cover, cannot be used.
+    A chip whose neurons do not spike, or of which a line has no code for what it should have, cannot be used.
 
     Parameters
     ----------
@@ -105,17 +104,23 @@ def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
         Kind of the chip's biases.
     design
         Thresholds of its level units.
+
+    Raises
+    ------
+    OutsideBoxError
+        The silicon, or a current that is tried, is where its record was not measured.
     """
-    key, celsius = key_of(silicon, kind, design), silicon.temperature_c
+    return attempted(NAME, silicon, kind, design, lambda begun: _found(begun, silicon, design))
+
+
+def _found(begun: Codes, silicon: Silicon, design: Design) -> Codes:
+    """Codes of the chip on a silicon."""
     wanted = designed(silicon, design)
-    try:
-        found = _in_turn(silicon, kind, design, wanted)
-    except ParameterError as error:
-        return Codes(NAME, key, celsius, failed=str(error))
+    found = _in_turn(silicon, begun.key.bias_kind, design, wanted)
     best = min(found, key=lambda trial: abs(math.log(trial.slope / wanted.slope)))
     measured = tuple(_measured(wanted, found[0], best))
-    return Codes(
-        NAME, key, celsius, codes_near(best.currents), trims={"balance": (best.balance,)}, measured=measured,
+    return replace(
+        begun, biases=codes_near(best.currents), trims={"balance": (best.balance,)}, measured=measured,
         bench_s=len(found) * BURSTS * BURST * (DIFFERENCES.size * LOUDNESSES.size + SIDES),
         unmended=(*left_off(measured[:2], OFF), *_uneven(measured[2:]), *_told_deaf(best)),
     )  # fmt: skip

@@ -29,10 +29,11 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from chips.codes import Calibration, Codes, Measured, codes_near, key_of, left_off
+from chips.codes import Calibration, Codes, Measured, attempted, codes_near, key_of, left_off
 from chips.nef.circuit import NEURONS, chip_biases
 from chips.nef.devices import TAUS, Biases
 from chips.nef.model import BIAS_COLUMN, column_on, filters_on, lines_on, neurons_on, unit_of
+from chips.nef.validity import check_temperature
 from circuits.arrays import F64
 from circuits.blocks.nef.neuron import LEAK, REFRACTORY_CURRENT
 from circuits.circuit import Bias, BiasKind
@@ -100,6 +101,11 @@ def calibrate(silicon: Silicon, kind: BiasKind, setup: Hashable = None) -> Codes
         Kind of the biases, which have codes.
     setup
         Nothing: it is the same for any network.
+
+    Raises
+    ------
+    OutsideBoxError
+        The temperature is where its model was not measured.
     """
     return calibrated(silicon, kind, (), NEURONS)
 
@@ -137,19 +143,21 @@ def calibrated(silicon: Silicon, kind: BiasKind, given: tuple[tuple[str, float],
     neurons: how many the chip has.
     """
     bench = Bench(silicon, kind, dict(given), min(SAMPLED, neurons), designed(silicon.process, given))
-    key, celsius = key_of(silicon, kind), silicon.temperature_c
+    return attempted(NAME, silicon, kind, None, partial(_found, bench))
+
+
+def _found(bench: Bench, begun: Codes) -> Codes:
+    """Codes of the chip on a bench."""
+    check_temperature("calibration", bench.silicon.temperature_c)
     lines = usual_currents(bench.values)
-    try:
-        before = bench.neurons(lines), bench.signals(lines)
-        for off in (_neurons_off, _signals_off, _outputs_off):
-            lines = settled(lines, partial(off, bench))
-        after = bench.neurons(lines), bench.signals(lines)
-    except ParameterError as error:
-        return Codes(NAME, key, celsius, failed=str(error))
+    before = bench.neurons(lines), bench.signals(lines)
+    for off in (_neurons_off, _signals_off, _outputs_off):
+        lines = settled(lines, partial(off, bench))
+    after = bench.neurons(lines), bench.signals(lines)
     codes, measured = codes_near(lines), tuple(_measured(bench.wanted, before, after))
     lowest = tuple(f"{name}: at its least code" for name, each in codes.items() if _LEAST in each)
-    return Codes(
-        NAME, key, celsius, codes, measured=measured, bench_s=_SECONDS,
+    return replace(
+        begun, biases=codes, measured=measured, bench_s=_SECONDS,
         unmended=(*left_off(measured, OFF), *lowest),
     )  # fmt: skip
 

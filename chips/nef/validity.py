@@ -29,6 +29,11 @@ def check_box(calibration_c: float, temperature_c: float, area: float) -> None:
     calibration_c, temperature_c: where it is calibrated and where it is used, degC; area: of its devices over
     the circuits'.
     """
-    for name, celsius in (("calibration", calibration_c), ("temperature", temperature_c)):
-        require_inside(f"{PATH}.{name}", celsius, TEMPERATURES, "degC", _REMEDY)
+    check_temperature("calibration", calibration_c)
+    check_temperature("temperature", temperature_c)
     require_area(PATH, area, LEAST_AREA, _REMEDY)
+
+
+def check_temperature(name: str, celsius: float) -> None:
+    """Raise `ParameterError`, as `chips.validity` says, for one outside, degC; name: of the side."""
+    require_inside(f"{PATH}.{name}", celsius, TEMPERATURES, "degC", _REMEDY)

@@ -20,18 +20,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.codes import Codes, Measured, codes_near, key_of, left_off
+from chips.codes import Codes, Measured, attempted, codes_near, left_off
 from chips.selection.kernel import Selection
 from chips.selection.model import decision, selection
 from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.selection.winner_take_all import OTHERS, STANDING, Params, build
 from circuits.circuit import BiasKind, Circuit
-from circuits.errors import ParameterError
 from circuits.generator.code import codes_of, currents_of
 from circuits.silicon.silicon import Silicon
 
@@ -66,7 +65,7 @@ class Design:
 def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
     """Calibrate the selection of a design on a silicon, at its temperature.
 
-    A chip whose line has no code for its current, or that its model does not cover, cannot be used.
+    A chip whose line has no code for its current cannot be used.
 
     Parameters
     ----------
@@ -76,13 +75,19 @@ def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
         Kind of the chip's bias.
     design
         Its cells.
+
+    Raises
+    ------
+    OutsideBoxError
+        The silicon is where its model was not measured.
     """
-    key, celsius = key_of(silicon, kind, design), silicon.temperature_c
+    return attempted(NAME, silicon, kind, design, lambda begun: _found(begun, silicon, design))
+
+
+def _found(begun: Codes, silicon: Silicon, design: Design) -> Codes:
+    """Codes of the chip on a silicon."""
     wanted = selection(Silicon(silicon.process.under("ideal")), design.params)
-    try:
-        tried = _tried(silicon, kind, design, wanted.tail)
-    except ParameterError as error:
-        return Codes(NAME, key, celsius, failed=str(error))
+    tried = _tried(silicon, begun.key.bias_kind, design, wanted.tail)
     current, chip = min(tried.items(), key=lambda each: abs(math.log(each[1].tail / wanted.tail)))
     usual = next(iter(tried.values()))
     shares = ties(chip)
@@ -93,8 +98,8 @@ def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
         Measured("time", "s", clear_time(wanted), clear_time(usual), clear_time(chip, excite)),
         *_tied(shares, ties(chip, excite)),
     )  # fmt: skip
-    return Codes(
-        NAME, key, celsius, codes_near({_LINE: current}), off={"cell": off},
+    return replace(
+        begun, biases=codes_near({_LINE: current}), off={"cell": off},
         trims={"excite": tuple(map(float, excite))}, measured=measured,
         bench_s=REST * DECISIONS * (len(tried) + 2 * HALVES * shares.size),
         unmended=left_off(measured, OFF), failed="no cell wins" if len(off) > shares.size - 2 else "",

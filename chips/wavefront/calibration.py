@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.codes import Calibration, Codes, Measured, codes_near, key_of, left_off
+from chips.codes import Calibration, Codes, Measured, attempted, codes_near, left_off
 from chips.wavefront.axon_conditions import AxonModel
 from chips.wavefront.cell_codes import CellCodes
 from chips.wavefront.model import axon_delays, chip_model, input_delay
@@ -30,7 +30,6 @@ from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.wavefront.axon_delay import HIGHEST, UNIT
 from circuits.circuit import BiasKind
-from circuits.errors import ParameterError
 from circuits.generator.code import codes_of, currents_of
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
@@ -62,7 +61,7 @@ class Design:
 def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
     """Calibrate the chip of a design on a silicon, at its temperature.
 
-    A chip whose current has no code, or whose silicon its record does not cover, cannot be used.
+    A chip whose current has no code cannot be used.
 
     Parameters
     ----------
@@ -72,16 +71,22 @@ def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
         Kind of the chip's biases.
     design
         Its cells and their unit of delay.
+
+    Raises
+    ------
+    OutsideBoxError
+        The silicon, or a current that is tried, is where its record was not measured.
     """
-    key, celsius = key_of(silicon, kind, design), silicon.temperature_c
-    try:
-        found = _timed_in_turn(silicon, kind, design)
-    except ParameterError as error:
-        return Codes(NAME, key, celsius, failed=str(error))
+    return attempted(NAME, silicon, kind, design, lambda begun: _found(begun, silicon, design))
+
+
+def _found(begun: Codes, silicon: Silicon, design: Design) -> Codes:
+    """Codes of the chip on a silicon."""
+    found = _timed_in_turn(silicon, begun.key.bias_kind, design)
     before, after = found[0], min(found, key=lambda each: abs(math.log(each.unit / design.unit)))
     measured = tuple(_measured(design.unit, before, after))
-    return Codes(
-        NAME, key, celsius, codes_near({_SHARED: after.current}),
+    return replace(
+        begun, biases=codes_near({_SHARED: after.current}),
         off={"cell": tuple(map(int, np.flatnonzero(after.off)))},
         trims={"own": tuple(map(float, after.own)), "offset": tuple(map(float, after.offset))},
         measured=measured, bench_s=sum(WAVES * _bench_time(each) for each in found),

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from chips.codes import Codes, Measured, codes_near, key_of, left_off
+from chips.codes import Codes, Measured, attempted, codes_near, key_of, left_off
+from chips.validity import OutsideBoxError
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
@@ -54,6 +55,20 @@ def test_codes_of_another_chip_kind_or_setup_are_refused() -> None:
 def test_a_chip_that_could_not_be_calibrated_says_why() -> None:
     with pytest.raises(ParameterError, match=r"die A/1003 could not be calibrated, all neurons are deaf;"):
         replace(CODES, failed="all neurons are deaf").check("chip", SILICON, "generator")
+
+
+def test_a_calibration_fails_for_its_reason_but_not_outside_of_a_models_box() -> None:
+    def ends(error: ParameterError) -> Codes:
+        def find(begun: Codes) -> Codes:
+            raise error
+
+        return attempted("chip", SILICON, "generator", None, find)
+
+    begun = Codes("chip", CODES.key, 27.0)
+    assert attempted("chip", SILICON, "generator", None, lambda codes: codes) == begun
+    assert ends(ParameterError("deaf")) == replace(begun, failed="deaf")
+    with pytest.raises(OutsideBoxError, match="too cold"):
+        ends(OutsideBoxError("too cold"))
 
 
 def test_what_stays_off_is_told_with_its_numbers() -> None:

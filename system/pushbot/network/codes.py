@@ -8,9 +8,10 @@ dies are brought to.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 from chips import codes
-from chips.codes import Codes, Measured, key_of, left_off
+from chips.codes import Codes, Measured, attempted, left_off
 from chips.rolls.calibration import MEASURE, SETTLE, Calibration, Task, population_rates
 from chips.rolls.program.bias_file import BiasTable, default_biases
 from chips.rolls.program.network import Network
@@ -57,31 +58,31 @@ def table_of(name: str, silicon: Silicon) -> BiasTable:
 def calibrate_plain(silicon: Silicon, kind: BiasKind, layout: PushbotLayout) -> Codes:
     """Calibrate the plain network on a silicon, at its temperature; kind: of the biases."""
     network, table = network_of(PLAIN, layout), table_of(PLAIN, silicon)
-    if _is_usual(silicon):
+
+    def found() -> Calibration:
+        if not _is_usual(silicon):
+            return calibrate_pushbot(network, table, silicon, kind)
         tasks = {"{}": calibration_task(network, table), turn("{}"): loop_task(network, table)}
-        found = _as_it_is(tasks, silicon, kind)
-    else:
-        try:
-            found = calibrate_pushbot(network, table, silicon, kind)
-        except ParameterError as error:
-            return Codes(PLAIN, key_of(silicon, kind, layout), silicon.temperature_c, failed=str(error))
-    return _codes(PLAIN, found, WANTED, (silicon, kind, layout))
+        return _as_it_is(tasks, silicon, kind)
+
+    return attempted(PLAIN, silicon, kind, layout, lambda begun: _codes(begun, found(), WANTED))
 
 
 def calibrate_graded(silicon: Silicon, kind: BiasKind, layout: PushbotLayout) -> Codes:
     """Calibrate the modified network on a silicon, at its temperature, from the plain one's codes there."""
     network, table = network_of(MODIFIED, layout), table_of(MODIFIED, silicon)
-    if _is_usual(silicon):
-        found = _as_it_is({"{}": modified_task(network, table)}, silicon, kind)
-    else:
+
+    def found() -> Calibration:
+        if _is_usual(silicon):
+            return _as_it_is({"{}": modified_task(network, table)}, silicon, kind)
         plain = codes_found(PLAIN, silicon, kind, layout)
         if plain.failed:
-            return Codes(MODIFIED, plain.key, silicon.temperature_c, failed=plain.failed)
-        try:
-            found = calibrate_modified(network, biases_of(plain), silicon, kind)
-        except ParameterError as error:
-            return Codes(MODIFIED, plain.key, silicon.temperature_c, failed=str(error))
-    return _codes(MODIFIED, found, modified_calibration.RATES, (silicon, kind, layout))
+            raise ParameterError(plain.failed)
+        return calibrate_modified(network, biases_of(plain), silicon, kind)
+
+    return attempted(
+        MODIFIED, silicon, kind, layout, lambda begun: _codes(begun, found(), modified_calibration.RATES)
+    )
 
 
 def biases_of(found: Codes) -> BiasTable:
@@ -111,19 +112,13 @@ def _as_it_is(tasks: Mapping[str, Task], silicon: Silicon, kind: BiasKind) -> Ca
     return Calibration(biases, {}, rates, rates, len(tasks))
 
 
-def _codes(
-    name: str,
-    found: Calibration,
-    wanted: Mapping[str, float],
-    made_for: tuple[Silicon, BiasKind, PushbotLayout],
-) -> Codes:
-    """What was found, as codes of a silicon, a kind of biases and a layout."""
-    silicon, kind, layout = made_for
+def _codes(begun: Codes, found: Calibration, wanted: Mapping[str, float]) -> Codes:
+    """What was found, as codes."""
     measured = tuple(_measured(found, wanted))
     silent = [m.name for m in measured if m.after == 0.0]
-    return Codes(
-        name, key_of(silicon, kind, layout), silicon.temperature_c,
-        {bias: (code,) for bias, code in found.biases.codes().items()},
+    return replace(
+        begun,
+        biases={bias: (code,) for bias, code in found.biases.codes().items()},
         off={NEURON: tuple(sorted(k for gone in found.blacklist.values() for k in gone))},
         measured=measured, bench_s=found.runs * (SETTLE + MEASURE), unmended=left_off(measured, OFF),
         failed=f"{', '.join(silent)}: no spikes at any code that was tried" if silent else "",

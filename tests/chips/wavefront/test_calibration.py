@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from chips.codes import Codes
+from chips.validity import OutsideBoxError
 from chips.wavefront.calibration import CALIBRATION, Design, calibrate, cell_codes
 from chips.wavefront.chip import ChipCells, WavefrontChip
 from circuits.blocks.wavefront.axon_delay import UNIT
@@ -71,11 +72,16 @@ def test_waves_go_round_a_cell_that_is_left_out(codes: Codes) -> None:
         chip.plan(program, (1, 4))
 
 
-def test_a_die_without_a_code_cannot_be_used() -> None:
-    slow = calibrate(SILICON, "generator", Design((2, 2), 1e3 * UNIT))
-    assert "wavefront_chip.unit" in slow.failed
-    with pytest.raises(ParameterError, match="could not be calibrated"):
-        slow.require_usable()
+@pytest.mark.parametrize(("unit", "side"), [(1e3 * UNIT, "unit: 0.1 s"), (1e-6, "i_delay: 3.19e-07 A")])
+def test_a_unit_that_the_record_does_not_reach_is_no_chip_that_failed(unit: float, side: str) -> None:
+    with pytest.raises(OutsideBoxError, match=f"wavefront_chip.{side}"):
+        calibrate(replace(SILICON, die=Die(number=3)), "generator", Design((2, 2), unit))
+
+
+def test_a_chip_without_a_cell_cannot_be_used(codes: Codes) -> None:
+    none = replace(codes, failed="no cell is left")
+    with pytest.raises(ParameterError, match="could not be calibrated, no cell is left"):
+        none.check(none.chip, SILICON, "generator", DESIGN)
 
 
 def test_it_is_calibrated_for_the_chip_of_a_rover() -> None:

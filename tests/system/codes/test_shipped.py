@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from chips.validity import OutsideBoxError
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from system.codes.file import read_codes
@@ -31,6 +33,13 @@ def test_every_chip_has_codes_in_the_package_that_a_run_takes(number: int | None
         shipped = read_codes(shipped_file(name, silicon))
         assert repr(codes_on(name, silicon, "generator")) == repr(shipped), name
     assert len(list(FOLDER.glob("*.toml"))) >= len(SHIPPED) * len(NUMBERS)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_silicon_outside_of_a_models_box_is_no_chip_that_failed(name: str) -> None:
+    frozen = replace(_silicon(name, DRAWN), temperature_c=-40.0)
+    with pytest.raises(OutsideBoxError, match=r"-40 degC, must be -[12]0 to [68][05]"):
+        calibrated_anew(name, frozen, "generator")
 
 
 @pytest.mark.parametrize("name", SHIPPED)
