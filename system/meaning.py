@@ -84,6 +84,12 @@ def of_run(numbers: Meanings, document: Meanings) -> dict[str, Meaning]:
     return {**{f"{SUMMARY}.{name}": each for name, each in numbers.items()}, **document}
 
 
+def numbers_of(told: Meanings) -> tuple[str, ...]:
+    """Return the names of the numbers that stand in a run's summary, by its own meanings (`of_run`)."""
+    names = (key.removeprefix(f"{SUMMARY}.") for key in told if key.startswith(f"{SUMMARY}."))
+    return tuple(name for name in names if "." not in name)
+
+
 def kind_of(hint: Any, *, nullable: bool) -> str:
     """Return the type in JSON of a field by its type in Python; `any` where JSON has it in another form."""
     null = "?" if nullable else ""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, final
 
 from circuits.errors import ParameterError, meant
-from system.meaning import Meaning, meanings
+from system.meaning import Meaning, meanings, numbers_of
 from system.option import Option, Setting
 from system.reader import shown
 from system.scenario import Make, all_settings, keep, read_texts, scenario_of
@@ -34,6 +34,8 @@ cautions         string[]  -  sentences, where its chips are outside of what the
 DRAWN = 1000
 """Number of the die on which a robot runs unless another is asked for: the first beyond those of tuning."""
 SUCCEEDED = "succeeded"
+PROGRAMS = "programs; no chip does that"
+"""What the parts of a robot are for which there is no chip."""
 METRICS = (SUCCEEDED, "distance_m", "emergency_share", "standing_share")
 
 S = TypeVar("S")
@@ -163,7 +165,8 @@ class System(Generic[S, T]):
         Draws over the picture of a run what another run's differs in, with the name of its die; None for a
         system whose pictures have no room for it.
     metrics
-        Names of the numbers that a study can ask of a run, `METRICS` among them.
+        Names of the numbers that a study can ask of a run, `METRICS` among them; all numbers that `meanings`
+        tells of, unless given.
     yes_no
         Metrics that are 1 or 0, for yes or no, `SUCCEEDED` among them.
     usual
@@ -204,7 +207,7 @@ class System(Generic[S, T]):
     account: Callable[[T], Account]
     numbers: Callable[[T], Mapping[str, float | None]]
     draw: Callable[[T, Figure], None]
-    metrics: tuple[str, ...]
+    metrics: tuple[str, ...] = ()
     draw_beside: Callable[[T, Figure], None] | None = None
     yes_no: tuple[str, ...] = (SUCCEEDED,)
     usual: Callable[[Mapping[str, Any]], Mapping[str, Any]] = _nothing
@@ -223,6 +226,11 @@ class System(Generic[S, T]):
     after: Callable[[T], Iterable[str]] = _no_lines
     outputs: Mapping[str, Output[T]] = field(default_factory=dict)
     circuits: Callable[[], tuple[Circuit, ...]] = _no_circuits
+
+    def __post_init__(self) -> None:
+        """Take the metrics that `meanings` tells of, unless there are others."""
+        if not self.metrics:
+            object.__setattr__(self, "metrics", metrics_with(numbers_of(self.meanings)))
 
     @property
     def settings(self) -> dict[str, Setting]:
@@ -309,6 +317,11 @@ class System(Generic[S, T]):
 def headline(*, succeeded: bool, reason: str) -> str:
     """Say whether a run succeeded and why it ended, as `failed: collided with a pipe`."""
     return f"{'succeeded' if succeeded else 'failed'}: {reason}"
+
+
+def part(choice: str, chip: str, instead: Mapping[str, str]) -> str:
+    """Return what a part of a robot was: its `chip`, or what a `choice` of an option has `instead` of it."""
+    return f"{instead[choice]}, as asked for" if choice in instead else chip
 
 
 def summary_of(account: Account, numbers: Mapping[str, float | None]) -> Summary:

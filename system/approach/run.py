@@ -48,7 +48,7 @@ from system.loop import Loop, Round
 from system.meaning import of_run
 from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
-from system.system import System, metrics_with
+from system.system import System
 from system.worlds.sound.targets import describe, range_at
 
 GRID = 10e-3  # s, spacing of the reported arrays
@@ -196,7 +196,6 @@ SYSTEM = System(
     numbers=summarise,
     draw=draw,
     draw_beside=draw_beside,
-    metrics=metrics_with(SUMMARY),
     ideal=IDEAL_CHIP,
     study_metrics=("held_fraction", "range_error_mean_m"),
     study=lambda _: {"duration": STUDY_DURATION},

@@ -38,7 +38,7 @@ from system.options.codes import described
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.plot import silicon_text
-from system.system import SUCCEEDED, Account, RunTrace, System, metrics_with
+from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, part
 from system.worlds.standing import SLOW, share_standing
 
 SUMMARY = meanings("""
@@ -75,6 +75,7 @@ shortest_path      number[][]?  -     corners of the shortest way, in units of t
                                      leads there
 """)
 SUCCESS = "it reaches the goal, or says that none can be reached where no way leads there"
+_BRAINS = {"reference": "program", "ideal": "ideal neurons"}  # beside the chip
 _SIGN_OF_LIFE = 100  # steps
 
 
@@ -293,7 +294,10 @@ def account(trace: Trace) -> Account:
         succeeded=trace.reached or (bool(trace.verdict) and trace.shortest is None),
         reason=trace.reason,
         ran_on=on,
-        parts=_parts(s),
+        parts={
+            "states and steering": part(s.brain, "NEF chip", _BRAINS),
+            "compass, contact and wheels": PROGRAMS,
+        },
         standing_share=share_standing(np.column_stack([time, trace.path]), SLOW * FASTEST),
         outside=trace.outside,
     )
@@ -354,15 +358,6 @@ def draw(trace: Trace, figure: Figure) -> None:
     draw_run(trace.world, trace.path, trace.shortest, title, figure)
 
 
-def _parts(scenario: Scenario) -> dict[str, str]:
-    """What decides, and what senses and drives."""
-    brains = {"reference": "program, as asked for", "ideal": "ideal neurons, as asked for"}
-    return {
-        "states and steering": brains.get(scenario.brain, "NEF chip"),
-        "compass, contact and wheels": "programs; no chip does that",
-    }
-
-
 SYSTEM = System(
     name="bug",
     summary="robot with compass and contact: Bug 0, 1, 2 as programs and neurons (Stöckel 2017)",
@@ -372,7 +367,6 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
-    metrics=metrics_with(SUMMARY),
     yes_no=(SUCCEEDED, "reached", "unreachable"),
     study_metrics=("reached", "time_s", "path_length", "path_ratio"),
     usual=lambda given: {} if given.get("agent") == "bug1" else {"brain": "chip"},

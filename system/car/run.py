@@ -37,7 +37,7 @@ from system.options.codes import described
 from system.options.noise import silicon_noise
 from system.options.outside import inside_boxes
 from system.plot import entitle, silicon_text
-from system.system import SUCCEEDED, Account, RunTrace, System, metrics_with
+from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, part
 from system.worlds.standing import SLOW, evenly, share_standing
 
 ENDS = ("through", "out", "collided", "undecided")
@@ -194,7 +194,12 @@ def account(trace: Trace) -> Account:
         succeeded=d.ended == "through",
         reason=_REASONS.get(d.ended, f"all {d.counts['pings']} pings made"),
         ran_on=on,
-        parts=_parts(s),
+        parts={
+            "ranges": part(
+                s.ranges, "ranging chip", {"flight": "program that times echoes", "exact": "exact places"}
+            ),
+            "bearings, choice of an arc and wheels": PROGRAMS,
+        },
         distance_m=d.distance,
         emergency_share=d.counts["retreats"] / d.counts["pings"],
         standing_share=share_standing(path, SLOW * s.robot.max_speed),
@@ -250,15 +255,6 @@ def draw(trace: Trace, figure: Figure) -> None:
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
 
 
-def _parts(scenario: Scenario) -> dict[str, str]:
-    """What times echoes, and what chooses and drives."""
-    ranges = {"flight": "program that times echoes, as asked for", "exact": "exact places, as asked for"}
-    return {
-        "ranges": ranges.get(scenario.ranges, "ranging chip"),
-        "bearings, choice of an arc and wheels": "programs; no chip does that",
-    }
-
-
 SYSTEM = System(
     name="car",
     summary="car with a narrow sonar among pipes, by a choice of 15 arcs (Wen & Horiuchi 2022)",
@@ -268,7 +264,6 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
-    metrics=metrics_with(SUMMARY),
     yes_no=(SUCCEEDED, *ENDS),
     study_metrics=("collided", "through", "side_share"),
     usual=lambda _: {"ranges": "chip"},

@@ -45,7 +45,7 @@ from system.options.block import describe_run
 from system.options.codes import described
 from system.options.outside import inside_boxes
 from system.plot import silicon_text
-from system.system import SUCCEEDED, Account, Output, Progress, RunTrace, System, metrics_with
+from system.system import PROGRAMS, SUCCEEDED, Account, Output, Progress, RunTrace, System, part
 
 SUMMARY = meanings("""
 avoided        number  -  obstacles that were detected and not collided with
@@ -173,11 +173,11 @@ def account(trace: Trace) -> Account:
 
 def _parts(sensing: Sensing) -> dict[str, str]:
     """What senses, what chooses, and what flies."""
-    ranges = {"exact": "exact places, as asked for", "sonar": "a sonar's time of flight, as asked for"}
+    ranges = {"exact": "exact places", "sonar": "a sonar's time of flight"}
     return {
-        "ranges": ranges.get(sensing.ranges, "ranging chip"),
-        "choice of an arc": "selection chip" if sensing.selection == "chip" else "program, as asked for",
-        "bearings, memory and flight": "programs; no chip does that",
+        "ranges": part(sensing.ranges, "ranging chip", ranges),
+        "choice of an arc": part(sensing.selection, "selection chip", {"ideal": "program"}),
+        "bearings, memory and flight": PROGRAMS,
     }
 
 
@@ -263,7 +263,6 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
-    metrics=metrics_with(SUMMARY),
     yes_no=(SUCCEEDED, "collided"),
     study_metrics=("avoided", "collided"),
     usual=lambda _: {"ranges": "chip", "selection": "chip"},

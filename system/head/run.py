@@ -31,7 +31,7 @@ from system.options.codes import described
 from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
-from system.system import Account, RunTrace, System, metrics_with
+from system.system import PROGRAMS, Account, RunTrace, System
 
 SUMMARY = meanings("""
 error_rms_deg    number  deg  rms angle between head and target
@@ -125,7 +125,7 @@ def account(trace: Trace) -> Account:
             "silicon_noise": s.silicon_noise,
             **describe_run(s),
         },
-        parts={"ears": "LSO neurons of the chip", "target, calls and motor": "programs; no chip does that"},
+        parts={"ears": "LSO neurons of the chip", "target, calls and motor": PROGRAMS},
         outside=trace.outside,
     )
 
@@ -176,7 +176,6 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
-    metrics=metrics_with(SUMMARY),
     ideal=IDEAL_CHIP,
     study_metrics=("error_rms_deg", "lost"),
     document=document,

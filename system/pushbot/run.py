@@ -33,7 +33,7 @@ from system.pushbot.loop import Brain, Record, all_events, all_spikes, open_loop
 from system.pushbot.picture import draw_run
 from system.pushbot.readout import LOOK, Readout
 from system.pushbot.scenario import Scenario, check_scene, scene_of
-from system.system import SUCCEEDED, Account, Output, RunTrace, System, metrics_with
+from system.system import PROGRAMS, SUCCEEDED, Account, Output, RunTrace, System
 from system.worlds.arena.geometry import clearance
 from system.worlds.arena.scene import Scene
 from system.worlds.camera.file import check_events, write_events
@@ -251,7 +251,7 @@ def account(trace: Trace) -> Account:
         },
         parts={
             "network": "ROLLS chip",
-            "camera, counting of spikes and wheels": "programs; no chip does that",
+            "camera, counting of spikes and wheels": PROGRAMS,
         },
         distance_m=drive.way,
         standing_share=standing,
@@ -328,7 +328,6 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
-    metrics=metrics_with(SUMMARY),
     yes_no=(SUCCEEDED, "collided", "crossed", "between"),
     ideal=IDEAL_CHIP,
     study_metrics=("collided", "distance_cm"),

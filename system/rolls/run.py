@@ -35,7 +35,7 @@ from system.options.temperature import temperature_text
 from system.plot import COLOURS, INK
 from system.rolls.options import bias_table
 from system.rolls.scenario import SETTLING, STUDY_DURATION, Scenario, check_codes
-from system.system import Account, RunTrace, System, metrics_with
+from system.system import Account, RunTrace, System
 
 HOT = 2.0  # ours
 SHOWN = 0.5  # s, of the picture
@@ -207,7 +207,6 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
-    metrics=metrics_with(SUMMARY),
     ideal=IDEAL_CHIP,
     study_metrics=("population_rate", "rate_cv", "silent", "hot"),
     study=lambda _: {"duration": STUDY_DURATION},

@@ -42,7 +42,7 @@ from system.rover.picture import draw_map, draw_scale_bar, draw_ways
 from system.rover.planner import Plan, Planner, plan_path, planner_named
 from system.rover.scenario import Scenario, no_silicon
 from system.rover.wave_planner import ChipPlanner
-from system.system import SUCCEEDED, Account, RunTrace, System, metrics_with
+from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, part
 from system.worlds.standing import SLOW, evenly, share_standing
 
 SUMMARY = meanings("""
@@ -243,11 +243,10 @@ def account(trace: Trace) -> Account:
 
 def _parts(scenario: Scenario) -> dict[str, str]:
     """What plans and what drives."""
-    plans = {"ideal": "ideal cells, as asked for", "chip": "wavefront chip"}[scenario.cells]
-    other = f"program {scenario.planner}, as asked for"
+    cells = part(scenario.cells, "wavefront chip", {"ideal": "ideal cells"})
     return {
-        "planning": plans if scenario.planner == "wave" else other,
-        "fixes, steering and wheels": "programs; no chip does that",
+        "planning": cells if scenario.planner == "wave" else f"program {scenario.planner}, as asked for",
+        "fixes, steering and wheels": PROGRAMS,
     }
 
 
@@ -349,7 +348,6 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
-    metrics=metrics_with(SUMMARY),
     yes_no=(SUCCEEDED, "arrived"),
     study_metrics=("regret_share", "frechet_m"),
     usual=usual,

@@ -46,8 +46,9 @@ from system.spiking_bat.chip_brain import ChipBrain, brain_with, design_of
 from system.spiking_bat.flight import Flown, fly
 from system.spiking_bat.lif import all_lif
 from system.spiking_bat.scenario import Scenario, make, no_silicon
-from system.system import SUCCEEDED, Account, RunTrace, System, metrics_with
+from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, metrics_with, part
 
+_BRAINS = {"network": "ideal neurons", "lif": "integrate-and-fire neurons"}  # beside the chip
 COUNTED = ("collided", "avoided", "laps", "pings", "time_s", "distance_m", "emergencies", "scans")
 SUMMARY = meanings("""
 collided     number  -  1 where it ended by a collision, 0 where it would have gone on
@@ -174,7 +175,10 @@ def account(trace: Trace) -> Account:
         succeeded=not flown.collided and gets_on(progress(flown.path), flown.time_s * s.max_speed),
         reason=ended_because(flown.pings, collided=flown.collided),
         ran_on=on,
-        parts=_parts(s),
+        parts={
+            "memory and choice of an arc": part(s.brain, "latency chip", _BRAINS),
+            "sonar, maps and flight": PROGRAMS,
+        },
         distance_m=flown.distance_m,
         emergency_share=flown.emergencies / flown.pings,
         outside=trace.outside,
@@ -228,15 +232,6 @@ def draw(trace: Trace, figure: Figure) -> None:
     heading += f"\n{said.headline}"
     place, path = trace.forest.place, trace.flown.path
     draw_view_of_run(place, s.bat.zone, path, figure, heading, succeeded=said.succeeded)
-
-
-def _parts(scenario: Scenario) -> dict[str, str]:
-    """What decides, and what stands around it."""
-    brains = {"network": "ideal neurons, as asked for", "lif": "integrate-and-fire neurons, as asked for"}
-    return {
-        "memory and choice of an arc": brains.get(scenario.brain, "latency chip"),
-        "sonar, maps and flight": "programs; no chip does that",
-    }
 
 
 SYSTEM = System(
