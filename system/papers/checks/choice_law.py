@@ -22,20 +22,24 @@ from chips.lso.measure import FROM, LEVELS
 from chips.lso.model import SIDES, head_on
 from chips.selection.measure import UNDECIDED, Pair, measure_pairs
 from chips.selection.model import MARGIN
+from circuits.arrays import F64
 from circuits.circuit import BiasKind
-from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
-from system.experiment import Experiment, Progress, Report, with_progress
-from system.plot import COLOURS
-from system.rule import Rule, at_least, at_most
+from system.experiment import Experiment, Progress, Report
+from system.papers.checks.beside import (
+    CLASS_SHARE,
+    TIME_SHARE,
+    UNDECIDED_SHARE,
+    draw_errors,
+    judged,
+    largest_error,
+    on_dies,
+)
+from system.rule import at_least, at_most
 from system.statement import Statement
 
 DIES = range(1000, 1020)
-TEMPERATURES = (-10.0, 27.0, 60.0)  # degC
-KINDS: tuple[BiasKind, ...] = ("gate", "generator")
 PROFILES = 2  # a die, temperature and kind
-CLASS_SHARE, UNDECIDED_SHARE, TIME_SHARE = 0.99, 0.02, 0.03  # margins; ours
 
 Times = list[tuple[float, float]]
 
@@ -54,8 +58,9 @@ class Heard:
     hears: bool
 
 
-def heard(kind: BiasKind, silicon: Silicon, number: int) -> Heard:
-    """Return what both levels say of the head's parts on die `number`, which also chooses their places."""
+def heard(kind: BiasKind, silicon: Silicon) -> Heard:
+    """Return what both levels say of the head's parts on a die, whose number also chooses their places."""
+    number = silicon.die.number or 0
     head, side, unit = head_on(silicon, kind), number % SIDES, number % LEVELS
     model, circuit = neuron_spikes(head, silicon, kind, side, inputs(number))
     spikes = [(float(a - AT), float(b - AT)) for a, b in zip(circuit, model, strict=False)]
@@ -64,15 +69,17 @@ def heard(kind: BiasKind, silicon: Silicon, number: int) -> Heard:
     return Heard((circuit.size, model.size), spikes, delays, bool(head.rest[side, unit] < -FROM))
 
 
+def beside(kind: BiasKind, silicon: Silicon) -> tuple[list[Pair], Heard]:
+    """Return decisions and the head's parts on a silicon."""
+    dies, celsius = (silicon.die.number or 0,), silicon.temperature_c
+    pairs = measure_pairs(dies, PROFILES, celsius, made_in=silicon.process, kind=kind)
+    return pairs, heard(kind, silicon)
+
+
 def compare(dies: Iterable[int], progress: Progress = lambda _: None) -> tuple[list[Pair], list[Heard]]:
     """Return decisions and the head's parts on every die at every temperature with both kinds of bias."""
-    pairs: list[Pair] = []
-    every = [(kind, t, number) for kind in KINDS for t in TEMPERATURES for number in dies]
-    found = []
-    for kind, t, number in with_progress(every, progress):
-        pairs += measure_pairs((number,), PROFILES, t, made_in=AMI_1500, kind=kind)
-        found.append(heard(kind, Silicon(AMI_1500, t, Die(number=number)), number))
-    return pairs, found
+    pairs, found = zip(*on_dies(beside, dies, progress), strict=True)
+    return [pair for each in pairs for pair in each], list(found)
 
 
 def statements(pairs: list[Pair], found: list[Heard]) -> tuple[Statement, ...]:
@@ -83,22 +90,27 @@ def statements(pairs: list[Pair], found: list[Heard]) -> tuple[Statement, ...]:
     delays = [pair for each in found for pair in each.delays if np.isfinite(pair[0]) and each.hears]
     hears = [np.isfinite(theirs) == each.hears for each in found for theirs, _ in each.delays]
     counts = [a == b for a, b in (each.counts for each in found)]
-    rows: tuple[tuple[str, float, Rule], ...] = (
-        ("winner_share", len(same) / len(certain), at_least(CLASS_SHARE)),
-        ("tie_share", 1.0 - len(certain) / len(pairs), at_most(UNDECIDED_SHARE)),
-        ("decision_error_max", _largest(times), at_most(TIME_SHARE)),
-        ("count_share", float(np.mean(counts)), at_least(CLASS_SHARE)),
-        ("spike_error_max", _largest([t for h in found for t in h.spikes]), at_most(TIME_SHARE)),
-        ("hears_share", float(np.mean(hears)), at_least(CLASS_SHARE)),
-        ("level_error_max", _largest(delays), at_most(TIME_SHARE)),
+    return judged(
+        (
+            ("winner_share", len(same) / len(certain), at_least(CLASS_SHARE)),
+            ("tie_share", 1.0 - len(certain) / len(pairs), at_most(UNDECIDED_SHARE)),
+            ("decision_error_max", _largest(times), at_most(TIME_SHARE)),
+            ("count_share", float(np.mean(counts)), at_least(CLASS_SHARE)),
+            ("spike_error_max", _largest([t for h in found for t in h.spikes]), at_most(TIME_SHARE)),
+            ("hears_share", float(np.mean(hears)), at_least(CLASS_SHARE)),
+            ("level_error_max", _largest(delays), at_most(TIME_SHARE)),
+        )
     )
-    return tuple(Statement(name, None, value, rule) for name, value, rule in rows)
 
 
 def _largest(pairs: Times) -> float:
     """Largest relative difference of pairs of times, s."""
+    return largest_error(*_columns(pairs))
+
+
+def _columns(pairs: Times) -> tuple[F64, F64]:
     circuit, model = np.array(pairs).reshape(-1, 2).T
-    return float(np.abs(model / circuit - 1.0).max(initial=0.0))
+    return circuit, model
 
 
 def run(progress: Progress) -> Report:
@@ -109,18 +121,11 @@ def run(progress: Progress) -> Report:
 
 def draw(pairs: list[Pair], found: list[Heard], figure: Figure) -> None:
     """Draw the error of each decision, spike and level unit over its time."""
-    ax = figure.add_subplot()
     decided = [(p.solved_time, p.modelled_time) for p in pairs if p.solved == p.modelled != UNDECIDED]
     spikes = [t for h in found for t in h.spikes]
     delays = [t for h in found for t in h.delays if np.isfinite(t[0])]
-    named = (("decisions", decided), ("spikes of neurons", spikes), ("level units", delays))
-    for (name, times), colour in zip(named, COLOURS, strict=False):
-        circuit, model = np.array(times).reshape(-1, 2).T
-        ax.loglog(1e3 * circuit, 1e2 * np.abs(model / circuit - 1.0), "o", color=colour, label=name)
-    ax.axhline(1e2 * TIME_SHARE, color="grey", lw=0.8)
-    ax.set_xlabel("time of the circuit, ms")
-    ax.set_ylabel("error of the model, %")
-    ax.legend()
+    named = {"decisions": decided, "spikes of neurons": spikes, "level units": delays}
+    draw_errors({name: _columns(times) for name, times in named.items()}, "time", figure)
 
 
 EXPERIMENT = Experiment(

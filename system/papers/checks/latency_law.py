@@ -25,19 +25,22 @@ from chips.latency.chip import LatencyChip
 from chips.latency.errors import decisions_at, times_at, usual_design
 from chips.latency.kernel import MARGIN
 from chips.latency.model import usual_biases
+from circuits.arrays import F64
 from circuits.circuit import BiasKind
-from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
-from system.experiment import Experiment, Progress, Report, with_progress
-from system.plot import COLOURS
-from system.rule import Rule, at_least, at_most, unjudged
+from system.experiment import Experiment, Progress, Report
+from system.papers.checks.beside import (
+    CLASS_SHARE,
+    TIME_SHARE,
+    UNDECIDED_SHARE,
+    draw_errors,
+    judged,
+    on_dies,
+)
+from system.rule import at_least, at_most, unjudged
 from system.statement import Statement
 
 DIES = range(1000, 1010)
-KINDS: tuple[BiasKind, ...] = ("gate", "generator")
-TEMPERATURES = (-10.0, 27.0, 60.0)  # degC
-CLASS_SHARE, UNDECIDED_SHARE, TIME_SHARE = 0.99, 0.02, 0.03  # margins; ours
 TIMES = ("tap", "integrating", "release", "hold", "race")
 
 
@@ -77,28 +80,33 @@ def _undecided(chip: LatencyChip, p: int, u: int) -> bool:
 
 def compare(dies: Iterable[int], progress: Progress = lambda _: None) -> list[Beside]:
     """Return parts on every die at every temperature with every kind of bias, under the full law."""
-    every = [(kind, t, number) for kind in KINDS for t in TEMPERATURES for number in dies]
-    return [beside(k, Silicon(AMI_1500, t, Die(number=n))) for k, t, n in with_progress(every, progress)]
+    return on_dies(beside, dies, progress)
 
 
 def statements(found: list[Beside]) -> tuple[Statement, ...]:
     """Return how far the model is off, a row a margin."""
     decided = [pair for b in found if not b.undecided for pair in b.detected]
     same = sum(ours == theirs for ours, theirs in decided) / len(decided)
-    rows: list[tuple[str, float, Rule]] = [
+    return judged([
         ("detection_share", same, at_least(CLASS_SHARE)),
         ("undecided_share", sum(b.undecided for b in found) / len(found), at_most(UNDECIDED_SHARE)),
         *((f"{name}_error_max", float(np.abs(errors(found, name)).max()), at_most(TIME_SHARE))
           for name in TIMES),
         ("short_period_share", float((errors(found, "tonic") > TIME_SHARE).mean()),
          unjudged("units whose later periods are shorter than the first")),
-    ]  # fmt: skip
-    return tuple(Statement(name, None, value, rule) for name, value, rule in rows)
+    ])  # fmt: skip
 
 
-def errors(found: list[Beside], name: str) -> np.ndarray:
+def errors(found: list[Beside], name: str) -> F64:
     """Return the relative errors of a quantity, float64[parts]."""
-    return np.array([ours / theirs - 1.0 for b in found for own, ours, theirs in b.times if own == name])
+    theirs, ours = pairs_of(found, name)
+    return ours / theirs - 1.0
+
+
+def pairs_of(found: list[Beside], name: str) -> tuple[F64, F64]:
+    """Return a quantity of the circuit and of the model, s, float64[parts] each."""
+    theirs, ours = np.array([pair for b in found for own, *pair in b.times if own == name])[:, ::-1].T
+    return theirs, ours
 
 
 def run(progress: Progress) -> Report:
@@ -109,14 +117,7 @@ def run(progress: Progress) -> Report:
 
 def draw(found: list[Beside], figure: Figure) -> None:
     """Draw the error of each time over the circuit's time."""
-    ax = figure.add_subplot()
-    for name, colour in zip(TIMES, COLOURS, strict=False):
-        theirs = np.array([t for b in found for own, _, t in b.times if own == name])
-        ax.loglog(1e3 * theirs, 1e2 * np.abs(errors(found, name)), "o", color=colour, label=name)
-    ax.axhline(1e2 * TIME_SHARE, color="grey", lw=0.8)
-    ax.set_xlabel("time of the circuit, ms")
-    ax.set_ylabel("error of the model, %")
-    ax.legend()
+    draw_errors({name: pairs_of(found, name) for name in TIMES}, "time", figure)
 
 
 EXPERIMENT = Experiment("latency-law", "the latency chip under the full law against its transistors", run)

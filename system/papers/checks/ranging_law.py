@@ -21,17 +21,21 @@ from chips.ranging.response import UNDECIDED, tune
 from circuits.bias import rebias
 from circuits.blocks.sonar import rebound_neuron, tuning
 from circuits.circuit import BiasKind
-from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
-from system.experiment import Experiment, Progress, Report, with_progress
-from system.plot import COLOURS
-from system.rule import Rule, at_least, at_most
+from system.experiment import Experiment, Progress, Report
+from system.papers.checks.beside import (
+    CLASS_SHARE,
+    TIME_SHARE,
+    UNDECIDED_SHARE,
+    draw_errors,
+    judged,
+    largest_error,
+    on_dies,
+)
+from system.rule import at_least, at_most
 from system.statement import Statement
 
 DIES = range(1000, 1020)
-TEMPERATURES = (-10.0, 27.0, 60.0)  # degC
-CLASS_SHARE, UNDECIDED_SHARE, TIME_SHARE = 0.99, 0.02, 0.03  # margins; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +67,7 @@ def beside(kind: BiasKind, silicon: Silicon) -> Beside:
 
 def compare(dies: Iterable[int], progress: Progress = lambda _: None) -> list[Beside]:
     """Return the neuron on every die at every temperature with every kind of bias, under the full law."""
-    every = [(kind, t, number) for kind in KINDS for t in TEMPERATURES for number in dies]
-    return [beside(k, Silicon(AMI_1500, t, Die(number=n))) for k, t, n in with_progress(every, progress)]
+    return on_dies(beside, dies, progress, KINDS)
 
 
 def statements(found: list[Beside]) -> tuple[Statement, ...]:
@@ -73,19 +76,20 @@ def statements(found: list[Beside]) -> tuple[Statement, ...]:
     same = sum(b.circuit == b.model for b in decided) / len(decided)
     inhibition = _largest([b.t_inh for b in found])
     delay = _largest([b.best_delay for b in decided if b.circuit == b.model == "works"])
-    rows: tuple[tuple[str, float, Rule], ...] = (
-        ("class_share", same, at_least(CLASS_SHARE)),
-        ("undecided_share", 1.0 - len(decided) / len(found), at_most(UNDECIDED_SHARE)),
-        ("t_inh_error_max", inhibition, at_most(TIME_SHARE)),
-        ("best_delay_error_max", delay, at_most(TIME_SHARE)),
+    return judged(
+        (
+            ("class_share", same, at_least(CLASS_SHARE)),
+            ("undecided_share", 1.0 - len(decided) / len(found), at_most(UNDECIDED_SHARE)),
+            ("t_inh_error_max", inhibition, at_most(TIME_SHARE)),
+            ("best_delay_error_max", delay, at_most(TIME_SHARE)),
+        )
     )
-    return tuple(Statement(name, None, value, rule) for name, value, rule in rows)
 
 
 def _largest(pairs: list[tuple[float, float]]) -> float:
     """Largest relative difference of those pairs that both levels have."""
-    circuit, model = np.array(pairs).reshape(-1, 2).T
-    return float(np.nanmax(np.abs(model / circuit - 1.0), initial=0.0))
+    circuit, model = np.array([pair for pair in pairs if not np.isnan(pair).any()]).reshape(-1, 2).T
+    return largest_error(circuit, model)
 
 
 def run(progress: Progress) -> Report:
@@ -96,16 +100,8 @@ def run(progress: Progress) -> Report:
 
 def draw(found: list[Beside], figure: Figure) -> None:
     """Draw the error of each inhibition over its length."""
-    ax = figure.add_subplot()
-    for kind, colour in zip(KINDS, COLOURS, strict=False):
-        pairs = np.array([b.t_inh for b in found if b.kind == kind])
-        ax.loglog(
-            1e3 * pairs[:, 0], 1e2 * np.abs(pairs[:, 1] / pairs[:, 0] - 1.0), "o", color=colour, label=kind
-        )
-    ax.axhline(1e2 * TIME_SHARE, color="grey", lw=0.8)
-    ax.set_xlabel("inhibition of the circuit, ms")
-    ax.set_ylabel("error of the model, %")
-    ax.legend()
+    pairs = {kind: np.array([b.t_inh for b in found if b.kind == kind]) for kind in KINDS}
+    draw_errors({kind: (each[:, 0], each[:, 1]) for kind, each in pairs.items()}, "inhibition", figure)
 
 
 EXPERIMENT = Experiment(

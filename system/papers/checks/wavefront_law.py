@@ -38,20 +38,28 @@ from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.event_jitter import event_jitter
 from circuits.solver.transient import simulate
-from system.experiment import Experiment, Progress, Report, with_progress
-from system.plot import COLOURS
-from system.rule import Rule, at_least, at_most
+from system.experiment import Experiment, Progress, Report
+from system.papers.checks.beside import (
+    CLASS_SHARE,
+    KINDS,
+    TEMPERATURES,
+    TIME_SHARE,
+    UNDECIDED_SHARE,
+    draw_errors,
+    judged,
+    largest_error,
+    on_dies,
+)
+from system.rule import at_least, at_most
 from system.statement import Statement
 
 DIES = range(1000, 1020)
 WAVE_DIES = DIES[:4]
-TEMPERATURES = (-10.0, 27.0, 60.0)  # degC
-KINDS: tuple[BiasKind, ...] = ("gate", "generator")
 CODES = (1, 1, 9, 9, 9, 31, 31, 31)  # of the axons of the chip's first row
 SHAPE = (20, 20)
 WAVE = np.array([[1, 2, 1], [1, 2, 1]])  # codes; two ways of one cost to the last column
 NOISY_CODES = (1, 9)
-CLASS_SHARE, UNDECIDED_SHARE, TIME_SHARE, NOISE_SHARE = 0.99, 0.02, 0.03, 0.05  # margins; ours
+NOISE_SHARE = 0.05  # margin; ours
 SURE = 2.0  # errors of the record, of each delay, beyond which a contest is decided
 
 
@@ -115,13 +123,7 @@ def jitter_of(code: int) -> tuple[float, float]:
 
 def compare(dies: Iterable[int], progress: Progress = lambda _: None) -> list[Axons]:
     """Return axons of every die at every temperature with every kind of bias, under the full law."""
-    every = [
-        (kind, Silicon(AMI_1500, celsius, Die(number=number)))
-        for kind in KINDS
-        for celsius in TEMPERATURES
-        for number in dies
-    ]
-    return [axons_of(*each) for each in with_progress(every, progress)]
+    return on_dies(axons_of, dies, progress)
 
 
 def waves(dies: Iterable[int]) -> list[tuple[F64, F64]]:
@@ -140,20 +142,21 @@ def statements(
     """Return how far the model is off, a row a margin."""
     contests = [c for axons in found for c in axons.contests()]
     decided = [same for sure, same in contests if sure]
-    rows: tuple[tuple[str, float, Rule], ...] = (
-        ("delay_error_max", max(_largest(a.circuit, a.model) for a in found), at_most(TIME_SHARE)),
-        ("first_of_two_share", sum(decided) / len(decided), at_least(CLASS_SHARE)),
-        ("undecided_share", 1.0 - len(decided) / len(contests), at_most(UNDECIDED_SHARE)),
-        ("jitter_error_max", max(abs(m / c - 1.0) for c, m in jitter), at_most(NOISE_SHARE)),
-        ("wave_error_max", max(_largest(*grid) for grid in grids), at_most(TIME_SHARE)),
+    return judged(
+        (
+            ("delay_error_max", max(_largest(a.circuit, a.model) for a in found), at_most(TIME_SHARE)),
+            ("first_of_two_share", sum(decided) / len(decided), at_least(CLASS_SHARE)),
+            ("undecided_share", 1.0 - len(decided) / len(contests), at_most(UNDECIDED_SHARE)),
+            ("jitter_error_max", max(abs(m / c - 1.0) for c, m in jitter), at_most(NOISE_SHARE)),
+            ("wave_error_max", max(_largest(*grid) for grid in grids), at_most(TIME_SHARE)),
+        )
     )
-    return tuple(Statement(name, None, value, rule) for name, value, rule in rows)
 
 
 def _largest(circuit: F64, model: F64) -> float:
     """Largest relative difference of times that are above 0."""
     later = circuit > 0.0
-    return float(np.abs(model[later] / circuit[later] - 1.0).max())
+    return largest_error(circuit[later], model[later])
 
 
 def run(progress: Progress) -> Report:
@@ -166,15 +169,13 @@ def run(progress: Progress) -> Report:
 
 def draw(found: list[Axons], figure: Figure) -> None:
     """Draw the error of each delay over its length."""
-    ax = figure.add_subplot()
-    for kind, colour in zip(KINDS, COLOURS, strict=False):
-        own = [a for a in found if a.kind == kind]
-        circuit, model = (np.concatenate([getattr(a, level) for a in own]) for level in ("circuit", "model"))
-        ax.loglog(1e3 * circuit, 1e2 * np.abs(model / circuit - 1.0), "o", color=colour, label=kind)
-    ax.axhline(1e2 * TIME_SHARE, color="grey", lw=0.8)
-    ax.set_xlabel("delay of the circuit, ms")
-    ax.set_ylabel("error of the model, %")
-    ax.legend()
+    of_kind = {kind: [a for a in found if a.kind == kind] for kind in KINDS}
+    draw_errors({kind: _joined(own) for kind, own in of_kind.items()}, "delay", figure)
+
+
+def _joined(axons: list[Axons]) -> tuple[F64, F64]:
+    """Delays of axons by circuit and by model, s."""
+    return np.concatenate([a.circuit for a in axons]), np.concatenate([a.model for a in axons])
 
 
 EXPERIMENT = Experiment("wavefront-law", "the wavefront chip under the full law against its transistors", run)
