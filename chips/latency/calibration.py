@@ -172,14 +172,7 @@ def calibrate(silicon: Silicon, kind: BiasKind, setup: Sized) -> Codes:
 
     A chip of which a line has no code for what it should have cannot be used.
 
-    Parameters
-    ----------
-    silicon
-        Process, temperature of the bench, and die.
-    kind
-        Kind of the biases.
-    setup
-        What the chip is designed for, and how large its devices are.
+    Arguments are those of `chips.codes.attempted`; setup: what it is designed for, and its size.
 
     Raises
     ------

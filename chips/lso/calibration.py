@@ -96,14 +96,7 @@ def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
 
     A chip whose neurons do not spike, or of which a line has no code for what it should have, cannot be used.
 
-    Parameters
-    ----------
-    silicon
-        Process, temperature of the bench, and die.
-    kind
-        Kind of the chip's biases.
-    design
-        Thresholds of its level units.
+    Arguments are those of `chips.codes.attempted`; design: thresholds of its level units.
 
     Raises
     ------

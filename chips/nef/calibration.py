@@ -93,14 +93,7 @@ class Signals:
 def calibrate(silicon: Silicon, kind: BiasKind, setup: Hashable = None) -> Codes:
     """Calibrate a chip on a silicon, at its temperature, with the design's targets.
 
-    Parameters
-    ----------
-    silicon
-        Process, temperature of the bench, and die.
-    kind
-        Kind of the biases, which have codes.
-    setup
-        Nothing: it is the same for any network.
+    Arguments are those of `chips.codes.attempted`; setup: nothing, it is the same for any network.
 
     Raises
     ------

@@ -207,16 +207,9 @@ class Conditions:
         return float(self.typical().power * np.median(slopes))
 
     def rates(self, first: int, current: F64, sunk: F64 | float = 0.0) -> F64:
-        """Return rates from neuron `first` on at a `current`, Hz, float64[points, neurons], as `Curves`.
+        """Return rates from neuron `first` on at a `current`, Hz, as `Curves.rates` does.
 
-        Parameters
-        ----------
-        first
-            Number of the first neuron.
-        current
-            Currents in thresholds of an ideal neuron (dimensionless), float64[points, neurons].
-        sunk
-            What of it mirrors draw, a magnitude, in the same unit and shape.
+        sunk: what of the current mirrors draw, a magnitude, in the same unit and shape.
         """
         return self.law.rates(first, current, sunk)
 

@@ -67,14 +67,7 @@ def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
 
     A chip whose line has no code for its current cannot be used.
 
-    Parameters
-    ----------
-    silicon
-        Process, temperature of the bench, and die.
-    kind
-        Kind of the chip's bias.
-    design
-        Its cells.
+    Arguments are those of `chips.codes.attempted`; design: its cells.
 
     Raises
     ------

@@ -63,14 +63,7 @@ def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
 
     A chip whose current has no code cannot be used.
 
-    Parameters
-    ----------
-    silicon
-        Process, temperature of the bench, and die.
-    kind
-        Kind of the chip's biases.
-    design
-        Its cells and their unit of delay.
+    Arguments are those of `chips.codes.attempted`; design: its cells and their unit of delay.
 
     Raises
     ------

@@ -15,15 +15,16 @@ from matplotlib.figure import Figure
 
 from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import IDEAL_CURRENTS
+from system.papers.milde2017.avoided import avoided
 from system.papers.milde2017.null import ROBOTS, always, runs_of
 from system.papers.milde2017.picture import SHADES
 from system.plot import INK, draw_estimates
-from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, summaries_of
+from system.pushbot.campaign import Drive, Runs, drive_repeats, summaries_of
 from system.pushbot.scenario import Scenario
 from system.rule import Measured, at_least, at_most
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
-from system.study.statistics.share import Share, share_where
+from system.study.statistics.share import Share
 from system.verdict.null import nulls_of
 
 LIGHTS = ("normal", "dark", "very-dark")
@@ -52,14 +53,6 @@ def reproduce(
     nulls = {name: avoided(runs) for name, runs in runs_of(NULLS, found).items()}
     notes = tuple(f"{light}, {colour}: avoided {share}" for (light, colour), share in free.items())
     return Report(rows(free), lambda figure: _draw(free, figure), notes, nulls_of(rows, nulls))
-
-
-def avoided(found: Mapping[tuple[str, str], Sequence[Summary]]) -> Free:
-    """Count the runs of each cell that passed the block's line and touched nothing."""
-    return {
-        key: share_where(bool(s["crossed"]) and not s["collided"] for s in runs)
-        for key, runs in found.items()
-    }
 
 
 def rows(free: Free) -> tuple[Statement, ...]:

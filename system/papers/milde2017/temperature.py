@@ -15,14 +15,15 @@ from matplotlib.figure import Figure
 
 from circuits.circuit import BiasKind
 from system.experiment import Experiment, Progress, Report
+from system.papers.milde2017.avoided import avoided
 from system.papers.milde2017.null import ROBOTS, runs_of
 from system.plot import COLOURS, draw_estimates
-from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, summaries_of
+from system.pushbot.campaign import Drive, Runs, drive_repeats, summaries_of
 from system.pushbot.scenario import Scenario
 from system.rule import Measured, at_least, below
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
-from system.study.statistics.share import Share, share_where
+from system.study.statistics.share import Share
 from system.verdict.null import nulls_of
 
 KINDS: tuple[BiasKind, ...] = ("ideal", "gate")
@@ -46,19 +47,10 @@ def reproduce(
     }
     driven = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
     told = summaries_of(driven)
-    found = _shares(told)
-    nulls = {name: _shares(runs) for name, runs in runs_of(ROBOTS, told).items()}
+    found = avoided(told)
+    nulls = {name: avoided(runs) for name, runs in runs_of(ROBOTS, told).items()}
     notes = tuple(f"{kind}, {t:g} degC: avoided {share}" for (kind, t), share in found.items())
     return Report(rows(found), lambda figure: _draw(found, figure), notes, nulls_of(rows, nulls))
-
-
-def _shares(told: Mapping[tuple[BiasKind, float], Sequence[Summary]]) -> Found:
-    return {key: avoided(runs) for key, runs in told.items()}
-
-
-def avoided(found: Sequence[Summary]) -> Share:
-    """Count the runs that passed the block's line and touched nothing; one that stands avoids nothing."""
-    return share_where(bool(s["crossed"]) and not s["collided"] for s in found)
 
 
 def rows(found: Found) -> tuple[Statement, ...]:

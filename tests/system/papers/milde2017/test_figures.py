@@ -16,7 +16,7 @@ from system.papers.milde2017 import pairs as milde2017_pairs
 from system.papers.milde2017 import table1 as milde2017_table1
 from system.papers.milde2017 import target as milde2017_target
 from system.papers.milde2017 import variability as milde2017_variability
-from system.papers.milde2017.temperature import avoided
+from system.papers.milde2017.avoided import avoided
 from system.pushbot.campaign import Summary
 from system.pushbot.drive import begin_run
 from system.pushbot.network.biases import LEVELS
@@ -204,4 +204,4 @@ def test_the_target_is_reached_or_not() -> None:
 
 
 def test_a_robot_that_stands_avoids_nothing() -> None:
-    assert avoided(summaries(collided=[0.0, 0.0, 1.0], crossed=[0.0, 1.0, 1.0])) == Share(1, 3)
+    assert avoided({"one": summaries(collided=[0.0, 0.0, 1.0], crossed=[0.0, 1.0, 1.0])}) == {"one": Share(1, 3)}

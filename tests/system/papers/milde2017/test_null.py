@@ -21,6 +21,7 @@ from system.papers.milde2017 import (
     temperature,
     variability,
 )
+from system.papers.milde2017.avoided import avoided
 from system.papers.milde2017.null import ROBOTS, runs_of
 from system.pushbot.campaign import Summary
 from system.statement import Statement
@@ -63,8 +64,8 @@ def test_two_cups_do_not_tell_who_avoids_them() -> None:
 def test_light_and_colour_are_met_by_all_but_the_row_that_asks_for_the_other() -> None:
     found = {(a, b): runs(10) for a in fig7.LIGHTS for b in fig7.BLOCKS}
     found |= {("normal", "yellow"): [HIT] * 10, ("very-dark", "yellow"): [HIT] * 10}
-    nulls = {name: fig7.avoided(each) for name, each in runs_of(fig7.NULLS, found).items()}
-    assert held(fig7.rows(fig7.avoided(found)), nulls_of(fig7.rows, nulls)) == {
+    nulls = {name: avoided(each) for name, each in runs_of(fig7.NULLS, found).items()}
+    assert held(fig7.rows(avoided(found)), nulls_of(fig7.rows, nulls)) == {
         "ours": 5, "always collides": 4, "never moves": 4, "always gets past": 4,
     }  # fmt: skip
 
