@@ -207,13 +207,11 @@ def attempted(
     Parameters
     ----------
     name
-        Name of the calibration.
+        Of the calibration.
     silicon
-        Process, temperature of the bench, and die.
-    kind
-        Kind of the chip's biases.
-    setup
-        What the chip is set up for.
+        What is calibrated, at the temperature of the bench.
+    kind, setup
+        Kind of the chip's biases, and what it is set up for.
     find
         Fills in codes of which only name, key and temperature stand; it raises `ParameterError`, whose text
         is the reason, where it cannot.

@@ -172,12 +172,8 @@ def calibrate(silicon: Silicon, kind: BiasKind, setup: Sized) -> Codes:
 
     A chip of which a line has no code for what it should have cannot be used.
 
-    Arguments are those of `chips.codes.attempted`; setup: what it is designed for, and its size.
-
-    Raises
-    ------
-    OutsideBoxError
-        The silicon, or a current that is tried, is where its record was not measured.
+    Arguments are those of `chips.codes.attempted`; setup: what it is designed for, and its size. Raises
+    `OutsideBoxError` where its record was not measured for the silicon, or for a current that is tried.
     """
     return attempted(NAME, silicon, kind, setup, lambda begun: _found(begun, silicon, setup))
 

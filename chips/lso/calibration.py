@@ -96,12 +96,8 @@ def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
 
     A chip whose neurons do not spike, or of which a line has no code for what it should have, cannot be used.
 
-    Arguments are those of `chips.codes.attempted`; design: thresholds of its level units.
-
-    Raises
-    ------
-    OutsideBoxError
-        The silicon, or a current that is tried, is where its record was not measured.
+    Arguments are those of `chips.codes.attempted`; design: thresholds of its level units. Raises
+    `OutsideBoxError` where its record was not measured for the silicon, or for a current that is tried.
     """
     return attempted(NAME, silicon, kind, design, lambda begun: _found(begun, silicon, design))
 

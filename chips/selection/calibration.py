@@ -67,12 +67,8 @@ def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
 
     A chip whose line has no code for its current cannot be used.
 
-    Arguments are those of `chips.codes.attempted`; design: its cells.
-
-    Raises
-    ------
-    OutsideBoxError
-        The silicon is where its model was not measured.
+    Arguments are those of `chips.codes.attempted`; design: its cells. Raises
+    `OutsideBoxError` where its model was not measured.
     """
     return attempted(NAME, silicon, kind, design, lambda begun: _found(begun, silicon, design))
 

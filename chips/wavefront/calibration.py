@@ -63,12 +63,8 @@ def calibrate(silicon: Silicon, kind: BiasKind, design: Design) -> Codes:
 
     A chip whose current has no code cannot be used.
 
-    Arguments are those of `chips.codes.attempted`; design: its cells and their unit of delay.
-
-    Raises
-    ------
-    OutsideBoxError
-        The silicon, or a current that is tried, is where its record was not measured.
+    Arguments are those of `chips.codes.attempted`; design: its cells and their unit of delay. Raises
+    `OutsideBoxError` where its record was not measured for the silicon, or for a current that is tried.
     """
     return attempted(NAME, silicon, kind, design, lambda begun: _found(begun, silicon, design))
 

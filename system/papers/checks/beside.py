@@ -19,12 +19,14 @@ from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from system.experiment import Progress, with_progress
 from system.plot import COLOURS
-from system.rule import Rule
+from system.rule import Rule, at_least, at_most
 from system.statement import Statement
 
 TEMPERATURES = (-10.0, 27.0, 60.0)  # degC
 KINDS: tuple[BiasKind, ...] = ("gate", "generator")
-CLASS_SHARE, UNDECIDED_SHARE, TIME_SHARE = 0.99, 0.02, 0.03  # margins; ours
+TIME_SHARE = 0.03  # by which a time may be off; ours
+NEAR = at_most(TIME_SHARE)
+ALIKE, TIED = at_least(0.99), at_most(0.02)  # share of answers that are alike, and that are undecided; ours
 
 T = TypeVar("T")
 

@@ -26,16 +26,7 @@ from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report
-from system.papers.checks.beside import (
-    CLASS_SHARE,
-    TIME_SHARE,
-    UNDECIDED_SHARE,
-    draw_errors,
-    judged,
-    largest_error,
-    on_dies,
-)
-from system.rule import at_least, at_most
+from system.papers.checks.beside import ALIKE, NEAR, TIED, draw_errors, judged, largest_error, on_dies
 from system.statement import Statement
 
 DIES = range(1000, 1020)
@@ -92,13 +83,13 @@ def statements(pairs: list[Pair], found: list[Heard]) -> tuple[Statement, ...]:
     counts = [a == b for a, b in (each.counts for each in found)]
     return judged(
         (
-            ("winner_share", len(same) / len(certain), at_least(CLASS_SHARE)),
-            ("tie_share", 1.0 - len(certain) / len(pairs), at_most(UNDECIDED_SHARE)),
-            ("decision_error_max", _largest(times), at_most(TIME_SHARE)),
-            ("count_share", float(np.mean(counts)), at_least(CLASS_SHARE)),
-            ("spike_error_max", _largest([t for h in found for t in h.spikes]), at_most(TIME_SHARE)),
-            ("hears_share", float(np.mean(hears)), at_least(CLASS_SHARE)),
-            ("level_error_max", _largest(delays), at_most(TIME_SHARE)),
+            ("winner_share", len(same) / len(certain), ALIKE),
+            ("tie_share", 1.0 - len(certain) / len(pairs), TIED),
+            ("decision_error_max", _largest(times), NEAR),
+            ("count_share", float(np.mean(counts)), ALIKE),
+            ("spike_error_max", _largest([t for h in found for t in h.spikes]), NEAR),
+            ("hears_share", float(np.mean(hears)), ALIKE),
+            ("level_error_max", _largest(delays), NEAR),
         )
     )
 

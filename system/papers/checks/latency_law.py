@@ -29,15 +29,8 @@ from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report
-from system.papers.checks.beside import (
-    CLASS_SHARE,
-    TIME_SHARE,
-    UNDECIDED_SHARE,
-    draw_errors,
-    judged,
-    on_dies,
-)
-from system.rule import at_least, at_most, unjudged
+from system.papers.checks.beside import ALIKE, NEAR, TIED, TIME_SHARE, draw_errors, judged, on_dies
+from system.rule import unjudged
 from system.statement import Statement
 
 DIES = range(1000, 1010)
@@ -88,9 +81,9 @@ def statements(found: list[Beside]) -> tuple[Statement, ...]:
     decided = [pair for b in found if not b.undecided for pair in b.detected]
     same = sum(ours == theirs for ours, theirs in decided) / len(decided)
     return judged([
-        ("detection_share", same, at_least(CLASS_SHARE)),
-        ("undecided_share", sum(b.undecided for b in found) / len(found), at_most(UNDECIDED_SHARE)),
-        *((f"{name}_error_max", float(np.abs(errors(found, name)).max()), at_most(TIME_SHARE))
+        ("detection_share", same, ALIKE),
+        ("undecided_share", sum(b.undecided for b in found) / len(found), TIED),
+        *((f"{name}_error_max", float(np.abs(errors(found, name)).max()), NEAR)
           for name in TIMES),
         ("short_period_share", float((errors(found, "tonic") > TIME_SHARE).mean()),
          unjudged("units whose later periods are shorter than the first")),

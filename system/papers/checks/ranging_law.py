@@ -23,16 +23,7 @@ from circuits.blocks.sonar import rebound_neuron, tuning
 from circuits.circuit import BiasKind
 from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report
-from system.papers.checks.beside import (
-    CLASS_SHARE,
-    TIME_SHARE,
-    UNDECIDED_SHARE,
-    draw_errors,
-    judged,
-    largest_error,
-    on_dies,
-)
-from system.rule import at_least, at_most
+from system.papers.checks.beside import ALIKE, NEAR, TIED, draw_errors, judged, largest_error, on_dies
 from system.statement import Statement
 
 DIES = range(1000, 1020)
@@ -78,10 +69,10 @@ def statements(found: list[Beside]) -> tuple[Statement, ...]:
     delay = _largest([b.best_delay for b in decided if b.circuit == b.model == "works"])
     return judged(
         (
-            ("class_share", same, at_least(CLASS_SHARE)),
-            ("undecided_share", 1.0 - len(decided) / len(found), at_most(UNDECIDED_SHARE)),
-            ("t_inh_error_max", inhibition, at_most(TIME_SHARE)),
-            ("best_delay_error_max", delay, at_most(TIME_SHARE)),
+            ("class_share", same, ALIKE),
+            ("undecided_share", 1.0 - len(decided) / len(found), TIED),
+            ("t_inh_error_max", inhibition, NEAR),
+            ("best_delay_error_max", delay, NEAR),
         )
     )
 

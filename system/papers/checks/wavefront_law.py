@@ -40,17 +40,17 @@ from circuits.solver.noise.event_jitter import event_jitter
 from circuits.solver.transient import simulate
 from system.experiment import Experiment, Progress, Report
 from system.papers.checks.beside import (
-    CLASS_SHARE,
+    ALIKE,
     KINDS,
+    NEAR,
     TEMPERATURES,
-    TIME_SHARE,
-    UNDECIDED_SHARE,
+    TIED,
     draw_errors,
     judged,
     largest_error,
     on_dies,
 )
-from system.rule import at_least, at_most
+from system.rule import at_most
 from system.statement import Statement
 
 DIES = range(1000, 1020)
@@ -144,11 +144,11 @@ def statements(
     decided = [same for sure, same in contests if sure]
     return judged(
         (
-            ("delay_error_max", max(_largest(a.circuit, a.model) for a in found), at_most(TIME_SHARE)),
-            ("first_of_two_share", sum(decided) / len(decided), at_least(CLASS_SHARE)),
-            ("undecided_share", 1.0 - len(decided) / len(contests), at_most(UNDECIDED_SHARE)),
+            ("delay_error_max", max(_largest(a.circuit, a.model) for a in found), NEAR),
+            ("first_of_two_share", sum(decided) / len(decided), ALIKE),
+            ("undecided_share", 1.0 - len(decided) / len(contests), TIED),
             ("jitter_error_max", max(abs(m / c - 1.0) for c, m in jitter), at_most(NOISE_SHARE)),
-            ("wave_error_max", max(_largest(*grid) for grid in grids), at_most(TIME_SHARE)),
+            ("wave_error_max", max(_largest(*grid) for grid in grids), NEAR),
         )
     )
 

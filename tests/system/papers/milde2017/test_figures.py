@@ -204,4 +204,5 @@ def test_the_target_is_reached_or_not() -> None:
 
 
 def test_a_robot_that_stands_avoids_nothing() -> None:
-    assert avoided({"one": summaries(collided=[0.0, 0.0, 1.0], crossed=[0.0, 1.0, 1.0])}) == {"one": Share(1, 3)}
+    runs = summaries(collided=[0.0, 0.0, 1.0], crossed=[0.0, 1.0, 1.0])
+    assert avoided({"one": runs}) == {"one": Share(1, 3)}

@@ -90,8 +90,8 @@ def test_the_papers_own_runs_meet_the_rules() -> None:
 def test_drift_is_met_by_no_null_and_crashes_by_one_that_stands() -> None:
     found = {(kind, t): runs(10) for kind in temperature.KINDS for t in temperature.TEMPERATURES}
     found |= {("gate", t): [HIT] * 10 for t in temperature.ENDS}
-    nulls = {name: temperature._shares(each) for name, each in runs_of(ROBOTS, found).items()}
-    ours = temperature.rows(temperature._shares(found))
+    nulls = {name: avoided(each) for name, each in runs_of(ROBOTS, found).items()}
+    ours = temperature.rows(avoided(found))
     assert held(ours, nulls_of(temperature.rows, nulls)) == {
         "ours": 2, "always collides": 0, "never moves": 0,
     }  # fmt: skip
