@@ -6,14 +6,14 @@ and its latch keeps which input came first. Ideal cells delay by exactly code ti
 axons and inputs of their silicon do (`chips.wavefront.model`); `delays` given to a plan replace both.
 
 Spikes leave by the address-event bus; the address of a cell is its number, row * columns + column on a
-grid. Temperature may change from plan to plan, and is that of the plan's begin throughout: a plan takes
-milliseconds. Ideal cells know no temperature.
+grid. Temperature may change from plan to plan and, given as a course, within one: delays under way go on at
+the new one's pace. Ideal cells know no temperature.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from chips.wavefront.model import chip_model, edge_delays, graph_shape
 from chips.wavefront.noise import axon_jitter
 from chips.wavefront.readout import Cell, pointer_nodes, pointer_path
 from chips.wavefront.spiking_wavefront import round_delays
+from chips.wavefront.temperature import course_of, wave_along
 from circuits.arrays import F64, I8, I64, Bools
 from circuits.blocks.wavefront.axon_delay import HIGHEST, UNIT
 from circuits.circuit import BiasKind
@@ -240,24 +241,31 @@ class WavefrontChip:
         delays
             Delays of the edges instead of the cells' own, s, float64[edges].
         temperature
-            Temperature, degC, or times (s) and temperatures, float64[T] each, read at `time`; the silicon's
-            unless given.
+            Temperature, degC, or times (s) and temperatures, float64[T] each, which the wave follows; the
+            silicon's unless given.
         time
-            Time at which the temperature is read, s.
+            When the plan begins, s of those times.
         number
             Number of the plan, which draws its noise.
 
         Raises
         ------
         ParameterError
-            Start or goal is off the chip or blocked, or the silicon is outside its record.
+            Start or goal is off the chip or blocked, the silicon is outside its record, or the temperatures
+            are no course.
         """
         codes = program.codes
         first = self._number(start, "start", codes)
         last = None if goal is None else self._number(goal, "goal", codes)
-        if delays is None and self.cells is not None:
-            delays = self._own_delays(self.cells, codes, temperature, time, number)
-        wave = self._wave(codes, first, last, delays)
+        run = partial(self._wave, codes, first, last)
+        if delays is not None or self.cells is None:
+            wave = run(delays)
+        else:
+            own = partial(self._own_delays, self.cells, codes, number)
+            if isinstance(temperature, tuple):
+                wave = wave_along(self.axons, run, own, course_of(temperature), time)
+            else:
+                wave = run(own(self.cells.silicon.temperature_c if temperature is None else temperature))
         pointers, arrivals = wave.pointers.reshape(self.shape), wave.arrivals.reshape(self.shape)
         return Plan(first, last, arrivals, pointers, wave.ties, self.bus, self.graph)
 
@@ -274,14 +282,8 @@ class WavefrontChip:
         wave = graph_wave(self.axons, delays, first, last, flat == 0)
         return wave._replace(arrivals=wave.arrivals * scale)
 
-    def _own_delays(
-        self, cells: ChipCells, codes: I64, temperature: float | Polyline | None, time: float, number: int
-    ) -> F64:
-        silicon = cells.silicon
-        if isinstance(temperature, tuple):
-            temperature = float(np.interp(time, *temperature))
-        if temperature is not None:
-            silicon = replace(silicon, temperature_c=temperature)
+    def _own_delays(self, cells: ChipCells, codes: I64, number: int, temperature_c: float) -> F64:
+        silicon = replace(cells.silicon, temperature_c=temperature_c)
         kind, flat = cells.bias_kind, codes.ravel()
         delays = edge_delays(
             self.axons, flat, silicon, bias_kind=kind, unit=self.unit, area=cells.area, current=cells.current

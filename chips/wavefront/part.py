@@ -46,7 +46,7 @@ class WavefrontPart:
     goal
         Cell at which every wave ends; none unless given.
     temperature
-        Temperature, degC, or times (s) and temperatures, read at each start; the silicon's unless given.
+        Temperature, degC, or times (s) and temperatures, which waves follow; the silicon's unless given.
     path
         What errors call it.
     """
@@ -63,7 +63,7 @@ class WavefrontPart:
     ) -> None:
         """Take a chip and its program.
 
-        temperature: as of `WavefrontChip.plan`, read at each start; path: named in errors.
+        temperature: as of `WavefrontChip.plan`; path: named in errors.
         """
         self.chip, self.program, self.goal, self.temperature = chip, program, goal, temperature
         self.path = path

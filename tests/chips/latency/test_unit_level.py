@@ -44,16 +44,21 @@ def rises(time: F64, volts: F64) -> list[float]:
     return [float(t) for t in time[1:][(volts[1:] >= 2.5) & (volts[:-1] < 2.5)]]
 
 
-@pytest.mark.parametrize("kind", ["ideal", "gate"])
-@pytest.mark.parametrize(("before", "after"), [(27.0, 44.0), (44.0, 27.0)])
+@pytest.mark.parametrize(
+    ("process", "kind", "before", "after"),
+    [
+        (AMI_1500_IDEAL, "ideal", 27.0, 47.0),
+        (AMI_1500_IDEAL, "gate", 47.0, 27.0),
+        (AMI_1500, "gate", 27.0, 47.0),
+        (AMI_1500, "generator", 27.0, 7.0),
+        (AMI_1500, "generator", 27.0, 47.0),
+    ],
+)
 def test_a_silence_goes_on_at_another_temperature_as_the_model_says(
-    kind: BiasKind, before: float, after: float
+    process: Process, kind: BiasKind, before: float, after: float
 ) -> None:
     design = usual_design()
-    biases, silicon = (
-        usual_biases(design, kind),
-        Silicon(AMI_1500_IDEAL, temperature_c=before, die=Die(number=1004)),
-    )
+    biases, silicon = usual_biases(design, kind, process), Silicon(process, before, Die(number=1004))
     unit = TransistorUnit(biases, silicon, *PLACE, record=("inh_spike",))
     chip = LatencyChip(design, biases, silicon, units={PLACE: unit})
     memory, kept = chip.new_memory(), chip.lumped
