@@ -20,7 +20,7 @@ from circuits.silicon.silicon import Silicon
 from netlists.read import read_netlist
 from netlists.read.summary import summarise
 from netlists.registry import DIALECTS, Settings, load_dialect
-from system.options.block import block_named
+from system.options.block import block_of_target
 
 ERROR = re.compile(r"[^\n:]+:\d+: [^\n]+")
 HAND = (
@@ -100,7 +100,7 @@ def netlist_seeds() -> list[bytes]:
         ("ranging-chip", None, "ngspice"),
     ]
     for name, number, dialect in written:
-        block = block_named(name)
+        block = block_of_target(name)
         circuit = block.build()
         bench = block.testbench(circuit, block.defaults, 5.0)
         texts.append(

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from inspect import signature
+from typing import Any
 
 from circuits.circuit import Circuit
 from circuits.silicon.process import AMI_1500, Process
@@ -105,6 +106,9 @@ class Block:
         Values of biases (A or V) by name, for each of several named sets.
     process
         The process that its sizes are drawn for.
+    testbench_of
+        `testbench_of(params)` returns the testbench for sizes (SI) on which its sources depend; None where
+        they do not.
     """
 
     name: str
@@ -119,17 +123,27 @@ class Block:
     equations: tuple[EquationText, ...] = ()
     bias_sets: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     process: Process = AMI_1500
+    testbench_of: Callable[[Any], Callable[[Circuit, Values, float], Testbench]] | None = None
+
+    def sized(self, params: Any) -> Block:
+        """The block whose testbench is that for the sizes `params`, where it depends on them."""
+        return self if self.testbench_of is None else replace(self, testbench=self.testbench_of(params))
 
     @property
-    def params(self) -> type:
-        """The dataclass of its sizes: the type of what `build` takes unless others are given.
+    def sizes(self) -> Any:
+        """Its sizes unless others are given: the default of what `build` takes.
 
         Raises `TypeError` where `build` has no default.
         """
         sizes, *_ = signature(self.build).parameters.values()
         if sizes.default is sizes.empty:
             raise TypeError(f"{self.name}.build: {sizes.name} has no default; give it the block's sizes")
-        return type(sizes.default)
+        return sizes.default
+
+    @property
+    def params(self) -> type:
+        """The dataclass of its sizes; raises `TypeError` as `sizes`."""
+        return type(self.sizes)
 
     @property
     def defaults(self) -> dict[str, float | None]:

@@ -36,7 +36,7 @@ from system.study.specification import Specification, limited_metrics, parse_spe
 from system.study.statistics.comparison import YieldDifference, compare_yields
 from system.study.statistics.summary import Yield, summarise_yield
 from system.study.table import Condition, Table
-from system.study.target import BlockTarget, Subject, Target
+from system.study.target import BlockTarget, Subject, Target, hashed
 
 FIRST_FRESH = 1000  # dies before it are tuned on, it and later ones reported on
 CHUNK = 32
@@ -124,9 +124,11 @@ def subject_of(asked: Centre) -> Subject:
     if block in system_names():
         raise ParameterError(f"centre: {block} is a system, must be a block or chip; name one of its chips")
     named = with_named(asked.metric, limited_metrics(asked.spec)) or _default(block)
-    return Subject(
-        block, named, values.param, values.bias, values.bias_set, values.bias_kind, asked.stimulus,
-        asked.silicon,
+    return hashed(
+        Subject(
+            block, named, values.param, values.bias, values.bias_set, values.bias_kind, asked.stimulus,
+            asked.silicon,
+        )
     )  # fmt: skip
 
 

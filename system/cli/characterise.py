@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from chips.model import characterise, load_model
+from chips.model import Model, characterise, load_model
 from chips.record import write_record
 from chips.record_file import cached_file, shipped_file
 from circuits.errors import DataError, ParameterError
@@ -20,6 +20,7 @@ from system.cli.output import print_json, print_line, print_table, progress_bar
 from system.cli.verbs import Characterise
 from system.files.writing import write_bytes_atomic
 from system.options.block import read_bias_set
+from system.options.code import code_of, load_code
 
 
 def characterise_command(asked: Characterise) -> None:
@@ -29,8 +30,8 @@ def characterise_command(asked: Characterise) -> None:
     file or the package's own is asked for; a record of another process or law has a file of its own there.
     Where a set of biases is named, the errors on other dies are measured at that set.
     """
-    block = asked.block
-    model = load_model(block)
+    model = _model(asked.block)
+    block = model.name
     biases = _biases(block, asked.bias_set, asked.output)
     process = _process(asked.process, asked.law)
     path = _path(block, process, asked.output, update_package=asked.update_package)
@@ -51,6 +52,18 @@ def characterise_command(asked: Characterise) -> None:
     print_table(f"{block}: errors on dies that were not used", ["error", "value:"], rows)
     read = ", which is read before the package's" if path == cached_file(block, process) else ""
     print_line(f"written to {path}{read}, in {seconds:.0f} s")
+
+
+def _model(target: str) -> Model:
+    """The model of a block, or one in a user's file."""
+    code = code_of(target)
+    if code is None:
+        return load_model(target)
+    found = load_code(code)
+    if not isinstance(found, Model):
+        wanted = "must be a Model (chips.model); a circuit has none of its own"
+        raise ParameterError(f"{code}: is of type {type(found).__name__}, {wanted}")
+    return found
 
 
 def _process(text: str | None, effects: Effects) -> Process:

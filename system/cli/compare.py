@@ -1,18 +1,23 @@
-"""The verb `noctule compare`: tells whether two netlists are the same circuit."""
+"""The verb `noctule compare`: tells whether two netlists, blocks or circuits of a user are the same."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict
 
 from circuits.checks import implausible_allowed
+from circuits.testbench import Testbench
 from netlists.compare.circuits import TOLERANCE, Comparison, compare
-from netlists.read import Note
+from netlists.read import Imported, Note
 from system.cli.exit_status import DONE, NO
 from system.cli.import_netlist import read_file
 from system.cli.output import print_json, print_line
 from system.cli.verbs import Compare
 from system.notice import say
+from system.options.block import block_of_target
+from system.options.code import code_of
+from system.registry import block_and_chip_names
 
 
 def compare_command(asked: Compare) -> int:
@@ -21,7 +26,7 @@ def compare_command(asked: Compare) -> int:
     Returns the exit status: 0 where they are equal, else 1.
     """
     with implausible_allowed():  # what is odd about both is no difference
-        a, b = (read_file(path, asked.reading) for path in (asked.first, asked.second))
+        a, b = (_read(each, asked) for each in (asked.first, asked.second))
     found = compare(a.circuit, b.circuit, deviations=(a.deviations, b.deviations))
     dropped = (*a.dropped, *b.dropped)
     if asked.as_json:
@@ -34,6 +39,13 @@ def compare_command(asked: Compare) -> int:
         return DONE
     say(f"compare: {_counted(found)}, {len(found.differences)} differences")
     return NO
+
+
+def _read(target: str, asked: Compare) -> Imported:
+    """A netlist, or the circuit of a block, a chip or a user's code as it is built."""
+    if target in block_and_chip_names() or code_of(target) is not None:
+        return Imported(Testbench(target, block_of_target(target).build(), (), math.inf))
+    return read_file(target, asked.reading)
 
 
 def _document(first: str, second: str, found: Comparison, dropped: Sequence[Note]) -> dict[str, object]:

@@ -27,6 +27,7 @@ from system.files.writing import check_folder, write_text_atomic
 from system.notice import say
 from system.options.begin import refuse_beginning
 from system.options.block import read_die
+from system.options.target import file_of
 from system.options.temperature import COURSE, is_course, read_course, temperature_fields
 from system.plot import check_picture, save_picture
 from system.reader import with_params
@@ -43,7 +44,7 @@ from system.study.search.breakdown import Breakdown, breakdowns, check_breakdown
 from system.study.specification import Classes, Specification, limited_metrics, parse_spec
 from system.study.statistics.confidence_sequence import StopRule, ended, sequence_interval
 from system.study.table import FAILED, Condition, Table, empty, join, place_text, to_csv
-from system.study.target import BlockTarget, Subject, Target, open_target
+from system.study.target import BlockTarget, Subject, Target, hashed, open_target
 from system.system import SUCCEEDED
 
 FIRST_DIE = 1000  # unless one is given
@@ -60,7 +61,8 @@ def montecarlo_command(asked: Montecarlo) -> int:
 def subject_of(asked: Montecarlo) -> Subject:
     """Give the target with its options, and the metrics to measure, its own ones where none is asked for."""
     target, values, silicon, begin = asked.target, asked.values, asked.silicon, asked.begin
-    check_target(target)
+    if file_of(target) is None:
+        check_target(target)
     given = {} if asked.duration is None else {"duration": asked.duration}
     contributions = asked.contributions
     named = (*limited_metrics(asked.spec), *(() if contributions is None else (contributions,)))
@@ -86,9 +88,11 @@ def subject_of(asked: Montecarlo) -> Subject:
         raise ParameterError("--duration: not an option of a block; it is one of a system")
     if not measured:
         measured = default_metrics(choose_block(target, values, silicon, asked.stimulus, begin))
-    return Subject(
-        target, measured, params, values.bias, values.bias_set, values.bias_kind, asked.stimulus, silicon,
-        system, begin.held, begin.begin,
+    return hashed(
+        Subject(
+            target, measured, params, values.bias, values.bias_set, values.bias_kind, asked.stimulus, silicon,
+            system, begin.held, begin.begin,
+        )
     )  # fmt: skip
 
 

@@ -33,7 +33,10 @@ def replay_command(asked: Replay) -> int:
     celsius = None if given is None else parse_quantity(given, "degC", "--temperature")
     deadline_s = deadline_of(asked.deadline, asked.engine)
     with working(f"measuring die {die} again"):
-        found = replay(Path(folder), die, asked.corner, celsius, asked.trial, asked.metric)
+        found = replay(
+            Path(folder), die, asked.corner, celsius, asked.trial, asked.metric, asked.code,
+            changed=asked.changed,
+        )  # fmt: skip
         if isinstance(found.target, SystemTarget):
             _draw_run(found, found.target, asked.plot)
             choice, extra = None, {}
@@ -44,6 +47,8 @@ def replay_command(asked: Replay) -> int:
         print_json(_document(found) | extra)
     else:
         _print(found, choice, extra)
+    if found.changed:
+        say(f"replay: {found.study.subject.target} has changed since {folder} was measured")
     if found.again.reason:
         say(f"replay: die {die} could not be measured: {found.again.reason}")
     elif found.kept is not None and not found.identical:
@@ -84,6 +89,7 @@ def _document(found: Sample) -> dict[str, Any]:
         "again": _measured(found, found.again),
         "identical": found.identical,
         "note": found.note,
+        "code_changed": found.changed,
     }
 
 

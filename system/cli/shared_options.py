@@ -47,7 +47,9 @@ class _BeginOptions:
 def block_argument() -> Any:
     """Make the field for the name of a verb's block."""
     return argument(
-        "BLOCK", "A block or chip: see noctule list", names="system.registry:block_and_chip_names"
+        "BLOCK",
+        "A block or chip: see noctule list; or FILE.py:NAME, or a netlist",
+        names="system.registry:block_and_chip_names",
     )
 
 

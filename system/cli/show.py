@@ -18,8 +18,8 @@ from system.cli.show_rolls import show_rolls
 from system.cli.verbs import Show
 from system.options.block import Choice, bias_unit, describe_silicon, parameters, silicon_line
 from system.options.silicon import SiliconChoice
+from system.options.target import load_target
 from system.plot import check_picture, draw_circuit, save_picture
-from system.registry import load_block_or_chip
 from system.rolls.options import NAME as ROLLS
 from system.rolls.options import refuse_bias_file
 
@@ -42,7 +42,7 @@ def show_command(asked: Show) -> None:
     values, silicon = asked.values, asked.silicon
     refuse_bias_file(asked.block, values.bias_file)
     check_picture(asked.plot)
-    found = load_block_or_chip(asked.block)
+    found = load_target(asked.block)
     if isinstance(found, Chip):
         given = {
             "--param": values.param, "--bias": values.bias, "--bias-set": values.bias_set,

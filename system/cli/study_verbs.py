@@ -20,7 +20,9 @@ METRICS = "circuits.registry:metric_names"
 class Montecarlo:
     """Measure a block, chip or system on many dies. There are statistics, and what share works."""
 
-    target: str = argument("TARGET", "A block, chip or system", names="system.registry:target_names")
+    target: str = argument(
+        "TARGET", "A block, chip or system, or a file of yours", names="system.registry:target_names"
+    )
     metric: tuple[str, ...] = option(
         (), "Measured, or MODULE:FUNCTION, repeatable; the target's own unless options name some",
         metavar="NAME", names=METRICS,
@@ -77,6 +79,10 @@ class Replay:
     metric: tuple[str, ...] = option(
         (), "MODULE:FUNCTION of the study's, which is code; repeatable", metavar="NAME"
     )
+    code: str | None = option(
+        None, "Code that the study is of, as my_circuit.py:follower", metavar="FILE.py:NAME"
+    )
+    changed: bool = option(default=False, about="Run that code though its file has changed since")
     engine: Engine = option("native", "What solves the testbench")
     deadline: str | None = shared.deadline_option()
     plot: str | None = shared.plot_option()

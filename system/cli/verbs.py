@@ -95,10 +95,10 @@ class Import:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Compare:
-    """Compare two netlists' circuits; status 1 if they differ."""
+    """Compare the circuits of two netlists or blocks; status 1 if they differ."""
 
-    first: str = argument("A", "A netlist")
-    second: str = argument("B", "Another netlist")
+    first: str = argument("A", "A netlist, a block, or FILE.py:NAME")
+    second: str = argument("B", "What it is compared with, likewise")
     reading: NetlistReading = part(NetlistReading)
     as_json: bool = shared.json_option()
 

@@ -34,7 +34,7 @@ from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
 from system.options.on_silicon import OnSilicon
 from system.options.silicon import SiliconChoice
-from system.registry import load_block_or_chip
+from system.options.target import Target, load_target, split_place
 
 _CODE = re.compile(r"([0-9]):([0-9]{1,3})")  # coarse and fine
 _ELEMENT = re.compile(r"(.*)\[([0-9]{1,9}(?:,[0-9]{1,9})*)\]")
@@ -74,7 +74,7 @@ class Choice:
 
 
 def choose(
-    name: str,
+    target: Target,
     params: Iterable[str] = (),
     biases: Iterable[str] = (),
     bias_kind: BiasKind | None = None,
@@ -85,18 +85,19 @@ def choose(
 ) -> Choice:
     """Read the options that all commands on a block or chip share.
 
-    params, biases, stimuli: texts `NAME=VALUE`; bias_set: name of one of the block's sets, over which
-    `biases` go; begin: where its runs begin. A block at its place on a chip has the sizes and biases that
-    the chip gives it, unless `params`, `bias_set` or `biases` say otherwise. Biases of a chip, and of a block
-    on one, come from its generator where no kind is asked for; those of a lone block are of their own kind.
-    Raises `ParameterError` or
-    `UnknownNameError` naming what is wrong.
+    target: its name, file or object (`system.options.target`); params, biases, stimuli: texts `NAME=VALUE`;
+    bias_set: name of one of the block's sets, over which `biases` go; begin: where its runs begin. A block at
+    its place on a chip has the sizes and biases that the chip gives it, unless `params`, `bias_set` or
+    `biases` say otherwise. Biases of a chip, and of a block on one, come from its generator where no kind is
+    asked for; those of a lone block are of their own kind.
+    Raises `ParameterError` or `UnknownNameError` naming what is wrong.
     """
     params = list(params)
-    block = block_named(name)
-    if bias_kind is None and (silicon.at is not None or name in chip_names()):
+    block = block_of_target(target)
+    if bias_kind is None and (silicon.at is not None or target in chip_names()):
         bias_kind = "generator"
-    values = read_params(block.params(), params)
+    values = read_params(block.sizes, params)
+    block = block.sized(values)
     with implausible_allowed(silicon.allow_implausible):
         circuit, place = block.build(values), None
         if silicon.at is not None:
@@ -115,11 +116,11 @@ def choose(
     return Choice(block, values, circuit, made, read, begin, silicon.allow_implausible)
 
 
-def block_named(name: str) -> Block:
-    """A block, or a chip with a testbench; raises `UnknownNameError`, `ParameterError` for another chip."""
-    found = load_block_or_chip(name)
+def block_of_target(target: Target) -> Block:
+    """A block, or a chip with a testbench; raises as `load_target`, and `ParameterError` for another chip."""
+    found = load_target(target)
     if isinstance(found, Chip):
-        raise ParameterError(f"{name}: has no testbench as one circuit; {found.remedy}")
+        raise ParameterError(f"{found.name}: has no testbench as one circuit; {found.remedy}")
     return found
 
 
@@ -205,8 +206,8 @@ def describe_run(scenario: OnSilicon) -> dict[str, Any]:
 
 def _circuit_at(text: str, wanted: Circuit) -> tuple[Circuit, Place]:
     """Circuit and place of `CHIP/INSTANCE[INDEX]/...`, where a circuit like `wanted` must stand."""
-    name, *parts = text.split("/")
-    chip_block = block_named(name)
+    name, parts = split_place(text)
+    chip_block = block_of_target(name)
     chip = chip_block.build()
     if not parts:
         known = ", ".join(instance_names(chip)) or "none"

@@ -27,7 +27,7 @@ from system.study.folder import keep_samples, open_folder
 from system.study.manifest import Study
 from system.study.plan import sampling
 from system.study.table import Table, empty, join
-from system.study.target import Target, measure_safely, open_target
+from system.study.target import measure_safely, open_target
 from system.study.waiting import Work, interrupts
 
 _PIECES = 8  # of a chunk, shared by the threads, so that none waits long for the last one
@@ -56,7 +56,7 @@ def _measure_dies(study: Study, dies: range) -> Table:
     target = open_target(study.subject)
     quantities = tuple(q.name for q in target.quantities)
     found, where = [], []
-    for die in dies_of(study, target, dies):
+    for die in dies_of(study, dies):
         for condition in study.conditions:
             found.append(measure_safely(target, die, condition))
             where.append((die.number or 0, condition))
@@ -74,11 +74,14 @@ def _measure_dies(study: Study, dies: range) -> Table:
     )
 
 
-def dies_of(study: Study, target: Target, numbers: range) -> Iterator[Die]:
-    """Give the dies with the given numbers; their deviations are drawn by the study's sampling plan."""
+def dies_of(study: Study, numbers: range) -> Iterator[Die]:
+    """Give the dies with the given numbers; their deviations are drawn by the study's sampling plan.
+
+    What is measured is opened only where the plan asks for the labels of its draws.
+    """
     base = read_die(study.subject.silicon)
     plan = study.plan
-    labels = () if plan.method == "random" else target.labels()
+    labels = () if plan.method == "random" else open_target(study.subject).labels()
     drawn = sampling(plan, labels, numbers.start, numbers.stop)
     for number in numbers:
         yield replace(base, number=number, sampling=drawn)

@@ -17,6 +17,7 @@ from circuits.errors import DataError, ParameterError
 from system.files.claim import claimed
 from system.files.writing import sweep_hidden
 from system.study.manifest import FILE, Study, check_same, describe, read_manifest, study_key, write_manifest
+from system.study.source import keep_source
 from system.study.table import Table, join, read_table, write_table
 from system.study.target import open_target
 
@@ -115,6 +116,7 @@ def open_folder(
         for each in (folder, folder / CHUNKS):
             sweep_hidden(each)
         write_manifest(folder, document)
+        keep_source(folder, study.subject.target)
         _make(folder / CHUNKS)
         units = tuple(q.unit for q in open_target(study.subject).quantities)
         yield StudyFiles(folder, study, study_key(document), units)

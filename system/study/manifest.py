@@ -26,8 +26,9 @@ from system.files.document import document_bytes, from_json
 from system.files.writing import write_text_atomic
 from system.study.metric import is_own
 from system.study.plan import Plan
+from system.study.source import named_source, place_beside
 from system.study.table import MOST, Condition
-from system.study.target import Subject, open_target
+from system.study.target import Subject, hashed, open_target
 
 FILE = "study.json"
 FORMAT: Literal[1] = 1
@@ -136,7 +137,7 @@ def describe(study: Study, command: Sequence[str] = ()) -> dict[str, Any]:
         _Manifest(
             FORMAT,
             open_target(study.subject).identity(),
-            study.subject,
+            hashed(study.subject),
             study.plan,
             study.conditions,
             study.chunk,
@@ -156,18 +157,28 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     return _plain(_read(folder))
 
 
-def read_study(folder: Path, own: Collection[str] = ()) -> Study:
+def read_study(
+    folder: Path, own: Collection[str] = (), code: str | None = None, *, changed: bool = False
+) -> Study:
     """Read the study in `folder`.
 
     Raises `DataError` for a folder without a study, and `ParameterError` naming a function that the study
-    needs and `own` does not have.
+    needs and `own` does not have, or the code that it is of where `code` is not that.
 
     Parameters
     ----------
     own
         The user's functions (`MODULE:FUNCTION`) that may be loaded for it.
+    code
+        The user's code that it is of, as `my_circuit.py:follower`, which may be run for it.
+    changed
+        Whether the file of that code may have changed since.
     """
     study = _read(folder).study()
+    subject = study.subject
+    target, digest = named_source(folder, subject.target, subject.code, code, changed=changed)
+    silicon = replace(subject.silicon, at=place_beside(folder, subject.silicon.at, subject.target, target))
+    study = replace(study, subject=replace(subject, target=target, code=digest, silicon=silicon))
     for name in filter(is_own, study.subject.metrics):
         if name not in own:
             raise ParameterError(

@@ -16,6 +16,8 @@ import numpy as np
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.die import Die
 from system.options.block import Choice
+from system.options.code import code_of
+from system.options.target import split_place
 from system.study.engine import dies_of
 from system.study.folder import study_table
 from system.study.manifest import Study, read_dies, read_study
@@ -43,6 +45,8 @@ class Replay:
         What was measured now.
     note : str
         Why there is nothing to be believed; empty otherwise.
+    changed : bool
+        Whether the user's file that the study is of has changed since.
     """
 
     study: Study
@@ -52,6 +56,7 @@ class Replay:
     kept: Measurement | None
     again: Measurement
     note: str = ""
+    changed: bool = False
 
     @property
     def identical(self) -> bool:
@@ -75,6 +80,9 @@ def replay(
     temperature_c: float | None = None,
     trial: int | None = None,
     own: Collection[str] = (),
+    code: str | None = None,
+    *,
+    changed: bool = False,
 ) -> Replay:
     """Measure a die of a study again, at the study's first condition that fits what is given.
 
@@ -92,6 +100,9 @@ def replay(
         Trial of the condition; any unless given.
     own
         Functions of the user's (`MODULE:FUNCTION`) that the study may have been measured with.
+    code, changed
+        Code of the user's that it may be of, and whether its file may have changed
+        (`system.study.manifest.read_study`).
 
     Raises
     ------
@@ -100,12 +111,14 @@ def replay(
     ParameterError
         It has no such sample, or was measured with another function.
     """
-    study = read_study(folder, own)
+    study = read_study(folder, own, code, changed=changed)
     target = open_target(study.subject)
     condition = _condition(study, corner, temperature_c, trial)
-    die = replace(die_of(folder, number), corner=condition.corner)  # type: ignore[arg-type]  # was checked
+    die = replace(_die_in(study, number), corner=condition.corner)  # type: ignore[arg-type]  # was checked
     kept, note = _kept(folder, number, condition)
-    return Replay(study, target, die, condition, kept, measure_safely(target, die, condition), note)
+    again = measure_safely(target, die, condition)
+    other = study.subject.code != read_dies(folder).subject.code
+    return Replay(study, target, die, condition, kept, again, note, other)
 
 
 def die_of(folder: Path, number: int) -> Die:
@@ -115,10 +128,20 @@ def die_of(folder: Path, number: int) -> Die:
     does not have.
     """
     study = read_dies(folder)
+    names = (study.subject.target, split_place(study.subject.silicon.at or "")[0])
+    if study.plan.method != "random" and any(map(code_of, names)):
+        raise ParameterError(
+            f"study: {folder} draws its dies by labels of code that no file loads; use replay,"
+            " which takes the code's name"
+        )
+    return _die_in(study, number)
+
+
+def _die_in(study: Study, number: int) -> Die:
     if number not in study.dies:
         last = study.dies.stop - 1
         raise ParameterError(f"die: {number}, must be {study.dies.start} to {last}, the study's dies")
-    (die,) = dies_of(study, open_target(study.subject), range(number, number + 1))
+    (die,) = dies_of(study, range(number, number + 1))
     return die
 
 

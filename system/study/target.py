@@ -37,9 +37,11 @@ from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
 from system.options.block import Choice, choose
 from system.options.silicon import SiliconChoice
+from system.options.target import file_of
 from system.options.temperature import COURSE
 from system.registry import SYSTEMS, load_system, system_names
 from system.study.metric import MEASURED, OUTSIDE, measurements, metrics_of, runs_testbench
+from system.study.source import check_source, digest_of
 from system.study.specification import Specification, Success
 from system.study.table import FAILED, Condition
 from system.system import SUCCEEDED
@@ -54,7 +56,7 @@ class Subject:
     Attributes
     ----------
     target
-        Name of a block, a chip or a system.
+        Name of a block, a chip or a system, or a file of the user's (`system.options.target`).
     metrics
         Names of what is measured.
     params, biases, bias_set, bias_kind, stimuli
@@ -65,6 +67,8 @@ class Subject:
         Options of a system's scenario, by name.
     held, begin
         Voltages that are held before a block's runs, and how these begin (`system.options.begin`).
+    code
+        SHA-256 digest of the file that `target` names, which is checked before it is run; empty for a name.
     """
 
     target: str
@@ -78,6 +82,7 @@ class Subject:
     system: Mapping[str, Option] = field(default_factory=dict)  # level, duration, ... of a system's scenario
     held: tuple[str, ...] = field(default=(), metadata=OPTIONAL)
     begin: Begin = field(default="disturbed", metadata=OPTIONAL)
+    code: str = field(default="", metadata=OPTIONAL)
 
     @property
     def course(self) -> Points:
@@ -174,7 +179,12 @@ def open_target(subject: Subject) -> Target:
 
     Raises `UnknownNameError` and `ParameterError` naming the option that is wrong.
     """
-    return _opened(_write_subject(subject))
+    return _opened(_write_subject(hashed(subject)))
+
+
+def hashed(subject: Subject) -> Subject:
+    """Give a subject with the digest of the file that its target names; raises `DataError` for none there."""
+    return subject if subject.code else replace(subject, code=digest_of(subject.target))
 
 
 def _write_subject(subject: Subject) -> str:
@@ -200,10 +210,12 @@ class BlockTarget(Target):
     def __init__(self, subject: Subject) -> None:
         """Read the options of the block, and find its metrics."""
         s = subject
+        check_source(s.target, s.code)
         self.choice = choose(
             s.target, s.params, s.biases, s.bias_kind, s.silicon, s.stimuli, s.bias_set,
             BeginChoice(s.held, s.begin),
         )  # fmt: skip
+        self.of_file = file_of(s.target) is not None
         self.metrics = metrics_of(self.choice, s.metrics)
         self._machines: dict[float, tuple[Machine, ...]] = {}
 
@@ -291,7 +303,8 @@ class BlockTarget(Target):
         c = self.choice
         measured = [(m.name, m.measure.__module__, m.measure.__qualname__) for m in self.metrics]
         begin = () if c.begin == FREE else (c.begin,)
-        return _digest(c.circuit, c.silicon.process, c.silicon.place, c.stimuli, measured, *begin)
+        bench = (c.testbench(),) if self.of_file else ()
+        return _digest(c.circuit, c.silicon.process, c.silicon.place, c.stimuli, measured, *begin, *bench)
 
 
 class SystemTarget(Target):

@@ -147,6 +147,7 @@ kept           object?  -     sample as the study has it; null where it has none
 again          object   -     sample as it was measured now
 identical      boolean  -     whether both are equal to the bit
 note           string   -     what to know of it; empty where nothing
+code_changed   boolean  -     whether the user's file that the study is of has changed since
 engine             string      -  of a block's run: `native` or `ngspice`
 stimuli            number?{}   -  stimuli in SI units; null for off
 testbench_outcome  string      -  what happened in the run of the testbench, in a word

@@ -34,7 +34,7 @@ from netlists.ngspice.agreement import CONVERGED, SOLVER_RTOL, USUAL, Agreement,
 from netlists.ngspice.form import delay_ratio, scaled_testbench, started
 from netlists.registry import DEFAULT_RELTOL, POINTS
 from system.experiment import Experiment, Progress, Report, with_progress
-from system.options.block import block_named
+from system.options.block import block_of_target
 from system.papers.checks.chip_coupling import coupling_note, coupling_rows
 from system.plot import COLOURS, INK, PALE
 from system.rule import Rule, within
@@ -117,13 +117,13 @@ def measure(case: Case) -> Found:
     if case.circuit == COUPLING:
         return Found(coupling=measure_coupling(Silicon(AMI_1500_IDEAL, temperature_c=case.temperature_c)))
     if case.circuit == CHIP:
-        return Found(kept(compare_chip(Silicon(block_named(CHIP).process, case.temperature_c))))
+        return Found(kept(compare_chip(Silicon(block_of_target(CHIP).process, case.temperature_c))))
     return Found(kept(compare_block(*case)))
 
 
 def compare_block(block: str, temperature_c: float) -> Agreement:
     """Compare a block in both engines at a temperature in degC."""
-    silicon = Silicon(block_named(block).process, temperature_c)
+    silicon = Silicon(block_of_target(block).process, temperature_c)
     return compare(scaled_testbench(load_block(block), silicon), silicon)
 
 
@@ -151,7 +151,7 @@ def compare_chip(silicon: Silicon, stop: float | None = None) -> Agreement:
 
 def chip_testbench(silicon: Silicon) -> Testbench:
     """Give the chip a call and an echo, with delay and length in the ratio of a neuron's delays."""
-    chip = block_named(CHIP)
+    chip = block_of_target(CHIP)
     circuit, v_dd = chip.build(), silicon.process.v_dd
     stimuli = chip.defaults
     ratio = delay_ratio(load_block("rebound-neuron"), silicon)

@@ -48,7 +48,7 @@ def _dies(result: Result, table: Table) -> dict[str, Die]:
         if row is None:
             continue
         number = int(table.die[row])
-        (die,) = dies_of(result.study, result.target, range(number, number + 1))
+        (die,) = dies_of(result.study, range(number, number + 1))
         if die not in chosen.values():
             chosen[f"die {number}, {word}: {table.outcome[row]}"] = die
     return chosen

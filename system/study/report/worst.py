@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.arrays import F64
+from system.options.code import code_of
 from system.study.manifest import Study
 from system.study.metric import is_own
 from system.study.report.result import judge_table
@@ -71,7 +72,8 @@ def replay_options(study: Study, table: Table, row: int) -> list[tuple[str, str]
         found += [("temperature", repr(float(table.temperature_c[row])))]
     if len({c.trial for c in where}) > 1:
         found += [("trial", str(int(table.trial[row])))]
-    return found + [("metric", name) for name in filter(is_own, study.subject.metrics)]
+    code = [("code", study.subject.target)] if code_of(study.subject.target) else []
+    return found + code + [("metric", name) for name in filter(is_own, study.subject.metrics)]
 
 
 def _rank(table: Table, specifications: Sequence[Specification]) -> list[int]:

@@ -153,7 +153,7 @@ def _parts(
     own = np.array(table.corner, dtype=object) == corner
     for celsius in dict.fromkeys(c.temperature_c for c in study.conditions if c.corner == corner):
         part = select(table, (own & (table.temperature_c == celsius)).astype(np.bool_))
-        draws = np.array([target.draws(die)[columns] for die in dies_of(study, target, _numbers(part))])
+        draws = np.array([target.draws(die)[columns] for die in dies_of(study, _numbers(part))])
         condition = Condition(corner, celsius, 0)
         about = sensitivity(target, read_die(study.subject.silicon), condition, threads)
         yield _Part(condition, draws.reshape(len(part), len(labels)), part.column(metric), about)

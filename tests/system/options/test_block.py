@@ -13,7 +13,7 @@ from circuits.errors import CircuitError, ParameterError, UnknownNameError
 from circuits.registry import BLOCKS, block_names
 from circuits.units import quantity
 from system.options.begun import read_voltages
-from system.options.block import block_named, choose, parameters, read_biases, read_params, read_stimuli
+from system.options.block import block_of_target, choose, parameters, read_biases, read_params, read_stimuli
 from system.options.silicon import SiliconChoice
 from tests.chips.whole import WHOLE_CHIPS
 from tests.refusals import refusals
@@ -53,7 +53,7 @@ SIZES = ("capacitance", "resistance", "width", "length", "current")
 
 @pytest.mark.parametrize("name", [*BLOCKS, *WHOLE_CHIPS])
 def test_every_number_of_every_block_states_its_unit(name: str) -> None:
-    block = block_named(name)
+    block = block_of_target(name)
     for each in parameters(block.params()):
         # a length or a capacitance that is told as a plain number would be taken as farad or metre
         assert each.unit in {"", "A", "F", "Ohm", "m", "um"}
@@ -63,7 +63,7 @@ def test_every_number_of_every_block_states_its_unit(name: str) -> None:
 
 
 def test_sizes_in_micrometre_are_read_in_metre() -> None:
-    params = block_named("dpi-synapse").params()
+    params = block_of_target("dpi-synapse").params()
     assert read_params(params, ["pair_width=8um", "logic_length=180nm"]) == params
     with pytest.raises(ParameterError, match=r"pair_width.*as in 8um"):
         read_params(params, ["pair_width=8"])
@@ -187,7 +187,7 @@ HUGE = "42949672964294967296"
 COUNTS = [
     (name, each.name)
     for name in (*block_names(), *WHOLE_CHIPS)
-    for each in parameters(block_named(name).params())
+    for each in parameters(block_of_target(name).params())
     if isinstance(each.value, int)
 ]
 
@@ -201,7 +201,7 @@ def test_every_count_has_a_limit(block: str, count: str) -> None:
 STIMULI = [
     (name, each.name, each.unit)
     for name in (*block_names(), *WHOLE_CHIPS)
-    for each in block_named(name).stimuli
+    for each in block_of_target(name).stimuli
     if each.unit in {"", "Hz", "s"}
 ]
 

@@ -1,0 +1,47 @@
+"""A netlist as something to run: its testbench, or one of its sub-circuits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from circuits.circuit import Circuit
+from circuits.errors import unknown_name
+from circuits.testbench import Testbench
+from netlists.read.netlist import read_netlist
+from netlists.read.text.name import circuit_name
+
+SUFFIXES = (".cir", ".ckt", ".sp", ".spi", ".spice", ".net", ".scs", ".cdl")  # of files that are netlists
+
+
+def read_bench(path: Path, subcircuit: str = "") -> Testbench | Circuit:
+    """Read a netlist as a testbench with its own sources and end.
+
+    Parameters
+    ----------
+    path
+        The file.
+    subcircuit
+        Name of a sub-circuit, which is given without sources; the whole netlist where it is empty.
+
+    Raises
+    ------
+    DataError
+        Anything that cannot be read in full.
+    UnknownNameError
+        The netlist uses no such sub-circuit.
+    """
+    found = read_netlist(path).testbench
+    if not subcircuit:
+        return found
+    inside = {circuit.name: circuit for circuit in (found.circuit, *_inside(found.circuit))}
+    name = circuit_name(subcircuit.lower())
+    if name not in inside:
+        raise unknown_name(f"{path}: subcircuit", subcircuit, inside)
+    return inside[name]
+
+
+def _inside(circuit: Circuit) -> Iterator[Circuit]:
+    for instance in circuit.instances:
+        yield instance.circuit
+        yield from _inside(instance.circuit)

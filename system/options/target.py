@@ -1,0 +1,143 @@
+"""What a command is about: a registered name, a file of the user's, or an object.
+
+Every command and every function that takes a block or chip finds it here. It is one of
+
+- the name of a registered block or chip;
+- `my_circuit.py:follower`, a name in a file of Python: a circuit, a testbench, a block, a circuit of PySpice,
+  or a function that returns one of these (`system.options.code`);
+- `deck.cir` or `deck.cir:subcircuit`, a netlist (`netlists.read.bench`);
+- from Python, such an object itself.
+
+A circuit or testbench becomes a block by declared defaults (`circuits.blocks.plain`).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from chips.registry import Chip
+from circuits.blocks.arguments import Arguments, arguments_of, no_arguments
+from circuits.blocks.block import Block, Values
+from circuits.blocks.plain import Made, block_of
+from circuits.circuit import Circuit
+from circuits.errors import DataError, ParameterError
+from circuits.silicon.process import AMI_1500, Process
+from circuits.testbench import Testbench
+from netlists.pyspice.read import from_pyspice
+from netlists.read.bench import SUFFIXES, read_bench
+from system.options.code import Code, code_of, guarded, load_code, process_of, told_in_a_line
+from system.registry import load_block_or_chip
+
+Found = Block | Chip
+Target = Any  # a text as above, a block, chip, circuit or testbench, one of PySpice, or a function of one
+
+_DECK = re.compile(rf"(?P<path>.+(?:{'|'.join(map(re.escape, SUFFIXES))}))(?::(?P<name>.*))?", re.IGNORECASE)
+_OURS = (Block, Chip, Circuit, Testbench)
+_WANTED = "must be a Circuit, Testbench, Block or PySpice circuit, or a function that returns one"
+
+
+def load_target(target: Target) -> Found:
+    """Give the block or chip that a target is.
+
+    Raises `UnknownNameError` for a name that nobody registered or that a file does not have, `DataError` for
+    a file that cannot be read, and `ParameterError` for code that fails or makes something else.
+    """
+    if not isinstance(target, str):
+        return _made_of(target, getattr(target, "__name__", None) or _name_of(target))
+    code = code_of(target)
+    if code is not None:
+        return _of_code(code)
+    deck = deck_of(target)
+    return load_block_or_chip(target) if deck is None else _of_deck(deck)
+
+
+def deck_of(text: str) -> Code | None:
+    """Give the file and the sub-circuit of a text `deck.cir` or `deck.cir:subcircuit`; None for another."""
+    found = _DECK.fullmatch(text)
+    return None if found is None else Code(Path(found["path"]), found["name"] or "")
+
+
+def file_of(target: Target) -> Path | None:
+    """Give the file of the user's that a target names; None where it is no such text."""
+    named = (code_of(target) or deck_of(target)) if isinstance(target, str) else None
+    return None if named is None else named.path
+
+
+def split_place(text: str) -> tuple[str, list[str]]:
+    """Split `CHIP/INSTANCE/...` into the chip, which may be in a file, and the instances inside it."""
+    folder, python, rest = text.rpartition(".py:")
+    chip, *parts = rest.split("/")
+    return f"{folder}{python}{chip}", parts
+
+
+def _of_code(code: Code) -> Found:
+    thing, process = load_code(code), process_of(code)
+    made = guarded(thing, code.path) if callable(thing) else thing
+    name = f"{code.path.name}:{code.name}"
+    found = _made_of(made, name, str(code), process)
+    return replace(_told(found, code.path), name=name) if isinstance(found, Block) else found
+
+
+def _told(block: Block, path: Path) -> Block:
+    """A block of a user's file, all of whose functions tell file and line of an error."""
+    with told_in_a_line(path):
+        _ = block.sizes
+    names = ("build", "testbench", "measures", "outcome", "closed_forms")
+    given = {name: function for name in names if (function := getattr(block, name)) is not None}
+    told: dict[str, Any] = {name: guarded(function, path) for name, function in given.items()}
+    return replace(block, **told)
+
+
+def _of_deck(deck: Code) -> Found:
+    if not deck.path.is_file():
+        raise DataError(f"{deck.path}: no such file; name a netlist that is there")
+    made = read_bench(deck.path, deck.name)
+    name = f"{deck.path.name}:{deck.name}" if deck.name else deck.path.name
+    return block_of(name, lambda *_: made, no_arguments(), "a netlist")
+
+
+def _name_of(thing: Any) -> str:
+    return str(getattr(thing, "name", None) or getattr(thing, "title", None) or type(thing).__name__)
+
+
+def _made_of(thing: Any, name: str, place: str = "", process: Process = AMI_1500) -> Found:
+    """The block or chip that an object is, or that a function makes. place: where it stands, for errors."""
+    if isinstance(thing, Block | Chip):
+        return thing
+    where = place or name
+    if not callable(thing):
+        made = _ours(thing, where)
+        return block_of(name, lambda *_: made, no_arguments(), process=process)
+    arguments = _read(lambda: arguments_of(thing, knobs=False), where)
+    first = _ours(thing(), where, chips=True)
+    if isinstance(first, Block | Chip):
+        return first
+    if isinstance(first, Testbench):
+        arguments = _read(lambda: arguments_of(thing, knobs=True), where)
+
+    def make(params: Any, knobs: Values, v_dd: float) -> Made:
+        made: Made = _ours(thing(**arguments.keywords(params, knobs, v_dd)), where)
+        return made
+
+    about = (thing.__doc__ or "").strip().partition("\n")[0].rstrip(".")
+    return block_of(name, make, arguments, about, process)
+
+
+def _read(read: Callable[[], Arguments], where: str) -> Arguments:
+    try:
+        return read()
+    except ParameterError as error:
+        raise ParameterError(f"{where}: {error}") from None
+
+
+def _ours(made: Any, where: str, *, chips: bool = False) -> Any:
+    """A circuit or testbench that was made, one of PySpice taken over; with `chips` a block or chip too."""
+    if type(made).__module__.partition(".")[0] == "PySpice":
+        return from_pyspice(made)
+    if not isinstance(made, _OURS if chips else (Circuit, Testbench)):
+        raise ParameterError(f"{where}: is of type {type(made).__name__}, {_WANTED}")
+    return made
