@@ -2,6 +2,6 @@
 
 from netlists.read.limits import Limits
 from netlists.read.netlist import Imported, read_netlist
-from netlists.read.note import Note
+from netlists.read.note import Foreign, Note
 
-__all__ = ["Imported", "Limits", "Note", "read_netlist"]
+__all__ = ["Foreign", "Imported", "Limits", "Note", "read_netlist"]

@@ -1,7 +1,7 @@
 """The cards of a netlist that are about a run.
 
-`.tran`, `.op`, `.dc`, `.ic`, `.nodeset`, `.temp` and `.options` are taken over into the testbench; others are
-only noted.
+`.tran`, `.op`, `.dc`, `.ac`, `.noise`, `.ic`, `.nodeset`, `.temp`, `.options` and `.measure` are taken over;
+others are only noted.
 """
 
 from __future__ import annotations
@@ -10,14 +10,15 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
-from netlists.read.card import Card, arguments, shown
+from netlists.read.card import Card, ForeignError, arguments, shown
 from netlists.read.expression.scope import Scope
 from netlists.read.note import Notes
 from netlists.read.waveform import Span
 
 _VOLTAGE = re.compile(r"v\s*\(\s*([^\s(),]+)\s*\)\s*=\s*('[^']*'|\{[^{}]*\}|[^\s,]+)")
-_OUTPUT = {".save", ".print", ".plot", ".probe", ".meas", ".measure", ".four", ".width", ".post"}
-_OTHER = {".ac", ".noise", ".disto", ".pz", ".sens", ".tf", ".sp", ".pss", ".hb"}
+_NOISE = re.compile(r"v\s*\(\s*(?P<node>[^\s(),]+)\s*(?:[\s,]\s*(?P<reference>[^\s(),]+)\s*)?\)")
+_OUTPUT = {".save", ".print", ".plot", ".probe", ".four", ".width", ".post", ".graph", ".csparam", ".title"}
+_OTHER = {".disto", ".pz", ".sens", ".tf", ".sp", ".pss", ".hb"}
 _VARIED = {".step", ".data", ".mc"}  # several circuits in one netlist
 # options about output, convergence and accuracy; any other is taken to be about the circuit
 _NUMERICAL = {
@@ -82,7 +83,56 @@ class Sweep:
     step: tuple[float, ...]
 
 
-Analysis = Transient | OperatingPoint | Sweep
+@dataclass(frozen=True, slots=True)
+class SmallSignals:
+    """Small signals that a netlist asks for: `.ac dec|oct|lin points low high`.
+
+    Attributes
+    ----------
+    scale : str
+        `dec`, `oct` or `lin`.
+    points : int
+        Frequencies a decade, an octave, or in all.
+    low, high : float
+        First and last frequency, Hz.
+    """
+
+    scale: str
+    points: int
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseSpectrum:
+    """Noise that a netlist asks for: `.noise v(output[, reference]) source dec|oct|lin points low high`.
+
+    Attributes
+    ----------
+    output, reference : str
+        Nodes between which the noise is taken, as written; `0` is ground.
+    source : str
+        Name of the source that it is referred to.
+    spectrum : SmallSignals
+        Its frequencies.
+    """
+
+    output: str
+    reference: str
+    source: str
+    spectrum: SmallSignals
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """A `.measure` card: its `analysis`, its `name`, and the `text` behind the name as it stands."""
+
+    analysis: str
+    name: str
+    text: str
+
+
+Analysis = Transient | OperatingPoint | Sweep | SmallSignals | NoiseSpectrum
 
 
 @dataclass(slots=True)
@@ -95,6 +145,8 @@ class Controls:
         Analyses in the order of their cards.
     starts, held
         Voltages, V, of `.nodeset` and `.ic`, with their card, by the node's name as it is written.
+    measures
+        `.measure` cards in their order.
     temperature_c
         Temperature, degC; None where no card states one.
     """
@@ -102,6 +154,7 @@ class Controls:
     analyses: list[Analysis] = field(default_factory=list)
     starts: dict[str, tuple[float, Card]] = field(default_factory=dict)
     held: dict[str, tuple[float, Card]] = field(default_factory=dict)
+    measures: list[Measure] = field(default_factory=list)
     temperature_c: float | None = None
 
     @property
@@ -126,18 +179,25 @@ def read_controls(cards: Iterable[Card], scope: Scope, notes: Notes) -> Controls
     """Read the cards about a run; raises `DataError` for one that nobody knows."""
     controls = Controls()
     for card in cards:
-        word = card.name()
-        if word in _READERS:
-            _READERS[word](controls, card, scope, notes)
-        elif word in _OUTPUT:
-            notes.add(f"{word} card", card.place)
-        elif word in _OTHER:
-            notes.add(f"{word} analysis", card.place)
-        elif word in _VARIED:
-            notes.leave_out(card, word, word, "one netlist is one circuit, write its values as .param")
-        else:
-            raise card.error(f"{shown(word)}: unknown card; write one of {', '.join(sorted(_READERS))}")
+        try:
+            _read_control(controls, card, scope, notes)
+        except ForeignError as error:
+            notes.keep(card, error)
     return controls
+
+
+def _read_control(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
+    word = card.name()
+    if word in _READERS:
+        _READERS[word](controls, card, scope, notes)
+    elif word in _OUTPUT:
+        notes.add(f"{word} card", card.place)
+    elif word in _OTHER:
+        notes.add(f"{word} analysis", card.place)
+    elif word in _VARIED:
+        notes.leave_out(card, word, word, "one netlist is one circuit, write its values as .param")
+    else:
+        raise card.error(f"{shown(word)}: unknown card; write one of {', '.join(sorted(_READERS))}")
 
 
 def _transient(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
@@ -157,7 +217,7 @@ def _operating_point(controls: Controls, card: Card, scope: Scope, notes: Notes)
 
 
 def _sweep(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
-    words = card.words()[1:]
+    words = [w for w in card.words()[1:] if w not in {"(", ")"}]
     if len(words) not in {4, 8}:
         raise card.error(f".dc: {len(words)} words, must be 4 or 8; write .dc SOURCE START STOP STEP")
     columns = [[scope.number(card, ".dc", w) for w in words[k::4]] for k in (1, 2, 3)]
@@ -165,11 +225,45 @@ def _sweep(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
     controls.analyses.append(Sweep(tuple(words[0::4]), start, stop, step))
 
 
+def _spectrum(card: Card, word: str, words: list[str], scope: Scope) -> SmallSignals:
+    if len(words) != 4 or words[0] not in {"dec", "oct", "lin"}:
+        raise card.error(
+            f"{word}: {shown(' '.join(words))}, must be dec, oct or lin, POINTS LOW HIGH; correct it"
+        )
+    points, low, high = (scope.number(card, word, w) for w in words[1:])
+    if not (points >= 1.0 and 0.0 <= low <= high):
+        raise card.error(
+            f"{word}: {points:g} points from {low:g} to {high:g} Hz; give 1 or more, of rising ends"
+        )
+    return SmallSignals(words[0], int(points), low, high)
+
+
+def _small_signals(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
+    controls.analyses.append(_spectrum(card, ".ac", card.words()[1:], scope))
+
+
+def _noise(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
+    rest = card.text.lower().partition(" ")[2].strip()
+    found = _NOISE.match(rest)
+    words = rest[found.end() :].split() if found else []
+    if found is None or len(words) not in {5, 6}:
+        raise card.error(".noise: must be v(NODE) SOURCE dec POINTS LOW HIGH; correct it")
+    spectrum = _spectrum(card, ".noise", words[1:5], scope)
+    controls.analyses.append(NoiseSpectrum(found["node"], found["reference"] or "0", words[0], spectrum))
+
+
+def _measure(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
+    words = card.text.split(maxsplit=3)
+    if len(words) < 4:
+        raise card.error(".measure: must be ANALYSIS NAME and what is measured; complete it")
+    controls.measures.append(Measure(words[1].lower(), words[2].lower(), words[3]))
+
+
 def _voltages(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
     word, _, rest = card.text.lower().partition(" ")
     found = _VOLTAGE.findall(rest)
     if not found or _VOLTAGE.sub("", rest).strip(" ,\t"):
-        raise card.error(f"{word}: must be v(node)=value ...; correct it")
+        raise card.foreign(f"{word}: must be v(node)=value ...; correct it")
     into = controls.held if word == ".ic" else controls.starts
     for node, value in found:
         into[node] = (scope.number(card, f"v({shown(node)})", value), card)
@@ -178,7 +272,8 @@ def _voltages(controls: Controls, card: Card, scope: Scope, notes: Notes) -> Non
 def _temperature(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
     words = card.words()
     if len(words) != 2:
-        raise card.error(f".temp: {len(words) - 1} numbers, must be one; write .temp DEGC")
+        error = card.error if len(words) < 2 else card.foreign
+        raise error(f".temp: {len(words) - 1} numbers, must be one; write .temp DEGC")
     controls.temperature_c = scope.number(card, ".temp", words[1])
 
 
@@ -187,7 +282,10 @@ def _options(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None
     if "temp" in given.named:
         controls.temperature_c = scope.number(card, "temp", given.named["temp"])
     for name in (*given.positional, *(n for n in given.named if n != "temp")):
-        read_option(name, card, notes)
+        try:
+            read_option(name, card, notes)
+        except ForeignError as error:
+            notes.keep(card, error)
 
 
 def read_option(name: str, card: Card, notes: Notes) -> None:
@@ -201,5 +299,6 @@ def read_option(name: str, card: Card, notes: Notes) -> None:
 _Reader = Callable[[Controls, Card, Scope, Notes], None]
 _READERS: Mapping[str, _Reader] = {
     ".tran": _transient, ".op": _operating_point, ".dc": _sweep, ".ic": _voltages, ".nodeset": _voltages,
-    ".temp": _temperature, ".options": _options, ".option": _options, ".opt": _options,
+    ".ac": _small_signals, ".noise": _noise, ".meas": _measure, ".measure": _measure, ".temp": _temperature,
+    ".options": _options, ".option": _options, ".opt": _options,
 }  # fmt: skip

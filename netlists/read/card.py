@@ -12,6 +12,11 @@ from dataclasses import dataclass, field
 
 from circuits.errors import DataError
 
+
+class ForeignError(DataError):
+    """A card that ngspice may run, and that no circuit of ours can hold."""
+
+
 _WORD = re.compile(r"""\{[^{}]*\}|'[^']*'|"[^"]*"|[()=]|[^\s(){}'"=,]+|[{}'"]""")
 _SHOWN = 60  # characters of a user's text in an error
 
@@ -32,6 +37,10 @@ class Card:
     def error(self, text: str) -> DataError:
         """Error with the place in front of `text`."""
         return DataError(f"{self.place}: {text}")
+
+    def foreign(self, text: str) -> ForeignError:
+        """Error for what ngspice may run though no circuit of ours holds it, with the place before `text`."""
+        return ForeignError(f"{self.place}: {text}")
 
     def name(self) -> str:
         """First word in lower case; empty for a card of commas alone."""

@@ -1,11 +1,13 @@
 """The third step of reading a netlist: its sections become circuits.
 
-Every sub-circuit becomes a circuit once for each set of parameter values that it is called with. Sources
-stand at the top level only, since a circuit has no stimuli. The top level becomes a circuit `top` whose ports
-are the nodes that sources drive, a `supply` under a constant voltage and else `analog`. Where it is one call
-of a sub-circuit and sources at its ports, that sub-circuit is the circuit, and its ports that nothing drives
-are outputs. Where it is empty, as in a library, the last sub-circuit that no other calls is the circuit. A
-current source between two nodes becomes two, one at each. Global nodes become ports all the way up.
+Every sub-circuit becomes a circuit once for each set of parameter values that it is called with. A circuit
+has no stimuli, so that a source inside a sub-circuit is lifted to the top: the nodes that it drives become
+ports, which every call connects to nodes of their own, `x1.node`. The top level becomes a circuit `top` whose
+ports are the nodes that sources drive, a `supply` under a constant voltage and else `analog`. Where it is one
+call of a sub-circuit and sources at its ports, that sub-circuit is the circuit, and its ports that nothing
+drives are outputs. Where it is empty, as in a library, the last sub-circuit that no other calls is the
+circuit. A current source between two nodes becomes two, one at each. Global nodes become ports all the way
+up.
 """
 
 from __future__ import annotations
@@ -18,16 +20,15 @@ from circuits.devices import Device, Source
 from circuits.devices.source import Constant
 from circuits.errors import CircuitError, DataError, ParameterError
 from circuits.silicon.silicon import Deviation
-from netlists.read.card import Arguments, Card, element_arguments, element_words, shown
+from netlists.read.card import Arguments, Card, ForeignError, element_arguments, element_words, shown
 from netlists.read.element import Context, read_element
 from netlists.read.expression.scope import Scope
 from netlists.read.limits import Limits
 from netlists.read.note import Notes
-from netlists.read.text.name import circuit_name
+from netlists.read.text.name import circuit_name, is_ground, original_name
 from netlists.read.text.section import Deck, Section, duplicate
 from netlists.read.waveform import Span, negated, read_waveform, vertex_count
-
-_GROUNDS = {GROUND, "gnd"}
+from netlists.read.wire import wires
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +36,7 @@ class Part:
     """A sub-circuit with its parameter values: the circuit, what it calls, and its transistors' deviations.
 
     `lifted`: global nodes among its ports, as written. `elements`: devices and instances, parts of parts
-    counted.
+    counted. `sources`: sources inside it, each at a port.
     """
 
     circuit: Circuit
@@ -43,6 +44,7 @@ class Part:
     deviations: dict[str, Deviation]
     lifted: tuple[str, ...]
     elements: int
+    sources: tuple[Source, ...] = ()
 
     def all_deviations(self, prefix: str = "") -> Iterator[tuple[str, Deviation]]:
         """Yield deviations by instance path."""
@@ -97,10 +99,10 @@ class Elaboration:
         """Build the whole netlist; raises `DataError` with file and line."""
         section = self.deck.top
         if not section.elements:
-            section = self._library()
-            whole = self._part(section, {}, section.card)
+            library = self._library()
+            whole = self._empty() if library is None else self._part(library, {}, library.card)
             self._note_unused()
-            return Top(whole, ())
+            return Top(whole, whole.sources)
         contents = self._contents(section, self.scope)
         self._note_unused()
         called = _sole_call(contents)
@@ -112,9 +114,18 @@ class Elaboration:
         ports = _ports_of_sources(contents.sources)
         return Top(self._finish("top", ports, contents, section.card), tuple(contents.sources))
 
-    def _library(self) -> Section:
-        """The last sub-circuit that no other calls, for a netlist without elements at its top."""
+    def _empty(self) -> Part:
+        """The circuit of a netlist that only has commands."""
+        return self._finish("top", (), _Contents(), self.deck.top.card)
+
+    def _library(self) -> Section | None:
+        """The last sub-circuit that no other calls, for a netlist without elements at its top.
+
+        None for one that only has commands, where cards for ngspice only are kept.
+        """
         sections = list(_sections(self.deck.top))
+        if not sections and self.notes.keeps and self.notes.found:
+            return None
         if not sections:
             raise DataError(
                 f"{self.deck.top.card.place}: no elements; write one below the first line, the title"
@@ -149,10 +160,13 @@ class Elaboration:
         for name in (section.name, *section.ports):
             section.card.check_name(name, self.limits.word)
         scope = Scope(self.limits, self.scope, dict(given))
-        scope.define({n: (text, section.card) for n, text in section.defaults.items()} | section.parameters)
+        defaults = {n: (text, section.card) for n, text in section.defaults.items()}
+        scope.define(defaults | section.parameters, self.notes)
         contents = self._contents(section, scope)
         lifted = tuple(n for n in contents.lifted if n not in section.ports)
-        ports = tuple(Port(circuit_name(n), "analog") for n in (*section.ports, *lifted))
+        names = [circuit_name(n) for n in (*section.ports, *lifted) if not is_ground(n)]
+        driven = [s.node for s in contents.sources if s.node not in names]
+        ports = tuple(Port(n, "analog") for n in dict.fromkeys((*names, *driven)))
         self.built[key] = self._finish(section.name, ports, contents, section.card, lifted)
         self.calls.pop()
         self.again -= is_again
@@ -180,14 +194,19 @@ class Elaboration:
         except CircuitError as error:
             raise card.error(str(error)) from None
         count = len(contents.devices) + sum(1 + p.elements for p in contents.parts.values())
-        return Part(circuit, contents.parts, contents.deviations, lifted, count)
+        return Part(circuit, contents.parts, contents.deviations, lifted, count, tuple(contents.sources))
 
     def _contents(self, section: Section, scope: Scope) -> _Contents:
         contents, card = _Contents(), section.card
+        fixed = (*section.ports, *self.deck.global_nodes)
+        same, wired = wires(section.elements, fixed, scope)
+        for each in wired:
+            self.notes.add("source of 0 V between two nodes, a wire in the circuit", each.place)
 
         def node(name: str) -> str:
-            if name in _GROUNDS:
+            if is_ground(name):
                 return GROUND
+            name = same.get(name, name)
             card.check_name(name, self.limits.word)  # the card that the loop below is at
             if name in self.deck.global_nodes:
                 contents.lifted[name] = None
@@ -195,6 +214,8 @@ class Elaboration:
 
         context = Context(section, scope, node, self.notes, self.is_cdl, self.uses_ic, self.models)
         for card in section.elements:
+            if card in wired or not self._is_taken(card, section, scope):
+                continue
             name = card.name()
             if name in contents.names:
                 raise duplicate(card, name, contents.names[name])
@@ -202,18 +223,25 @@ class Elaboration:
             card.check_name(name, self.limits.word)
             try:
                 self._element(card, context, contents)
+            except ForeignError as error:
+                self.notes.keep(card, error)
             except ParameterError as error:
                 raise card.error(str(error)) from None
         return contents
+
+    def _is_taken(self, card: Card, section: Section, scope: Scope) -> bool:
+        """Whether the conditions of an element hold, where it has any."""
+        try:
+            return scope.holds(section.conditions.get(card, ()))
+        except ForeignError as error:
+            self.notes.keep(card, error)
+            return False
 
     def _element(self, card: Card, context: Context, contents: _Contents) -> None:
         letter = card.text[0].lower()
         if letter == "x":
             self._call(card, context, contents)
         elif letter in "vi":
-            if context.section.parent is not None:
-                name = shown(card.words()[0])
-                raise card.error(f"{name}: a source inside a sub-circuit; move it to the top level")
             contents.sources += self._sources(card, context)
         else:
             element = read_element(card, context)
@@ -237,14 +265,15 @@ class Elaboration:
         given = {}
         for key, word in words.named.items():
             if key not in section.defaults:
-                raise card.error(
+                raise card.foreign(
                     f"{shown(name)}.{shown(key)}: {shown(called)} has no such parameter,"
                     f" see {section.card.place}; remove it"
                 )
             given[key] = context.scope.number(card, f"{shown(name)}.{shown(key)}", word)
         part = self._part(section, given, card)
         connections = [*zip(section.ports, nodes, strict=True), *((n, n) for n in part.lifted)]
-        connected = {circuit_name(p): context.node(n) for p, n in connections}
+        connected = {circuit_name(p): context.node(n) for p, n in connections if not is_ground(p)}
+        _lift(card, part, circuit_name(name), connected, contents)
         contents.instances.append(Instance(circuit_name(name), part.circuit, connected))
         contents.parts[circuit_name(name)] = part
 
@@ -262,14 +291,29 @@ class Elaboration:
         own = circuit_name(name)
         if name[0] == "v":
             if (plus == GROUND) == (minus == GROUND):
-                raise card.error(f"{shown(name)}: no end at ground, or both; tie one to 0")
+                raise card.foreign(f"{shown(name)}: no end at ground, or both; tie one to 0")
             return [Source(own, plus, waveform) if minus == GROUND else Source(own, minus, negated(waveform))]
         ends = [(n, w) for n, w in ((minus, waveform), (plus, negated(waveform))) if n != GROUND]
         if plus == minus:
-            raise card.error(f"{shown(name)}: both ends at one node; remove it")
+            raise card.foreign(f"{shown(name)}: both ends at one node; remove it")
         if len(ends) == 1:
             return [Source(own, *ends[0], "current")]
         return [Source(f"{own}[{k}]", n, w, "current") for k, (n, w) in enumerate(ends)]
+
+
+def _lift(card: Card, part: Part, name: str, connected: dict[str, str], contents: _Contents) -> None:
+    """Take the sources of a part over to the circuit that calls it, each with a node there.
+
+    `connected`, the node by port, is added to. Raises `DataError` for a voltage source whose node is ground
+    there.
+    """
+    prefix = circuit_name(f"{original_name(name)}.")
+    for source in part.sources:
+        node = connected.setdefault(source.node, prefix + source.node)
+        if node != GROUND:
+            contents.sources.append(replace(source, name=prefix + source.name, node=node))
+        elif source.quantity == "voltage":
+            raise card.foreign(f"{shown(name)}: its source {source.name} drives ground; connect another node")
 
 
 def _sections(top: Section) -> Iterator[Section]:

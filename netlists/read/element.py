@@ -16,10 +16,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from circuits.devices import Capacitor, ControlledSource, Device, Resistor, Transistor
+from circuits.errors import DataError
 from circuits.silicon.process import Polarity
 from circuits.silicon.silicon import Deviation
 from netlists.read.card import Arguments, Card, element_arguments, shown
 from netlists.read.expression.scope import Scope
+from netlists.read.foreign import REMEDY, foreign_element, foreign_transistor
 from netlists.read.note import Notes
 from netlists.read.text.name import circuit_name
 from netlists.read.text.section import Model, Section
@@ -32,7 +34,7 @@ _NOTED = {"ic", "ac", "noise", "noisy"}
 _DEGREES = {"temp", "dtemp"}  # of an element, which has the circuit's
 _COEFFICIENTS = {"tc", "tc1", "tc2"}
 _SHOWN = 6  # parameters of a model that an error names
-_KNOWN = "RCGBMVIX"
+_OF_NGSPICE = {"vdmos", "vdmosn", "vdmosp", "nsoi", "psoi", "numos"}  # types that its M elements have, too
 _SIGNS: dict[Polarity, float] = {"n": 1.0, "p": -1.0}
 
 
@@ -77,7 +79,7 @@ def read_element(card: Card, context: Context) -> Element:
     """Device of a card; raises `DataError` for an element that no device stands for."""
     letter = card.text[0].lower()
     if letter not in _READERS:
-        raise card.error(f"{shown(card.text.split()[0])}: unknown element; known are {', '.join(_KNOWN)}")
+        raise foreign_element(card, context.section, context.models)
     return _READERS[letter](card, context)
 
 
@@ -99,6 +101,11 @@ def _nodes_and_value(
 def _two_nodes(
     card: Card, name: str, words: Arguments, context: Context, key: str, what: str
 ) -> tuple[str, str, str, float]:
+    model = next((w for w in words.positional[2:] if context.section.find_model(w)), None)
+    if model is not None:
+        raise card.foreign(
+            f"{shown(name)}: a {what} by the model {shown(model)}; write its value, or {REMEDY}"
+        )
     nodes, word = _nodes_and_value(card, name, words, 2, key, "a b VALUE")
     _note_unused(card, name, words, what, context.notes)
     a, b = map(context.node, nodes)
@@ -126,9 +133,9 @@ def _controlled_source(card: Card, context: Context) -> Element:
     if _CURRENT.search(card.text):
         return _behavioural_source(card, context)
     name, words = element_arguments(card)
+    for kind in set(words.positional) & {"poly", "table"}:
+        raise card.foreign(f"{shown(name)}: {kind.upper()} is not supported; write a linear G")
     nodes, word = _nodes_and_value(card, name, words, 4, "gm", "n+ n- c+ c- VALUE")
-    if "poly" in nodes:
-        raise card.error(f"{shown(name)}: POLY is not supported; write a linear G")
     _note_unused(card, name, words, "controlled source", context.notes)
     a, b, c, d = map(context.node, nodes)
     value = context.scope.number(card, shown(name), word)
@@ -141,14 +148,17 @@ def _behavioural_source(card: Card, context: Context) -> Element:
     words = head.replace("(", " ").replace(")", " ").split()
     supported = "supported is I= linear in one voltage difference, as in I=1u*(v(a)-v(b)), or v(a,b)"
     if found is None or len(words) != 3:
-        raise card.error(f"{name}: must be {name[0]}name n+ n- I=expression; {supported}")
-    value = context.scope.linear(card, f"{name} ({supported})", found.group(1))
+        raise card.foreign(f"{name}: must be {name[0]}name n+ n- I=expression; {supported}")
+    try:
+        value = context.scope.linear(card, f"{name} ({supported})", found.group(1))
+    except DataError as error:  # ngspice has more functions, currents and time
+        raise card.foreign(str(error).removeprefix(f"{card.place}: ")) from None
     if value.constant != 0.0 or not 1 <= len(value.slopes) <= 2:
-        raise card.error(f"{name}: not one voltage difference; {supported}")
+        raise card.foreign(f"{name}: not one voltage difference; {supported}")
     (plus, slope), *others = value.slopes.items()
     minus, back = others[0] if others else ("0", -slope)
     if back != -slope:
-        raise card.error(f"{name}: slopes {slope:g} and {back:g} S, must be opposite; {supported}")
+        raise card.foreign(f"{name}: slopes {slope:g} and {back:g} S, must be opposite; {supported}")
     a, b, c, d = map(context.node, (words[1], words[2], plus, minus))
     return Element(ControlledSource(circuit_name(words[0]), a, b, c, d, slope))
 
@@ -157,16 +167,14 @@ def _transistor(card: Card, context: Context) -> Element:
     name, words = element_arguments(card)
     rest = words.positional
     if len(rest) != 5:
-        raise card.error(
-            f"{shown(name)}: {len(rest)} words, must be 4 nodes and a model; write M d g s b MODEL W= L="
-        )
+        raise foreign_transistor(card, words, context.section)
+    polarity = _polarity(card, context, rest[4])
     size = {}
     for key, default in (("w", None), ("l", None), ("m", "1")):
         word = words.named.pop(key, default)
         if word is None:
-            raise card.error(f"{shown(name)}.{key}: missing; write {key.upper()}= in metre")
+            raise card.foreign(f"{shown(name)}.{key}: missing; write {key.upper()}= in metre")
         size[key] = context.scope.number(card, f"{shown(name)}.{key}", word)
-    polarity = _polarity(card, context, rest[4])
     shift = {
         key: context.scope.number(card, f"{shown(name)}.{key}", words.named.pop(key, neutral))
         for key, neutral in (("delvto", "0"), ("mulu0", "1"))
@@ -186,11 +194,12 @@ def _polarity(card: Card, context: Context, name: str) -> Polarity:
     if model is None:
         raise card.error(f"model {shown(name)}: unknown; add its .model card of type nmos or pmos")
     if model.type not in {"nmos", "pmos"}:
-        raise card.error(
+        error = card.foreign if model.type in _OF_NGSPICE else card.error
+        raise error(
             f"model {shown(name)}: type {shown(model.type)}, must be nmos or pmos; see {model.card.place}"
         )
-    _leave_out_figures(model, context.notes)
     context.models.add(model.card)
+    _leave_out_figures(model, context.notes)
     return "n" if model.type == "nmos" else "p"
 
 
@@ -215,7 +224,7 @@ def _note_transistor(card: Card, name: str, words: Arguments, notes: Notes) -> N
         elif key in _NOTED_OF_TRANSISTOR:
             notes.add(f"{key} of a transistor", card.place)
         else:
-            raise card.error(f"{shown(name)}.{shown(key)}: unknown parameter; remove it")
+            raise card.foreign(f"{shown(name)}.{shown(key)}: unknown parameter; remove it")
 
 
 def _note_unused(card: Card, name: str, words: Arguments, what: str, notes: Notes) -> None:
@@ -225,7 +234,7 @@ def _note_unused(card: Card, name: str, words: Arguments, what: str, notes: Note
         elif key in _NOTED:
             notes.add(f"{shown(key)} of a {what}", card.place)
         else:
-            raise card.error(f"{shown(name)}.{shown(key)}: not supported; fold it into the value")
+            raise card.foreign(f"{shown(name)}.{shown(key)}: not supported; fold it into the value")
 
 
 _READERS: dict[str, Callable[[Card, Context], Element]] = {

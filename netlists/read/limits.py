@@ -26,6 +26,8 @@ class Limits:
         Calls inside calls.
     expression, expression_depth
         Characters of an expression, and its brackets inside brackets.
+    function_calls
+        Calls of a netlist's own functions in one expression, those inside them counted.
     arithmetic
         Characters of all expressions together, or 40 a card of the netlist if that is more; an expression
         that is evaluated again counts an eighth.
@@ -56,6 +58,7 @@ class Limits:
     call_depth: int = 64
     expression: int = 20_000
     expression_depth: int = 32
+    function_calls: int = 1_000
     arithmetic: int = 1_000_000
     calls: int = 250_000
     expansion: int = 20_000

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isclose
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -17,17 +17,18 @@ from circuits.circuit import GROUND, Circuit, references
 from circuits.errors import DataError, unknown_name
 from circuits.silicon.silicon import Change, Deviation, Silicon
 from circuits.testbench import Begin, Testbench
-from netlists.read.analysis import Analysis, Controls, read_controls
+from netlists.read.analysis import Analysis, Controls, Measure, read_controls
 from netlists.read.card import Card, shown
 from netlists.read.elaboration import Elaboration, Top
+from netlists.read.expression.expression import Functions
 from netlists.read.expression.scope import Expressions, Scope
 from netlists.read.limits import DEFAULT_LIMITS, Limits
-from netlists.read.note import Note, Notes, drop_names
+from netlists.read.note import Foreign, Note, Notes, drop_names
 from netlists.read.notes.annotated import header_card, read_annotated
 from netlists.read.notes.syntax import syntax_of
 from netlists.read.text.lines import ANNOTATION, Text, read_text
 from netlists.read.text.name import circuit_name, original_name
-from netlists.read.text.section import read_deck
+from netlists.read.text.section import Deck, declare, read_deck
 
 DIALECTS = ("spice", "ngspice", "hspice", "xyce", "cdl")  # that a netlist without our notes may be in
 
@@ -62,6 +63,10 @@ class Imported:
         circuit.
     dropped
         What would have changed the circuit, and was left out because `drop` names it.
+    foreign
+        Cards for ngspice only, which the circuit lacks; none unless `foreign="kept"` was asked for.
+    measures
+        `.measure` cards in their order.
     """
 
     testbench: Testbench
@@ -75,6 +80,8 @@ class Imported:
     silicon: Silicon | None = None
     parasitics: Mapping[str, float] = field(default_factory=dict)
     dropped: tuple[Note, ...] = ()
+    foreign: tuple[Foreign, ...] = ()
+    measures: tuple[Measure, ...] = ()
 
     @property
     def circuit(self) -> Circuit:
@@ -89,6 +96,7 @@ def read_netlist(
     dialect: str | None = None,
     limits: Limits = DEFAULT_LIMITS,
     drop: Iterable[str] = (),
+    foreign: Literal["refused", "kept"] = "refused",
 ) -> Imported:
     """Read a netlist from a file, or from a text; no code in it is run.
 
@@ -108,6 +116,10 @@ def read_netlist(
         parameters are left out (`.model` for all), cards as `.step`, options as `scale`, parameters of
         elements as `tc1`. What went is in `dropped`.
 
+    foreign
+        Whether cards that ngspice has and a circuit of ours cannot hold are refused, or kept as text for
+        ngspice; the circuit then lacks them.
+
     Raises
     ------
     DataError
@@ -123,7 +135,7 @@ def read_netlist(
             " its Path, read_netlist(Path(...))"
         )
     with np.errstate(all="ignore"):  # what overflows is refused where it is used, not warned of
-        return _read(source, root, dialect, limits, Notes(drop_names(drop)))
+        return _read(source, root, dialect, limits, Notes(drop_names(drop), foreign == "kept"))
 
 
 def _read(
@@ -145,8 +157,9 @@ def _read(
     if len(cards) > limits.cards:
         raise cards[limits.cards].error(f"more than {limits.cards} cards, the limit; split the netlist")
     deck = read_deck(text.title, cards, notes)
-    scope = Scope(limits, expressions=Expressions(limits, deck.size))
-    scope.define(deck.top.parameters)
+    scope = Scope(limits, expressions=Expressions(limits, deck.size, functions=Functions(deck.functions)))
+    scope.define(deck.top.parameters, notes)
+    _declare_conditional(deck, scope, notes)
     controls = read_controls(deck.controls, scope, notes)
     uses_ic = controls.uic or dialect == "xyce"  # which takes them without uic, too
     top = Elaboration(deck, scope, controls.span, limits, notes, dialect == "cdl", uses_ic).top()
@@ -163,7 +176,17 @@ def _read(
         controls.temperature_c,
         dialect or "spice",
         dropped=notes.dropped(),
+        foreign=notes.foreign(),
+        measures=tuple(controls.measures),
     )
+
+
+def _declare_conditional(deck: Deck, scope: Scope, notes: Notes) -> None:
+    """Take the declarations under `.if` whose conditions hold, one after the other."""
+    for card, conditions in deck.conditional:
+        if scope.holds(conditions):
+            declare(deck, deck.top, card, notes)
+            scope.define(deck.top.parameters, notes)
 
 
 def _annotated(header: Card, text: Text, limits: Limits, notes: Notes) -> Imported:
@@ -206,8 +229,7 @@ def _testbench(
         for part in node.split(separator):
             card.check_name(part, limits.word)
     start, initial = (
-        {_node_path(top, node.split(separator), card, known): v for node, (v, card) in given.items()}
-        for given in (controls.starts, controls.held)
+        _voltages(top, given, separator, known, notes) for given in (controls.starts, controls.held)
     )
     if controls.uic:
         for _, card in list(controls.starts.values())[:1]:
@@ -217,6 +239,25 @@ def _testbench(
     return Testbench(
         title, circuit, top.sources, inf if stop is None else stop, start=start, initial=initial, begin=begin
     )
+
+
+def _voltages(
+    top: Top,
+    given: Mapping[str, tuple[float, Card]],
+    separator: str,
+    known: dict[int, _Inside],
+    notes: Notes,
+) -> dict[str, float]:
+    """Voltages, V, by node path; those of nodes that only cards for ngspice have are left to it."""
+    found: dict[str, float] = {}
+    for node, (voltage, card) in given.items():
+        try:
+            found[_node_path(top, node.split(separator), card, known)] = voltage
+        except DataError as error:
+            if not notes.kept:
+                raise
+            notes.keep(card, card.foreign(str(error).removeprefix(f"{card.place}: ")))
+    return found
 
 
 def _node_path(top: Top, name: Sequence[str], card: Card, known: dict[int, _Inside]) -> str:
@@ -231,6 +272,9 @@ def _node_path(top: Top, name: Sequence[str], card: Card, known: dict[int, _Insi
     for each in instances:
         circuit = _inside(circuit, known).instances.get(each) if circuit else None
     found = _inside(circuit, known) if circuit else None
+    lifted = circuit_name(".".join(name))  # a node that a source inside a sub-circuit drives
+    if lifted in _inside(top.part.circuit, known).nodes:
+        return lifted
     if found is None or node not in (found.own if instances else found.nodes):
         raise card.error(
             f"v({shown('.'.join(name))}): unknown node; name one of the netlist, as in v(x1.node)"

@@ -24,6 +24,10 @@ from netlists.read.limits import DEFAULT_LIMITS
 from netlists.read.note import Notes
 
 _SAMPLES = 200  # a period of a sine
+_SMALL_SIGNALS = {"ac", "distof1", "distof2"}
+_OF_NGSPICE = {  # waveforms that ngspice has beside, and options of PWL
+    "exp", "sffm", "am", "trnoise", "trrandom", "external", "portnum", "file", "r", "td",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,13 +45,13 @@ def read_waveform(card: Card, words: list[str], scope: Scope, span: Span, notes:
     direct, shape, values = _parts(card, words, scope, notes)
     if shape is None:
         if direct is None:
-            raise card.error(f"{name}: no value; write {name} n+ n- VALUE, PULSE(...), PWL(...) or SIN(...)")
-        return Constant(direct)
+            notes.add("source without a value, which is 0", card.place)
+        return Constant(direct or 0.0)
     try:
         waveform = _SHAPES[shape](card, values, span, span.vertices, notes)
         time, value = polyline(name, waveform)
     except ParameterError as error:
-        raise card.error(str(error)) from None
+        raise card.foreign(str(error)) from None
     first = float(np.interp(0.0, time, value))
     if direct is not None and direct != first:
         notes.add("DC value of a source beside its waveform, which alone is kept", card.place)
@@ -83,43 +87,41 @@ def vertex_count(waveform: Waveform) -> int:
 def _parts(
     card: Card, words: list[str], scope: Scope, notes: Notes
 ) -> tuple[float | None, str | None, list[float]]:
-    """Direct value, the waveform's word and its numbers."""
+    """Direct value, the waveform's word and its numbers; brackets mean nothing, as in ngspice."""
     direct: float | None = None
-    k = 0
+    shape, values, k = None, [], 0
+    words = [w for w in words if w not in {"(", ")", "="}]
     while k < len(words):
-        word = words[k]
-        if word in _SHAPES:
-            return direct, word, _values(card, words[k + 1 :], scope, notes)
-        if word in {"exp", "sffm", "am", "trnoise", "trrandom", "external"}:
-            raise card.error(f"{word}: not supported; write PULSE, PWL or SIN")
-        if word == "ac":
+        word = "sin" if words[k] == "sine" else words[k]
+        if word in _SHAPES and shape is None:
+            shape, end = word, _behind_waveform(words, k + 1)
+            values = [scope.number(card, "waveform", w) for w in words[k + 1 : end]]
+            k = end
+        elif word in _OF_NGSPICE:
+            raise card.foreign(f"{word}: not supported; write PULSE, PWL or SIN")
+        elif word in _SMALL_SIGNALS:
             notes.add("AC value of a source", card.place)
             k = _behind_numbers(words, k + 1)
-        elif word in {"dc", "="}:
+        elif word == "dc":
             k += 1
         elif direct is None:
             direct = scope.number(card, "value", word)
             k += 1
         else:
             raise card.error(f"{shown(word)}: after the value; write DC, PULSE, PWL or SIN")
-    return direct, None, []
+    return direct, shape, values
 
 
 def _behind_numbers(words: list[str], k: int) -> int:
-    while k < len(words) and (words[k][0] in "+-.0123456789{'" or words[k] == "="):
+    while k < len(words) and words[k][0] in "+-.0123456789{'":
         k += 1
     return k
 
 
-def _values(card: Card, words: list[str], scope: Scope, notes: Notes) -> list[float]:
-    """Numbers of a waveform up to its closing bracket; an AC value may follow."""
-    end = words.index(")") if ")" in words else len(words)
-    rest = [w for w in words[end:] if w != ")"]
-    if rest and rest[0] != "ac":
-        raise card.error(f"{shown(rest[0])}: after the waveform; remove it")
-    if rest:
-        notes.add("AC value of a source", card.place)
-    return [scope.number(card, "waveform", w) for w in words[:end] if w != "("]
+def _behind_waveform(words: list[str], k: int) -> int:
+    while k < len(words) and words[k] not in {*_SMALL_SIGNALS, *_OF_NGSPICE, "dc"}:
+        k += 1
+    return k
 
 
 def _pulse(card: Card, values: list[float], span: Span, most: int, notes: Notes) -> Waveform:
@@ -141,7 +143,7 @@ def _pulse(card: Card, values: list[float], span: Span, most: int, notes: Notes)
 
 def _needed(card: Card, what: str, value: float | None) -> float:
     if value is None:
-        raise card.error(f"pulse: {what} is 0 or missing, and there is no .tran to take it from; give it")
+        raise card.foreign(f"pulse: {what} is 0 or missing, and there is no .tran to take it from; give it")
     return value
 
 
@@ -156,9 +158,9 @@ def _pwl(card: Card, values: list[float], span: Span, most: int, notes: Notes) -
 def _sine(card: Card, values: list[float], span: Span, most: int, notes: Notes) -> Waveform:
     if not 2 <= len(values) <= 6:
         raise card.error(f"sin: {len(values)} numbers, must be 2 to 6; write SIN(offset amplitude frequency)")
-    if span.stop is None:
-        raise card.error("sin: there is no .tran to sample it for; add one")
     offset, amplitude, frequency, delay, damping, phase = values + [0.0] * (6 - len(values))
+    if span.stop is None:  # then only its value at 0 s counts
+        return Constant(offset + amplitude * math.sin(math.radians(phase)))
     rate = _SAMPLES * (frequency or 1.0 / span.stop)
     samples = (span.stop - delay) * rate + 2.0
     if frequency < 0.0 or not 0.0 <= delay < span.stop or not samples <= most:

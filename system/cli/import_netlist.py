@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from circuits.brief import stated
 from circuits.checks import implausible_allowed
 from circuits.circuit import Bias, Port
 from circuits.devices import Source
 from netlists.read import Imported, read_netlist
+from netlists.read.analysis import Analysis, NoiseSpectrum, OperatingPoint, SmallSignals, Sweep, Transient
 from netlists.read.summary import summarise
 from system.cli.output import print_json, print_line, print_table, quantity_cell
 from system.cli.verbs import Import, NetlistReading
+
+_WORDS = {Transient: "tran", OperatingPoint: "op", Sweep: "dc", SmallSignals: "ac", NoiseSpectrum: "noise"}
+_FOREIGN_SHOWN = 40  # of more, the head is printed; JSON has all
 
 
 def import_command(asked: Import) -> None:
     """Print what a netlist contains; files that it includes must lie in the folder `root`."""
     with implausible_allowed(asked.allow_implausible):
-        imported = read_file(asked.file, asked.reading)
+        imported = read_file(asked.file, asked.reading, "kept")
     document = _describe(asked.file, imported)
     if asked.as_json:
         print_json(document)
@@ -28,10 +32,12 @@ def import_command(asked: Import) -> None:
         _print(document)
 
 
-def read_file(path: str, reading: NetlistReading) -> Imported:
-    """Read the netlist in the file `path`; raises as `netlists.read.read_netlist`."""
+def read_file(
+    path: str, reading: NetlistReading, foreign: Literal["refused", "kept"] = "refused"
+) -> Imported:
+    """Read the netlist in the file `path`; raises as `netlists.read.read_netlist`, which has `foreign`."""
     root = None if reading.root is None else Path(reading.root)
-    return read_netlist(Path(path), root=root, dialect=reading.dialect, drop=reading.drop)
+    return read_netlist(Path(path), root=root, dialect=reading.dialect, drop=reading.drop, foreign=foreign)
 
 
 def _describe(file: str, imported: Imported) -> dict[str, Any]:
@@ -54,7 +60,9 @@ def _describe(file: str, imported: Imported) -> dict[str, Any]:
         "biases": [_stated(bias) for bias in circuit.biases],
         "sources": [_source(source) for source in bench.sources],
         "stop_s": bench.stop,
-        "analyses": [{"analysis": _word(each), **asdict(each)} for each in imported.analyses],
+        "analyses": [_analysis(each) for each in imported.analyses],
+        "measures": [asdict(measure) for measure in imported.measures],
+        "foreign": [asdict(card) for card in imported.foreign],
         "notes": [asdict(note) for note in imported.notes],
         "dropped": [asdict(note) for note in imported.dropped],
         "names": dict(imported.names),
@@ -77,8 +85,9 @@ def _source(source: Source) -> dict[str, Any]:
     }
 
 
-def _word(analysis: object) -> str:
-    return {"Transient": "tran", "OperatingPoint": "op", "Sweep": "dc"}[type(analysis).__name__]
+def _analysis(analysis: Analysis) -> dict[str, Any]:
+    values = asdict(analysis)
+    return {"analysis": _WORDS[type(analysis)], **values, **values.pop("spectrum", {})}
 
 
 def _print(document: Mapping[str, Any]) -> None:
@@ -99,12 +108,22 @@ def _print(document: Mapping[str, Any]) -> None:
     runs = [(a["analysis"], ", ".join(f"{k}={v}" for k, v in a.items() if k != "analysis")) for a in
             document["analyses"]]  # fmt: skip
     print_table("analyses", ("analysis", "values"), runs)
+    _print_foreign(document["foreign"])
     for title, key in (("not taken over", "notes"), ("dropped by --drop", "dropped")):
         if document[key]:
             rows = [(n["place"], n["what"], n["count"]) for n in document[key]]
             print_table(title, ("first at", "what", "count:"), rows)
     if document["names"]:
         print_table("names that were changed", ("here", "in the netlist"), list(document["names"].items()))
+
+
+def _print_foreign(cards: Sequence[Mapping[str, Any]]) -> None:
+    if not cards:
+        return
+    rows = [(c["place"], c["reason"]) for c in cards[:_FOREIGN_SHOWN]]
+    print_table(f"{len(cards)} cards for ngspice only", ("at", "why"), rows)
+    if len(cards) > _FOREIGN_SHOWN:
+        print_line(f"{len(cards) - _FOREIGN_SHOWN} more; --json has all")
 
 
 def _value(source: Mapping[str, Any], unit: str) -> str:

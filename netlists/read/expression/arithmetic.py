@@ -16,21 +16,42 @@ from dataclasses import dataclass, field
 _NODE = re.compile(r"[^\s(),]+")
 _MOST_NODES = 64  # of a sum; ours: a source has two, and sums of more would take the square of their number
 FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {
-    "abs": (1, abs), "acos": (1, math.acos), "asin": (1, math.asin), "atan": (1, math.atan),
+    "abs": (1, abs), "acos": (1, math.acos), "acosh": (1, math.acosh), "arctan": (1, math.atan),
+    "asin": (1, math.asin), "asinh": (1, math.asinh), "atan": (1, math.atan), "atanh": (1, math.atanh),
     "ceil": (1, math.ceil), "cos": (1, math.cos), "cosh": (1, math.cosh), "exp": (1, math.exp),
     "floor": (1, math.floor), "int": (1, math.trunc), "ln": (1, math.log), "log": (1, math.log),
     "log10": (1, math.log10), "max": (2, max), "min": (2, min), "nint": (1, round), "pow": (2, math.pow),
     "pwr": (2, lambda x, y: math.copysign(math.pow(abs(x), y), x)), "sgn": (1, lambda x: (x > 0) - (x < 0)),
-    "sin": (1, math.sin), "sinh": (1, math.sinh), "sqrt": (1, math.sqrt), "tan": (1, math.tan),
-    "tanh": (1, math.tanh),
+    "sin": (1, math.sin), "sinh": (1, math.sinh), "sqr": (1, lambda x: x * x), "sqrt": (1, math.sqrt),
+    "tan": (1, math.tan), "tanh": (1, math.tanh), "ternary_fcn": (3, lambda c, x, y: x if c else y),
+    "u": (1, lambda x: float(x > 0)), "uramp": (1, lambda x: max(x, 0.0)),
 }  # fmt: skip
 _CONSTANTS = {"pi": math.pi, "e": math.e, "true": 1.0, "false": 0.0}
 
-Lookup = Callable[[str], "float | None"]
+# what ngspice has beside: of a run, or drawn at random
+FOREIGN_NAMES = {"time", "temper", "hertz"}
+FOREIGN_FUNCTIONS = {
+    "agauss", "aunif", "ddt", "delay", "gauss", "i", "idt", "if", "limit", "pwl", "sdt",
+    "stp", "table", "u2", "unif",
+}  # fmt: skip
+
+Lookup = Callable[[str], "float | Linear | None"]
 
 
 class ExpressionError(ValueError):
     """Says what is wrong with an expression; the caller adds the place in the file."""
+
+
+class ForeignValueError(ExpressionError):
+    """Says that an expression has a value in ngspice alone: of a current, of time, or drawn at random."""
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A function of a netlist's own: the names of its `arguments`, and the `text` of its value."""
+
+    arguments: tuple[str, ...]
+    text: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +116,10 @@ def parameter(name: str) -> Expression:
         found = lookup(name)
         if found is None:
             found = _CONSTANTS.get(name)
+        if found is None and name in FOREIGN_NAMES:
+            raise ForeignValueError(
+                f"{name}: changes in a run, and a value here is one number; run it in ngspice"
+            )
         if found is None:
             raise ExpressionError(f"{name[:40]}: unknown parameter; define it in a .param card")
         return found
@@ -157,10 +182,26 @@ def applied(name: str, function: Callable[..., float], given: list[Expression]) 
     return value
 
 
+def called(body: Expression, names: tuple[str, ...], given: list[Expression]) -> Expression:
+    """Make the expression of a netlist's own function: its `body` with the values of `given` by `names`."""
+
+    def value(lookup: Lookup) -> Value:
+        values = {name: each(lookup) for name, each in zip(names, given, strict=True)}
+
+        def inside(name: str) -> float | Linear | None:
+            return values[name] if name in values else lookup(name)
+
+        return body(inside)
+
+    return value
+
+
 def _number(value: Value) -> float:
     if isinstance(value, Linear):
         if value.slopes:
-            raise ExpressionError("not linear in one voltage difference; write M, R, C and G elements for it")
+            raise ForeignValueError(
+                "not linear in one voltage difference; write M, R, C and G elements for it"
+            )
         return value.constant
     return value
 

@@ -19,17 +19,23 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from netlists.read.expression.arithmetic import (
+    FOREIGN_FUNCTIONS,
     FUNCTIONS,
     OPERATORS,
     VOLTAGE,
     Expression,
     ExpressionError,
+    ForeignValueError,
+    Function,
     Linear,
     Lookup,
     applied,
+    called,
     choice,
     constant,
     joined,
@@ -66,7 +72,7 @@ def number_of(expression: Expression, lookup: Lookup) -> float:
     found = expression(lookup)
     if isinstance(found, Linear):
         if found.slopes:
-            raise ExpressionError("a node voltage where a number is needed; write a number or a parameter")
+            raise ForeignValueError("a node voltage where a number is needed; write a number or a parameter")
         found = found.constant
     return _finite(found)
 
@@ -84,7 +90,47 @@ def linear_of(expression: Expression, lookup: Lookup) -> Linear:
     return linear
 
 
-def parse(text: str, limits: Limits = DEFAULT_LIMITS) -> Expression:
+@dataclass(slots=True)
+class Functions:
+    """The functions of a netlist's own (`.func`); each is parsed once, where it is first called.
+
+    `known`: by name. `calls`: how often they have been called in texts so far.
+    """
+
+    known: Mapping[str, Function] = field(default_factory=dict)
+    parsed: dict[str, tuple[Expression, int]] = field(
+        default_factory=dict
+    )  # and its calls, those inside counted
+    open: list[str] = field(default_factory=list)
+
+    def body(self, name: str, limits: Limits) -> tuple[Expression, int]:
+        """Return the parsed value of a function, and how many calls it makes.
+
+        Raises `ExpressionError` for one that calls itself.
+        """
+        if name in self.open:
+            raise ExpressionError(f"{name[:40]}(): a function that calls itself; break the cycle")
+        if name not in self.parsed:
+            self.open.append(name)
+            try:
+                parser = _Parser(_tokens(bare(self.known[name].text)), limits, self)
+                found = parser.expression()
+                parser.expect_end()
+            finally:
+                self.open.pop()
+            self.parsed[name] = found, parser.calls
+        return self.parsed[name]
+
+
+def bare(word: str) -> str:
+    """Expression inside braces or quotes."""
+    text = word.strip()
+    while len(text) > 1 and text[0] + text[-1] in {"{}", "''", '""'}:
+        text = text[1:-1].strip()
+    return text
+
+
+def parse(text: str, limits: Limits = DEFAULT_LIMITS, functions: Functions | None = None) -> Expression:
     """Parse a text into an expression, which is a function of the parameters' values.
 
     Parameters
@@ -93,6 +139,8 @@ def parse(text: str, limits: Limits = DEFAULT_LIMITS) -> Expression:
         The text, without the braces or quotes around it.
     limits
         How long the text may be, and how deep its brackets.
+    functions
+        The netlist's own functions; none unless given.
 
     Raises
     ------
@@ -103,7 +151,7 @@ def parse(text: str, limits: Limits = DEFAULT_LIMITS) -> Expression:
         raise ExpressionError(
             f"{len(text)} characters, an expression may have {limits.expression}; shorten it"
         )
-    parser = _Parser(_tokens(text.strip()), limits)
+    parser = _Parser(_tokens(text.strip()), limits, functions or Functions())
     found = parser.expression()
     parser.expect_end()
     return found
@@ -117,6 +165,7 @@ def _finite(value: float) -> float:
 
 def _tokens(text: str) -> list[_Token]:
     found, end = [], 0
+    text = text.replace("{", "(").replace("}", ")")  # braces in an expression are brackets
     for match in _TOKEN.finditer(text):
         if match.start() != end:
             break
@@ -135,9 +184,9 @@ def _tokens(text: str) -> list[_Token]:
 class _Parser:
     """One pass over the tokens; a run of operators of one rank is one function, whatever its length."""
 
-    def __init__(self, tokens: list[_Token], limits: Limits) -> None:
-        self.tokens, self.limits = tokens, limits
-        self.position = self.depth = 0
+    def __init__(self, tokens: list[_Token], limits: Limits, functions: Functions) -> None:
+        self.tokens, self.limits, self.functions = tokens, limits, functions
+        self.position = self.depth = self.calls = 0
         self.token = tokens[0]
 
     def advance(self) -> None:
@@ -229,14 +278,25 @@ class _Parser:
     def function(self, name: str) -> Expression:
         if name == "v":
             raise ExpressionError(VOLTAGE)
-        if name not in FUNCTIONS:
+        own = self.functions.known.get(name)
+        if own is None and name in FOREIGN_FUNCTIONS:
+            raise ForeignValueError(f"{name}(): a function of ngspice alone; run it there")
+        if own is None and name not in FUNCTIONS:
             known = ", ".join(sorted(FUNCTIONS))
             raise ExpressionError(f"{name[:40]}(): unknown function; known are {known}")
-        count, function = FUNCTIONS[name]
-        given = [self.expression()]
+        count = FUNCTIONS[name][0] if own is None else len(own.arguments)
+        given = [] if count == 0 and self.token.word == ")" else [self.expression()]
         while self.take(","):
             given.append(self.expression())
         self.expect(")")
         if len(given) != count:
             raise ExpressionError(f"{name}(): {len(given)} arguments, must be {count}")
-        return applied(name, function, given)
+        if own is None:
+            return applied(name, FUNCTIONS[name][1], given)
+        body, calls = self.functions.body(name, self.limits)
+        self.calls += 1 + calls
+        if self.calls > self.limits.function_calls:
+            raise ExpressionError(
+                f"more than {self.limits.function_calls} calls of .func functions; simplify it"
+            )
+        return called(body, own.arguments, given)

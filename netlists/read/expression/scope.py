@@ -8,18 +8,30 @@ done by a loop, without recursion.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from netlists.read.card import Card, shown
-from netlists.read.expression.arithmetic import Expression, ExpressionError, Linear
-from netlists.read.expression.expression import linear_of, number_of, parse
+from netlists.read.card import Card, ForeignError, shown
+from netlists.read.expression.arithmetic import Expression, ExpressionError, ForeignValueError, Linear
+from netlists.read.expression.expression import Functions, bare, linear_of, number_of, parse
 from netlists.read.limits import Limits
+from netlists.read.note import Notes
 from netlists.read.number import read_number
 
 _AGAIN = 8  # how much faster a parsed text is evaluated than read
 _A_CARD = 40  # characters of expressions that a card may have on average, beyond the limit
 _IDENTIFIER = re.compile(r"[a-z_][a-z0-9_.]*")
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """A condition of `.if` or `.elseif`: its `text`, its card, and whether it is to hold or to fail."""
+
+    text: str
+    card: Card
+    holds: bool = True
+
+
 Definition = tuple[str, Card]  # text of the value, and where it stands
 
 
@@ -35,6 +47,8 @@ class Expressions:
         Number of the netlist's cards: a longer netlist may have more arithmetic.
     read : int
         Characters so far; a text that was parsed before counts an eighth.
+    functions : Functions
+        The netlist's own functions.
     parsed : dict of str to Expression or None
         The parsed expression by its text, None until the text has come a second time.
     """
@@ -42,6 +56,7 @@ class Expressions:
     limits: Limits
     cards: int = 0
     read: int = 0
+    functions: Functions = field(default_factory=Functions)
     parsed: dict[str, Expression | None] = field(default_factory=dict)  # None until its second time
 
     def get(self, text: str) -> Expression:
@@ -58,7 +73,7 @@ class Expressions:
         if self.read > most:
             raise ExpressionError(f"more than {most} characters of expressions, the limit; simplify them")
         if found is None:
-            found = parse(text, self.limits)
+            found = parse(text, self.limits, self.functions)
             self.parsed[text] = found if text in self.parsed else None
         return found
 
@@ -77,12 +92,15 @@ class Scope:
         Value of each parameter by name, in the SI unit of what it is used for.
     expressions : Expressions or None
         The parsed expressions of the netlist: those of the parent unless given.
+    absent : set of str
+        Parameters of this section that have a value in ngspice alone.
     """
 
     limits: Limits
     parent: Scope | None = None
     values: dict[str, float] = field(default_factory=dict)
     expressions: Expressions | None = None  # of the netlist: the parent's unless given
+    absent: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         """Share the expressions of the parent."""
@@ -91,11 +109,16 @@ class Scope:
 
     def _parsed(self, text: str) -> Expression:
         expressions = self.expressions or Expressions(self.limits)
-        return expressions.get(_bare(text))
+        return expressions.get(bare(text))
 
     def lookup(self, name: str) -> float | None:
-        """Return the value of the parameter `name`, here or in the parent; None where there is none."""
+        """Return the value of the parameter `name`, here or in the parent; None where there is none.
+
+        Raises `ForeignValueError` for a parameter that has a value in ngspice alone.
+        """
         value = self.values.get(name)
+        if name in self.absent:
+            raise ForeignValueError(f"{name[:40]}: a parameter with a value in ngspice alone; run it there")
         return self.parent.lookup(name) if value is None and self.parent is not None else value
 
     def number(self, card: Card, what: str, word: str) -> float:
@@ -119,6 +142,8 @@ class Scope:
         if value is None:
             try:
                 value = number_of(self._parsed(word), self.lookup)
+            except ForeignValueError as error:
+                raise card.foreign(f"{what}: {shown(word)}: {error}") from None
             except ExpressionError as error:
                 raise card.error(f"{what}: {shown(word)}: {error}") from None
         if not abs(value) < float("inf"):
@@ -133,14 +158,20 @@ class Scope:
         """
         try:
             return linear_of(self._parsed(text), self.lookup)
+        except ForeignValueError as error:
+            raise card.foreign(f"{what}: {error}") from None
         except ExpressionError as error:
             raise card.error(f"{what}: {error}") from None
 
-    def define(self, definitions: Mapping[str, Definition]) -> None:
+    def holds(self, conditions: Iterable[Condition]) -> bool:
+        """Whether all conditions of `.if` cards are as they must be, in the order in which they stand."""
+        return all(bool(self.number(c.card, c.card.name(), c.text)) == c.holds for c in conditions)
+
+    def define(self, definitions: Mapping[str, Definition], notes: Notes | None = None) -> None:
         """Give parameters their values, in the order in which they need one another.
 
         `definitions` has the text and the card of each parameter by its name. A parameter that has a value
-        already keeps it.
+        already keeps it. `notes` takes those that have a value in ngspice alone.
 
         Raises
         ------
@@ -149,9 +180,20 @@ class Scope:
         """
         waiting = {name: d for name, d in definitions.items() if name not in self.values}
         for name in list(waiting):
-            self._define(name, waiting)
+            self._define(name, waiting, notes or Notes())
 
-    def _define(self, wanted: str, waiting: dict[str, Definition]) -> None:
+    def _needed(self, text: str) -> list[str]:
+        """Names that a text uses, those of the functions that it calls with it."""
+        names = dict.fromkeys(_IDENTIFIER.findall(text))
+        known = self.expressions.functions.known if self.expressions else {}
+        waiting = [n for n in names if n in known]
+        while waiting:
+            inner = [n for n in _IDENTIFIER.findall(known[waiting.pop()].text) if n not in names]
+            names |= dict.fromkeys(inner)
+            waiting += [n for n in inner if n in known]
+        return list(names)
+
+    def _define(self, wanted: str, waiting: dict[str, Definition], notes: Notes) -> None:
         stack = [wanted] if wanted in waiting else []
         begun: set[str] = set()
         while stack:
@@ -160,21 +202,17 @@ class Scope:
             if card is None:
                 stack.pop()
                 continue
-            needed = dict.fromkeys(n for n in _IDENTIFIER.findall(text) if n in waiting and name not in begun)
+            needed = dict.fromkeys(n for n in self._needed(text) if n in waiting and name not in begun)
             if any(n in begun or n == name for n in needed):
                 raise card.error(f".param {shown(name)}: defined by itself; break the cycle")
             begun.add(name)
             if needed:
                 stack += needed
                 continue
-            self.values[name] = self.number(card, f".param {shown(name)}", text)
+            try:
+                self.values[name] = self.number(card, f".param {shown(name)}", text)
+            except ForeignError as error:
+                notes.keep(card, error)
+                self.absent.add(name)
             del waiting[name]
             stack.pop()
-
-
-def _bare(word: str) -> str:
-    """Expression inside braces or quotes."""
-    text = word.strip()
-    while len(text) > 1 and text[0] + text[-1] in {"{}", "''", '""'}:
-        text = text[1:-1].strip()
-    return text

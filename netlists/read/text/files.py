@@ -1,7 +1,7 @@
 """The files that a netlist consists of, read safely and within the limits of the reader.
 
 A netlist may include other files. A file is read only if it lies inside the root folder, is a regular file,
-is encoded as UTF-8, and fits what `netlists.read.limits.Limits` allows.
+and fits what `netlists.read.limits.Limits` allows.
 """
 
 from __future__ import annotations
@@ -37,8 +37,11 @@ class Files:
         Lines that were read.
     names : list of str
         Names of the files that were read, in that order and without their folders.
-    open : list of Path
-        The files that are being read: each one was included by the one before it.
+    sections : set of (Path, str)
+        The sections of libraries that were asked for and found.
+    open : list of (Path, str)
+        The files that are being read, each with its section that is asked for, empty for the whole file: each
+        one was included by the one before it.
     """
 
     root: Path | None
@@ -47,7 +50,8 @@ class Files:
     size: int = 0
     lines: int = 0
     names: list[str] = field(default_factory=list)
-    open: list[Path] = field(default_factory=list)
+    sections: set[tuple[Path, str]] = field(default_factory=set)
+    open: list[tuple[Path, str]] = field(default_factory=list)
 
 
 def root_folder(folder: Path) -> Path:
@@ -107,7 +111,7 @@ def contents(files: Files, path: Path, place: str = "") -> str:
     Raises
     ------
     DataError
-        The file cannot be read, is no regular file, is not UTF-8, or exceeds a limit.
+        The file cannot be read, is no regular file, or exceeds a limit.
     """
     limits = files.limits
     if len(files.names) == limits.files:
@@ -130,8 +134,8 @@ def contents(files: Files, path: Path, place: str = "") -> str:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        byte = data[error.start]
-        raise DataError(f"{path.name}:{line}: byte 0x{byte:02x}, must be UTF-8; save it as UTF-8") from None
+        files.notes.add("text that is no UTF-8, read as Latin-1", f"{path.name}:{line}")
+        text = data.decode("latin-1")
     count(files, text, path.name)
     return text
 

@@ -7,10 +7,11 @@ Files. `.include FILE` and `.lib FILE SECTION` name files relative to the one th
 resolved before a file is opened. A file that then lies outside the root folder is refused, and so is a file
 that includes itself.
 
-Lines. The first line of the outermost file is the title, whatever it says. `*` begins a line of comment;
-` ;`, ` $ ` and ` //` make the rest of a line a comment; `+` continues a card. Lines that begin with `*%` are
+Lines. The first line of the outermost file is the title, whatever it says. `*` begins a line of comment; `
+;`, ` $ ` and ` //` make the rest of a line a comment; `+` continues a card. Lines that begin with `*%` are
 cards: they carry what SPICE cannot say (`netlists.write.annotation`). `.end` ends a file. What stands between
-`.control` and `.endc` would be run by a simulator, and is left out.
+`.control` and `.endc` would be run by a simulator, and is left out, but for its analyses: a command `tran 1u
+1m` is the card `.tran 1u 1m`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from pathlib import Path
 from typing import Literal
 
 from circuits.errors import DataError
-from netlists.read.card import Card, shown
+from netlists.read.card import Card, ForeignError, shown
 from netlists.read.limits import Limits
 from netlists.read.note import Notes
 from netlists.read.text.files import Files, contents, count, inside, root_folder
@@ -33,6 +34,8 @@ _VERILOG = re.compile(r"^\s*(`include\b|module\b)", re.MULTILINE)
 _HEAD = 2000  # characters in which a netlist shows its language
 _COMMENT = re.compile(r";|(?:^|\s)\$(?=\s|$)|(?:^|\s)//")
 _ALTER = {"alter", "altermod", "alterparam"}  # commands that make another circuit of it
+_ANALYSES = {"tran", "op", "dc", "ac", "noise"}  # commands that are the cards of the same name
+_OF_A_SCRIPT = re.compile(r"[$<>@;\[\]]")  # what a card has not, such as a script's variable
 _FILE = re.compile(r"""(?:"([^"]*)"|'([^']*)'|(\S+))""")
 
 Language = Literal["spice", "spectre", "verilog-a"]
@@ -88,7 +91,7 @@ def read_text(
         folder = root_folder(source.parent if root is None else root)
         files, name = Files(folder, limits, notes), source.name
         path = inside(source, folder, name)
-        files.open.append(path)
+        files.open.append((path, ""))
         text = contents(files, path)
     else:
         files, name, text = (
@@ -114,21 +117,41 @@ def _language(head: str) -> Language:
     return "verilog-a" if _VERILOG.search(head) else "spice"
 
 
-def _cards(files: Files, text: str, name: str, first: int) -> Iterator[Card]:
-    """Cards of one file, and of those that it includes."""
+def _cards(files: Files, text: str, name: str, first: int, wanted: str = "") -> Iterator[Card]:
+    """Cards of one file and of those that it includes; of a library those of the section `wanted`."""
     cards = _outside_control(files, joined(text, name, first, files.limits.card))
-    for card in cards:
+    for card in _of_section(files, cards, wanted):
         if card.text[0] != ".":
             yield card
             continue
-        words = card.text.lower().split(maxsplit=2)
-        if words[0] == ".end":
+        word = card.text.split(maxsplit=1)[0].lower()
+        if word == ".end":
             files.notes.add("card after .end", card.place, sum(1 for _ in cards))
             return
-        if words[0].startswith((".inc", ".lib")) and not (words[0] == ".lib" and len(words) == 2):
+        if word.startswith((".inc", ".lib")):
             yield from _included(files, card)
         else:
             yield card
+
+
+def _of_section(files: Files, cards: Iterator[Card], wanted: str) -> Iterator[Card]:
+    """Cards outside all sections `.lib NAME` to `.endl`, or those inside the one that is `wanted`."""
+    here: Card | None = None
+    is_read = not wanted
+    for card in cards:
+        words = card.text.lower().split(maxsplit=2) if card.text[0] == "." else [""]
+        if words[0] == ".lib" and len(words) == 2:
+            here, is_read = card, words[1].strip("'\"") == wanted
+            if is_read:
+                files.sections.add(files.open[-1])
+        elif words[0] == ".endl":
+            here, is_read = None, not wanted
+        elif is_read:
+            yield card
+        elif not wanted:
+            files.notes.add("card of a library's section that is not asked for", card.place)
+    if here is not None:
+        raise here.error(".lib with one word opens a section, and there is no .endl; write .lib FILE SECTION")
 
 
 def joined(text: str, name: str, first: int, most: int, read: ReadLine | None = None) -> Iterator[Card]:
@@ -239,11 +262,21 @@ def _outside_control(files: Files, cards: Iterator[Card]) -> Iterator[Card]:
                 break
             word = inner.name()
             if word in _ALTER:
-                files.notes.leave_out(inner, word, word, "write the value into the netlist")
+                _altered(files.notes, inner, word)
+            if word in _ANALYSES and not _OF_A_SCRIPT.search(inner.text):
+                yield Card(f".{inner.text}", inner.file, inner.line)
+                continue
             skipped += 1
         else:
             raise card.error(".control without .endc; close it")
         files.notes.add("command between .control and .endc, never run", card.place, skipped)
+
+
+def _altered(notes: Notes, card: Card, word: str) -> None:
+    try:
+        notes.leave_out(card, word, word, "write the value into the netlist")
+    except ForeignError as error:
+        notes.keep(card, error)
 
 
 def _included(files: Files, card: Card) -> Iterator[Card]:
@@ -254,36 +287,21 @@ def _included(files: Files, card: Card) -> Iterator[Card]:
     names = [next(filter(None, groups), "") for groups in _FILE.findall(rest)]
     if not names or not names[0] or len(names) > 1 + is_library:
         raise card.error(f"{shown(rest) or 'nothing'}: must be one file; write {shown(word)} FILE")
-    cards = _file_cards(files, card, names[0])
-    yield from _section(card, cards, names[1].lower()) if len(names) == 2 else cards
+    yield from _file_cards(files, card, names[0], names[1].lower() if len(names) == 2 else "")
 
 
-def _file_cards(files: Files, card: Card, name: str) -> Iterator[Card]:
+def _file_cards(files: Files, card: Card, name: str, section: str) -> Iterator[Card]:
     if files.root is None:
         raise card.error(f"{shown(name)}: a text without a root folder includes no files; give the root")
-    folder = files.open[-1].parent if files.open else files.root
+    folder = files.open[-1][0].parent if files.open else files.root
     path = inside(folder / name, files.root, name, card.place)
-    if path in files.open:
+    if (path, section) in files.open:
         raise card.error(f"{shown(name)}: a cycle of includes; remove one of them")
     if len(files.open) > files.limits.include_depth:
         raise card.error(f"files inside files deeper than {files.limits.include_depth}, the limit; join some")
     text = contents(files, path, card.place)
-    files.open.append(path)
-    yield from _cards(files, text, path.name, 1)
-    files.open.pop()
-
-
-def _section(card: Card, cards: Iterator[Card], wanted: str) -> Iterator[Card]:
-    """Yield the cards between `.lib WANTED` and `.endl`, the section of a library that a netlist asks for."""
-    is_inside = found = False
-    for each in cards:
-        words = each.text.lower().split(maxsplit=2)
-        if words[0] == ".lib":
-            is_inside = words[1].strip("'\"") == wanted
-            found |= is_inside
-        elif words[0] == ".endl":
-            is_inside = False
-        elif is_inside:
-            yield each
-    if not found:
-        raise card.error(f"section {shown(wanted)}: not in the file; name one of its .lib sections")
+    files.open.append((path, section))
+    yield from _cards(files, text, path.name, 1, section)
+    here = files.open.pop()
+    if section and here not in files.sections:
+        raise card.error(f"section {shown(section)}: not in the file; name one of its .lib sections")

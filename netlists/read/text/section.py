@@ -5,6 +5,10 @@ make and fill sections:
 
     .subckt NAME port ... [PARAMS:] [name=value ...]      .ends [NAME]
     .param name=value ...      .model NAME type [(name=value ...)]      .global node ...
+    .func NAME(argument, ...) {expression}      .if (condition) / .elseif (condition) / .else / .endif
+
+What stands under `.if` is kept with its conditions: an element is taken or left each time that its section is
+elaborated, a declaration of the top level once the parameters there are known.
 
 A section may stand inside another one. What a section names is looked up in itself first, then in the section
 around it, and so on outwards.
@@ -12,15 +16,23 @@ around it, and so on outwards.
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 
 from circuits.errors import DataError
 from netlists.read.card import Card, arguments, shown
+from netlists.read.expression.arithmetic import Function
+from netlists.read.expression.scope import Condition
 from netlists.read.note import Notes
 
 _NESTING = 16  # sections inside sections
+_BRANCHES = {".if", ".elseif", ".else", ".endif"}
+_ASSIGNED = re.compile(r"(?P<name>[^\s=,()]+)\s*=(?!=)")
+_EQUAL = re.compile(r"(?<![<>=!])=(?!=)")  # which in a condition compares
+_DEFINED = re.compile(r"\s*(?P<name>[a-z_]\w*)\s*\((?P<arguments>[^()]*)\)\s*=?\s*(?P<text>.*)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +57,9 @@ class Model:
     card: Card
 
 
+Conditions = tuple[Condition, ...]
+
+
 @dataclass(slots=True, eq=False)
 class Section:
     """The top level of a netlist or one of its sub-circuits; all names are in lower case.
@@ -67,6 +82,8 @@ class Section:
         Its devices, sources and calls, in order.
     models : dict of str to Model
         Its models by name.
+    conditions : dict of Card to tuple of Condition
+        What must hold for an element under `.if`.
     children : dict of str to Section
         The sub-circuits that are defined in it, by name.
     """
@@ -79,6 +96,7 @@ class Section:
     parameters: dict[str, tuple[str, Card]] = field(default_factory=dict)
     elements: list[Card] = field(default_factory=list)
     models: dict[str, Model] = field(default_factory=dict)
+    conditions: dict[Card, Conditions] = field(default_factory=dict)
     children: dict[str, Section] = field(default_factory=dict)
 
     def find_section(self, name: str) -> Section | None:
@@ -86,8 +104,15 @@ class Section:
         return next((each.children[name] for each in self.outwards() if name in each.children), None)
 
     def find_model(self, name: str) -> Model | None:
-        """Return the model of that name as seen from here, None where there is none."""
-        return next((each.models[name] for each in self.outwards() if name in each.models), None)
+        """Return the model of that name as seen from here, None where there is none.
+
+        Of a model in bins, `name.1` and on, it is the first.
+        """
+        for each in self.outwards():
+            found = each.models.get(name) or each.models.get(f"{name}.0") or each.models.get(f"{name}.1")
+            if found is not None:
+                return found
+        return None
 
     def outwards(self) -> Iterator[Section]:
         """Yield this section and all that it stands in, from the inside out."""
@@ -111,12 +136,18 @@ class Deck:
         Nodes that `.global` cards name, in order.
     controls : list of Card
         Cards that belong to no section, such as `.tran`.
+    functions : dict of str to Function
+        The functions of `.func` cards by name.
+    conditional : list of (Card, tuple of Condition)
+        Declarations of the top level that stand under `.if`, in order.
     """
 
     top: Section
     size: int  # cards
     global_nodes: dict[str, None] = field(default_factory=dict)
     controls: list[Card] = field(default_factory=list)
+    functions: dict[str, Function] = field(default_factory=dict)
+    conditional: list[tuple[Card, Conditions]] = field(default_factory=list)
 
 
 def read_deck(title: str, cards: Sequence[Card], notes: Notes) -> Deck:
@@ -140,26 +171,73 @@ def read_deck(title: str, cards: Sequence[Card], notes: Notes) -> Deck:
     first = Card(title, "netlist", 1)
     deck = Deck(Section("", first, None), len(cards))
     here = deck.top
+    branches: list[Conditions] = []  # of the .if cards that are open, each with its conditions so far
     for card in cards:
-        if card.text[0] != ".":
+        word = card.text.split(maxsplit=1)[0].lower()
+        if word in _BRANCHES:
+            _branch(branches, card, word)
+        elif card.text[0] != ".":
             here.elements.append(card)
-            continue
-        words = card.words()
-        if words[0] == ".subckt":
-            here = _open(here, card, words)
-        elif words[0] in {".ends", ".eom"}:
-            here = _close(here, card, words)
-        elif words[0] in _DECLARATIONS:
-            _DECLARATIONS[words[0]](deck, here, card, words, notes)
+            if branches:
+                here.conditions[card] = tuple(c for each in branches for c in each)
+        elif word == ".subckt":
+            here = _open(here, card, card.words(), notes)
+        elif word in {".ends", ".eom"}:
+            here = _close(here, card, card.words(), notes)
         else:
-            deck.controls.append(card)
+            _declare_under(branches, deck, here, card, notes)
+    if branches:
+        raise branches[-1][0].card.error(".if without .endif; close it")
     if here.parent is not None:
         raise here.card.error(f".subckt {shown(here.name)}: not closed; write .ends")
     return deck
 
 
-def _open(here: Section, card: Card, words: list[str]) -> Section:
-    given = arguments(card, [w for w in words[1:] if w not in {"params:", "params"}])
+def _declare_under(branches: list[Conditions], deck: Deck, here: Section, card: Card, notes: Notes) -> None:
+    """Take a declaration, which waits for the parameters where it stands under `.if`."""
+    if not branches:
+        declare(deck, here, card, notes)
+    elif here.parent is None:
+        deck.conditional.append((card, tuple(c for each in branches for c in each)))
+    else:
+        raise card.error(f"{card.name()}: under .if in a sub-circuit; move it to the top level")
+
+
+def declare(deck: Deck, here: Section, card: Card, notes: Notes) -> None:
+    """Take a declaration into its section, or a card about the run into the deck.
+
+    Raises `DataError` for a name that is given twice and for what is not supported.
+    """
+    word = card.name()
+    if word in _DECLARATIONS:
+        _DECLARATIONS[word](deck, here, card, card.words(), notes)
+    else:
+        deck.controls.append(card)
+
+
+def _branch(branches: list[Conditions], card: Card, word: str) -> None:
+    """Open, turn or close an `.if`."""
+    if word == ".if":
+        branches.append((_condition(card),))
+        return
+    if not branches:
+        raise card.error(f"{word} without .if; remove it")
+    done = branches.pop()
+    if word == ".endif":
+        return
+    failed = (*done[:-1], replace(done[-1], holds=False))
+    branches.append(failed if word == ".else" else (*failed, _condition(card)))
+
+
+def _condition(card: Card) -> Condition:
+    text = card.text.partition(" ")[2].strip().lower() or card.text[3:].strip().lower()
+    if not text:
+        raise card.error(f"{card.text}: no condition; write .if (expression)")
+    return Condition(_EQUAL.sub("==", text), card)
+
+
+def _open(here: Section, card: Card, words: list[str], notes: Notes) -> Section:
+    given = arguments(card, [w for w in _without_optional(words[1:]) if w not in {"params:", "params"}])
     if not given.positional:
         raise card.error(".subckt: no name; write .subckt NAME PORT ...")
     name, *ports = given.positional
@@ -177,38 +255,74 @@ def _open(here: Section, card: Card, words: list[str]) -> Section:
     return here.children[name]
 
 
-def _close(here: Section, card: Card, words: list[str]) -> Section:
+def _without_optional(words: list[str]) -> list[str]:
+    """Words of a sub-circuit without PSpice's optional nodes, between `optional:` and `params:`."""
+    if "optional:" not in words:
+        return words
+    first = words.index("optional:")
+    last = words.index("params:") if "params:" in words[first:] else len(words)
+    return words[:first] + words[last:]
+
+
+def _close(here: Section, card: Card, words: list[str], notes: Notes) -> Section:
     if here.parent is None:
         raise card.error(".ends without .subckt; remove it")
     if len(words) > 1 and words[1] != here.name:
-        raise card.error(
-            f".ends {shown(words[1])}: closes {shown(here.name)}; write .ends {shown(here.name)}"
-        )
+        notes.add(f".ends {shown(words[1])} closes {shown(here.name)}", card.place)
     return here.parent
 
 
 def _parameters(deck: Deck, here: Section, card: Card, words: list[str], notes: Notes) -> None:
-    given = arguments(card, words[1:])
-    if given.positional or not given.named:
-        word = shown(given.positional[0]) if given.positional else "nothing"
-        raise card.error(f".param {word}: must be name=value; put braces around an expression with blanks")
-    for name, value in given.named.items():
+    text = card.text.lower().partition(" ")[2]
+    if _DEFINED.match(text):
+        _function(deck, here, card, words, notes)
+        return
+    starts = list(_ASSIGNED.finditer(_hidden(text)))
+    if not starts or text[: starts[0].start()].strip(" ,\t"):
+        word = shown(text.split()[0]) if text.split() else "nothing"
+        raise card.error(f".param {word}: must be name=value")
+    for found, after in zip_longest(starts, starts[1:]):
+        name, value = found["name"], text[found.end() : after.start() if after else None].strip(" ,\t")
+        if not value:
+            raise card.error(f".param {shown(name)}=: no value; write {shown(name)}=number")
         if name in here.parameters:
-            other = here.parameters[name][1].place
-            raise card.error(f".param {shown(name)}: given twice, also at {other}; keep one")
+            place = here.parameters[name][1].place
+            notes.add(f".param {shown(name)} given twice, of which the last counts", place)
         here.parameters[name] = (value, card)
 
 
+def _hidden(text: str) -> str:
+    """The text with what stands in braces, quotes and brackets blanked, of the same length."""
+    depth, quote, kept = 0, "", []
+    for c in text:
+        is_quote = c in "'\"" and quote in {"", c}
+        quote = ("" if quote else c) if is_quote else quote
+        depth += (c in "{(") - (c in "})") if not quote else 0
+        kept.append(" " if depth > 0 or quote or is_quote or c in "})" else c)
+    return "".join(kept)
+
+
+def _function(deck: Deck, here: Section, card: Card, words: list[str], notes: Notes) -> None:
+    found = _DEFINED.match(card.text.lower().partition(" ")[2])
+    if found is None or not found["text"].strip():
+        raise card.error(".func: must be NAME(argument, ...) and its value; write .func f(x) {2*x}")
+    names = tuple(n.strip() for n in found["arguments"].split(",") if n.strip())
+    made = Function(names, found["text"].strip())
+    if deck.functions.setdefault(found["name"], made) != made:
+        raise card.error(f".func {shown(found['name'])}: given twice, and not alike; rename one")
+
+
 def _model(deck: Deck, here: Section, card: Card, words: list[str], notes: Notes) -> None:
-    given = arguments(card, words[1:])
-    if len(given.positional) < 2:
+    plain = [w for w in words[1:] if w not in {"(", ")"}]
+    if len(plain) < 2 or "=" in plain[:2]:
         raise card.error(".model: no name or no type; write .model NAME nmos (name=value ...)")
-    name, kind = given.positional[:2]
+    name, kind = plain[:2]
     if name in here.models:
-        raise card.error(
-            f".model {shown(name)}: duplicate name, also at {here.models[name].card.place}; rename one"
-        )
-    here.models[name] = Model(name, kind, given.named, card)
+        place = here.models[name].card.place
+        notes.keep(card, card.foreign(f".model {shown(name)}: duplicate name, also at {place}; rename one"))
+        return
+    given = {plain[k - 1]: plain[k + 1] for k in range(3, len(plain) - 1) if plain[k] == "="}
+    here.models[name] = Model(name, kind, given or dict.fromkeys(plain[2:], ""), card)
 
 
 def _global(deck: Deck, here: Section, card: Card, words: list[str], notes: Notes) -> None:
@@ -222,9 +336,8 @@ def _unsupported(deck: Deck, here: Section, card: Card, words: list[str], notes:
 _Declaration = Callable[[Deck, Section, Card, list[str], Notes], None]
 _DECLARATIONS: dict[str, _Declaration] = {
     ".param": _parameters, ".params": _parameters, ".parameter": _parameters, ".model": _model,
-    ".global": _global, ".if": _unsupported, ".elseif": _unsupported, ".else": _unsupported,
-    ".endif": _unsupported, ".alter": _unsupported, ".func": _unsupported, ".macro": _unsupported,
-    ".lib": _unsupported, ".endl": _unsupported, ".connect": _unsupported, ".del": _unsupported,
+    ".global": _global, ".func": _function, ".alter": _unsupported, ".macro": _unsupported,
+    ".connect": _unsupported, ".del": _unsupported,
 }  # fmt: skip
 
 

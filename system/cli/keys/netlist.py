@@ -85,6 +85,21 @@ analyses.start   number|number[]  -  where it begins, likewise
 analyses.max_step number?     s     largest step of the solver; null where none is given
 analyses.uic     boolean      -     whether it begins with given voltages
 analyses.sources string[]     -     sources that are swept, the innermost first
+analyses.scale   string       -     of `ac` and `noise`: `dec`, `oct` or `lin`
+analyses.points  integer      -     frequencies a decade, an octave, or in all
+analyses.low     number       Hz    first frequency
+analyses.high    number       Hz    last frequency
+analyses.output  string       -     node whose noise it is
+analyses.reference string     -     node against which it is; `0` for ground
+analyses.source  string       -     source that the noise is referred to
+measures         object[]     -     `.measure` cards
+measures.analysis string      -     analysis that it is of
+measures.name    string       -     its name
+measures.text    string       -     what is measured, as it stands
+foreign          object[]     -     cards for ngspice only, which the circuit lacks
+foreign.text     string       -     the card
+foreign.place    string       -     its file and line
+foreign.reason   string       -     why it is for ngspice only
 notes            object[]     -     what was not taken over, and changes no circuit
 dropped          object[]     -     what `--drop` let go
 names            string{}     -     names in the netlist of what is called otherwise here

@@ -1,7 +1,16 @@
 """Cards about a run."""
 
 from circuits.errors import DataError
-from netlists.read.analysis import Controls, OperatingPoint, Sweep, Transient, read_controls
+from netlists.read.analysis import (
+    Controls,
+    Measure,
+    NoiseSpectrum,
+    OperatingPoint,
+    SmallSignals,
+    Sweep,
+    Transient,
+    read_controls,
+)
 from netlists.read.card import Card
 from netlists.read.expression.scope import Scope
 from netlists.read.limits import Limits
@@ -39,12 +48,25 @@ def test_starts_and_temperature() -> None:
 
 def test_what_is_not_taken_over_is_noted() -> None:
     notes = Notes()
-    read(".save v(a)", ".save v(b)", ".ac dec 10 1 1k", ".options gmin=1e-15", notes=notes)
+    read(".save v(a)", ".save v(b)", ".tf v(a) v1", ".options gmin=1e-15", notes=notes)
     assert {note.what.split(",")[0]: note.count for note in notes.all()} == {
         ".save card": 2,
-        ".ac analysis": 1,
+        ".tf analysis": 1,
         "option gmin": 1,
     }
+
+
+def test_small_signals_noise_and_measures() -> None:
+    controls = read(
+        ".ac dec 10 1 1k",
+        ".noise v(out, b) vin lin 5 1k 2k",
+        ".meas tran t_rise TRIG v(a) VAL=1 RISE=1 TARG v(b)",
+    )
+    assert controls.analyses == [
+        SmallSignals("dec", 10, 1.0, 1e3),
+        NoiseSpectrum("out", "b", "vin", SmallSignals("lin", 5, 1e3, 2e3)),
+    ]
+    assert controls.measures == [Measure("tran", "t_rise", "TRIG v(a) VAL=1 RISE=1 TARG v(b)")]
 
 
 test_refused_with_its_place = refusals(
@@ -59,6 +81,10 @@ test_refused_with_its_place = refusals(
         (".ic a=1", "must be v"),
         (".nodeset v(a)=", "must be v"),
         (".temp", "must be one"),
+        (".ac 10 1 1k", "must be dec, oct or lin"),
+        (".ac dec 10 1k 1", "of rising ends"),
+        (".noise v(a) vin dec 10", "must be v"),
+        (".meas tran x", "complete it"),
     ],
     start=r"^a\.cir:1: .*",
 )

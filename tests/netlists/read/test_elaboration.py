@@ -6,6 +6,7 @@ from circuits.circuit import Circuit, Instance, Port
 from circuits.devices import Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import DataError
+from circuits.solver.operating_point import operating_point
 from netlists.read import Imported, Limits, read_netlist
 from netlists.read.limits import DEFAULT_LIMITS
 from tests.refusals import refusals
@@ -97,6 +98,42 @@ def test_start_voltages_reach_into_instances() -> None:
     assert found.testbench.start == {"x1.m": 1.0, "b": 2.0}
 
 
+def test_a_source_inside_a_subcircuit_stands_at_the_top_once_a_call() -> None:
+    found = read(
+        ".subckt in a params: u=1\nv1 b 0 {u}\nr1 b a 1k\n.ends\n.subckt out a\nx1 a in u=2\n"
+        "i1 0 a 1m\n.ends\n"
+        "x1 p out\nx2 p in u=3\nr1 p 0 1k\n.ic v(x1.x1.b)=2"
+    )
+    driven = {(s.name, s.node, s.quantity, s.waveform) for s in found.testbench.sources}
+    assert driven == {
+        ("x1_x2e_x1_x2e_v1", "x1_x2e_x1_x2e_b", "voltage", Constant(2.0)),
+        ("x1_x2e_i1", "p", "current", Constant(1e-3)),
+        ("x2_x2e_v1", "x2_x2e_b", "voltage", Constant(3.0)),
+    }
+    assert found.names["x1_x2e_x1_x2e_b"] == "x1.x1.b"
+    assert found.testbench.initial == {"x1_x2e_x1_x2e_b": 2.0}
+    # (2 + 3) V through 1 kohm each and 1 mA, into 1 kohm
+    assert operating_point(found.testbench)["p"] == pytest.approx((2.0 + 3.0 + 1.0) / 3.0)
+
+
+def test_a_port_called_gnd_is_ground_inside_whatever_it_is_outside() -> None:
+    found = read(".subckt s a gnd\nr1 a gnd 1k\n.ends\nx1 p q s\ni1 0 p 1m\nr1 q 0 1k\nr2 ground p 1k")
+    assert found.circuit.instances[0].connections == {"a": "p"}
+    assert found.circuit.device("r2").terminals()[0] == "_x67_round"
+    assert found.names["_x67_round"] == "ground"
+
+
+def test_elements_under_if_depend_on_the_parameters_of_each_call() -> None:
+    text = (
+        ".param k=2\n.subckt s a params: n=1\n.if (n=1)\nr1 a 0 1\n.elseif (n == k)\nr2 a 0 1\n.else\n"
+        "r3 a 0 1\n.endif\n"
+        ".ends\nx1 a s\nx2 a s n=2\nx3 a s n=3\n.if (k>1)\n.param z=7\n.else\n.param z=8\n.endif\nr9 a 0 {z}"
+    )
+    found = read(text)
+    assert [i.circuit.devices[0].name for i in found.circuit.instances] == ["r1", "r2", "r3"]
+    assert found.circuit.device("r9").parameters() == {"resistance": 7.0}
+
+
 test_refused_with_its_place = refusals(
     DataError,
     read,
@@ -108,7 +145,10 @@ test_refused_with_its_place = refusals(
         ("r1 a 0 1\nR1 b 0 1", "netlist:3: r1: duplicate name, also at netlist:2"),
         (".subckt s a\nx1 a s\n.ends\nx1 b s", "netlist:3: s: a sub-circuit that calls itself"),
         (".subckt s a\nx1 a t\n.ends\n.subckt t a\nx1 a s\n.ends\nx1 b s", "calls itself"),
-        (".subckt s a\nv1 a 0 1\n.ends\nx1 b s", "netlist:3: v1: a source inside a sub-circuit"),
+        (
+            ".subckt s a\nv1 a 0 1\nr1 a 0 1\n.ends\nx1 0 s\nr1 b 0 1",
+            "netlist:6: x1: its source v1 drives ground",
+        ),
         ("v1 a b 1\nr1 a b 1", "v1: no end at ground"),
         ("v1 0 0 1\nr1 a 0 1", "v1: no end at ground, or both"),
         ("i1 a a 1\nr1 a 0 1", "both ends at one node"),

@@ -86,7 +86,7 @@ test_refused_with_its_place = refusals(
     DataError,
     read,
     [
-        ("q1 a b c npn", "q1: unknown element; known are R, C, G, B, M, V, I, X"),
+        ("1 a b c npn", "1: unknown element; known are A, B, C, D, E, "),
         ("r1 a b", "r1: without a value"),
         ("r1 a", "r1: without"),
         ("r1 a b 1k 2k", "2k is not understood"),

@@ -149,12 +149,10 @@ def test_what_would_change_the_circuit_goes_only_by_name(deck: str, says: str, d
 
 
 def test_a_model_that_nothing_uses_and_analyses_that_change_nothing_are_noted() -> None:
-    found = read_netlist(
-        "t\nr1 a 0 1\n.model d d (is=1e-14)\n.ac dec 10 1 1k\n.print tran v(a)\n.options acct\n"
-    )
+    found = read_netlist("t\nr1 a 0 1\n.model d d (is=1e-14)\n.tf v(a) v1\n.print tran v(a)\n.options acct\n")
     assert {n.what for n in found.notes} == {
         "model d, not used",
-        ".ac analysis",
+        ".tf analysis",
         ".print card",
         "option acct",
     }

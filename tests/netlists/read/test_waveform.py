@@ -67,13 +67,12 @@ test_refused = refusals(
     DataError,
     read,
     [
-        ("", "no value"),
         ("x", "unknown parameter"),
         ("5 6", "after the value"),
         ("exp(0 1)", "not supported"),
         ("pwl(0 0 1)", "must be pairs"),
         ("pwl(1 0 1 1)", "times must rise"),
-        ("pwl(0 0 1 1) td=1", "after the waveform"),
+        ("pwl(0 0 1 1) td=1", "td: not supported"),
         ("pulse(1)", "must be 2 to 8"),
         ("pulse(0 1 -1)", "a time below 0"),
         ("pulse(0 1 0 1u 1u 1u 2u)", "begins before the one before has ended"),
@@ -89,6 +88,17 @@ test_refused = refusals(
 def test_a_pulse_needs_its_times_where_there_is_no_run() -> None:
     with pytest.raises(DataError, match=r"there is no \.tran to take it from"):
         read("pulse(0 5)", Span())
+
+
+def test_without_a_run_only_the_value_at_its_begin_counts() -> None:
+    assert read("sin(1 2 1k 0 0 90)", Span()) == Constant(3.0)
+
+
+def test_brackets_mean_nothing_and_no_value_is_none() -> None:
+    notes = Notes()
+    assert read("0.7 (pwl 0 0 1u 5) (ac 1)", notes=notes) == PiecewiseLinear((0.0, 1e-6), (0.0, 5.0))
+    assert read("", notes=notes) == Constant(0.0)
+    assert "source without a value, which is 0" in {note.what for note in notes.all()}
 
 
 @pytest.mark.parametrize("text", ["5", "pwl(0 0 1u 5)", "pulse(0 5 1u 1n 1n 1u)", "sin(1 2 10k)"])

@@ -74,11 +74,12 @@ def test_an_export_is_imported(tmp_path: Path, capsys: pytest.CaptureFixture[str
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("t\nq1 a b c npn\n", "deck.cir:2: q1: unknown element"),
+        ("t\nq1 a b c npn\n", "deck.cir:2: q1: model npn: unknown"),
         ("t\nx1 a none\n", "deck.cir:2: x1: sub-circuit none is not there"),
         ("t\n.include deck.cir\n", "deck.cir:2: deck.cir: a cycle of includes"),
         ("t\n.include ../x.inc\n", "deck.cir:2: ../x.inc lies outside the root folder"),
-        ("t\nm1 d g s b n l=1u\n", "deck.cir:2: m1.w: missing"),
+        ("t\nm1 d g s b n l=1u\n", "deck.cir:2: model n: unknown"),
+        ("t\n1 d g s\n", "deck.cir:2: 1: unknown element"),
         ("", "deck.cir:1: empty"),
     ],
 )
@@ -165,19 +166,24 @@ vin in 0 2
 """
 
 
-def test_models_that_are_not_honoured_are_refused_unless_dropped(
+def test_models_that_are_not_honoured_are_kept_for_ngspice_or_refused_unless_dropped(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "amplifier.cir"
     path.write_text(AMPLIFIER)
-    for command in (["import", str(path)], ["compare", str(path), str(path)]):
-        assert main(command) == 2
-        refused = capsys.readouterr().err
-        assert refused.startswith(
-            "noctule: amplifier.cir:4: .model n: parameters level, vto, kp: not honoured; "
-        )
-        assert main([*command, "--drop", "n"]) == 2
-        assert "amplifier.cir:5: .model p: " in capsys.readouterr().err
+    importing, comparing = ["import", str(path)], ["compare", str(path), str(path)]
+    assert main(comparing) == 2
+    refused = capsys.readouterr().err
+    assert refused.startswith("noctule: amplifier.cir:4: .model n: parameters level, vto, kp: not honoured; ")
+    assert main([*comparing, "--drop", "n"]) == 2
+    assert "amplifier.cir:5: .model p: " in capsys.readouterr().err
+    assert main([*importing, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [card["text"] for card in found["foreign"]] == AMPLIFIER.splitlines()[1:3]
+    assert (found["devices"], found["dropped"]) == ({}, [])
+    assert main(importing) == 0
+    assert "2 cards for ngspice only" in capsys.readouterr().out
+    for command in (importing, comparing):
         for drop in (["--drop", "n,P"], ["--drop", "n", "--drop", "p"], ["--drop", ".model"]):
             assert main([*command, *drop, "--json"]) == 0
             dropped = json.loads(capsys.readouterr().out)["dropped"]

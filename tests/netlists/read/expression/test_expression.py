@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from netlists.read.expression.expression import ExpressionError, linear_of, number_of, parse
+from netlists.read.expression.arithmetic import Function
+from netlists.read.expression.expression import ExpressionError, Functions, linear_of, number_of, parse
 from netlists.read.limits import Limits
 from tests.refusals import refusals
 
@@ -34,10 +35,31 @@ PARAMETERS = {"a": 2.0, "w0": 3e-6}
         ("2*pi", 2.0 * math.pi),
         ("1meg+1m", 1e6 + 1e-3),
         ("0 ? 1/a : 5", 5.0),
+        ("{1 + {a}} * 2", 6.0),
+        ("arctan(0) + sqr(a) + ternary_fcn(1, 2, 3)", 6.0),
     ],
 )
 def test_value(text: str, value: float) -> None:
     assert number_of(parse(text), PARAMETERS.get) == pytest.approx(value, rel=1e-15)
+
+
+def test_functions_of_a_netlist_use_their_arguments_and_each_other() -> None:
+    known = {
+        "f": Function(("x", "y"), "{x*g(y)}"),
+        "g": Function(("x",), "x + a"),
+        "pi2": Function((), "2*pi"),
+    }
+    found = parse("f(1+2, 4) + pi2()", functions=Functions(known))
+    assert number_of(found, PARAMETERS.get) == pytest.approx(18.0 + 2.0 * math.pi, rel=1e-15)
+
+
+def test_functions_that_call_themselves_or_each_other_too_often_are_refused() -> None:
+    loop = Functions({"f": Function(("x",), "g(x)"), "g": Function(("x",), "f(x)")})
+    with pytest.raises(ExpressionError, match="calls itself"):
+        parse("f(1)", functions=loop)
+    tower = {f"f{k}": Function(("x",), f"f{k + 1}(x) + f{k + 1}(x)") for k in range(40)}
+    with pytest.raises(ExpressionError, match="more than 1000 calls"):
+        parse("f0(1)", functions=Functions({**tower, "f40": Function(("x",), "x")}))
 
 
 test_refused = refusals(
@@ -49,7 +71,7 @@ test_refused = refusals(
         ("(1", "where \\) is needed"),
         ("1 2", "after a whole expression"),
         ("b", "unknown parameter"),
-        ("agauss(1,2,3)", "unknown function"),
+        ("agauss(1,2,3)", "a function of ngspice alone"),
         ("sqrt(1,2)", "2 arguments, must be 1"),
         ("sqrt(-1)", "outside the function's range"),
         ("1/0", "division by zero"),

@@ -156,7 +156,6 @@ def test_no_file(root: Path) -> None:
     [
         (b"", "bad.cir:1: empty"),
         (b" \n\n", "bad.cir:1: empty"),
-        (b"t\nr1 a b 1\n* \xb5A\n", "bad.cir:3: byte 0xb5, must be UTF-8"),
         (b"t\nr1 a\x00b 1\n", "bad.cir:2: control character"),
     ],
 )
@@ -193,3 +192,35 @@ def test_files_and_their_depth_have_a_limit(tmp_path: Path) -> None:
     (tmp_path / "r.inc").write_text("* nothing\n")
     with pytest.raises(DataError, match=r"deep\.cir:201: more than 200 files, the limit"):
         read(path)
+
+
+def test_a_text_in_latin_1_is_read_and_told(tmp_path: Path) -> None:
+    path = tmp_path / "deck.cir"
+    path.write_bytes(b"t\nr1 a b 1\n* 5 \xb5A\n")
+    notes = Notes()
+    assert [card.text for card in read_text(path, None, Limits(), notes).cards] == ["r1 a b 1"]
+    assert str(notes.all()[0]) == "deck.cir:3: text that is no UTF-8, read as Latin-1"
+
+
+def test_sections_of_a_library_that_call_each_other(tmp_path: Path) -> None:
+    path = tmp_path / "deck.cir"
+    path.write_text(
+        "t\n.lib deck.cir fast\n.lib slow\n.include none\n.endl\n.lib fast\n.lib 'deck.cir' common\n"
+        ".endl fast\n"
+        ".lib common\nr1 a 0 1\n.endl\n.lib empty\n.endl\n"
+    )
+    assert [card.text for card in read(path).cards] == ["r1 a 0 1"]
+    path.write_text("t\n.lib deck.cir a\n.lib a\n.lib deck.cir a\n.endl\n")
+    with pytest.raises(DataError, match="a cycle of includes"):
+        read(path)
+    path.write_text("t\n.lib a\nr1 a 0 1\n")
+    with pytest.raises(DataError, match=r"deck\.cir:2: .* no \.endl"):
+        read(path)
+
+
+def test_analyses_between_control_and_endc_are_cards_unless_a_script_makes_them() -> None:
+    assert texts("t\n.control\nset x=1\ntran 1u 1m\nop\nac dec $x 1 1k\nplot v(a)\n.endc\nr1 a 0 1") == [
+        ".tran 1u 1m",
+        ".op",
+        "r1 a 0 1",
+    ]
