@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from circuits.arrays import F64, I64
+from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices import Transistor
 from circuits.errors import ParameterError, unknown_name
-from circuits.lowering.kernel import Kernel
+from circuits.lowering.kernel import Kernel, Machine, Triplets
 from circuits.solver.newton import Work, allocate, evaluate
 from circuits.solver.sweep import Sweep
 from circuits.solver.transient import Result
@@ -24,26 +24,53 @@ def delivered_energy(result: Result) -> dict[str, float]:
 
     Raises `ParameterError` for a run that did not record every node.
     """
+    return {name: float(course[-1]) + 0.0 for name, course in energy_courses(result).items()}
+
+
+def energy_courses(result: Result) -> dict[str, F64]:
+    """Energy that each voltage source has delivered until each point of a run, J, float64[T], by its name.
+
+    Raises `ParameterError` for a run that did not record every node.
+    """
     machine = result.machine
-    _require_every_node(result, "energy")
-    k = machine.kernel
-    v = np.zeros((result.time.size, k.columns))
-    v[:, machine.column] = result.voltage
-    currents = np.zeros((result.time.size, k.columns))
-    _conduction(k, v, allocate(k), currents)
-    step, energy = np.diff(result.time), {}
+    require_every_node(result, "energy")
+    v = node_voltages(result)
+    currents = conduction(machine, v)
+    step, courses = np.diff(result.time), {}
     for s, name in enumerate(machine.source_names):
         if machine.source_quantities[s] == "voltage":
-            own = k.unknowns + s
-            current = _linear(machine.source_conductance, own, v, currents[:, own])
-            charge = _linear(machine.source_charge, own, v, np.zeros(step.size + 1))
+            own = machine.kernel.unknowns + s
+            current = currents[:, own]
+            charge = linear(machine.source_charge, own, v, np.zeros(step.size + 1))
             middle = 0.5 * (v[1:, own] + v[:-1, own])
             energies = middle * (0.5 * (current[1:] + current[:-1]) * step + np.diff(charge))
-            energy[name] = float(energies.cumsum()[-1]) + 0.0  # in the order of time; no minus sign alone
-    return energy
+            courses[name] = np.concatenate([[0.0], energies.cumsum()])  # in the order of time
+    return courses
 
 
-def _linear(entries: tuple[I64, I64, F64], row: int, v: F64, base: F64) -> F64:
+def node_voltages(result: Result | Sweep) -> F64:
+    """The solver's vector of voltages at each point, float64[T, columns], V; 0 at sources of current."""
+    v = np.zeros((len(result.voltage), result.machine.kernel.columns))
+    v[:, result.machine.column] = result.voltage
+    return v
+
+
+def conduction(machine: Machine, v: F64) -> F64:
+    """Current that devices without charge take from every column's node, float64[T, columns], A.
+
+    v: the vector of voltages at each point, float64[T, columns], V. The columns of the sources have all of
+    it, the others that of transistors and amplifiers.
+    """
+    k = machine.kernel
+    out = np.zeros_like(v)
+    _conduction(k, v, allocate(k), out)
+    for s in range(len(machine.source_names)):
+        own = k.unknowns + s
+        out[:, own] = linear(machine.source_conductance, own, v, out[:, own])
+    return out
+
+
+def linear(entries: Triplets, row: int, v: F64, base: F64) -> F64:
     """`base`, float64[T], and the product of a row of a sparse matrix with the voltages v."""
     found = base.copy()
     for column, value in zip(*(each[entries[0] == row] for each in entries[1:]), strict=True):
@@ -74,19 +101,18 @@ def drain_current(result: Result | Sweep, path: str) -> F64:
         The run did not record every node.
     """
     machine = result.machine
-    _require_every_node(result, "drain current")
+    require_every_node(result, "drain current")
     labels = machine.flat.labels(Transistor)
     if path not in labels:
         raise unknown_name(f"{machine.flat.circuit.name} transistor", path, labels)
-    points = len(result.voltage)
-    v = np.zeros((points, machine.kernel.columns))
-    v[:, machine.column] = result.voltage
-    out = np.empty(points)
+    v = node_voltages(result)
+    out = np.empty(len(v))
     _drain(machine.kernel, v, allocate(machine.kernel), labels.index(path), out)
     return out
 
 
-def _require_every_node(result: Result | Sweep, wanted: str) -> None:
+def require_every_node(result: Result | Sweep, wanted: str) -> None:
+    """Raise `ParameterError`, which says what is wanted, for a run that did not record every node."""
     if len(result.nodes) != len(result.machine.names):
         raise ParameterError(f"{wanted}: the run must record every node; leave record out")
 

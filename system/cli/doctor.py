@@ -38,6 +38,7 @@ REQUIRED = {
     "distributed": "no studies and campaigns on more than one process",
     "shapely": "no run of rover, robot, bug or pushbot: no arenas",
     "msgspec": "no reproduce, no replay: studies and campaigns cannot be read",
+    "lark": "no measures by expressions",
     "tomli-w": "no calibrate: codes cannot be written",
     "typer": "no command line",
     "rich": "no tables and progress bars",

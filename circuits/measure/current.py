@@ -1,0 +1,146 @@
+"""Currents of devices and sources by name, over the points of a run or of a sweep.
+
+    transistor         channel current into the drain; negative for a conducting pFET
+    resistor           (v_a - v_b) / R, from a to b
+    controlled source  g (v_cp - v_cn), from `positive` to `negative`
+    capacitor          C d(v_a - v_b)/dt, from a to b
+    source             of voltage: out of the circuit into the source, so that a supply that gives has a
+                       negative one, as in SPICE; of current: what it gives into its node
+
+The derivative at a point is the solver's own (`circuits.solver.integrate`), so that Kirchhoff's law holds as
+it does in the run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from circuits.arrays import F64, Bools
+from circuits.compiled import compiled
+from circuits.devices import Capacitor, ControlledSource, Resistor, Transistor
+from circuits.errors import unknown_name
+from circuits.lowering.flatten import DeviceGroup
+from circuits.lowering.kernel import Kernel, Machine
+from circuits.lowering.made import made
+from circuits.solver.newton import Work, allocate, evaluate
+from circuits.solver.power import conduction, linear
+
+_LINEAR = (Resistor, ControlledSource, Capacitor)  # beside transistors, what has a current by its name
+
+
+def current_names(machine: Machine) -> tuple[str, ...]:
+    """Names of devices and sources whose currents are known: devices by path, then sources by name.
+
+    A source that is called as a device is not among them.
+    """
+    devices = [
+        *machine.flat.labels(Transistor),
+        *(name for kind in _LINEAR for name in machine.flat.labels(kind)),
+    ]
+    return tuple(dict.fromkeys((*devices, *machine.source_names)))
+
+
+def device_current(machine: Machine, v: F64, time: F64, kink: Bools, name: str) -> F64:
+    """Current of one device or source over a run, float64[T], A.
+
+    Parameters
+    ----------
+    machine
+        The circuit.
+    v
+        Its vector of voltages at each point, float64[T, columns], V.
+    time
+        The points, float64[T], s.
+    kink
+        Where the solver began anew, bool[T].
+    name
+        Path of a device, or name of a source.
+
+    Raises
+    ------
+    UnknownNameError
+        There is no such device or source.
+    """
+    labels = machine.flat.labels(Transistor)
+    if name in labels:
+        return _channels(machine, v)[:, labels.index(name)]
+    for label, group, k in _linear_devices(machine):
+        if label == name:
+            return _of_linear(machine, group, k, v, time, kink)
+    if name not in machine.source_names:
+        raise unknown_name(f"{machine.flat.circuit.name} device or source", name, current_names(machine))
+    own = machine.source_names.index(name)
+    if machine.source_quantities[own] == "current":
+        return _given(machine, own, time)
+    column = machine.kernel.unknowns + own
+    charge = linear(machine.source_charge, column, v, np.zeros(len(v)))
+    return -(conduction(machine, v)[:, column] + rate(time, charge, kink))
+
+
+def static_currents(machine: Machine, v: F64) -> dict[str, F64]:
+    """Current of every device and source at operating points, float64[N], A; those of capacitors are 0.
+
+    v: the vector of voltages at each point, float64[N, columns], V, values of sources of current included.
+    """
+    channels = _channels(machine, v)
+    found = {name: channels[:, k] for k, name in enumerate(machine.flat.labels(Transistor))}
+    for label, group, k in _linear_devices(machine):
+        found[label] = _of_linear(machine, group, k, v, np.zeros(1), np.ones(1, np.bool_))
+    at_sources = conduction(machine, v)
+    for s, name in enumerate(machine.source_names):
+        column = machine.kernel.unknowns + s
+        voltage = machine.source_quantities[s] == "voltage"
+        found.setdefault(name, -at_sources[:, column] if voltage else v[:, column].copy())
+    return found
+
+
+def rate(time: F64, value: F64, kink: Bools) -> F64:
+    """Derivative of a waveform at its points as the solver has it: backward, by the parabola behind each."""
+    step = np.diff(time)
+    slope = np.divide(np.diff(value), step, out=np.zeros_like(step), where=step > 0.0)
+    bend = np.zeros_like(slope)
+    both = step[1:] + step[:-1]
+    bend[1:] = np.divide(np.diff(slope), both, out=np.zeros_like(both), where=(both > 0.0) & ~kink[1:-1])
+    backward = slope + step * bend
+    return np.concatenate([slope[:1], backward]) if step.size else np.zeros_like(value)
+
+
+def _linear_devices(machine: Machine) -> Iterator[tuple[str, DeviceGroup, int]]:
+    for group in machine.flat.groups:
+        if isinstance(group.device, _LINEAR):
+            for k in range(group.nodes.shape[1]):
+                yield group.label(k), group, k
+
+
+def _of_linear(machine: Machine, group: DeviceGroup, k: int, v: F64, time: F64, kink: Bools) -> F64:
+    """Current of copy k of a linear device; a single time stands for a circuit at rest."""
+    nodes = machine.column[group.nodes[:, k]]
+    if isinstance(group.device, ControlledSource):
+        return np.asarray(group.parameters["transconductance"][k] * (v[:, nodes[2]] - v[:, nodes[3]]))
+    drop = v[:, nodes[0]] - v[:, nodes[1]]
+    value = np.broadcast_to(made(group, machine.flat.circuit.name, machine.silicon), group.nodes.shape[1:])[k]
+    if isinstance(group.device, Resistor):
+        return np.asarray(drop / value)
+    return np.asarray(value * rate(time, drop, kink)) if time.size > 1 else np.zeros(len(v))
+
+
+def _given(machine: Machine, source: int, time: F64) -> F64:
+    times, values = machine.polylines[source]
+    return np.asarray(np.interp(time, times, values))
+
+
+def _channels(machine: Machine, v: F64) -> F64:
+    """Channel currents of all transistors, float64[T, transistors], A."""
+    out = np.empty((len(v), machine.kernel.transistors.sign.size))
+    _fill_channels(machine.kernel, v, allocate(machine.kernel), out)
+    return out
+
+
+@compiled()
+def _fill_channels(k: Kernel, v: F64, w: Work, out: F64) -> None:
+    for p in range(v.shape[0]):
+        evaluate(k, v[p], w)
+        for i in range(out.shape[1]):
+            out[p, i] = w.transistor.current[i]

@@ -1,0 +1,179 @@
+"""What a measure can name: the nodes, devices and sources of a machine, and what a run gives of them.
+
+A `Scope` knows names and units before any run, so that a measure is refused early. A `Record` is a run:
+waveforms of nodes and currents along its axis. A current flows into the first terminal of its device, as in
+SPICE: into a drain, from `a` to `b` of a resistor or capacitor, and into a source out of the circuit, so that
+a supply that gives has a negative one.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from circuits.arrays import F64, Bools
+from circuits.lowering.kernel import Machine
+from circuits.measure.current import current_names, device_current
+from circuits.measure.signal import Signal
+from circuits.measure.unit import SECOND, VOLT, Unit
+from circuits.solver.power import energy_courses, node_voltages, require_every_node
+from circuits.solver.transient import Result
+
+_SAME_TIME = 1e-13  # s, of a point and a vertex of a stimulus, as the solver has it
+
+
+@dataclass(frozen=True, slots=True)
+class Scope:
+    """Names that measures can use.
+
+    Attributes
+    ----------
+    nodes : paths of nodes.
+    currents : names of devices and sources whose currents are known.
+    sources : names of voltage sources, whose energy is known.
+    watched : nodes at which the solver itself looks for spikes.
+    axis : unit of the axis.
+    voltage : unit of what is told of a node, V, or that of a transfer.
+    transfer : whether voltages are transfers of small signals, with magnitude and phase.
+    """
+
+    nodes: frozenset[str]
+    currents: frozenset[str]
+    sources: frozenset[str] = frozenset()
+    watched: frozenset[str] = frozenset()
+    axis: Unit = SECOND
+    voltage: Unit = VOLT
+    transfer: bool = False
+
+
+class Record(ABC):
+    """A run as measures see it."""
+
+    @property
+    @abstractmethod
+    def axis(self) -> F64:
+        """Points of the run, rising, float64[T]."""
+
+    @property
+    def sign(self) -> float:
+        """-1 where the run goes down its own axis, as a sweep does; then `axis` has minus its values."""
+        return 1.0
+
+    @abstractmethod
+    def voltage(self, node: str) -> Signal:
+        """Waveform of a node, V."""
+
+    @abstractmethod
+    def current(self, device: str) -> Signal:
+        """Current of a device or source, A."""
+
+    @abstractmethod
+    def energy(self, source: str) -> Signal:
+        """Energy that a source has delivered until each point, J."""
+
+    @abstractmethod
+    def spikes(self, node: str) -> F64:
+        """Times of the spikes at a watched node, float64[n], s."""
+
+
+def scope_of(machine: Machine) -> Scope:
+    """Names that measures of a transient of a machine can use."""
+    watch = [machine.names[n] for w in machine.testbench.watch for n in machine.flat.port_nodes(w)]
+    kinds = zip(machine.source_names, machine.source_quantities, strict=True)
+    return Scope(
+        frozenset(machine.names),
+        frozenset(current_names(machine)),
+        frozenset(name for name, kind in kinds if kind == "voltage"),
+        frozenset(watch),
+    )
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TransientRecord(Record):
+    """A transient run that recorded every node."""
+
+    result: Result
+
+    @property
+    def axis(self) -> F64:
+        """Points of the run, float64[T], s."""
+        return self.result.time
+
+    def voltage(self, node: str) -> Signal:
+        """Waveform of a node, V."""
+        require_every_node(self.result, "measure")
+        return Signal(self.axis, self.result[node], self._kinks)
+
+    def current(self, device: str) -> Signal:
+        """Current of a device or source, A."""
+        v, kinks = node_voltages(self.result), self._kinks
+        found = device_current(self.result.machine, v, self.axis, kinks, device)
+        return Signal(self.axis, found, kinks)
+
+    def energy(self, source: str) -> Signal:
+        """Energy that a source has delivered until each point, J."""
+        return Signal(self.axis, energy_courses(self.result)[source], self._kinks)
+
+    def spikes(self, node: str) -> F64:
+        """Times of the spikes at a watched node, float64[n], s."""
+        return self.result.spikes[node]
+
+    @property
+    def _kinks(self) -> Bools:
+        """Points at which a stimulus bends, where the solver begins anew, bool[T]."""
+        machine, time = self.result.machine, self.axis
+        lines = zip(machine.polylines, machine.sampled, strict=True)
+        bends = np.unique(np.concatenate([[0.0], *(t for (t, _), sampled in lines if not sampled)]))
+        behind = bends[np.maximum(np.searchsorted(bends, time, side="right") - 1, 0)]
+        before = bends[np.minimum(np.searchsorted(bends, time), bends.size - 1)]
+        return np.asarray(np.minimum(np.abs(time - behind), np.abs(time - before)) <= _SAME_TIME)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TableRecord(Record):
+    """Curves over the values of a sweep, or over frequency; points that go down are turned around.
+
+    Attributes
+    ----------
+    values : float64[N], in the order in which they were visited, which rises or falls.
+    voltages, currents : curves by name, float64[N] (V, A), complex128[N] for transfers.
+    """
+
+    values: F64
+    voltages: Mapping[str, F64]
+    currents: Mapping[str, F64]
+
+    @property
+    def axis(self) -> F64:
+        """Values of the sweep, rising, float64[N]."""
+        return self.sign * self.values
+
+    @property
+    def sign(self) -> float:
+        """-1 where the points fall."""
+        return -1.0 if self.values.size > 1 and self.values[-1] < self.values[0] else 1.0
+
+    def voltage(self, node: str) -> Signal:
+        """Curve of a node, V."""
+        return self._signal(self.voltages[node])
+
+    def current(self, device: str) -> Signal:
+        """Current of a device or source, A."""
+        return self._signal(self.currents[device])
+
+    def energy(self, source: str) -> Signal:
+        """None: `Scope` has no sources for a table."""
+        raise KeyError(source)
+
+    def spikes(self, node: str) -> F64:
+        """None: `Scope` has no watched nodes for a table."""
+        raise KeyError(node)
+
+    def _signal(self, value: F64) -> Signal:
+        return Signal(self.axis, np.asarray(value), np.ones(self.values.size, np.bool_))
