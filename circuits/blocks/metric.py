@@ -30,6 +30,8 @@ class Metric:
     shown
         Knobs of the block's testbench, in SI units, that show what was measured, where the measurement makes
         runs of its own.
+    missing
+        Why a measurement has no value of the metric; None for a metric that does not say.
     """
 
     name: str
@@ -43,3 +45,4 @@ class Metric:
     value: Callable[[Any], float] | None
     yes_no: bool = False
     shown: Callable[[Any], Mapping[str, float | None]] | None = None
+    missing: Callable[[Any], str] | None = None

@@ -26,6 +26,7 @@ from system.plot import COLOURS, INK, check_picture, save_picture
 from system.registry import system_names
 from system.study.engine import on_threads, run_study
 from system.study.manifest import Study
+from system.study.measure import named_measures
 from system.study.metric import with_named
 from system.study.plan import Plan
 from system.study.report.result import judge_table
@@ -123,7 +124,8 @@ def subject_of(asked: Centre) -> Subject:
     block, values = asked.block, asked.values
     if block in system_names():
         raise ParameterError(f"centre: {block} is a system, must be a block or chip; name one of its chips")
-    named = with_named(asked.metric, limited_metrics(asked.spec)) or _default(block)
+    named = with_named((*asked.metric, *named_measures(asked.measure)), limited_metrics(asked.spec))
+    named = named or _default(block)
     return hashed(
         Subject(
             block, named, values.param, values.bias, values.bias_set, values.bias_kind, asked.stimulus,

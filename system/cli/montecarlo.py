@@ -35,6 +35,7 @@ from system.registry import check_target, load_system, system_names
 from system.study.campaign import Workers
 from system.study.engine import Outcome, on_threads, run_study
 from system.study.manifest import Study, check_samples
+from system.study.measure import named_measures
 from system.study.metric import default_metrics, with_named
 from system.study.plan import Plan
 from system.study.report.picture import draw_study
@@ -66,14 +67,15 @@ def subject_of(asked: Montecarlo) -> Subject:
     given = {} if asked.duration is None else {"duration": asked.duration}
     contributions = asked.contributions
     named = (*limited_metrics(asked.spec), *(() if contributions is None else (contributions,)))
-    measured, params = with_named(asked.metric, named), values.param
+    asked_for = (*asked.metric, *named_measures(asked.measure))
+    measured, params = with_named(asked_for, named), values.param
     system: dict[str, Any] = {}
     if target in system_names():
         refuse_beginning(begin, target)
         loaded = load_system(target)
         _refuse_of_blocks(
             target, (("--bias", values.bias), ("--bias-set", values.bias_set), ("--stimulus", asked.stimulus),
-            ("--at", silicon.at)),
+            ("--at", silicon.at), ("--measure", asked.measure)),
         )  # fmt: skip
         course = _course(asked.temperature)
         if course and COURSE not in loaded.settings:

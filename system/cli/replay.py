@@ -20,6 +20,7 @@ from system.options.temperature import temperature_text
 from system.plot import check_picture, save_picture
 from system.study.replay import Replay as Sample
 from system.study.replay import replay
+from system.study.table import FAILED
 from system.study.target import Measurement, SystemTarget
 
 
@@ -49,7 +50,7 @@ def replay_command(asked: Replay) -> int:
         _print(found, choice, extra)
     if found.changed:
         say(f"replay: {found.study.subject.target} has changed since {folder} was measured")
-    if found.again.reason:
+    if found.again.outcome == FAILED:
         say(f"replay: die {die} could not be measured: {found.again.reason}")
     elif found.kept is not None and not found.identical:
         say(f"replay: die {die} is not what {folder} has of it; the study is of another version")
@@ -113,7 +114,8 @@ def _print(found: Sample, choice: Choice | None, extra: dict[str, Any]) -> None:
     else:
         print_line("identical to what was kept" if found.identical else "NOT what was kept: another version?")
     if found.again.reason:
-        print_line(f"failed: {found.again.reason}")
+        said = "failed" if found.again.outcome == FAILED else "not measured"
+        print_line(f"{said}: {found.again.reason}")
     if choice is not None:
         print_stimuli(choice)
     for port, times in extra.get("spikes_s", {}).items():

@@ -58,6 +58,11 @@ def values_part(*without: str) -> Any:
     return part(BlockValues, *without)
 
 
+def measure_option() -> Any:
+    """Make the field for measures of a run of a block's testbench."""
+    return option((), 'As "t_rise = cross(v_out, 0.9, rise)", repeatable', metavar="TEXT")
+
+
 def stimulus_option() -> Any:
     """Make the field for the stimuli of a block's testbench."""
     return option((), "As delay=6.4ms or call=off, repeatable", metavar="NAME=VALUE")

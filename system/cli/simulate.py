@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from functools import partial
 from typing import Any
 
@@ -11,6 +12,9 @@ import numpy as np
 
 from circuits.catalogue import loaded
 from circuits.errors import ParameterError
+from circuits.measure.measure import Reading
+from circuits.measure.scope import TransientRecord
+from circuits.measure.unit import value_text
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
 from circuits.testbench import Testbench
@@ -24,6 +28,7 @@ from system.cli.study_verbs import Replay
 from system.files.writing import replace_atomic, write_text_atomic
 from system.options.block import Choice, describe_silicon, law_text, silicon_line
 from system.plot import check_picture, draw_waveforms, save_picture, silicon_text
+from system.study.measure import measures_of
 
 # loaded when asked for: labelled arrays are slow to import, and a transient must not wait for them
 _COMMANDS = {
@@ -47,9 +52,11 @@ def simulate_command(asked: Simulate) -> None:
         )
     choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     run = engine_named(asked.engine, asked.rtol, deadline_s)
+    measures = measures_of(choice, asked.measure)
     with working(f"simulating {asked.block}"):
         result = run(choice.testbench(), choice.silicon)
-        document = _describe(choice, result, asked.engine)
+        record = TransientRecord(result)
+        document = _describe(choice, result, asked.engine, [each.of(record) for each in measures])
     write_run(asked, choice, result)
     if asked.as_json:
         print_json(document)
@@ -106,7 +113,7 @@ def engine_named(name: str, rtol: float | None, deadline_s: float) -> Callable[[
     return partial(run, deadline_s=deadline_s)
 
 
-def _describe(choice: Choice, result: Result, engine: str) -> dict[str, Any]:
+def _describe(choice: Choice, result: Result, engine: str, readings: Sequence[Reading]) -> dict[str, Any]:
     return {
         "block": choice.block.name,
         **describe_silicon(choice.silicon),
@@ -116,10 +123,16 @@ def _describe(choice: Choice, result: Result, engine: str) -> dict[str, Any]:
         "spikes_s": _spikes(choice, result),
         **told(result),
         "measures": plain(choice.block.measured(result)),
+        "measured": [measured_document(each) for each in readings],
         "steps": result.steps.accepted,
         "rejected_steps": result.steps.rejected,
         "iterations": result.steps.iterations,
     }
+
+
+def measured_document(reading: Reading) -> dict[str, Any]:
+    """Give a measure of a run as members of a JSON document."""
+    return {**asdict(reading), "value": plain(reading.value), "reason": reading.reason or None}
 
 
 def _spikes(choice: Choice, result: Result) -> Any:
@@ -136,6 +149,7 @@ def _print(choice: Choice, document: dict[str, Any]) -> None:
     rows = [("outcome", document["outcome"])]
     rows += [(port, " ".join(f"{t:.9g} s" for t in times) or "none") for port, times in trains.items()]
     rows += [(k, "not defined" if v is None else f"{v:.6g}") for k, v in document["measures"].items()]
+    rows += [(m["name"], m["reason"] or value_text(m["value"], m["unit"])) for m in document["measured"]]
     rows.append(("steps", f"{document['steps']} ({document['rejected_steps']} rejected)"))
     where = f"{silicon_line(choice.silicon)}, {document['engine']}"
     title = f"{document['block']} at {where}"

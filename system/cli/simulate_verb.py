@@ -24,6 +24,7 @@ class Simulate:
     block: str = shared.block_argument()
     analysis: Analysis = option("tran", "What is simulated")
     stimulus: tuple[str, ...] = shared.stimulus_option()
+    measure: tuple[str, ...] = shared.measure_option()
     values: BlockValues = shared.values_part("bias_file")
     silicon: SiliconChoice = shared.silicon_part()
     rtol: float | None = option(None, "Local error a step relative to 1 V or more; 5e-7 unless given")
@@ -57,7 +58,7 @@ TAKEN_BY: dict[str, tuple[str, ...]] = {  # options that not every analysis has
     "netcdf": ("ac", "noise", "tran-noise"),
     "flicker": ("noise", "tran-noise"),
     **dict.fromkeys(("seed", "trials", "step", "workers"), ("tran-noise",)),
-    **dict.fromkeys(("rtol", "raw", "at_rest"), ("tran",)),
+    **dict.fromkeys(("rtol", "raw", "at_rest", "measure"), ("tran",)),
     **dict.fromkeys(("ic", "uic"), ("tran", "tran-noise")),
     "engine": ("tran", "ac"),
 }

@@ -12,7 +12,7 @@ from system.cli.output import print_line, print_table, quantity_cell
 from system.cli.run_command_line import names_in_study
 from system.study.report.result import Result, groups, shares_of, study_yield, summary, varied
 from system.study.statistics.summary import Proportion, Yield
-from system.study.table import Table, counted, place_text
+from system.study.table import Table, counted, place_text, unmeasured
 from system.study.target import Quantity
 
 SHOWN = (0.025, 0.25, 0.5, 0.75, 0.975)  # quantiles of the printed table
@@ -59,9 +59,9 @@ def document(result: Result) -> dict[str, Any]:
                 "trial": int(table.trial[k]),
                 "reason": table.reason[k],
             }
-            for k in range(len(table))
-            if table.reason[k]
+            for k in table.failed
         ],
+        "unmeasured": unmeasured(table),
         "dies": table.die,
         "outcomes": list(table.outcome),
         "values": {m: table.column(m) for m in table.metrics},
@@ -119,7 +119,9 @@ def print_study(result: Result) -> None:
     for corner, celsius, part in groups(result):
         place = place_text(corner, celsius)
         _print_group(result, part, f" from {place} on" if result.study.subject.course else f" at {place}")
-    failed = [k for k in range(len(table)) if table.reason[k]]
+    for reason, count in unmeasured(table).items():
+        print_line(f"{count} of {len(table)} samples: {said_of(result, reason)}")
+    failed = table.failed
     for k in failed[:LISTED]:
         print_line(f"die {table.die[k]} failed: {said_of(result, table.reason[k])}")
     if len(failed) > LISTED:

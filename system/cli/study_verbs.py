@@ -27,6 +27,7 @@ class Montecarlo:
         (), "Measured, or MODULE:FUNCTION, repeatable; the target's own unless options name some",
         metavar="NAME", names=METRICS,
     )  # fmt: skip
+    measure: tuple[str, ...] = shared.measure_option()
     samples: int = option(200, "Number of dies", short="n")
     first_die: int = option(1000, "Number of the first die")
     lot: str = like(SiliconChoice, "lot")
@@ -100,6 +101,7 @@ class Centre:
     metric: tuple[str, ...] = option(
         (), "Measured besides those of the specs, repeatable", metavar="NAME", names=METRICS
     )
+    measure: tuple[str, ...] = shared.measure_option()
     move: tuple[str, ...] = option((), "Moved; every current unless given; repeatable", metavar="BIAS")
     move_param: tuple[str, ...] = option((), "A size that is moved too, repeatable", metavar="NAME")
     reach: float = option(3.0, "How far currents move, each way", name="range", metavar="FACTOR")

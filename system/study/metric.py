@@ -1,10 +1,11 @@
 """Metrics of a study, which are found by their names.
 
-A metric is a number that is measured on every die. There are three kinds. A registered metric
+A metric is a number that is measured on every die. There are four kinds. A registered metric
 (`circuits.registry`) belongs to the circuits that it names. What a block's testbench measures is read from
-one run of that testbench. A user's own metric is a function, named `MODULE:FUNCTION`: it takes the machine of
-the testbench on a die and returns a number, NaN where the metric is not defined. If it is annotated to return
-a `bool`, its mean is told as a share of the dies.
+one run of that testbench, and so is a measure, an expression (`system.study.measure`). A user's own metric is
+a function, named `MODULE:FUNCTION`: it takes the machine of the testbench on a die and returns a number, NaN
+where the metric is not defined. If it is annotated to return a `bool`, its mean is told as a share of the
+dies.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import inspect
 import math
 import sys
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -26,6 +28,7 @@ from circuits.registry import load_metric, metric_names
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from system.options.block import Choice
+from system.study.measure import is_measure, measure_metrics, measure_name
 
 MEASURED = "measured"
 OUTSIDE = "outside the box"  # measured too, where a chip's model was not held against its transistors
@@ -37,21 +40,30 @@ def metrics_of(choice: Choice, names: Sequence[str]) -> tuple[Metric, ...]:
     Raises `UnknownNameError` for a name that no metric of the block has, and `ParameterError` for a user's
     function that cannot be loaded.
     """
-    wanted = list(dict.fromkeys(n if is_own(n) else n.replace("-", "_") for n in names))
+    measures = measure_metrics(choice, [n for n in dict.fromkeys(names) if is_measure(n)])
+    wanted = list(dict.fromkeys(n if is_own(n) or n in measures else n.replace("-", "_") for n in names))
     own = {m.name: m for m in map(load_metric, metric_names()) if choice.circuit.name in m.circuits}
-    plain = [n for n in wanted if not is_own(n)]
+    plain = [n for n in wanted if not (is_own(n) or n in measures)]
     if any(name not in own for name in plain):
         measured = _measured(choice)
         for name in plain:
             if name not in own and name not in measured:
                 raise unknown_name("metric", name, [*own, *measured])
         own = {**measured, **own}
-    return tuple(_custom(choice, n) if is_own(n) else own[n] for n in wanted)
+    found = tuple(
+        measures[n] if n in measures else _custom(choice, n) if is_own(n) else own[n] for n in wanted
+    )
+    for name, count in Counter(m.name for m in found).items():
+        if count > 1:
+            raise ParameterError(
+                f"metric: {name}, the name of {count} of them, must be of one; rename a measure"
+            )
+    return found
 
 
 def is_own(name: str) -> bool:
     """Say whether a name is that of a user's function, which is loaded only where the user names it."""
-    return ":" in name
+    return ":" in name and not is_measure(name)
 
 
 def with_named(asked: Sequence[str], named: Sequence[str]) -> tuple[str, ...]:
@@ -65,6 +77,8 @@ def with_named(asked: Sequence[str], named: Sequence[str]) -> tuple[str, ...]:
 
 
 def _short(name: str) -> str:
+    if is_measure(name):
+        return measure_name(name)
     return name.rpartition(":")[2].replace("-", "_")
 
 

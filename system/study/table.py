@@ -87,7 +87,7 @@ class Table:
     outcome : tuple of str
         Class of each sample; `failed` where it has none.
     reason : tuple of str
-        Why each sample failed; empty unless it did.
+        Why each sample failed, or has no value of a metric; empty where there is nothing to say.
     values : array
         The metrics, float64[n, metrics], in SI units, NaN where not defined.
     """
@@ -104,9 +104,20 @@ class Table:
     def __len__(self) -> int:
         return self.die.size
 
+    @property
+    def failed(self) -> list[int]:
+        """Rows of the samples that failed."""
+        return [k for k, outcome in enumerate(self.outcome) if outcome == FAILED]
+
     def column(self, metric: str) -> F64:
         """Give the values of `metric`, float64[n], in its SI unit, NaN where not defined."""
         return np.asarray(self.values[:, self.metrics.index(metric)])
+
+
+def unmeasured(table: Table) -> dict[str, int]:
+    """How many samples have no value of a metric, by the reasons that they give, the most frequent first."""
+    said = (r for r, o in zip(table.reason, table.outcome, strict=True) if r and o != FAILED)
+    return counted(each for reason in said for each in reason.split("; "))
 
 
 def empty(metrics: Sequence[str]) -> Table:

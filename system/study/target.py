@@ -13,7 +13,7 @@ import hashlib
 import math
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
 from typing import Any, cast
@@ -115,7 +115,7 @@ class Measurement:
     values : tuple of float
         Value of each metric in SI units, NaN where undefined.
     reason : str
-        Why it failed; empty unless it did.
+        Why it failed, or why metrics have no value; empty where there is nothing to say.
     """
 
     outcome: str
@@ -296,12 +296,21 @@ class BlockTarget(Target):
         }
         values = tuple(float(m.value(found[id(m.measure)])) for m in self.metrics if m.value is not None)
         judged = found[id(shared[0].measure)]
-        return Measurement(shared[0].outcome(judged), values, shared[0].reason(judged))
+        reasons = (shared[0].reason(judged), *self._missing(found))
+        return Measurement(shared[0].outcome(judged), values, "; ".join(filter(None, reasons)))
+
+    def _missing(self, found: Mapping[int, Any]) -> Iterator[str]:
+        """Why metrics have no value in what was found, by the measurement's identity."""
+        for m in self.metrics:
+            why = "" if m.missing is None else m.missing(found[id(m.measure)])
+            if why:
+                yield f"{m.name}: {why}"
 
     def identity(self) -> str:
         """Give a hash of circuit, process, place, stimuli and metrics."""
         c = self.choice
         measured = [(m.name, m.measure.__module__, m.measure.__qualname__) for m in self.metrics]
+        measured += [(m.name, "measure", m.summary) for m in self.metrics if m.missing is not None]
         begin = () if c.begin == FREE else (c.begin,)
         bench = (c.testbench(),) if self.of_file else ()
         return _digest(c.circuit, c.silicon.process, c.silicon.place, c.stimuli, measured, *begin, *bench)

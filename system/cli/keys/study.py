@@ -92,6 +92,7 @@ failed.corner         string      -     its corner
 failed.temperature_C  number      degC  its temperature
 failed.trial          integer     -     its trial
 failed.reason         string      -     why
+unmeasured            integer{}   -     samples that did not fail but lack a measure, by the reason
 dies      integer[]    -  die of each sample
 outcomes  string[]     -  what happened in each, in a word
 values    number?[]{}  -  value of each metric in each, in the metric's unit

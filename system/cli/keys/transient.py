@@ -23,6 +23,11 @@ outcome   string                -  what happened, in a word
 spikes_s  number[]|number[]{{}}   s  times of the spikes; by port where there are several
 {TOLD_KEYS}
 measures        number?{{}}  -  what was measured, in the unit that its name ends with; null where not defined
+measured         object[]  -  what `--measure` asked for
+measured.name    string    -  its name
+measured.value   number?   -  its value in SI units; null where it does not occur
+measured.unit    string    -  the unit of its expression; empty for a plain number
+measured.reason  string?   -  why it does not occur; null where it does
 steps           integer    -  steps of the solver that were accepted
 rejected_steps  integer    -  steps that were not
 iterations      integer    -  Newton iterations in all

@@ -106,13 +106,13 @@ def _distance(
 
 
 def _why(table: Table, row: int, rank: int, cause: str, distance: float, metric: str) -> str:
-    if table.reason[row]:
+    if table.outcome[row] == FAILED:
         return f"failed: {table.reason[row]}"
     if cause:
         return cause
     if rank < _FAR:
         missing = [m for m, x in zip(table.metrics, table.values[row], strict=True) if math.isnan(x)]
-        return f"{', '.join(missing)} not defined"
+        return table.reason[row] or f"{', '.join(missing)} not defined"
     if not math.isfinite(distance):
         return ""
     side = "inside the limits" if distance < 0.0 else "from the median"
