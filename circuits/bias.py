@@ -53,6 +53,7 @@ def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: floa
         raise ParameterError(
             f"{device.name}: bias current {current:g} A, must be > 0; give a positive current"
         )
+    law = law.of_size(device.width, device.length)
     specific = law.square_current * device.multiplicity * device.width / device.length
     without = current  # what the device would carry without Early effect and mobility reduction
     for _ in range(_ROUNDS):
@@ -225,6 +226,7 @@ def _biased_device(circuit: Circuit, bias: Bias) -> Transistor:
 
 def _saturated(law: TransistorAtTemperature, device: Transistor, gates: F64, silicon: Silicon) -> F64:
     """Channel current with the drain far, but for the Early effect, which is that of a drain at the gate."""
+    law = law.of_size(device.width, device.length)
     v_dd = silicon.process.v_dd if device.polarity == "p" else 0.0
     high = 0.0 if device.polarity == "p" else silicon.process.v_dd
     size = device.width * device.multiplicity, device.length

@@ -166,9 +166,10 @@ def transistor_arrays(
     """
     n = width.size
     full = np.ones(n)
+    law = law.of_size(width, length)
     square = law.square_current * multiplicity * width / length
     leakage, induced = (x * width * multiplicity for x in (law.junction_leakage, law.gate_induced_leakage))
-    early = 1.0 / (law.early_field * length) if law.early_field > 0.0 else 0.0 * full
+    early = 1.0 / (law.early_field * length) if np.any(law.early_field) else 0.0 * full
     return TransistorArrays(
         terminal=np.ascontiguousarray(terminal, dtype=np.int32),
         sign=full if polarity == "n" else -full,
@@ -185,8 +186,8 @@ def transistor_arrays(
         induced=induced,
         induced_from=law.gate_induced_from * full,
         induced_per_volt=full / law.gate_induced_slope,
-        body_effect=law.gamma > 0.0,
-        reduces=law.early_field * law.early_rise > 0.0 or law.mobility_reduction > 0.0,
+        body_effect=bool(np.any(law.gamma)),
+        reduces=bool(np.any(law.early_field * law.early_rise) or np.any(law.mobility_reduction)),
         leaks=law.junction_leakage > 0.0 or law.gate_induced_leakage > 0.0,
         induces=law.gate_induced_leakage > 0.0,
     )

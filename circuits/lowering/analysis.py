@@ -20,7 +20,7 @@ def to_equation(device: Device, silicon: Silicon) -> str:
 
 @to_equation.register
 def _(device: Transistor, silicon: Silicon) -> str:
-    law = silicon.law(device.polarity)
+    law = silicon.law(device.polarity).of_size(device.width, device.length)
     specific = law.square_current * device.multiplicity * device.width / device.length
     sign = "" if device.polarity == "n" else "-"
     pinch_off = f"{law.kappa:g} ({sign}(v_g - v_b) - {law.v_t0:g})"

@@ -328,7 +328,8 @@ def on_die(
     for name, site, polarity, shape, area in zip(names, sites, polarities, shapes, areas, strict=True):
         own, start = slice(start, start + area.size), start + area.size
         own_v, own_beta = v_t0[own].reshape(shape), beta[own].reshape(shape)
-        shared, size = laws[polarity], site.size
+        size = site.size
+        shared = _of_one_size(laws[polarity], name, size)
         square = shared.square_current * size["multiplicity"] * size["width"] / size["length"]
         current, threshold = np.asarray(square * (1.0 + own_beta)), np.asarray(shared.v_t0 + own_v)
         width, length = (
@@ -339,6 +340,21 @@ def on_die(
     copies = math.prod(shape_of(place[1:]))
     volts = {port: np.asarray(value, dtype=np.float64) for port, value in (gate or {}).items()}
     return DieDevices(silicon.thermal_voltage, silicon.process.v_dd, copies, fets, volts)
+
+
+def _of_one_size(
+    law: TransistorAtTemperature, name: str, size: Mapping[str, F64 | float]
+) -> TransistorAtTemperature:
+    """The law of a transistor's size; raises `ParameterError` where it follows the size and places differ."""
+    if law.size is None:
+        return law
+    sides = [np.unique(size[side]) for side in ("width", "length")]
+    if max(side.size for side in sides) > 1:
+        raise ParameterError(
+            f"{name}: places of several sizes, and its law follows the size, of which a model takes one;"
+            " simulate transistors"
+        )
+    return law.of_size(float(sides[0][0]), float(sides[1][0]))
 
 
 def standing(

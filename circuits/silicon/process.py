@@ -16,11 +16,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields, replace
-from typing import Literal, TypedDict, get_args
+from typing import Any, Literal, TypedDict, get_args
 
+import numpy as np
+
+from circuits.arrays import F64
+from circuits.brief import OPTIONAL, brief
 from circuits.checks import require_choice, require_real, require_type
 from circuits.errors import ParameterError
 from circuits.silicon.components import AMI_1500_COMPONENTS, ROLLS_180_COMPONENTS, Components
+from circuits.silicon.size import SizeTerms
 
 BOLTZMANN = 1.380649e-23  # J/K
 """Boltzmann's constant, J/K."""
@@ -80,6 +85,8 @@ class TransistorModel:
     mobility_exponent : float
         Exponent of absolute temperature in the mobility, dimensionless; that of the MOSIS default card, not
         extracted.
+    size : SizeTerms or None
+        How the numbers follow a device's width and length; None where all sizes share them.
     """
 
     v_t0: float
@@ -100,16 +107,24 @@ class TransistorModel:
     leakage_doubling: float = 9.0
     v_t0_drift: float = -1e-3
     mobility_exponent: float = -1.5
+    size: SizeTerms | None = field(default=None, metadata=OPTIONAL)
 
     def __post_init__(self) -> None:
         require_choice("transistor_model.law", self.law, get_args(Law))
         for each in fields(self):
-            if each.name != "law":
+            if each.name not in {"law", "size"}:
                 require_real(f"transistor_model.{each.name}", getattr(self, each.name), "SI")
+        if self.size is not None:
+            require_type("transistor_model.size", self.size, SizeTerms, "terms of the size")
+
+    def __repr__(self) -> str:
+        """As of every dataclass; one without terms of the size says nothing of them, as in kept hashes."""
+        return brief(self)
 
     def ideal(self) -> TransistorModel:
         """The same transistors without second-order effects: constant kappa, no Early effect, no leakage."""
-        return replace(self, law="ekv", **dict.fromkeys(SECOND_ORDER, 0.0))
+        size = None if self.size is None else self.size.ideal()
+        return replace(self, law="ekv", size=size, **dict.fromkeys(SECOND_ORDER, 0.0))
 
     @property
     def gamma(self) -> float:
@@ -174,6 +189,9 @@ class Process:
     components : Components or None
         Components of variation that a die has beside these where it is asked for them; None where the process
         states none.
+    cards : str
+        Name of the foundry's process whose own cards ngspice takes in the place of our law, which stands for
+        them in our solver; empty for a process that is our law's alone.
     """
 
     name: str
@@ -186,8 +204,15 @@ class Process:
     variation: Variation = Variation()
     components: Components | None = field(default=None, repr=False)  # of dies that have them alone
 
+    cards: str = field(default="", metadata=OPTIONAL)
+
+    def __repr__(self) -> str:
+        """As of every dataclass, but that a process without cards says nothing of them, as kept hashes do."""
+        return brief(self)
+
     def __post_init__(self) -> None:
         require_type("process.name", self.name, str, "a name")
+        require_type(f"{self.name}.cards", self.cards, str, "a name")
         for polarity in POLARITIES:
             model = getattr(self, polarity)
             require_type(f"{self.name}.{polarity}", model, TransistorModel, "a transistor model")
@@ -315,10 +340,41 @@ class TransistorAtTemperature:
     gate_induced_leakage: float
     gate_induced_slope: float
     gate_induced_from: float  # V between drain and gate, of `gate_induced_leakage`
+    size: SizeTerms | None = field(default=None, metadata=OPTIONAL)
+    rise: float = field(default=0.0, metadata=OPTIONAL)  # K above the nominal temperature, for `of_size`
+    ratio: float = field(
+        default=1.0, metadata=OPTIONAL
+    )  # absolute temperature over the nominal one, likewise
+
+    def of_size(self, width: F64 | float, length: F64 | float) -> TransistorAtTemperature:
+        """The law of devices of a width and a length, m; its numbers are arrays where these are.
+
+        Raises `ParameterError` for a size that the process does not hold for.
+        """
+        if self.size is None:
+            return self
+        more = self.size.at(width, length)
+        kappa = self.kappa + more["kappa"]
+        gain = np.exp(more["mu_cox"]) * self.ratio ** more["mobility_exponent"] * self.kappa / kappa
+        gamma: Any = (
+            2.0 * (1.0 / kappa - 1.0) * math.sqrt(self.surface_potential) if self.gamma > 0.0 else 0.0
+        )
+        scalar = isinstance(kappa, float)
+        return replace(
+            self,
+            square_current=self.square_current * (float(gain) if scalar else gain),
+            v_t0=self.v_t0 + more["v_t0"] + more["v_t0_drift"] * self.rise,
+            kappa=kappa,
+            gamma=gamma,
+            early_field=self.early_field + more["early_field"],
+            mobility_reduction=self.mobility_reduction + more["mobility_reduction"],
+            size=None,
+        )
 
     def ideal(self) -> TransistorAtTemperature:
         """The same without second-order effects."""
-        return replace(self, gamma=0.0, **dict.fromkeys(SECOND_ORDER, 0.0))
+        size = None if self.size is None else self.size.ideal()
+        return replace(self, gamma=0.0, size=size, **dict.fromkeys(SECOND_ORDER, 0.0))
 
     def without_leakage(self) -> TransistorAtTemperature:
         """The same with junctions that do not leak."""
@@ -354,4 +410,7 @@ def at_temperature(model: TransistorModel, process: Process, temperature_c: floa
         gate_induced_leakage=model.gate_induced_leakage,
         gate_induced_slope=model.gate_induced_slope,
         gate_induced_from=process.v_dd,
+        size=model.size,
+        rise=rise,
+        ratio=ratio,
     )

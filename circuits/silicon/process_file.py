@@ -2,24 +2,31 @@
 
 A file is TOML with the fields of `circuits.silicon.process.Process` in SI units; its transistors stand in
 the tables `n` and `p` (`TransistorModel`), its spread from die to die in `variation` (`Variation`). Every
-field is stated, the second-order effects too: one that the process does not have is 0. The table `components`
-(`Components`) alone may be left out, by a process whose dies have the plain variation.
+field is stated, the second-order effects too: one that the process does not have is 0. Two tables may be left
+out: `components` (`Components`) by a process whose dies have the plain variation, and `n.size` and `p.size`
+(`SizeTerms`) where transistors of all sizes share their numbers.
 """
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
+
+import tomli_w
 
 from circuits.errors import DataError, ParameterError, meant
 from circuits.silicon.components import Components
 from circuits.silicon.process import PROCESSES, Effects, Process, TransistorModel, Variation
+from circuits.silicon.size import SizeTerms
 
 _PARTS: Mapping[str, type] = {"n": TransistorModel, "p": TransistorModel, "variation": Variation}
-_COMPONENTS = "components"  # the table that may be left out
+_COMPONENTS = "components"
+_SIZE = "size"
+_LEFT_OUT = {_COMPONENTS, _SIZE}  # tables that may be
+_OURS = {"cards"}  # what no file says
 
 
 def read_process(path: Path) -> Process:
@@ -40,8 +47,28 @@ def read_process(path: Path) -> Process:
         raise DataError(f"{path}: no TOML ({error}); correct it") from None
     whole = _complete(path, "process", Process, given)
     tables = {**_PARTS, **({_COMPONENTS: Components} if _COMPONENTS in whole else {})}
-    parts = {name: kind(**_complete(path, name, kind, whole[name])) for name, kind in tables.items()}
+    parts = {name: kind(**_model(path, name, kind, whole[name])) for name, kind in tables.items()}
     return Process(**{**whole, **parts})
+
+
+def format_process(process: Process, head: str = "") -> str:
+    """Give the text of a file that `read_process` reads as this process, to the bit.
+
+    Parameters
+    ----------
+    process
+        The process; its foundry's cards are no part of a file.
+    head
+        Lines of comment that come first.
+    """
+    comment = "".join(f"# {line}".rstrip() + "\n" for line in head.splitlines())
+    return comment + tomli_w.dumps(_stated(asdict(process)))
+
+
+def _stated(table: Mapping[str, Any]) -> dict[str, Any]:
+    """A dataclass's fields as a file has them: what is left out has no entry."""
+    plain = {name: value for name, value in table.items() if value is not None and name not in _OURS}
+    return {name: _stated(value) if isinstance(value, dict) else value for name, value in plain.items()}
 
 
 def process_of(text: str) -> Process:
@@ -81,12 +108,23 @@ def process_under(own: Process, text: str | None, effects: Effects) -> Process:
     return whole.under(effects)
 
 
+def _model(path: Path, where: str, kind: type, given: object) -> dict[str, Any]:
+    """The table of a dataclass's fields, with the terms of the size as such where it has them."""
+    whole = _complete(path, where, kind, given)
+    if whole.get(_SIZE) is None:
+        return whole
+    size = whole[_SIZE]
+    if isinstance(size, dict):
+        size = {k: tuple(v) if isinstance(v, list) else v for k, v in size.items()}
+    return {**whole, _SIZE: SizeTerms(**_complete(path, f"{where}.{_SIZE}", SizeTerms, size))}
+
+
 def _complete(path: Path, where: str, kind: Any, given: object) -> dict[str, Any]:
     """The table of a dataclass's fields, none missing and no other."""
     if not isinstance(given, dict):
         raise DataError(f"{path}: {where}: {given!r:.40}, must be a table with the terms of a process")
-    names = [f.name for f in fields(kind)]
-    missing = [name for name in names if name not in given and name != _COMPONENTS]
+    names = [f.name for f in fields(kind) if f.name not in _OURS]
+    missing = [name for name in names if name not in given and name not in _LEFT_OUT]
     if missing:
         raise DataError(
             f"{path}: {where}: lacks {', '.join(missing)}; state each, 0 for an effect it has not"

@@ -156,7 +156,7 @@ def ekv_transistors(syntax: Syntax) -> Transistors:
         )
 
     def transistor(device: Transistor, silicon: Silicon, deviation: Deviation) -> list[str]:
-        at = _law_of(silicon, device.polarity, deviation)
+        at = _law_of(silicon, device, deviation)
         drain, source, bulk = map(naming.node, (device.drain, device.source, device.bulk))
         turn = device.polarity == "p"
 
@@ -192,9 +192,9 @@ def format_amplifier(syntax: Syntax, device: OperationalAmplifier) -> list[str]:
     ]
 
 
-def _law_of(silicon: Silicon, polarity: Polarity, deviation: Deviation) -> TransistorAtTemperature:
-    """Law of a transistor: what the die shares, and what its place adds."""
-    shared = _shared_law(silicon, polarity)
+def _law_of(silicon: Silicon, device: Transistor, deviation: Deviation) -> TransistorAtTemperature:
+    """Law of a transistor: what the die shares, what its size and what its place adds."""
+    shared = _shared_law(silicon, device.polarity).of_size(device.width, device.length)
     return replace(
         shared,
         v_t0=float(shared.v_t0 + deviation.v_t0),

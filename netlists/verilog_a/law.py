@@ -14,6 +14,7 @@ from circuits.devices.operational_amplifier import LEAST_HEADROOM
 from circuits.devices.transistor import INDUCED_LIMIT
 from circuits.silicon.process import BOLTZMANN, ELEMENTARY_CHARGE, ZERO_CELSIUS, Polarity
 from circuits.silicon.silicon import Silicon
+from netlists.write.bsim3 import refuse_sizes
 
 TRANSISTORS: dict[Polarity, str] = {"n": "noctule_nfet", "p": "noctule_pfet"}
 AMPLIFIER, CAPACITOR, RESISTOR, TRANSCONDUCTOR = (
@@ -154,6 +155,7 @@ _FIGURES = (
 
 def _transistor_module(silicon: Silicon, polarity: Polarity) -> str:
     """Module of a polarity's transistors, with the process's figures."""
+    refuse_sizes(silicon, "modules of Verilog-A")
     model = silicon.process.model(polarity)
     figures = {name: getattr(model, name) for name in _FIGURES}
     figures["gamma"] = model.gamma if model.law == "ekv-gamma" else 0.0

@@ -54,6 +54,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from circuits.devices import Transistor
+from circuits.errors import ParameterError
 from circuits.silicon.process import (
     BOLTZMANN,
     ELEMENTARY_CHARGE,
@@ -84,6 +85,7 @@ def card(silicon: Silicon, polarity: Polarity, deviation: Deviation | None = Non
     The nominal die's, or, for a simulator without `delvto` and `mulu0`, with what is theirs folded in.
     """
     model, t = silicon.process.model(polarity), kelvin(silicon.temperature_c)
+    refuse_sizes(silicon, "BSIM3 cards")
     law = at_temperature(model, silicon.process, silicon.temperature_c)
     u_t, sign = law.u_t, 1.0 if polarity == "n" else -1.0
     n, c_ox = 1.0 / law.kappa, model.oxide_capacitance
@@ -111,6 +113,15 @@ def card(silicon: Silicon, polarity: Polarity, deviation: Deviation | None = Non
         **_SWITCHED_OFF,
         **_early_effect(law, mobility * factor),
     }
+
+
+def refuse_sizes(silicon: Silicon, form: str) -> None:
+    """Raise `ParameterError` where numbers of transistors follow their size, which `form` cannot say."""
+    if any(silicon.process.model(polarity).size is not None for polarity in POLARITIES):
+        raise ParameterError(
+            f"process: {silicon.process.name}, whose transistors follow their size, as {form} do not; write"
+            " ngspice, xyce, hspice or spectre with the models ekv"
+        )
 
 
 def total_deviation(silicon: Silicon, polarity: Polarity, local: Deviation) -> Deviation:

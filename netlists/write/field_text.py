@@ -20,9 +20,11 @@ from typing import Any, Literal, NamedTuple, TypeVar, get_args, get_origin, get_
 import numpy as np
 
 from circuits.arrays import F64
+from circuits.brief import stated
 from circuits.circuit import Shape
 from circuits.errors import DataError
 from circuits.silicon.die import Place
+from circuits.silicon.size import SizeTerms, from_numbers, to_numbers
 
 Pairs = tuple[tuple[str, str], ...]
 NumberPairs = tuple[tuple[str, float], ...]
@@ -34,11 +36,15 @@ _SHAPE = re.compile(r"([0-9]{1,9}(,[0-9]{1,9}){0,15})?")
 
 
 def format_fields(value: Any, *, all_fields: bool = False) -> Iterator[str]:
-    """Words of the fields of a dataclass, without those at their default unless all are wanted."""
+    """Words of the fields of a dataclass, without those at their default unless all are wanted.
+
+    Those that are marked as optional (`circuits.brief`) are left out at their default in any case.
+    """
     kind: Any = type(value)
+    said = set(stated(value))
     for key, (codec, default) in _codecs(kind).items():
         own = getattr(value, key)
-        if not all_fields and default is not MISSING and own == default:
+        if key not in said or (not all_fields and default is not MISSING and own == default):
             continue
         written = codec.write(own)
         if isinstance(written, str):
@@ -217,6 +223,9 @@ _CODECS: Mapping[Any, _Codec] = {
     float | tuple[float, ...]: _Codec(
         lambda value: (_NUMBERS if np.ndim(value) else _NUMBER).write(value),
         lambda words: (_NUMBER if isinstance(words, str) else _NUMBERS).read(words),
+    ),
+    SizeTerms | None: _Codec(
+        lambda terms: _NUMBERS.write(to_numbers(terms)), lambda words: from_numbers(_NUMBERS.read(words))
     ),
     F64: _Codec(_NUMBERS.write, lambda words: np.array(_NUMBERS.read(words))),
     Place | None: _list(_pair(_TEXT, _EXTENT)),

@@ -174,8 +174,8 @@ def currents(point: OperatingPoint) -> Currents:
     silicon = point.machine.silicon
     v_dd, size = silicon.process.v_dd, (BIASED_SIZE, BIASED_SIZE)
     v_inh, v_ex = (np.array([point[f"{v}[{k}]"] for k in range(NEURONS)]) for v in ("v_inh_tau", "v_ex_tau"))
-    sink = drain_current(silicon.law("n"), "n", *size, v_dd, v_inh, 0.0, 0.0)
-    source = drain_current(silicon.law("p"), "p", *size, 0.0, v_ex, v_dd, v_dd)
+    sink = drain_current(silicon.law("n").of_size(*size), "n", *size, v_dd, v_inh, 0.0, 0.0)
+    source = drain_current(silicon.law("p").of_size(*size), "p", *size, 0.0, v_ex, v_dd, v_dd)
     return Currents(sink, -source)
 
 

@@ -20,6 +20,7 @@ from circuits.event import WIDTH
 from circuits.lowering.capacitance import node_capacitances
 from circuits.lowering.flatten import flatten
 from circuits.lowering.on_die import transistor_of
+from circuits.silicon.process import TransistorAtTemperature
 from circuits.silicon.silicon import Silicon
 
 
@@ -47,7 +48,7 @@ def analyse(circuit: Circuit, silicon: Silicon) -> Analysis:
         for g in flat.groups
         if "capacitance" in g.parameters
     }
-    n, p = silicon.law("n"), silicon.law("p")
+    n, p = _law(circuit, silicon, "membrane.m1"), _law(circuit, silicon, "membrane.m2")
     i_sn, i_sp = _specific(circuit, silicon, "membrane.m1"), _specific(circuit, silicon, "membrane.m2")
     c_inh = load["inhibition.v_inh"]
     v_hl = n.v_t0 + 2.0 * n.u_t / n.kappa * inverse_softplus(
@@ -117,7 +118,14 @@ def closed_forms(circuit: Circuit, silicon: Silicon) -> tuple[ClosedForm, ...]:
     )
 
 
+def _law(circuit: Circuit, silicon: Silicon, name: str) -> TransistorAtTemperature:
+    """Numbers of a transistor of its size."""
+    device = transistor_of(circuit, name)
+    return silicon.law(device.polarity).of_size(device.width, device.length)
+
+
 def _specific(circuit: Circuit, silicon: Silicon, name: str) -> float:
     """Specific current of a transistor, A."""
     device = transistor_of(circuit, name)
-    return silicon.law(device.polarity).square_current * device.multiplicity * device.width / device.length
+    law = _law(circuit, silicon, name)
+    return law.square_current * device.multiplicity * device.width / device.length

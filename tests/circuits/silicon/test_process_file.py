@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from circuits.errors import CircuitError
 from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, PROCESSES, ROLLS_180, Process
-from circuits.silicon.process_file import process_of, process_under, read_process
+from circuits.silicon.process_file import format_process, process_of, process_under, read_process
+from circuits.silicon.size import SizeTerms
 
-
-def text_of(process: Process) -> str:
-    """A process as a file states it."""
-    whole = asdict(process)
-    tables = {name: whole.pop(name) for name in ("n", "p", "variation", "components")}
-    lines = [f"{k} = {v!r}" for k, v in whole.items()]
-    for name, table in tables.items():
-        lines += [f"[{name}]", *(f"{k} = {v!r}" for k, v in table.items())]
-    return "\n".join(lines).replace("'", '"')
+SIZED = replace(
+    ROLLS_180,
+    name="sized",
+    n=replace(ROLLS_180.n, size=SizeTerms(1e-6, 2e-6, 1e-6, 3e-6, v_t0=(1e-8, 0, 0, 0))),
+)
 
 
 @pytest.mark.parametrize(
-    "process", [*PROCESSES.values(), AMI_1500_IDEAL], ids=lambda p: f"{p.name}-{p.effects}"
+    "process", [*PROCESSES.values(), AMI_1500_IDEAL, SIZED], ids=lambda p: f"{p.name}-{p.effects}"
 )
 def test_a_file_is_read_as_it_stands(process: Process, tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    path.write_text(text_of(process))
+    path.write_text(format_process(process))
     assert read_process(path) == process
     assert process_of(str(path)) == process
 
@@ -52,7 +49,7 @@ def test_a_file_is_read_as_it_stands(process: Process, tmp_path: Path) -> None:
 )
 def test_what_is_wrong_is_named(old: str, new: str, said: str, tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    path.write_text(text_of(ROLLS_180).replace(old, new, 1))
+    path.write_text(format_process(ROLLS_180).replace(old, new, 1))
     with pytest.raises(CircuitError) as caught:
         read_process(path)
     assert said in str(caught.value)
@@ -61,7 +58,7 @@ def test_what_is_wrong_is_named(old: str, new: str, said: str, tmp_path: Path) -
 
 def test_components_alone_may_be_left_out(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    path.write_text(text_of(ROLLS_180).partition("[components]")[0])
+    path.write_text(format_process(ROLLS_180).partition("[components]")[0])
     assert read_process(path) == replace(ROLLS_180, components=None)
 
 

@@ -18,6 +18,7 @@ from circuits.silicon.die import CORNERS, Die
 from circuits.silicon.process import AMI_1500_IDEAL, TransistorModel, Variation
 from circuits.silicon.sampling import Sampling
 from circuits.silicon.silicon import Deviation, Silicon
+from circuits.silicon.size import FOLLOWING, SizeTerms
 from circuits.testbench import Testbench
 from netlists.write.annotation import (
     KINDS,
@@ -55,10 +56,15 @@ FLAGS = st.booleans()
 KINDS_OF_PORT = st.sampled_from(["event", "analog", "bias", "supply"])
 KINDS_OF_BIAS = st.sampled_from(["gate", "ideal", "voltage"])
 POLARITIES = st.sampled_from(["n", "p"])
+FOUR = st.tuples(*(st.floats(-1e3, 1e3) for _ in range(4)))
+TERMS = st.builds(
+    SizeTerms, *(st.just(side) for side in (1e-6, 2e-6, 1e-6, 3e-6)), **dict.fromkeys(FOLLOWING, FOUR)
+)
 MODELS = st.builds(
     TransistorModel,
-    **{f.name: NUMBERS for f in fields(TransistorModel) if f.name != "law"},
+    **{f.name: NUMBERS for f in fields(TransistorModel) if f.name not in {"law", "size"}},
     law=st.sampled_from(["ekv", "ekv-gamma"]),
+    size=st.none() | TERMS,
 )
 FIELDS: dict[str, tuple[st.SearchStrategy[Any], ...]] = {
     "noctule": (st.integers(), TEXTS, TEXTS),
