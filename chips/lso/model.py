@@ -155,7 +155,7 @@ class _Maker:
         self.added = added_capacitance(self.lso, self.silicon, _CAPACITORS, sides)
         units: Path = ((NAME, ()), ("ear", (SIDES,)), ("level", (LEVELS,)))
         self.units = on_die(self.level, self.silicon, _LEVEL, units, lines)
-        alone = replace(self.silicon, die=replace(silicon.die, mismatch=False))
+        alone = replace(self.silicon, die=silicon.die.without_mismatch())
         self.shared = on_die(self.lso, alone, (_TAIL,), ((NAME, ()),), lines)
 
     def make(self) -> Head:

@@ -371,7 +371,7 @@ def _lines(silicon: Silicon, biases: Biases) -> Lines:
 @lru_cache(maxsize=64)
 def _typical(silicon: Silicon, biases: Biases, tau: float) -> Filters:
     """A filter without deviations of its own."""
-    return filters_on(replace(silicon, die=replace(silicon.die, mismatch=False)), np.array([tau]), biases)
+    return filters_on(replace(silicon, die=silicon.die.without_mismatch()), np.array([tau]), biases)
 
 
 @lru_cache(maxsize=2 * COLUMNS)

@@ -77,7 +77,7 @@ def on_chip(
 
 def without_mismatch(silicon: Silicon) -> Silicon:
     """Return the silicon whose devices have no deviations of their own."""
-    return replace(silicon, die=replace(silicon.die, mismatch=False))
+    return replace(silicon, die=silicon.die.without_mismatch())
 
 
 def more_capacitance(silicon: Silicon, array: str, circuit: Circuit, name: str) -> F64 | float:

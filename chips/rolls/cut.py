@@ -25,7 +25,8 @@ from circuits.devices import Source, Transistor
 from circuits.devices.source import Constant, Waveform
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import flatten
-from circuits.silicon.die import PARAMETERS, Place, standard_normals
+from circuits.silicon.die import PARAMETERS, Die, Place, standard_normals
+from circuits.silicon.edit import Edit, edited
 from circuits.silicon.sampling import Sampling, labels
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
@@ -88,7 +89,7 @@ def silicon_of(cut: Cut, silicon: Silicon) -> Silicon:
     Raises `ParameterError` for a die with components of variation beside the plain ones.
     """
     die = silicon.die
-    if die.number is None:
+    if not die.deviates:
         return silicon
     if die.components:
         raise ParameterError(
@@ -97,6 +98,7 @@ def silicon_of(cut: Cut, silicon: Silicon) -> Silicon:
         )
     names: dict[str, int] = {}
     values: list[float] = []
+    sets: list[Edit] = []
     place: Place = ((NAME, ()),)
     for group in flatten(cut.circuit).groups:
         if not isinstance(group.device, Transistor):
@@ -105,11 +107,25 @@ def silicon_of(cut: Cut, silicon: Silicon) -> Silicon:
         shape = tuple(n for _, dimensions in group.path for n in dimensions)
         there = [_place(cut, group.path, index) for index in np.ndindex(shape)]
         for parameter in PARAMETERS:
-            for label in labels(place, [(*group.path, *own)], parameter):
+            here = labels(place, [(*group.path, *own)], parameter)
+            for label, at in zip(here, there, strict=True):
                 names[label] = len(names)
-            values += [float(standard_normals(die, at, [own], parameter)[0]) for at in there]
+                values.append(0.0 if die.number is None else _draw(die, at, own, parameter))
+                changed = edited(die.edits, at, (own,), parameter)
+                if changed is not None and not np.isnan(changed.value[0]):
+                    path = label.removesuffix(f".{parameter}")
+                    sets.append(Edit("set", (path,), parameter, float(changed.value[0])))
+    # what single devices have of the die's edits is in the plan already
+    edits = (*die.shared_edits, *sets)
+    if die.number is None:
+        return replace(silicon, die=replace(die, edits=edits))
     plan = Sampling(f"row[{cut.neuron}]", die.number, names, np.array(values)[None, :])
-    return replace(silicon, die=replace(die, sampling=plan))
+    return replace(silicon, die=replace(die, sampling=plan, edits=edits))
+
+
+def _draw(die: Die, place: Place, own: Place, parameter: str) -> float:
+    """Standard normal of a device at its place on the whole chip."""
+    return float(standard_normals(die, place, [own], parameter)[0])
 
 
 def testbench(cut: Cut, events: Mapping[str, Waveform], stop: float, v_dd: float) -> Testbench:

@@ -217,7 +217,7 @@ def energies_of(chip: RollsChip) -> Energies:
 
     Raises `ParameterError` where no run has spikes.
     """
-    on = replace(chip.silicon, die=replace(chip.silicon.die, mismatch=False))
+    on = replace(chip.silicon, die=chip.silicon.die.without_mismatch())
     return _energies_of(chip.program.biases, on, chip.kind, chip.params)
 
 
@@ -239,7 +239,7 @@ def energies(
     rheobase: A, of a neuron without I_dc. Raises `ParameterError` where no run has spikes.
     """
     params = Params() if params is None else params
-    on = replace(silicon, die=replace(silicon.die, mismatch=False))
+    on = replace(silicon, die=silicon.die.without_mismatch())
     gates = gate_voltages(chip(params, table, kind), on)
     extender = _Part(dpi_synapse.pulse_extender(params.synapse), part_gates("extender", gates))
     off = dict.fromkeys(("pulse", *dpi_synapse.LATCHES), 0.0)

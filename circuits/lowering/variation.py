@@ -9,6 +9,8 @@ are those of `circuits.silicon.sampling`.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from circuits.arrays import F64
@@ -40,6 +42,12 @@ def variation_draws(flat: FlatCircuit, silicon: Silicon, die: Die) -> F64:
         return np.zeros(len(variation_labels(flat, silicon)))
     drawn = [standard_normals(die, place, paths, parameter) for place, paths, parameter in families]
     return np.concatenate([np.zeros(0), *drawn])
+
+
+def drawn_families(flat: FlatCircuit, silicon: Silicon) -> list[tuple[Place, list[Path], str]]:
+    """List place, paths and parameter of all that a circuit can draw on any die, as edits of one name it."""
+    die = Die(silicon.die.lot, 0, variation="full")
+    return _families(flat, replace(silicon, die=die))
 
 
 def _families(flat: FlatCircuit, silicon: Silicon) -> list[tuple[Place, list[Path], str]]:

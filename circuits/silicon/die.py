@@ -25,7 +25,7 @@ import hashlib
 import math
 import operator
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -36,6 +36,7 @@ from circuits.checks import require_choice, require_type
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
 from circuits.silicon.components import DIES_A_WAFER, EXTENTS, Components, Extent
+from circuits.silicon.edit import SHARED, Edit, edited, ordered
 from circuits.silicon.process import Polarity, Process
 from circuits.silicon.sampling import Sampling
 
@@ -51,10 +52,22 @@ _SLOW = {"typical": (0, 0), "ss": (1, 1), "ff": (-1, -1), "sf": (1, -1), "fs": (
 
 PARAMETERS = ("v_t0", "beta")
 # no device has a dotted parameter, so that a circuit called `process` shares no key with `shared.v_t0`
-_SHARED = "shared."
+_SHARED = SHARED
 SHARED_PLACE: Place = (("process", ()),)
 WAFER_PLACE: Place = (("wafer", ()),)
 LOT_PLACE: Place = (("lot", ()),)
+
+_SHARED_DRAWS = tuple(
+    (level, kind, name)
+    for level in (SHARED_PLACE, WAFER_PLACE, LOT_PLACE)
+    for kinds, names in (
+        (("n", "p"), PARAMETERS),
+        (("capacitor",), ("capacitance",)),
+        (("resistor",), ("resistance",)),
+    )
+    for kind in kinds
+    for name in names
+)  # place, kind and parameter of what devices of a kind share
 
 _COUNTERS = 4  # 32-bit words of the counter: index dimensions that a path may have
 
@@ -79,6 +92,8 @@ class Die:
     variation : str
         Which components of variation it has beside: `plain` for none, `transistors` for those of
         transistors, `full` for those of capacitors and resistors too.
+    edits : tuple of Edit
+        What was changed of it by hand (`circuits.silicon.edit`), in the order in which it holds.
     """
 
     lot: str = "A"
@@ -88,6 +103,7 @@ class Die:
     process: bool = True
     sampling: Sampling | None = None
     variation: Extent = "plain"
+    edits: tuple[Edit, ...] = ()
 
     def __post_init__(self) -> None:
         """Keep lot and number in Python's own types: the key is made of their text."""
@@ -96,12 +112,14 @@ class Die:
             object.__setattr__(self, "number", _whole(self.number))
         require_choice("corner", self.corner, CORNERS)
         require_choice("variation", self.variation, EXTENTS)
+        object.__setattr__(self, "edits", ordered(self.edits))
         for name in ("mismatch", "process"):
             require_type(f"die.{name}", getattr(self, name), bool, "True or False")
 
     def __repr__(self) -> str:
-        """As of every dataclass, but that plain variation goes unsaid: names of kept runs hold this text."""
-        told = [f.name for f in fields(self) if f.name != "variation" or self.variation != "plain"]
+        """As of every dataclass; plain variation and no edits go unsaid, as names of kept runs have it."""
+        unsaid = {"variation": self.variation == "plain", "edits": not self.edits}
+        told = [f.name for f in fields(self) if not unsaid.get(f.name, False)]
         return f"Die({', '.join(f'{name}={getattr(self, name)!r}' for name in told)})"
 
     def __str__(self) -> str:
@@ -113,7 +131,82 @@ class Die:
             parts += ["" if self.variation == "plain" else f"{self.variation} variation"]
         if self.number is not None and self.sampling is not None:
             parts.append(f"plan {self.sampling.name}")
-        return " ".join(p for p in parts if p)
+        return ", ".join([" ".join(p for p in parts if p), *map(str, self.edits)])
+
+    @property
+    def deviates(self) -> bool:
+        """Whether some device may deviate on it: it is a drawn die, or a deviation is set by hand."""
+        return self.number is not None or any(edit.kind == "set" for edit in self.edits)
+
+    def sets(self, *parameters: str) -> bool:
+        """Whether an edit sets one of the parameters."""
+        return any(edit.parameter in parameters for edit in self.edits)
+
+    def healed(self, *paths: str) -> Die:
+        """Return the die with devices that do not deviate.
+
+        Parameters
+        ----------
+        paths
+            Paths of the devices, as `ranging_chip/neuron[2].membrane.mr1` or `ranging_chip/*`
+            (`circuits.silicon.edit`).
+
+        Raises
+        ------
+        ParameterError
+            There is no path.
+        """
+        return replace(self, edits=(*self.edits, Edit("heal", paths)))
+
+    def only(self, *paths: str) -> Die:
+        """Return the die on which these devices alone deviate; what devices share does not, unless named.
+
+        Parameters
+        ----------
+        paths
+            Paths of the devices, as of `healed`.
+
+        Raises
+        ------
+        ParameterError
+            There is no path, or the die has others that alone deviate.
+        """
+        return replace(self, edits=(*self.edits, Edit("only", paths)))
+
+    def with_(self, path: str, parameter: str, value: float) -> Die:
+        """Return the die with a parameter of devices that deviates by a value, whatever the die draws.
+
+        Parameters
+        ----------
+        path
+            Path of the devices, as of `healed`.
+        parameter
+            `v_t0`, `beta`, `capacitance` or `resistance`.
+        value
+            Its deviation: V of the threshold's magnitude, else relative and dimensionless.
+
+        Raises
+        ------
+        ParameterError
+            The parameter is unknown, or the value is not finite.
+        """
+        return replace(self, edits=(*self.edits, Edit("set", (path,), parameter, float(value))))
+
+    def without_mismatch(self) -> Die:
+        """Return the die with what its devices share alone: neither draws nor edits of single devices."""
+        return replace(self, mismatch=False, edits=self.shared_edits)
+
+    @property
+    def shared_edits(self) -> tuple[Edit, ...]:
+        """What its edits do to what devices share, as edits that touch no single device."""
+        found: list[Edit] = []
+        for level, kind, name in _SHARED_DRAWS if self.edits else ():
+            changed = edited(self.edits, level, (((kind, ()),),), _SHARED + name)
+            if changed is not None:
+                path, value = f"{level[0][0]}.{kind}", float(changed.value[0])
+                healed = Edit("heal", (f"{path}.{name}",))
+                found.append(healed if math.isnan(value) else Edit("set", (path,), name, value))
+        return tuple(found)
 
     @property
     def components(self) -> bool:
@@ -141,7 +234,9 @@ def standard_normals(die: Die, place: Place, paths: Sequence[Path], parameter: s
     """
     names, key = [_names(place, path) for path in paths], _key(die, place, parameter)
     own = _normals(key, names, _places(place, paths), parameter)
-    return _planned(die, place, paths, parameter, own)
+    planned = _planned(die, place, paths, parameter, own)
+    changed = edited(die.edits, place, tuple(paths), parameter) if die.edits else None
+    return planned if changed is None else changed.kept * planned
 
 
 def mismatch(
@@ -151,6 +246,21 @@ def mismatch(
 
     area: m W L of each, float64[count], or of all, m^2. Both results are 0 where the die has no mismatch.
     """
+    v_t0, beta = _drawn_mismatch(die, process, place, paths, area)
+    if not die.edits:
+        return v_t0, beta
+    return _edited(die, place, paths, "v_t0", v_t0), _edited(die, place, paths, "beta", beta)
+
+
+def _edited(die: Die, place: Place, paths: Sequence[Path], parameter: str, drawn: F64 | float) -> F64 | float:
+    """Deviations after the die's edits."""
+    changed = edited(die.edits, place, tuple(paths), parameter)
+    return drawn if changed is None else changed.of(drawn)
+
+
+def _drawn_mismatch(
+    die: Die, process: Process, place: Place, paths: Sequence[Path], area: F64 | float
+) -> tuple[F64 | float, F64 | float]:
     if die.number is None or not die.mismatch:
         return 0.0, 0.0
     root = np.sqrt(2.0 * np.asarray(area))
@@ -164,6 +274,18 @@ def mismatch(
 
 def shared(die: Die, process: Process, polarity: Polarity) -> Shift:
     """Deviations that all devices of a polarity share on a die; raises as `components_of`."""
+    drawn = _drawn_shared(die, process, polarity)
+    if not die.edits:
+        return drawn
+    return Shift(*(_edited_shared(die, polarity, n, v) for n, v in zip(PARAMETERS, drawn, strict=True)))
+
+
+def _edited_shared(die: Die, kind: str, parameter: str, drawn: float) -> float:
+    """What devices of a kind share, after the die's edits."""
+    return float(np.ravel(_edited(die, SHARED_PLACE, [((kind, ()),)], _SHARED + parameter, drawn))[0])
+
+
+def _drawn_shared(die: Die, process: Process, polarity: Polarity) -> Shift:
     variation = process.variation
     if die.corner != "random":
         slow = CORNER_SIGMAS * _SLOW[die.corner][0 if polarity == "n" else 1]
@@ -183,9 +305,9 @@ def shared_relative(die: Die, process: Process, kind: str, parameter: str, sigma
     sigma: its standard deviation over all lots. It is 0 at a corner, which says transistors alone. Raises as
     `components_of`.
     """
-    if not (die.components and die.process and die.corner == "random"):
-        return 0.0
-    return sigma * _levels(die, components_of(process), kind, parameter)
+    varies = sigma > 0.0 and die.components and die.process and die.corner == "random"
+    drawn = sigma * _levels(die, components_of(process), kind, parameter) if varies else 0.0
+    return _edited_shared(die, kind, parameter, drawn) if die.edits else drawn
 
 
 def components_of(process: Process) -> Components:

@@ -16,6 +16,7 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.silicon.die import Die, Path, Place, components_of, shared_relative, standard_normals
+from circuits.silicon.edit import edited
 from circuits.silicon.floor_plan import BOARDS
 from circuits.silicon.process import Process
 
@@ -26,7 +27,8 @@ QUANTITY: dict[Kind, str] = {"capacitor": "capacitance", "resistor": "resistance
 
 def deviates(die: Die, place: Place) -> bool:
     """Whether capacitors and resistors of the circuit at a place deviate on a die."""
-    return die.number is not None and die.variation == "full" and place[0][0] not in BOARDS
+    varies = die.number is not None and die.variation == "full"
+    return (varies or die.sets(*QUANTITY.values())) and place[0][0] not in BOARDS
 
 
 def passive(
@@ -56,12 +58,22 @@ def passive(
     """
     if not deviates(die, place):
         return 0.0
+    capacitor, varies = kind == "capacitor", die.number is not None and die.variation == "full"
+    common, own = _shared(die, process, kind, varies=varies), np.zeros(value.shape)
+    if capacitor and varies and die.mismatch:
+        figures = components_of(process)
+        single = figures.pair_a_capacitance * np.sqrt(0.5 * figures.capacitance_density / value)
+        own = single * standard_normals(die, place, paths, QUANTITY[kind])
+    changed = edited(die.edits, place, tuple(paths), QUANTITY[kind]) if die.edits else None
+    if changed is not None:
+        own = changed.of(own)
+    return np.asarray((1.0 + common) * (1.0 + own) - 1.0) if own.any() else np.full(value.shape, common)
+
+
+def _shared(die: Die, process: Process, kind: Kind, *, varies: bool) -> float:
+    """Relative change of all devices of a kind together."""
+    if not varies:
+        return shared_relative(die, process, kind, QUANTITY[kind], 0.0)
     figures = components_of(process)
-    capacitor = kind == "capacitor"
-    sigma = figures.sigma_capacitance if capacitor else figures.sigma_resistance
-    common = shared_relative(die, process, kind, QUANTITY[kind], sigma)
-    if not (capacitor and die.mismatch):
-        return np.full(value.shape, common)
-    own = standard_normals(die, place, paths, QUANTITY[kind])
-    single = figures.pair_a_capacitance * np.sqrt(0.5 * figures.capacitance_density / value)
-    return np.asarray((1.0 + common) * (1.0 + single * own) - 1.0)
+    sigma = figures.sigma_capacitance if kind == "capacitor" else figures.sigma_resistance
+    return shared_relative(die, process, kind, QUANTITY[kind], sigma)

@@ -7,10 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+import numpy as np
+
 from circuits.arrays import F64
 from circuits.checks import require_type
 from circuits.errors import ParameterError
-from circuits.silicon.die import NOMINAL, Die, Path, Place, components_of, mismatch, shared
+from circuits.silicon.die import NOMINAL, PARAMETERS, Die, Path, Place, components_of, mismatch, shared
+from circuits.silicon.edit import edited
 from circuits.silicon.gradient import gradient
 from circuits.silicon.passive import Kind, passive
 from circuits.silicon.process import (
@@ -164,8 +167,10 @@ class Silicon:
             raise ParameterError(
                 f"{circuit}: no polarities of its transistors, a die with gradients needs them; give them"
             )
-        slope_v, slope_b = gradient(self.die, self.process, place, paths, polarities)
-        return Deviation(v_t0 + slope_v, beta + slope_b)
+        slopes = gradient(self.die, self.process, place, paths, polarities)
+        if self.die.edits:
+            slopes = _edited_slopes(self.die, place, paths, slopes)
+        return Deviation(v_t0 + slopes[0], beta + slopes[1])
 
     def change(self, circuit: str, paths: Sequence[Path], kind: Kind, value: F64) -> Change:
         """Change of the capacitors or resistors at several paths in a circuit, one after the other.
@@ -186,3 +191,12 @@ class Silicon:
 
     def _place_of(self, circuit: str) -> Place:
         return ((circuit, ()),) if self.place is None else self.place
+
+
+def _edited_slopes(die: Die, place: Place, paths: Sequence[Path], slopes: tuple[F64, F64]) -> tuple[F64, F64]:
+    """What gradients add to devices that edits neither heal nor set."""
+    found = []
+    for name, slope in zip(PARAMETERS, slopes, strict=True):
+        changed = edited(die.edits, place, tuple(paths), name)
+        found.append(slope if changed is None else slope * changed.kept * np.isnan(changed.value))
+    return found[0], found[1]

@@ -59,6 +59,8 @@ from circuits.devices.source import Constant, Driven, PiecewiseLinear, Pulse, Sa
 from circuits.errors import DataError
 from circuits.silicon.components import Components, Extent
 from circuits.silicon.die import Corner, Die, Place
+from circuits.silicon.edit import KINDS as KINDS_OF_EDIT
+from circuits.silicon.edit import Edit
 from circuits.silicon.process import Process, TransistorModel, Variation
 from circuits.silicon.sampling import Sampling
 from circuits.silicon.silicon import Change, Deviation, Silicon
@@ -152,6 +154,9 @@ class DieNote:
         Whether it has a process deviation of its own.
     variation : str
         Which components of variation it has beside, one of `circuits.silicon.components.EXTENTS`.
+    edits : tuple of (str, float)
+        What was changed of it by hand: `heal` or `only` with paths, or `set` with a path and its parameter,
+        and the deviation that is set, 0 for the others.
     """
 
     lot: str
@@ -160,6 +165,7 @@ class DieNote:
     mismatch: bool = True
     process: bool = True
     variation: Extent = "plain"
+    edits: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -549,7 +555,8 @@ def to_parameters(notes: Iterable[ParameterNote]) -> dict[str, Any]:
 
 
 def _die_notes(die: Die) -> list[Annotation]:
-    key = DieNote(die.lot, die.number, die.corner, die.mismatch, die.process, die.variation)
+    edits = tuple((_edit_text(edit), edit.value) for edit in die.edits)
+    key = DieNote(die.lot, die.number, die.corner, die.mismatch, die.process, die.variation, edits)
     if die.sampling is None or die.number is None:
         return [Annotation("die", key)]
     row = die.sampling.rows[die.number - die.sampling.first]
@@ -557,8 +564,27 @@ def _die_notes(die: Die) -> list[Annotation]:
     return [Annotation("die", key), Annotation("plan", Plan(die.sampling.name, draws))]
 
 
+def _edit_text(edit: Edit) -> str:
+    """Kind and paths of an edit, in one text."""
+    return f"{edit.kind} {';'.join(edit.paths)}{f'.{edit.parameter}' if edit.parameter else ''}"
+
+
+def _to_edit(text: str, value: float) -> Edit:
+    """The edit of its text and value; raises `DataError` for a kind that is none."""
+    kind, _, told = text.partition(" ")
+    if kind == "set":
+        path, _, parameter = told.rpartition(".")
+        return Edit("set", (path,), parameter, value)
+    if kind not in KINDS_OF_EDIT:
+        raise DataError(f"note die.edits: {kind}, must be one of {', '.join(KINDS_OF_EDIT)}")
+    return Edit("heal" if kind == "heal" else "only", tuple(told.split(";")))
+
+
 def _to_die(key: DieNote, plan: Plan | None) -> Die:
-    plain = Die(key.lot, key.number, key.corner, key.mismatch, key.process, variation=key.variation)
+    edits = tuple(_to_edit(text, value) for text, value in key.edits)
+    plain = Die(
+        key.lot, key.number, key.corner, key.mismatch, key.process, variation=key.variation, edits=edits
+    )  # fmt: skip
     if plan is None or key.number is None:
         return plain
     columns = {label: k for k, (label, _) in enumerate(plan.draws)}

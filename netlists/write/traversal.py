@@ -385,7 +385,7 @@ def _deviations(flat: FlatCircuit, silicon: Silicon) -> dict[Names, Deviation | 
     """Deviations of all copies of each device, by the names on its path; empty for the nominal die."""
     found: dict[Names, Deviation | Change] = {}
     circuit = flat.circuit.name
-    for group in flat.groups if silicon.die.number is not None else ():
+    for group in flat.groups if silicon.die.deviates else ():
         device, kind = group.device, kind_of(group.device)
         path = (*group.path, (device.name, ()))
         names = tuple(name for name, _ in path)

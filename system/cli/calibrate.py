@@ -23,6 +23,7 @@ from system.codes.find import calibrated_anew, codes_found, shipped_file
 from system.codes.table import load_calibration
 from system.files.writing import check_folder
 from system.options.block import describe_silicon, read_die, silicon_line
+from system.options.edited import check_drawn
 
 
 def calibrate_command(asked: Calibrate) -> int:
@@ -42,6 +43,7 @@ def calibrate_command(asked: Calibrate) -> int:
         made = calibrated_anew if asked.anew or asked.update_package else codes_found
         codes = made(asked.chip, silicon, asked.bias_kind)
     seconds = time.perf_counter() - start
+    check_drawn(silicon.die)
     if path is not None:
         write_codes(path, codes)
     if asked.as_json:

@@ -76,7 +76,7 @@ def _refuse_with_drawing(dialect: Dialect, silicon: Silicon) -> None:
         return
     die, nominal = silicon.die, silicon.process.nominal_temperature_c
     for option, value, refused in (
-        ("--die", die.number, die.number is not None),
+        ("--die", die, die.deviates),
         ("--corner", die.corner, die.corner not in {"random", "typical"}),
         ("--temperature", f"{silicon.temperature_c:g} degC", silicon.temperature_c != nominal),
     ):
@@ -133,7 +133,7 @@ def _refuse_with_mapping(dialect: str, settings: Settings) -> None:
 def _on_foundry(choice: Choice, name: str) -> str:
     """Deck of the chosen block on a foundry's process (`netlists.foundry.deck`)."""
     die = choice.silicon.die
-    if die.number is not None or die.corner not in {"random", "typical"}:
+    if die.deviates or die.corner not in {"random", "typical"}:
         raise ParameterError(f"--mapping: {die}, must be the nominal die; leave --die and --corner out")
     mapping = read_mapping(name)
     circuit = map_circuit(choice.circuit, mapping, choice.silicon)

@@ -52,7 +52,8 @@ def export_rolls(asked: Export) -> None:
         )
     neuron = _neuron(silicon.at)
     written = load_dialect(dialect)
-    if written.drawing and silicon.die is not None:
+    edited = silicon.heal or silicon.only or silicon.deviate
+    if written.drawing and (silicon.die is not None or edited):
         raise ParameterError(
             f"--die: {silicon.die}, {dialect} is the drawing, which no die changes; leave it out"
         )

@@ -9,6 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from circuits.errors import ParameterError
+from circuits.silicon.die import NOMINAL as NOMINAL_DIE
 from circuits.silicon.process import check_temperature
 from circuits.units import parse_quantity
 from system.cli.option_names import as_options
@@ -16,6 +17,7 @@ from system.cli.output import print_json, print_line, progress_bar
 from system.cli.run_output import print_cautions, print_run
 from system.cli.verbs import Run
 from system.options.block import describe_die, read_die
+from system.options.edited import check_drawn, check_known
 from system.options.silicon import SiliconChoice
 from system.options.temperature import COURSE, read_course, temperature_fields
 from system.plot import check_picture, save_picture
@@ -48,6 +50,8 @@ def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[
     if other is not None:
         with progress_bar(f"{name} on {other.die}") as progress:
             beside = system.run(other, progress)
+    for each in (scenario, other):
+        check_drawn(getattr(each, "die", NOMINAL_DIE))
     summary = system.summarise(trace)
     save_picture(asked.plot, lambda figure: _draw(system, trace, beside, figure))
     for key, path in files.items():
@@ -78,6 +82,7 @@ def scenario_of(system: System[Any, Any], asked: Run, texts: Mapping[str, Any]) 
     on_die = {**own, **_temperature(system, silicon.temperature)}
     known = {key: value for key, value in on_die.items() if key in system.settings}
     scenario = system.on_silicon(ideal=asked.ideal, seed=asked.seed, **known, **given)
+    check_known(die, system.circuits())
     system.check_run(scenario)
     remedy = system.no_silicon(scenario)
     on_chip = {

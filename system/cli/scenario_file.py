@@ -22,7 +22,6 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from circuits.catalogue import loaded
 from circuits.errors import CircuitError, DataError, ParameterError, nearest
 from system.cli.option_names import field_named
-from system.cli.verbs import NOMINAL
 from system.option import Setting, listed, without_none
 from system.options.silicon import SiliconChoice
 from system.system import System
@@ -113,13 +112,15 @@ def _of_silicon(name: str, value: Any) -> Any:
     """A value of an option that all systems have."""
     kind = _SILICON[name]
     if name == "die":  # whose option is a text, since the nominal die has no number
-        return value if value == NOMINAL else repr(_checked(name, value, kind))
+        return value if isinstance(value, str) else repr(_checked(name, value, int))
     if name == "temperature" and isinstance(value, int | float) and not isinstance(value, bool):
         return repr(value)
     if get_origin(kind) is Literal:
         if value not in get_args(kind):
             raise ParameterError(f"{name}: {value!r}, must be {listed(get_args(kind))}")
         return value
+    if get_origin(kind) is tuple:
+        return [_checked(name, each, str) for each in _checked(name, value, list)]
     return _checked(name, value, kind)
 
 

@@ -105,7 +105,9 @@ def json_option() -> Any:
 
 
 def of_study(chosen: SiliconChoice) -> SiliconChoice:
-    """With the die under the plan of the study whose folder was named, if one was."""
+    """With the die that a file states, or the one under the plan of a study's folder, where one was named."""
+    if isinstance(chosen.die, str):
+        chosen = loaded("system.options.die_file:with_die")(chosen)
     if chosen.study is None:
         return chosen
     if chosen.die is None:

@@ -11,7 +11,6 @@ from system.cli.verb import argument, like, part, required
 from system.option import option
 from system.options.begin import BeginChoice
 from system.options.silicon import SiliconChoice
-from system.reader import whole
 
 NOMINAL = "nominal"  # instead of a die's number
 DIALECTS = "netlists.registry:dialect_names"
@@ -164,7 +163,9 @@ class Run:
         SiliconChoice, "at", "allow_implausible", "temperature", "process", "law", "die"
     )
     die: str | None = option(
-        None, "Die of the lot, a number or nominal; 1000 unless given", metavar="NUMBER|nominal"
+        None,
+        "Die of the lot, a number, nominal or a file of one; 1000 unless given",
+        metavar="NUMBER|nominal|FILE",
     )
     ideal: bool = option(default=False, about="Programs, or the papers' equations, in place of every chip")
     temperature: str = option(
@@ -178,5 +179,5 @@ class Run:
     @property
     def silicon(self) -> SiliconChoice:
         """The silicon that the run is on."""
-        number = None if self.die in {None, NOMINAL} else whole(self.die, "die")
-        return shared.of_study(replace(self.variation, temperature=self.temperature, die=number))
+        die = None if self.die in {None, NOMINAL} else self.die
+        return shared.of_study(replace(self.variation, temperature=self.temperature, die=die))

@@ -121,6 +121,8 @@ def _usable(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable) -> Cod
 def shipped_file(name: str, silicon: Silicon) -> Path:
     """Return where the codes of a chip on a die would ship, at any temperature; it need not exist."""
     number = "nominal" if silicon.die.number is None else f"{silicon.die.lot}_{silicon.die.number}"
+    if silicon.die.edits:
+        number += f"_edited_{sha256(repr(silicon.die.edits).encode()).hexdigest()[:8]}"
     return Path(str(files("chips"))) / "calibrated" / f"{name.replace('-', '_')}_{number}.toml"
 
 

@@ -32,6 +32,8 @@ from system.meaning import meanings
 from system.options.assignment import split_assignment
 from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
+from system.options.die_file import edits_of
+from system.options.edited import check_edits
 from system.options.on_silicon import OnSilicon
 from system.options.silicon import SiliconChoice
 from system.options.target import Target, load_target, split_place
@@ -112,6 +114,7 @@ def choose(
         die=read_die(silicon),
         place=place,
     )
+    check_edits(made.die, [(circuit, made)])
     read = read_stimuli(block.stimuli, stimuli)
     return Choice(block, values, circuit, made, read, begin, silicon.allow_implausible)
 
@@ -126,13 +129,14 @@ def block_of_target(target: Target) -> Block:
 
 def read_die(silicon: SiliconChoice) -> Die:
     """The die that was asked for, a study's where it is one of a plan."""
+    edits = edits_of(silicon.only, silicon.heal, silicon.deviate)
     if silicon.study is None:
         return Die(
             silicon.lot, silicon.die, silicon.corner, silicon.mismatch, silicon.process_variation,
-            variation=silicon.variation,
+            variation=silicon.variation, edits=edits,
         )  # fmt: skip
     studied: Die = silicon.study
-    return replace(studied, corner=silicon.corner)
+    return replace(studied, corner=silicon.corner, edits=(*studied.edits, *edits))
 
 
 DIE_KEYS = meanings("""
@@ -142,6 +146,7 @@ corner             string    -  its corner; `random` where the die's own process
 mismatch           boolean   -  whether its devices differ from each other
 process_variation  boolean   -  whether its process differs from the nominal one
 variation          string    -  components of variation it has beside: `plain` none, `transistors`, or `full`
+edits              string[]  -  what was changed of it by hand, in words
 """)
 SILICON_KEYS = {
     **meanings("""
@@ -186,6 +191,7 @@ def describe_die(die: Die) -> dict[str, Any]:
         "mismatch": die.mismatch,
         "process_variation": die.process,
         "variation": die.variation,
+        "edits": [str(edit) for edit in die.edits],
     }
 
 

@@ -13,7 +13,7 @@ class SiliconChoice:
     """What silicon a command is about.
 
     temperature : a text, degC.
-    lot, die : key of the die; None is the nominal die.
+    lot, die : key of the die; None is the nominal die. A text is a number, or a file (`die_file`).
     study : that die under the plan of a study, where it is a study's.
     corner : of the process.
     mismatch, process_variation : whether a die has local and shared deviations.
@@ -21,12 +21,15 @@ class SiliconChoice:
     process : its name or a file; None is the block's own.
     law : without second-order effects, or with all that the process states.
     at : place of a block on a chip, as `ranging-chip/neuron[2]`.
+    heal, only, deviate : what is changed of the die by hand (`circuits.silicon.edit`).
     allow_implausible : whether sizes pass that no silicon has.
     """
 
     temperature: str = option("27", "Degrees Celsius, -40 to 125", metavar="DEGC")
     lot: str = option("A", "Lot of dies")
-    die: int | None = option(None, "Die of the lot; the nominal die unless given")
+    die: Any = option(
+        None, "Die of the lot, or a file that states one; the nominal die unless given", metavar="NUMBER|FILE"
+    )
     study: Any = option(None, "Take `die` from the plan of a study", metavar="FOLDER")
     corner: Literal["random", "typical", "ss", "ff", "sf", "fs"] = option(
         "random", "Process corner; n first, then p"
@@ -41,6 +44,13 @@ class SiliconChoice:
         "full", "Without second-order effects, or with all that the process states"
     )
     at: str | None = option(None, "Place on a chip, as ranging-chip/neuron[2]", metavar="CHIP/INSTANCE")
+    heal: tuple[str, ...] = option(
+        (), "Devices that do not deviate, as 'rolls/row[12].*', repeatable", metavar="PATH"
+    )
+    only: tuple[str, ...] = option((), "Devices that alone deviate, repeatable", metavar="PATH")
+    deviate: tuple[str, ...] = option(
+        (), "Deviation of a device, as PATH.v_t0=12mV, repeatable", metavar="PATH=VALUE"
+    )
     allow_implausible: bool = option(
         default=False, about="Take sizes and currents that are far from any silicon's"
     )

@@ -248,8 +248,8 @@ def _by_chip(drives: Sequence[Drive]) -> list[list[Drive]]:
 def _chip(s: Scenario) -> tuple[Any, ...]:
     """What a scenario's chip depends on."""
     return (
-        s.die.number or 0, s.temperature_c, s.course, s.law, s.bias_kind, repr(s.architecture()),
-        s.code_choice, s.calibrated_c, repr(s.device_noise()),
+        s.die.number or 0, repr(s.die.edits), s.temperature_c, s.course, s.law, s.bias_kind,
+        repr(s.architecture()), s.code_choice, s.calibrated_c, repr(s.device_noise()),
     )  # fmt: skip
 
 

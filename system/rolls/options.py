@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection
 from pathlib import Path
 
+from chips.rolls.circuit import chip
 from chips.rolls.program.bias_file import SHIPPED, BiasTable, read_biases, shipped_biases
 from circuits.errors import DataError, ParameterError, meant
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.units import parse_quantity
 from system.options.block import read_die
+from system.options.edited import check_edits
 from system.options.silicon import SiliconChoice
 
 NAME = "rolls"
@@ -33,7 +35,9 @@ def silicon_of(choice: SiliconChoice) -> Silicon:
     if choice.process is not None:
         raise ParameterError(f"process: {choice.process}, {NAME} is a model of rolls-180; leave it out")
     celsius = parse_quantity(choice.temperature, "degC", "temperature")
-    return Silicon(ROLLS_180.under(choice.law), celsius, read_die(choice))
+    silicon = Silicon(ROLLS_180.under(choice.law), celsius, read_die(choice))
+    check_edits(silicon.die, [(chip(), silicon)] if silicon.die.edits else [])
+    return silicon
 
 
 def refuse_block_options(params: Collection[str], biases: Collection[str], bias_set: str | None) -> None:

@@ -234,10 +234,15 @@ def _read(folder: Path) -> _Manifest:
     return found
 
 
+_EDITS = ("heal", "only", "deviate")  # of the silicon
+
+
 def _plain(manifest: _Manifest) -> dict[str, Any]:
     """Without options of the subject that say nothing: studies from before they were there stay the same."""
     plain: dict[str, Any] = json.loads(json.dumps(msgspec.to_builtins(manifest)))
     plain["subject"] = {name: plain["subject"][name] for name in stated(manifest.subject)}
+    silicon = plain["subject"]["silicon"]
+    plain["subject"]["silicon"] = {n: v for n, v in silicon.items() if n not in _EDITS or v}
     return plain
 
 

@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 from circuits.arrays import F64
 from circuits.brief import OPTIONAL
 from circuits.circuit import BiasKind
-from circuits.errors import CircuitError, DataError, ParameterError, unknown_name
+from circuits.errors import CircuitError, DataError, ParameterError, UnknownNameError, unknown_name
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.lowering.variation import variation_draws, variation_labels
 from circuits.silicon.course import Points
@@ -35,7 +35,8 @@ from circuits.units import unit_of_name
 from system.codes.find import quietly
 from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
-from system.options.block import Choice, choose
+from system.options.block import Choice, choose, read_die
+from system.options.edited import check_drawn, check_known
 from system.options.silicon import SiliconChoice
 from system.options.target import file_of
 from system.options.temperature import COURSE
@@ -325,6 +326,7 @@ class SystemTarget(Target):
         if subject.silicon.process is not None:
             raise ParameterError(f"process: {subject.target} runs on models of its own process; leave it out")
         law = {"law": subject.silicon.law} if "law" in self._system.settings else {}
+        check_known(read_die(subject.silicon), self._system.circuits())
         self._options = {**law, **subject.system}
         self._names = tuple(name.replace("-", "_") for name in subject.metrics)
         for name in self._names:
@@ -355,7 +357,12 @@ class SystemTarget(Target):
         silicon = {"die": die, "temperature_c": condition.temperature_c}
         on_die = {name: value for name, value in silicon.items() if name in known}
         with quietly():
-            return self._system.run(self._system.scenario(**self._options, **on_die, seed=condition.trial))
+            trace = self._system.run(self._system.scenario(**self._options, **on_die, seed=condition.trial))
+        try:
+            check_drawn(die)
+        except UnknownNameError as error:  # which would be that of every sample
+            raise DataError(str(error)) from None
+        return trace
 
     def draw(self, trace: Any, figure: Figure) -> None:
         """Draw a run, of which the trace is given, into a figure."""

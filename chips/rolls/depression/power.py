@@ -55,7 +55,7 @@ def depression_energies(
     chosen: ShortTermDepression, table: BiasTable, silicon: Silicon, kind: BiasKind = "gate"
 ) -> DepressionEnergies:
     """Measure the cells of a synapse with the biases of `table`, on what the transistors of a die share."""
-    on = replace(silicon, die=replace(silicon.die, mismatch=False))
+    on = replace(silicon, die=silicon.die.without_mismatch())
     off = {f"i_{name}": OFF_CURRENT for name in depressing_synapse.WEIGHTS}
     pulsed = off | {"i_pwlk": table.current("NPA_PWLK_P")}
     own = {"i_std": table.current(STEP_BIAS), "i_rec": current_of(chosen.recovery)}

@@ -98,7 +98,7 @@ def plastic_energies(
     Raises `UnknownNameError` for a bias that the table lacks.
     """
     sizes = Learning() if learning is None else learning
-    on = replace(silicon, die=replace(silicon.die, mismatch=False))
+    on = replace(silicon, die=silicon.die.without_mismatch())
     cell = _biased(plastic_synapse.build(sizes.cell), {"i_pwlk": PULSE, **CELL_BIASES}, table, kind)
     gate = _biased(calcium_gate.build(sizes.gate), {"i_pwlk": PULSE, **GATE_BIASES}, table, kind)
     extender, still = _measured(_extender(cell), {}, on)

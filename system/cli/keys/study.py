@@ -65,6 +65,7 @@ mismatch           boolean          -     whether their devices differ from each
 process_variation  boolean          -     whether their process differs from the nominal one
 variation          string           -     components of variation that they have beside: `plain` none,
                    `transistors`, or `full`
+edits              string[]         -     what was changed of its dies by hand, in words
 process            string?          -     process that was asked for; null for the block's own
 law                string           -     `full` with second-order effects of the process, `ideal` without
 at                 string?          -     place on a chip; null for a block by itself

@@ -1,0 +1,83 @@
+"""Edits of a die held against the devices that there are: a path that means none is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from circuits.circuit import Circuit
+from circuits.errors import UnknownNameError, meant
+from circuits.lowering.flatten import flatten
+from circuits.lowering.variation import drawn_families
+from circuits.silicon.die import Die, Path
+from circuits.silicon.edit import not_met, unmatched
+from circuits.silicon.silicon import Silicon
+
+_COPY = ".bias copy"  # devices that biases stand on, beside those of the circuit
+
+
+def check_edits(die: Die, circuits: Iterable[tuple[Circuit, Silicon]]) -> None:
+    """Raise `UnknownNameError` for a path of the die's edits that means no device of some circuits.
+
+    Parameters
+    ----------
+    die
+        The die.
+    circuits
+        Each circuit, and the silicon that has its place.
+    """
+    if not die.edits:
+        return
+    families = [each for circuit, on in circuits for each in drawn_families(flatten(circuit), on)]
+    for path in unmatched(die.edits, families):
+        if _COPY not in path:
+            raise _no_device(path, [(place, paths) for place, paths, _ in families])
+
+
+def check_known(die: Die, circuits: Iterable[Circuit]) -> None:
+    """Raise `UnknownNameError` for a path of edits that begins as some circuits do and means no device.
+
+    Parameters
+    ----------
+    die
+        The die.
+    circuits
+        What a robot is made of; a path that begins with another name passes.
+    """
+    if not die.edits:
+        return
+    for circuit in circuits:
+        own = [replace(e, paths=kept) for e in die.edits if (kept := _of(e.paths, circuit.name))]
+        check_edits(replace(die, edits=tuple(own)), [(circuit, Silicon())])
+
+
+def _of(paths: Iterable[str], name: str) -> tuple[str, ...]:
+    return tuple(path for path in paths if path.startswith(f"{name}."))
+
+
+def check_drawn(die: Die) -> None:
+    """Raise `UnknownNameError` for a path of the die's edits that meant nothing of what was drawn for a run.
+
+    What a run draws is known once it was made, in the process that made it.
+
+    Parameters
+    ----------
+    die
+        The die of the run.
+    """
+    for path, drawn in not_met(die.edits).items():
+        raise _no_device(path, drawn)
+
+
+def _no_device(path: str, drawn: Iterable[tuple[Path, Sequence[Path]]]) -> UnknownNameError:
+    known = dict.fromkeys(name for place, paths in drawn for name in _names(place, paths))
+    return UnknownNameError(f"die: {path}, is the path of no device{meant(path, known)}")
+
+
+def _names(place: Path, paths: Sequence[Path]) -> Iterable[str]:
+    """Paths of devices and of what is around them, with `*` for each index."""
+    for path in paths:
+        parts = [f"{name}[{','.join(map(str, index))}]" if index else name for name, index in place]
+        for name, shape in path:
+            parts.append(f"{name}[*]" if shape else name)
+            yield ".".join(parts)
