@@ -61,7 +61,6 @@ from chips.rolls.plastic.layout import Plastic, PlasticEvents
 from chips.rolls.plastic.state import (
     PlasticState,
     arrays_of,
-    at_rails,
     bits_of,
     convert,
     plastic_cautions,
@@ -275,19 +274,6 @@ class RollsChip:
         Raises `ParameterError` for a chip without a plastic array.
         """
         return voltages(*self._plastic(state))
-
-    def with_weights(self, state: ChipState, weights: Bools) -> ChipState:
-        """Return the state with all plastic weights at their rails, as the latches write them.
-
-        Raises `ParameterError` without a plastic array, and where a weight is not 0 or 1.
-
-        Parameters
-        ----------
-        weights
-            Whether each weight is high, bool[post, pre].
-        """
-        built, plastic = self._plastic(state)
-        return replace(state, plastic=at_rails(built, plastic, weights))
 
     def _plastic(self, state: ChipState) -> tuple[BuiltPlastic, PlasticState]:
         built = self.built(state.temperature_c).plastic

@@ -5,10 +5,9 @@ A weight is a voltage; a bit of it, as the chip's own latch reads, is whether th
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from chips.rolls.layout import ZERO, Scratch
 from chips.rolls.lumped.filter import move_filters, rest_filters
@@ -20,7 +19,6 @@ from chips.rolls.plastic.layout import (
     PlasticArrays,
     PlasticScratch,
 )
-from chips.rolls.plastic.program import binary
 from chips.rolls.plastic.tables import BuiltPlastic
 from chips.rolls.program.bias_file import BiasTable
 from circuits.arrays import F32, F64, I32, Bools
@@ -48,12 +46,6 @@ def rest_of_plastic(built: BuiltPlastic, weights: Bools, step: float) -> Plastic
     rest_filters(filters, built, built.tables.banks, step)
     supply = built.tables.supply
     return PlasticState(filters, np.where(weights, supply, ZERO), np.zeros(weights.shape, np.int32))
-
-
-def at_rails(built: BuiltPlastic, state: PlasticState, weights: ArrayLike) -> PlasticState:
-    """Return the state with all weights at rails; raises `ParameterError` where one is not 0 or 1."""
-    volts = np.where(binary("weights", weights), built.tables.supply, ZERO)
-    return replace(state, weights=volts, pending=np.zeros_like(state.pending))
 
 
 def voltages(built: BuiltPlastic, state: PlasticState) -> F32:

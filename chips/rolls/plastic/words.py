@@ -8,9 +8,8 @@ rail.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from chips.rolls.plastic.program import PlasticArray, binary
+from chips.rolls.plastic.program import PlasticArray
 from chips.rolls.program.address import (
     NEURONS,
     PLASTIC_LATCHES,
@@ -47,16 +46,6 @@ def plastic_words(array: PlasticArray | None, since: PlasticArray | None = None)
     )
     pre, post = np.nonzero(changed[1].T)
     return np.concatenate((latches.ravel(), _weight_words(post, pre, array.start()[post, pre])))
-
-
-def weight_words(weights: ArrayLike) -> I64:
-    """Return the words that write all plastic weights, bool[post, pre].
-
-    Raises `ParameterError` where one is not 0 or 1.
-    """
-    found = binary("weights", weights)
-    pre, post = np.nonzero(np.ones_like(found))
-    return _weight_words(post, pre, found[post, pre])
 
 
 def _weight_words(post: I64, pre: I64, weights: Bools) -> I64:

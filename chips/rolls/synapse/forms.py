@@ -149,11 +149,6 @@ def neuron_without_threshold(n: NeuronForm, feedback: Growth, i_in: float, i_ahp
     return lambda i: whole(i) + n.i_th / (i + n.i_th)
 
 
-def neuron_ahp_twice(n: NeuronForm, feedback: Growth, i_in: float, i_ahp: float = 0.0) -> Growth:
-    """Return the published form with I_ahp taken off the input once more."""
-    return neuron_published(n, feedback, i_in - i_ahp, i_ahp)
-
-
 def neuron_pair(n: NeuronForm, feedback: Growth, i_in: float, i_ahp: float = 0.0) -> Growth:
     """Return the circuit's form, with both kappas."""
     return lambda i: i_in / n.i_tau / (1.0 + (i / n.i_th) ** n.power) - 1.0 + (feedback(i) - i_ahp) / n.i_tau
@@ -166,16 +161,6 @@ def rate_of(n: NeuronForm, growth: Growth) -> float:
     if found.min() <= 0.0:
         return 0.0
     return 1.0 / (n.refractory + n.tau * float(np.trapezoid(1.0 / found, log)))
-
-
-def rheobase_of(n: NeuronForm, growth: Callable[[float], Growth]) -> float:
-    """Return the least input at which a form has no rest, A; growth: the form, of an input."""
-    i = np.exp(np.linspace(math.log(n.reset), math.log(n.spike), POINTS))
-    low, high = 0.0, 1e-6
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if growth(middle)(i).min() > 0.0 else (middle, high)
-    return high
 
 
 def circuit_synapse(level_current: float, capacitance: float, temperature_c: float = 27.0) -> SynapseForm:

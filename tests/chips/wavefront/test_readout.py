@@ -6,15 +6,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chips.wavefront.axon_graph import graph_of, grid_graph
+from chips.wavefront.axon_graph import graph_of
 from chips.wavefront.kernel import graph_wave, integer_wave, real_wave
 from chips.wavefront.readout import (
     UnreachableError,
-    causal_nodes,
-    causal_path,
     pointer_nodes,
     pointer_path,
-    spike_times,
 )
 from circuits.arrays import I64
 from circuits.errors import DataError
@@ -41,13 +38,11 @@ def test_grid_paths_are_optimal(shape: tuple[int, int], seed: int, sigma: float)
     if np.isinf(wave.arrivals[goal]):
         with pytest.raises(UnreachableError):
             pointer_path(wave.pointers, start, goal)
-        with pytest.raises(UnreachableError):
-            causal_path(wave.arrivals, delays, start, goal)
         return
-    for path in (pointer_path(wave.pointers, start, goal), causal_path(wave.arrivals, delays, start, goal)):
-        assert _is_walk(path, start, goal)
-        taken = delays[path[:-1, 0], path[:-1, 1]].sum()
-        assert taken == pytest.approx(wave.arrivals[goal], rel=1e-12)  # sums of at most 81 delays, rounded
+    path = pointer_path(wave.pointers, start, goal)
+    assert _is_walk(path, start, goal)
+    taken = delays[path[:-1, 0], path[:-1, 1]].sum()
+    assert taken == pytest.approx(wave.arrivals[goal], rel=1e-12)  # sums of at most 81 delays, rounded
 
 
 @FEW
@@ -61,41 +56,13 @@ def test_graph_paths_are_optimal(cells: int, seed: int) -> None:
     if np.isinf(wave.arrivals[goal]):
         with pytest.raises(UnreachableError):
             pointer_nodes(graph, wave.pointers, start, goal)
-        with pytest.raises(UnreachableError):
-            causal_nodes(graph, wave.arrivals, delays, start, goal)
         return
     pairs = zip(graph.sources().tolist(), graph.targets.tolist(), strict=True)
     by_pair = dict(zip(pairs, delays.tolist(), strict=True))
-    for path in (
-        pointer_nodes(graph, wave.pointers, start, goal),
-        causal_nodes(graph, wave.arrivals, delays, start, goal),
-    ):
-        assert (path[0], path[-1]) == (start, goal)
-        assert (
-            sum(by_pair[a, b] for a, b in zip(path[:-1].tolist(), path[1:].tolist(), strict=True))
-            == wave.arrivals[goal]
-        )
-
-
-def test_causal_walk_wants_a_tolerance_for_times_that_are_off() -> None:
-    costs = np.ones((1, 4), dtype=np.int64)
-    times = integer_wave(costs, (0, 0)).arrivals
-    times[0, 2] += 0.3
-    with pytest.raises(DataError, match=r"\(0, 3\) has no cause"):
-        causal_path(times, costs * 1.0, (0, 0), (0, 3))
-    assert causal_path(times, costs * 1.0, (0, 0), (0, 3), tolerance=0.31)[:, 1].tolist() == [0, 1, 2, 3]
-
-
-def test_causal_walk_ends_even_among_spikes_at_one_time() -> None:
-    times = np.zeros((3, 3))
-    times[0, 0] = 1.0
-    with pytest.raises(DataError, match=r"\(1, 1\) has no cause"):
-        causal_path(times, np.ones((3, 3)), (2, 2), (1, 1), tolerance=5.0)
-
-
-def test_first_spikes_are_read_from_events() -> None:
-    times = spike_times(np.array([3.0, 1.0, 2.0]), np.array([0, 2, 2]), 3)
-    assert times.tolist() == [3.0, np.inf, 1.0]
+    path = pointer_nodes(graph, wave.pointers, start, goal)
+    assert (path[0], path[-1]) == (start, goal)
+    taken = sum(by_pair[a, b] for a, b in zip(path[:-1].tolist(), path[1:].tolist(), strict=True))
+    assert taken == wave.arrivals[goal]
 
 
 def test_pointers_that_lead_round_are_refused() -> None:
@@ -108,5 +75,3 @@ def test_pointers_that_lead_round_are_refused() -> None:
 def test_start_as_goal_is_its_own_path() -> None:
     wave = integer_wave(np.array([[2]]), (0, 0), (0, 0))
     assert pointer_path(wave.pointers, (0, 0), (0, 0)).tolist() == [[0, 0]]
-    graph = grid_graph(1, 1)
-    assert causal_nodes(graph, np.zeros(1), np.zeros(0), 0, 0).tolist() == [0]

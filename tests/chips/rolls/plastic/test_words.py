@@ -5,8 +5,8 @@ import pytest
 
 from chips.rolls.cut import cut_row
 from chips.rolls.plastic.program import PlasticArray
-from chips.rolls.plastic.words import plastic_of_words, plastic_words, weight_words
-from chips.rolls.program.address import PLASTIC_LATCHES, PLASTIC_WEIGHTS, in_region, latch_words
+from chips.rolls.plastic.words import plastic_of_words, plastic_words
+from chips.rolls.program.address import PLASTIC_LATCHES, PLASTIC_WEIGHTS, latch_words
 from chips.rolls.program.nir import nir_graph
 from chips.rolls.program.program import Program
 from chips.rolls.program.words import program_of_words, program_words
@@ -35,15 +35,6 @@ def test_only_what_differs_is_written() -> None:
     # an array that is left out is cleared
     cleared = plastic_of_words(np.concatenate((plastic_words(ARRAY), plastic_words(None, ARRAY))))
     assert cleared is None
-
-
-def test_weights_alone_are_written() -> None:
-    words = weight_words(np.eye(3))
-    assert in_region(PLASTIC_WEIGHTS, words).all()
-    found = plastic_of_words(words)
-    assert found is not None
-    assert found.start().sum() == 3
-    assert not found.latches.any()
 
 
 def test_what_cannot_be_is_refused() -> None:
