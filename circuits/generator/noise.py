@@ -8,9 +8,8 @@ over the devices of the line, with the slopes of its operating point; white nois
 resistors. What lines share reaches them through the diode of their coarse current: lines of one coarse code
 have that noise in common, those of others a part of it, by the core.
 
-Left out: at what frequency a line stops to follow. Its conductance over the capacitance of the gates at it
-is some kHz at 100 pA, above what times of milliseconds average over; a capacitor at the line would take it
-lower.
+The line's decoupling capacitor and its own conductance let it follow up to a rate; what else hangs at the
+line would take that lower.
 """
 
 from __future__ import annotations
@@ -21,6 +20,7 @@ import numpy as np
 
 from circuits.arrays import F64, I64
 from circuits.devices.noise import NoiseModel, gate_flicker
+from circuits.generator.ripple import DECOUPLING
 from circuits.generator.solve import Slopes, slopes_at
 from circuits.generator.voltage import (
     RANGES,
@@ -42,12 +42,14 @@ class LineNoise:
     flicker : likewise at 1 Hz, V^2/Hz, float64[lines].
     coarse : code of each line's coarse current, int64[lines].
     by_coarse : by how much a line follows its coarse current's diode, V/V, float64[lines].
+    rate : up to which a line follows, 1/s, float64[lines].
     """
 
     white: F64
     flicker: F64
     coarse: I64
     by_coarse: F64
+    rate: F64
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +85,8 @@ def line_noise(lines: Line, current: F64, silicon: Silicon, model: NoiseModel) -
     slopes = slopes_at(rest.network, there, rest.deviation, rest.voltages, lines.node)
     flicker = (slopes.by_gate**2 * _at_gates(rest, silicon, model)).sum(axis=1)
     coarse = np.array([c for c, _ in codes], np.int64)
-    return LineNoise(slopes.white, flicker, coarse, slopes.by_given["range_n"])
+    rate = 1.0 / (slopes.resistance * DECOUPLING)
+    return LineNoise(slopes.white, flicker, coarse, slopes.by_given["range_n"], rate)
 
 
 def shared_noise(lines: Line, silicon: Silicon, model: NoiseModel) -> SharedNoise:

@@ -9,16 +9,17 @@ and in the voltages that are given. Bulks stand at given nodes.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from circuits.arrays import F64, I64
+from circuits.arrays import C128, F64, I64
 from circuits.devices import Device, Resistor, Transistor
 from circuits.devices.noise import channel_noise, resistor_noise
 from circuits.devices.transistor import (
     TransistorArrays,
     TransistorWork,
+    capacitances,
     drain_currents,
     merge_arrays,
     transistor_arrays,
@@ -31,6 +32,7 @@ from circuits.silicon.silicon import Deviation, Silicon
 _TOLERANCE = 1e-9  # V, last update of a solve
 _LARGEST = 0.2  # V, of a node in one iteration
 _ITERATIONS = 600
+_SHIFT = 1e-5  # V, of a derivative by a given node; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,12 +115,14 @@ class Slopes:
     by_given : by the voltage of a given node, by its name, V/V, float64[copies].
     by_current : by a current through each transistor, then each resistor, V/A, float64[copies, devices].
     sources : white noise of these currents, A^2/Hz, float64[copies, devices].
+    resistance : by a current into the node itself, Ohm, float64[copies].
     """
 
     by_gate: F64
     by_given: Mapping[str, F64]
     by_current: F64
     sources: F64
+    resistance: F64
 
     @property
     def white(self) -> F64:
@@ -160,7 +164,48 @@ def slopes_at(
         sources=np.concatenate(
             [white.reshape(-1, copies).T, np.broadcast_to(thermal, through.shape)], axis=1
         ),
+        resistance=np.abs(back[:, unknown.index(node)]),
     )
+
+
+def response_at(
+    network: Network,
+    silicon: Silicon,
+    deviation: Deviation,
+    voltages: Mapping[str, F64],
+    moving: Mapping[str, C128],
+    added: Sequence[tuple[str, str, float]],
+    frequency: float,
+) -> dict[str, C128]:  # fmt: skip
+    """Small signals at the unknown nodes of all copies where given nodes move at a frequency, V.
+
+    They are those of `(G + j 2 pi f C) v = -(G_s + j 2 pi f C_s) s`, with the capacitances of the
+    transistors.
+
+    Parameters
+    ----------
+    network, silicon, deviation
+        As in `rest_state`.
+    voltages
+        Its result and the given nodes but ground, V.
+    moving
+        Given nodes that move, and by how much, V, complex128[copies].
+    added
+        Capacitors besides the transistors' own: two nodes, and F.
+    frequency
+        Hz.
+    """
+    made, column = _made(network, silicon, deviation, voltages), _columns(network)
+    unknown, omega = network.unknown(), 2.0 * np.pi * frequency
+    n = len(unknown)
+    charge = _charge(network, silicon, column, added)
+    driven = np.zeros((len(network.copies), n), dtype=np.complex128)
+    for name, by in moving.items():
+        k = column[name]
+        driven += (made.by_node(k) + 1j * omega * charge[:, :n, k]) * by[:, None]
+    whole = made.currents()[1][:, :, :n] + 1j * omega * charge[:, :n, :n]
+    found = np.linalg.solve(whole, -driven[:, :, None])[:, :, 0]
+    return {name: np.asarray(found[:, k], dtype=np.complex128) for k, name in enumerate(unknown)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,6 +221,34 @@ class _Made:
         """Currents that leave the unknown nodes, A, and their derivatives by all nodes, S."""
         drain_currents(self.arrays, self.voltages.ravel(), self.work)
         return self.flow.currents(self.voltages, self.work)
+
+    def by_node(self, column: int) -> F64:
+        """Derivatives of the unknown nodes' currents by a node, at which bulks may stand, S."""
+        ends = []
+        for move in (_SHIFT, -_SHIFT):
+            there = self.voltages.copy()
+            there[:, column] += move
+            ends.append(replace(self, voltages=there).currents()[0].copy())
+        return np.asarray((ends[0] - ends[1]) / (2.0 * _SHIFT))
+
+
+def _charge(
+    network: Network, silicon: Silicon, column: Mapping[str, int], added: Sequence[tuple[str, str, float]]
+) -> F64:
+    """Capacitances between the nodes of each copy, F, float64[copies, nodes, nodes]."""
+    found = np.zeros((len(network.copies), len(column), len(column)))
+    for matrix, copy in zip(found, network.copies, strict=True):
+        pairs = list(added)
+        for d in copy:
+            if isinstance(d, Transistor):
+                size = (np.array([x]) for x in (d.width, d.length, d.multiplicity))
+                own, nodes = capacitances(silicon.process.model(d.polarity), *size), d.terminals()
+                pairs += [(nodes[a], nodes[b], float(c[0])) for (a, b), c in own.items()]
+        for first, second, farad in pairs:
+            i, j = column[first], column[second]
+            matrix[[i, j], [i, j]] += farad
+            matrix[[i, j], [j, i]] -= farad
+    return found
 
 
 def _made(network: Network, silicon: Silicon, deviation: Deviation, voltages: Mapping[str, F64]) -> _Made:

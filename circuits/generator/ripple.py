@@ -1,0 +1,128 @@
+"""A supply that moves: by how much the generator's lines follow it, over frequency.
+
+The supply of a chip goes up and down by a sine about its value. A line follows by the circuit of its
+generator on the die: the Early effect and the drain voltages of its mirrors, and those of the masters that it
+has in common with others. All of it are small signals of the whole network, with the capacitances of its
+transistors and the line's decoupling capacitor, which holds an nFET's line to ground and a pFET's to the
+supply (`circuits.generator.solve.response_at`). What counts is by how much the gate-source voltage of the
+biased device moves. Left out: what else hangs at a line, and gates of lines at the masters' diodes, which
+make both slower; and the blocks that the lines bias, whose own supply stays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from circuits.arrays import C128, F64
+from circuits.errors import ParameterError
+from circuits.generator.solve import response_at
+from circuits.generator.voltage import (
+    OFF,
+    RANGES,
+    Codes,
+    Line,
+    coded,
+    lines_at_rest,
+    masters_at_rest,
+    resistor_of,
+)
+from circuits.silicon.silicon import Silicon
+
+DECOUPLING = 10e-12  # F, capacitor at each line; ours
+MOST_SHARE = 0.1  # of the supply, up to which a ripple is a small signal; ours
+
+
+@dataclass(frozen=True, slots=True)
+class Ripple:
+    """A sine on a chip's supply.
+
+    Attributes
+    ----------
+    amplitude : float
+        Its peak, V.
+    frequency : float
+        Its frequency, Hz.
+
+    Raises
+    ------
+    ParameterError
+        One of them is not finite and above zero.
+    """
+
+    amplitude: float
+    frequency: float
+
+    def __post_init__(self) -> None:
+        """Refuse what is no sine."""
+        for name, value, unit in (
+            ("amplitude", self.amplitude, "V"),
+            ("frequency", self.frequency, "Hz"),
+        ):
+            if not (math.isfinite(value) and value > 0.0):
+                raise ParameterError(
+                    f"ripple.{name}: {value:g} {unit}, must be > 0 and finite; write as in 10mV@50Hz"
+                )
+
+    def __str__(self) -> str:
+        return f"{1e3 * self.amplitude:g} mV at {self.frequency:g} Hz"
+
+
+def check_small(ripple: Ripple, v_dd: float) -> None:
+    """Raise `ParameterError` where a ripple is no small signal on a supply of `v_dd` V."""
+    if ripple.amplitude > MOST_SHARE * v_dd:
+        raise ParameterError(
+            f"ripple.amplitude: {ripple.amplitude:g} V, must be at most {MOST_SHARE * v_dd:g} V, a tenth of"
+            " the supply; give a smaller one"
+        )
+
+
+def line_response(
+    lines: Line, current: F64, silicon: Silicon, frequency: float, decoupling: float = DECOUPLING
+) -> C128:
+    """Return by how much gate-source voltages of biased devices follow the supply, V/V, complex128[lines].
+
+    Raises as `circuits.generator.voltage.line_voltages`.
+
+    Parameters
+    ----------
+    lines
+        Where the lines stand, and for what device.
+    current
+        Currents at the reference temperature, A, above zero.
+    silicon
+        Process, supply, temperature and die.
+    frequency
+        Hz; 0 for a supply that has moved for long.
+    decoupling
+        Capacitor at each line, F.
+    """
+    return _response(lines, coded(current), replace(silicon, place=lines.place), frequency, decoupling)
+
+
+@lru_cache(maxsize=1024)
+def _response(lines: Line, codes: Codes, silicon: Silicon, frequency: float, decoupling: float) -> C128:
+    resistance = resistor_of(silicon.process)
+    shared = masters_at_rest(silicon, resistance)
+    masters = response_at(
+        shared.network, silicon, shared.deviation, shared.voltages, {"vdd": np.ones(1, np.complex128)}, (),
+        frequency,
+    )  # fmt: skip
+    rest = lines_at_rest(lines, codes, silicon, resistance)
+    moving = {
+        "vdd": np.ones(len(codes), np.complex128),
+        "range_n": np.array([masters[RANGES[coarse]][0] for coarse, _ in codes]),
+        OFF: np.full(len(codes), masters[OFF][0]),
+    }
+    found = response_at(
+        rest.network, silicon, rest.deviation, rest.voltages, moving, _held(lines, decoupling), frequency
+    )[lines.node]
+    return np.asarray(found if lines.device.polarity == "n" else 1.0 - found)
+
+
+def _held(lines: Line, decoupling: float) -> Sequence[tuple[str, str, float]]:
+    return ((lines.node, "0" if lines.device.polarity == "n" else "vdd", decoupling),)
