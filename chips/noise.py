@@ -9,6 +9,7 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.devices.noise import NoiseModel, noise_model
 from circuits.errors import ParameterError
+from circuits.generator.ripple import Ripple
 from circuits.silicon.die import Die
 from circuits.silicon.process import Process
 
@@ -28,11 +29,14 @@ class SiliconNoise:
     flicker
         The flicker noise of the devices, that of the process if None,
         `circuits.devices.noise.WHITE_ONLY` for white noise alone.
+    ripple
+        What the supply of the bias generators does; it stands unless given.
     """
 
     seed: int = 0
     trial: int = 0
     flicker: NoiseModel | None = None
+    ripple: Ripple | None = None
 
     def __post_init__(self) -> None:
         """Refuse negative numbers."""

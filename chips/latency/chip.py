@@ -161,7 +161,9 @@ class LatencyChip:
         self.lumped = numbers or lumped(design, self.biases, self.silicon, area)
         self.units = dict(units or {})
         self.noise = noise
-        self._jitter = None if noise is None else noise_of(self.lumped, self.silicon, noise, area)
+        self._jitter = (
+            None if noise is None else noise_of(self.lumped, self.biases, self.silicon, noise, area)
+        )
         for memory, unit in self.units:
             self.check_unit(memory, unit)
         n, groups = design.paths, len(design.second)

@@ -14,6 +14,7 @@ beside weak inversion), and its axon's input takes up
 
 (pair, mirror, tail), which over the current at the spike, I tanh(z / 2), is its jitter. Flicker, drawn anew
 for each ping: of the currents' devices over their steps, and of a level unit's pair and mirror as an offset.
+The lines of a generator wander (`chips.lines.wander`), and with each the currents that it sets, for a ping.
 Left out: comparators of neurons and timers (1 % of the variance), noise before a ramp's crossing, how the
 flicker of one ping goes on in the next, and a membrane that is balanced so well that it creeps.
 
@@ -29,21 +30,25 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from chips.lines.wander import Reach, WanderDraws, joined, wander_draws, wander_of
 from chips.lso.law import Membrane, Steps, mirrored, moved, rise_time, segments
 from chips.lso.measure import circuits, pair_kappa
 from chips.lso.model import RECORD, SIDES, Head, side_inputs
-from chips.lso.place import NAME
+from chips.lso.place import NAME, Currents, biased
 from chips.measured.table_record import all_on_silicon, tables_of
 from chips.noise import SiliconNoise, die_name
 from chips.noise_draw import Draws, new_draws, normals
-from chips.shot_noise import current_wander, gate_wander, shot_share, steepness
+from chips.shot_noise import current_wander, gate_wander, shot_share, steepness, steepness_under
 from circuits.arrays import F64
+from circuits.circuit import BiasKind
 from circuits.lowering.on_die import Mirror, transistor_of
 from circuits.silicon.process import ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 
 LEVEL, SPIKES = "level", "spikes"
 _COMPARATOR = "generator.comparator"
+_DEVICES = ("excite0.me", "excite0.mt")
+_LINES = ("i_exc", "i_step", "i_cmp")  # of the neurons, and of the level units
 _ROOM = 64  # spikes of a neuron that a draw is for; more take another
 
 
@@ -69,7 +74,7 @@ class LsoNoise:
 
     spread: relative standard deviation of fields of `Head`, in their shapes; offset: standard deviation of
     the level units' thresholds, V; grain: of the neurons' currents; level: of the level units'; draws: random
-    numbers of each quantity.
+    numbers of each quantity; lines: those of the chip's generator; reach: what they do to fields of `Head`.
     """
 
     spread: dict[str, F64]
@@ -77,15 +82,24 @@ class LsoNoise:
     grain: Grain
     level: LevelGrain
     draws: dict[str, Draws]
+    lines: WanderDraws
+    reach: dict[str, Reach]
 
 
-def noise_of(head: Head, silicon: Silicon, noise: SiliconNoise, area: float = 1.0) -> LsoNoise:
-    """Return the noise of a head with these numbers; area: of the drawn devices over the circuits'."""
+def noise_of(
+    head: Head, silicon: Silicon, noise: SiliconNoise, area: float = 1.0, kind: BiasKind = "generator",
+    currents: Currents = (),
+) -> LsoNoise:  # fmt: skip
+    """Return the noise of a head with these numbers.
+
+    area: of the drawn devices over the circuits'; kind, currents: of its biases, as of `head_on`. Raises
+    `ParameterError` for a ripple on biases that are none of a generator's.
+    """
     lso, _ = circuits()
     tables = tables_of(RECORD, circuits, silicon.process)
     (timer,) = all_on_silicon(tables, ("timer",), silicon)
     square = silicon.law("p").square_current
-    devices = [transistor_of(lso, f"excite0.{d}") for d in ("me", "mt")]
+    devices = [transistor_of(lso, name) for name in _DEVICES]
     source, counter = (square * d.square for d in devices)
     areas = [area * d.gate_area for d in devices]
     spread = {}
@@ -106,15 +120,51 @@ def noise_of(head: Head, silicon: Silicon, noise: SiliconNoise, area: float = 1.
     count |= {f"{SPIKES}{side}": _ROOM for side in range(SIDES)}
     draws = {n: new_draws(noise.seed, noise.trial, f"{root}, {n}", size) for n, size in count.items()}
     own = level_grain(float(head.level_current.mean()), silicon)
-    return LsoNoise(spread, _offsets(head, silicon, noise, area), grain, own, draws)
+    lines = _lines(head, silicon, noise, kind, currents)
+    reach = _reach(head, silicon, lines, float(timer))
+    return LsoNoise(spread, _offsets(head, silicon, noise, area), grain, own, draws, lines, reach)
 
 
-def head_of_ping(head: Head, noise: LsoNoise, number: int) -> Head:
-    """Return the numbers of a head in ping `number`."""
+def _lines(
+    head: Head, silicon: Silicon, noise: SiliconNoise, kind: BiasKind, currents: Currents
+) -> WanderDraws:
+    """The lines of `_LINES` in their order."""
+    lso, level = biased(kind, currents)
+    parts = [wander_of(lso, _LINES[:2], silicon, noise), wander_of(level, _LINES[2:], silicon, noise)]
+    shortest = float((head.level_charge / head.level_current).min())
+    return wander_draws(joined(parts), silicon, noise, die_name(NAME, silicon.die), shortest)
+
+
+def _reach(head: Head, silicon: Silicon, lines: WanderDraws, timer: float) -> dict[str, Reach]:
+    """What the lines do to currents, steps and level units' tails; timer: charge of a step, C."""
+    lso, level = circuits()
+    law = silicon.law("p")
+    found = {}
+    for line, name, current, time, sign in (
+        (0, "excite", head.excite, head.excite_step, 1.0),
+        (0, "inhibit", head.inhibit, head.inhibit_step, 1.0),
+        (1, "excite_step", timer / head.excite_step, head.excite_step, -1.0),
+        (1, "inhibit_step", timer / head.inhibit_step, head.inhibit_step, -1.0),
+        (2, "level_current", head.level_current, head.level_charge / head.level_current, 1.0),
+    ):
+        device = (
+            transistor_of(level, f"{_COMPARATOR}.mc3") if line == 2 else transistor_of(lso, _DEVICES[line])
+        )
+        steep = steepness_under(law, current, law.square_current * device.square)
+        found[name] = lines.reach(np.array(line), time, sign * steep * law.kappa / law.u_t)
+    return found
+
+
+def head_of_ping(head: Head, noise: LsoNoise, number: int, begin: float = 0.0) -> Head:
+    """Return the numbers of a head in ping `number`, which begins at `begin` s."""
+    drawn = noise.lines.drawn(number)
+    changes = {name: noise.lines.changes(reach, drawn, begin) for name, reach in noise.reach.items()}
     found = {
-        name: getattr(head, name) * (1.0 + spread * normals(noise.draws[name], number, spread))
+        name: getattr(head, name)
+        * (1.0 + spread * normals(noise.draws[name], number, spread) + changes[name])
         for name, spread in noise.spread.items()
     }
+    found["level_current"] = head.level_current * (1.0 + changes["level_current"])
     offset = head.offset + noise.offset * normals(noise.draws["offset"], number, noise.offset)
     return head._replace(offset=offset, **found)
 

@@ -12,7 +12,7 @@ from functools import lru_cache
 
 from chips.lso.measure import circuits
 from circuits.bias import bias_voltages, rebias
-from circuits.circuit import BiasKind
+from circuits.circuit import BiasKind, Circuit
 from circuits.place import bias_path
 from circuits.silicon.die import Place
 from circuits.silicon.silicon import Silicon
@@ -29,12 +29,21 @@ def line_volts(silicon: Silicon, kind: BiasKind, currents: Currents = ()) -> Map
 
     currents: of biases by name, A, in the place of the circuits' own.
     """
-    found: dict[str, float] = {}
+    return {
+        bias.port: float(bias_voltages(circuit, bias, silicon)[()])
+        for circuit in biased(kind, currents)
+        for bias in circuit.biases
+        if bias.name != "v_threshold"
+    }
+
+
+def biased(kind: BiasKind, currents: Currents = ()) -> tuple[Circuit, ...]:
+    """Return the chip's circuits, whose biases are those of its lines; arguments as of `line_volts`."""
+    found = []
     for circuit in circuits():
         own = {b.name for b in circuit.biases}
-        for bias in rebias(circuit, {n: i for n, i in currents if n in own}, kind).biases:
-            if bias.name != "v_threshold":
-                line = ((NAME, ()), *bias_path(bias.port, ()))
-                placed = replace(bias, place=line if kind == "generator" else BIAS_PLACE)
-                found[bias.port] = float(bias_voltages(circuit, placed, silicon)[()])
-    return found
+        made = rebias(circuit, {n: i for n, i in currents if n in own}, kind)
+        lines = {b.port: ((NAME, ()), *bias_path(b.port, ())) for b in made.biases}
+        placed = (replace(b, place=lines[b.port] if kind == "generator" else BIAS_PLACE) for b in made.biases)
+        found.append(replace(made, biases=tuple(placed)))
+    return tuple(found)

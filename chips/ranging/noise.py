@@ -7,8 +7,8 @@ full law by d ln I / dV_T0 of the device), by the mean over t_inh of a sum of re
 from call to call (`circuits.solver.noise.transient.relaxations`). The mean over T of a relaxation of rate
 lambda and variance 1 has the variance `2 (l - 1 + e^-l) / l^2`, l = lambda T; between the means of two calls
 it is taken to decay as the relaxation does. Where a line of the bias generator gives
-I_inh_tau, its noise moves the gate of mi5 likewise (`circuits.generator.noise`): what the line makes by
-itself, and what all neurons get from the masters alike, each from eight sources that are drawn once a chip.
+I_inh_tau, it moves the gate of mi5 likewise (`chips.lines.wander`): by its own noise, by what all neurons get
+from the masters alike, each from eight sources that are drawn once a chip, and by a ripple of the supply.
 Left out: the noise of the membrane and of the comparator, kT/C
 at the release; against the transistors in the experiment `device-noise`.
 
@@ -24,14 +24,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chips.lines.wander import Wander, swing_of, wander_of
 from chips.noise import SiliconNoise, mean_variance
 from chips.ranging.law import Neurons
 from chips.ranging.model import ReboundModel, devices_on, gates_on, inhibition_current, neuron_of
 from circuits.arrays import F64, I64, U32
-from circuits.bias import lines_of
 from circuits.compiled import compiled
-from circuits.devices.noise import NoiseModel, gate_flicker
-from circuits.generator.noise import following, line_noise, shared_noise
+from circuits.devices.noise import gate_flicker
 from circuits.lowering.on_die import transistor_of
 from circuits.silicon.die import philox
 from circuits.silicon.process import ELEMENTARY_CHARGE
@@ -53,7 +52,8 @@ class Jitter(NamedTuple):
 
     t_inh, white: mean, and standard deviation by white noise, s, float64[n]; amplitude: of each relaxation,
     s, float64[n, r]; rate: of the relaxations, 1/s, float64[r]. follow, follow_white: s, float64[n, m], what
-    neurons get from m shared sources, whose relaxations count by `share`, float64[n, r]. relaxation: unit
+    neurons get from m shared sources, whose relaxations count by `share`, float64[n, r]. ripple, lag: peak,
+    s, and phase, rad, by a ripple of the supply of `pace` rad/s, float64[n], 0 for none. relaxation: unit
     normals of the neurons, then of the shared sources, float64[n + m, r], last: time of the last call, s,
     float64[1], and calls: int64[1], are the state.
     """
@@ -65,6 +65,9 @@ class Jitter(NamedTuple):
     follow: F64
     follow_white: F64
     share: F64
+    ripple: F64
+    lag: F64
+    pace: float
     relaxation: F64
     last: F64
     calls: I64
@@ -77,34 +80,15 @@ def no_jitter() -> Jitter:
     """Return the jitter of neurons without noise."""
     none, flat, words = np.zeros(0), np.zeros((0, 0)), np.zeros((4, 0), np.uint32)
     return Jitter(
-        none, none, flat, none, flat, flat, flat, flat, np.zeros(1), np.zeros(1, np.int64), words[:2], words,
-        words,
+        none, none, flat, none, flat, flat, flat, none, none, 0.0, flat, np.zeros(1), np.zeros(1, np.int64),
+        words[:2], words, words,
     )  # fmt: skip
 
 
-class Lines(NamedTuple):
-    """Noise at the gates of all mi5 that comes by their bias lines; none for other kinds of biases.
-
-    white, flicker: of each line by itself, V^2/Hz, float64[n]; follow_white, follow: what lines get from m
-    shared sources, V/Hz^0.5, float64[n, m].
-    """
-
-    white: F64
-    flicker: F64
-    follow_white: F64
-    follow: F64
-
-
-def lines_at(model: ReboundModel, silicon: Silicon, flicker: NoiseModel, count: int) -> Lines:
-    """Return the noise of the lines behind the inhibitions of `count` neurons on a silicon."""
-    bias = next(b for b in model.circuit.biases if b.name == _BIAS)
-    if bias.kind != "generator":
-        return Lines(np.zeros(count), np.zeros(count), np.zeros((count, 0)), np.zeros((count, 0)))
-    lines, current = lines_of(model.circuit, bias, silicon)
-    own = line_noise(lines, current, silicon, flicker)
-    shared = shared_noise(lines, silicon, flicker)
-    follow = following(shared.white, own), following(shared.flicker, own)
-    return Lines(*(np.resize(x, (count, *x.shape[1:])) for x in (own.white, own.flicker, *follow)))
+def lines_at(model: ReboundModel, silicon: Silicon, noise: SiliconNoise, count: int) -> Wander:
+    """Return how the lines behind the inhibitions of `count` neurons wander on a silicon."""
+    found = wander_of(model.circuit, [_BIAS], silicon, noise)
+    return Wander(*(np.resize(x, (count, *x.shape[1:])) for x in found))
 
 
 def new_jitter(
@@ -128,9 +112,11 @@ def new_jitter(
         slope = neurons.t_inh * np.log(up / down) / (2.0 * _SHIFT)
     n = slope.size
     areas = np.full(n, area * transistor_of(neuron_of(model.circuit), _DEVICE).gate_area)
-    lines = lines_at(model, silicon, flicker, n)
-    at_gate = gate_flicker(flicker, silicon.process, np.ones(n, np.bool_), areas) + lines.flicker
-    averaged = 0.5 / neurons.t_inh  # Hz, of white noise in the mean over an inhibition
+    lines, swing = lines_at(model, silicon, noise, n), swing_of(noise)
+    at_gate = gate_flicker(flicker, silicon.process, np.ones(n, np.bool_), areas)
+    followed = lines.rate[:, None] / (lines.rate[:, None] + rate)  # of flicker, by the line's capacitor
+    # Hz, of white noise in the mean over an inhibition
+    averaged = 0.25 * lines.rate * mean_variance(lines.rate * neurons.t_inh)
     sources, blocks = lines.follow.shape[1], 1 + -(-rate.size // _PER_BLOCK)
     keys = noise_keys(noise.seed, noise.trial, [*_paths(model, silicon), *_sources(model, silicon, sources)])
     counters = np.zeros((4, (n + sources) * blocks), np.uint32)
@@ -138,11 +124,14 @@ def new_jitter(
     return Jitter(
         t_inh=neurons.t_inh.copy(),
         white=np.sqrt(ELEMENTARY_CHARGE * neurons.t_inh / current + slope**2 * lines.white * averaged),
-        amplitude=slope[:, None] * np.sqrt(at_gate[:, None]) * mean,
+        amplitude=slope[:, None] * np.sqrt(at_gate[:, None] + lines.flicker[:, None] * followed) * mean,
         rate=rate,
         follow=slope[:, None] * lines.follow,
         follow_white=(slope * np.sqrt(averaged))[:, None] * lines.follow_white,
-        share=mean,
+        share=mean * np.sqrt(followed),
+        ripple=slope * np.abs(lines.supply),
+        lag=np.angle(lines.supply) + swing.phase,
+        pace=swing.pace,
         relaxation=np.zeros((n + sources, rate.size)),
         last=np.full(1, -math.inf),
         calls=np.zeros(1, np.int64),
@@ -157,6 +146,11 @@ def spread(jitter: Jitter) -> F64:
     shared = (jitter.follow_white**2).sum(axis=1)
     shared += (jitter.follow**2).sum(axis=1) * (jitter.share**2).sum(axis=1)
     return np.asarray(np.sqrt(jitter.white**2 + (jitter.amplitude**2).sum(axis=1) + shared))
+
+
+def most(jitter: Jitter) -> F64:
+    """Return by how much t_inh is moved at most, s, float64[n]: `SURE` deviations, and the ripple's peak."""
+    return np.asarray(SURE * spread(jitter) + jitter.ripple)
 
 
 def copied(jitter: Jitter) -> Jitter:
@@ -192,6 +186,8 @@ def next_durations(j: Jitter, time: float, t_inh: F64) -> None:
         for i in range(r):
             shift += j.amplitude[k, i] * j.relaxation[k, i]
         t_inh[k] = j.t_inh[k] + shift
+    if j.pace > 0.0:
+        _add_ripple(j, time, t_inh)
     for s in range(m):
         white = normal_pair(j.words[0, (n + s) * blocks], j.words[1, (n + s) * blocks])[0]
         for k in range(n):
@@ -201,6 +197,14 @@ def next_durations(j: Jitter, time: float, t_inh: F64) -> None:
             t_inh[k] += j.follow_white[k, s] * white + j.follow[k, s] * slow
     j.last[0] = time
     j.calls[0] += 1
+
+
+@_compiled
+def _add_ripple(j: Jitter, time: float, t_inh: F64) -> None:
+    """Take off what more current in the mean over an inhibition from `time` s on shortens it by."""
+    for k in range(t_inh.size):
+        angle, over = j.pace * time + j.lag[k], j.pace * j.t_inh[k]
+        t_inh[k] -= j.ripple[k] * (math.cos(angle) - math.cos(angle + over)) / over
 
 
 def _paths(model: ReboundModel, silicon: Silicon) -> list[str]:

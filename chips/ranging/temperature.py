@@ -15,7 +15,7 @@ import numpy as np
 from chips.ranging.kernel import ASLEEP, LOOKING, Chip, Plan, new_plan
 from chips.ranging.law import Neurons
 from chips.ranging.neuron_kernel import EARLY_STOP, NOW, RELEASE, RUN_ON, advance, call, echo
-from chips.ranging.noise import SURE, Jitter, spread
+from chips.ranging.noise import Jitter, most
 from circuits.arrays import F64
 
 
@@ -38,7 +38,7 @@ def conditions_of(neurons: Neurons, jitter: Jitter | None) -> Conditions:
     if jitter is not None:
         # the chip writes t_inh at every call; an echo is too early only where it is for nearly all
         neurons = neurons._replace(t_inh=t_inh.copy())
-        plan = plan._replace(early=np.maximum(plan.early - SURE * spread(jitter), 0.0))
+        plan = plan._replace(early=np.maximum(plan.early - most(jitter), 0.0))
     return Conditions(neurons, plan, t_inh, jitter)
 
 

@@ -20,11 +20,12 @@ from numpy.typing import NDArray
 
 from chips.aer import Bus, Events, send
 from chips.noise import SiliconNoise
+from chips.wavefront.axon_conditions import AxonModel
 from chips.wavefront.axon_graph import AxonGraph, grid_graph
 from chips.wavefront.cell_codes import CellCodes
 from chips.wavefront.kernel import Wave, graph_wave, integer_wave
 from chips.wavefront.model import chip_model, edge_delays, graph_shape
-from chips.wavefront.noise import axon_jitter
+from chips.wavefront.noise import axon_jitter, in_line_time
 from chips.wavefront.readout import Cell, pointer_nodes, pointer_path
 from chips.wavefront.spiking_wavefront import round_delays
 from chips.wavefront.temperature import course_of, wave_along
@@ -263,9 +264,12 @@ class WavefrontChip:
         else:
             own = partial(self._own_delays, self.cells, codes, number)
             if isinstance(temperature, tuple):
-                wave = wave_along(self.axons, run, own, course_of(temperature), time)
+                course = course_of(temperature)
+                begun, wave = course.at(time), wave_along(self.axons, run, own, course, time)
             else:
-                wave = run(own(self.cells.silicon.temperature_c if temperature is None else temperature))
+                begun = self.cells.silicon.temperature_c if temperature is None else temperature
+                wave = run(own(begun))
+            wave = self._noisy(self.cells, wave, number, begun, time)
         pointers, arrivals = wave.pointers.reshape(self.shape), wave.arrivals.reshape(self.shape)
         return Plan(first, last, arrivals, pointers, wave.ties, self.bus, self.graph)
 
@@ -290,14 +294,26 @@ class WavefrontChip:
         )
         if cells.noise is None:
             return delays
-        model = chip_model(
-            graph_shape(self.axons), silicon.process, bias_kind=kind, unit=self.unit, area=cells.area,
-            current=cells.current,
-        )  # fmt: skip
         sources = self.axons.sources()
         own = np.full(flat.size, np.inf)
         own[sources] = delays
-        return delays + axon_jitter(model, silicon, own, cells.noise, number)[sources]
+        return delays + axon_jitter(self._model(cells), silicon, own, cells.noise, number)[sources]
+
+    def _model(self, cells: ChipCells) -> AxonModel:
+        return chip_model(
+            graph_shape(self.axons), cells.silicon.process, bias_kind=cells.bias_kind, unit=self.unit,
+            area=cells.area, current=cells.current,
+        )  # fmt: skip
+
+    def _noisy(self, cells: ChipCells, wave: Wave, number: int, temperature_c: float, time: float) -> Wave:
+        """The wave at the times that the wandering line of all axons makes of it."""
+        if cells.noise is None:
+            return wave
+        silicon = replace(cells.silicon, temperature_c=temperature_c)
+        plan = number, time
+        return wave._replace(
+            arrivals=in_line_time(self._model(cells), silicon, wave.arrivals, cells.noise, plan)
+        )
 
     def _number(self, place: Place, name: str, codes: I64) -> int:
         where = place if isinstance(place, tuple) else (place,)

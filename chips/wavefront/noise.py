@@ -4,8 +4,10 @@ An axon's delay D is a charge over the current I of its sink: shot noise moves i
 sink's flicker by `D psi kappa dV_T0 / U_T`, the mean of its threshold's wander over D; phi and psi
 (`chips.shot_noise`) are nearly 1. Under the full law psi is the sink's `d ln I / dV_T0` over kappa / U_T, and
 the Early effect, some 3 % of the current, is left out of both. All edges that leave a cell have its axon's
-jitter. From plan to plan the wander is drawn anew: plans are taken to be far apart in time. Left out: the
-comparator's noise, nanoseconds of jitter. A lone axon's circuit has the same white deviation within 0.5 % and
+jitter. From plan to plan the wander is drawn anew: plans are taken to be far apart in time. All sinks have
+one line of the generator: where that wanders (`chips.lines.wander`) all axons go faster or slower alike, so
+that cells fire in the same order at other times, t + int_0^t d ln I(t') dt'. Left out: the comparator's
+noise, nanoseconds of jitter. A lone axon's circuit has the same white deviation within 0.5 % and
 2 to 3 % more of flicker's by linear theory (`circuits.solver.noise.event_jitter`), codes 1 to 9.
 """
 
@@ -15,7 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.noise import SiliconNoise
+from chips.lines.wander import swung, wander_draws, wander_of
+from chips.noise import SiliconNoise, die_name
 from chips.shot_noise import current_wander, shot_share, steepness
 from chips.wavefront.axon_conditions import (
     SINK,
@@ -35,6 +38,8 @@ from circuits.silicon.process import ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import noise_keys, noise_place
 
+_LINE = "i_delay"
+_ROUNDS = 4  # each of which leaves a hundredth of what a ripple of a tenth moves; ours
 _SHIFT = 1e-3  # V, of a derivative by the threshold; ours
 
 
@@ -79,6 +84,31 @@ def axon_spread(model: AxonModel, silicon: Silicon, delays: F64, noise: SiliconN
     wander = current_wander(silicon, noise, "n", area, own, sink.steep)
     white = shot_share(sink.current, sink.specific) * ELEMENTARY_CHARGE * own / sink.current
     return np.where(open_, np.sqrt(white + wander * own**2), 0.0)
+
+
+def in_line_time(
+    model: AxonModel, silicon: Silicon, arrivals: F64, noise: SiliconNoise, plan: tuple[int, float]
+) -> F64:
+    """Return when the cells of a wave fire with a line that wanders, s, of the arrivals' shape.
+
+    arrivals: without, s, inf where a cell does not fire; plan: its number, and when it begins, s. Raises
+    `ParameterError` for a ripple where the line is none of a generator.
+    """
+    wander, end = wander_of(model.circuit, [_LINE], silicon, noise), np.isfinite(arrivals)
+    last = float(arrivals[end].max(initial=0.0))
+    if last == 0.0:
+        return arrivals
+    lines = wander_draws(wander, silicon, noise, die_name(model.circuit.name, silicon.die), last)
+    law = silicon.law("n")
+    slope = float(sinks_on(model, silicon).steep.mean()) * law.kappa / silicon.thermal_voltage
+    reach = lines.reach(np.zeros(1, np.int64), np.full(1, last), np.full(1, slope))
+    faster = 1.0 + float(lines.noise(reach, lines.drawn(plan[0]))[0])
+    found, at = arrivals.copy(), arrivals[end]
+    now, supply = at / faster, np.broadcast_to(wander.supply, at.shape)
+    for _ in range(_ROUNDS):
+        now = (at - slope * now * swung(lines.swing, supply, plan[1], now)) / faster
+    found[end] = now
+    return found
 
 
 def sinks_on(model: AxonModel, silicon: Silicon) -> Sinks:

@@ -15,6 +15,7 @@ line would take that lower.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -91,12 +92,16 @@ def line_noise(lines: Line, current: F64, silicon: Silicon, model: NoiseModel) -
 
 def shared_noise(lines: Line, silicon: Silicon, model: NoiseModel) -> SharedNoise:
     """Noise that all lines of a chip share; arguments as of `line_noise`."""
-    there = replace(silicon, place=lines.place)
-    rest = masters_at_rest(there, resistor_of(silicon.process))
+    return _shared(replace(silicon, place=lines.place), model)
+
+
+@lru_cache(maxsize=256)
+def _shared(there: Silicon, model: NoiseModel) -> SharedNoise:
+    rest = masters_at_rest(there, resistor_of(there.process))
     each = [slopes_at(rest.network, there, rest.deviation, rest.voltages, name) for name in RANGES]
     by_gate = np.concatenate([s.by_gate for s in each])
     white = np.array([[_white_of(a, b) for b in each] for a in each])
-    return SharedNoise(white, by_gate @ np.diag(_at_gates(rest, silicon, model)[0]) @ by_gate.T)
+    return SharedNoise(white, by_gate @ np.diag(_at_gates(rest, there, model)[0]) @ by_gate.T)
 
 
 def _white_of(one: Slopes, other: Slopes) -> float:

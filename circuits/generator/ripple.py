@@ -34,7 +34,6 @@ from circuits.generator.voltage import (
 from circuits.silicon.silicon import Silicon
 
 DECOUPLING = 10e-12  # F, capacitor at each line; ours
-MOST_SHARE = 0.1  # of the supply, up to which a ripple is a small signal; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,15 +71,6 @@ class Ripple:
         return f"{1e3 * self.amplitude:g} mV at {self.frequency:g} Hz"
 
 
-def check_small(ripple: Ripple, v_dd: float) -> None:
-    """Raise `ParameterError` where a ripple is no small signal on a supply of `v_dd` V."""
-    if ripple.amplitude > MOST_SHARE * v_dd:
-        raise ParameterError(
-            f"ripple.amplitude: {ripple.amplitude:g} V, must be at most {MOST_SHARE * v_dd:g} V, a tenth of"
-            " the supply; give a smaller one"
-        )
-
-
 def line_response(
     lines: Line, current: F64, silicon: Silicon, frequency: float, decoupling: float = DECOUPLING
 ) -> C128:
@@ -104,15 +94,18 @@ def line_response(
     return _response(lines, coded(current), replace(silicon, place=lines.place), frequency, decoupling)
 
 
+@lru_cache(maxsize=256)
+def _masters(silicon: Silicon, frequency: float) -> dict[str, C128]:
+    """What the nodes that lines share do on a silicon whose place is the chip's, V/V."""
+    rest = masters_at_rest(silicon, resistor_of(silicon.process))
+    moving = {"vdd": np.ones(1, np.complex128)}
+    return response_at(rest.network, silicon, rest.deviation, rest.voltages, moving, (), frequency)
+
+
 @lru_cache(maxsize=1024)
 def _response(lines: Line, codes: Codes, silicon: Silicon, frequency: float, decoupling: float) -> C128:
-    resistance = resistor_of(silicon.process)
-    shared = masters_at_rest(silicon, resistance)
-    masters = response_at(
-        shared.network, silicon, shared.deviation, shared.voltages, {"vdd": np.ones(1, np.complex128)}, (),
-        frequency,
-    )  # fmt: skip
-    rest = lines_at_rest(lines, codes, silicon, resistance)
+    masters = _masters(silicon, frequency)
+    rest = lines_at_rest(lines, codes, silicon, resistor_of(silicon.process))
     moving = {
         "vdd": np.ones(len(codes), np.complex128),
         "range_n": np.array([masters[RANGES[coarse]][0] for coarse, _ in codes]),

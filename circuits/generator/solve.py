@@ -236,18 +236,22 @@ def _charge(
     network: Network, silicon: Silicon, column: Mapping[str, int], added: Sequence[tuple[str, str, float]]
 ) -> F64:
     """Capacitances between the nodes of each copy, F, float64[copies, nodes, nodes]."""
-    found = np.zeros((len(network.copies), len(column), len(column)))
-    for matrix, copy in zip(found, network.copies, strict=True):
-        pairs = list(added)
-        for d in copy:
-            if isinstance(d, Transistor):
-                size = (np.array([x]) for x in (d.width, d.length, d.multiplicity))
-                own, nodes = capacitances(silicon.process.model(d.polarity), *size), d.terminals()
-                pairs += [(nodes[a], nodes[b], float(c[0])) for (a, b), c in own.items()]
-        for first, second, farad in pairs:
-            i, j = column[first], column[second]
-            matrix[[i, j], [i, j]] += farad
-            matrix[[i, j], [j, i]] -= farad
+    found, at = np.zeros((len(network.copies), len(column), len(column))), np.arange(len(network.copies))
+
+    def add(first: I64, second: I64, farad: F64) -> None:
+        for i, j in ((first, second), (second, first)):
+            found[at, i, i] += farad
+            found[at, i, j] -= farad
+
+    sizes = zip(*(network.of_transistors(name) for name in ("width", "length", "multiplicity")), strict=True)
+    alike = zip(*([d for d in c if isinstance(d, Transistor)] for c in network.copies), strict=True)
+    for copies, size in zip(alike, sizes, strict=True):
+        nodes = np.array([[column[n] for n in d.terminals()] for d in copies]).T
+        own = capacitances(silicon.process.model(copies[0].polarity), *size)
+        for (a, b), farad in own.items():
+            add(nodes[a], nodes[b], farad)
+    for first, second, farads in added:
+        add(np.full(at.size, column[first]), np.full(at.size, column[second]), np.full(at.size, farads))
     return found
 
 

@@ -132,7 +132,7 @@ def follow(
         angles[k] = neck.at(t, numbers.neck_speed)
         counts["neck_late"] += int(abs(angles[k] - neck.goal) > 1e-9)
         head, noise = chip_at(float(t))
-        chip = _Chip(head if noise is None else head_of_ping(head, noise, k), noise, k)
+        chip = _Chip(head if noise is None else head_of_ping(head, noise, k, float(t)), noise, k)
         found = _ping(numbers, chip, way, neck, float(t), echoes[k])
         distances[k] = found.distance
         lost.append(found.lost)

@@ -84,7 +84,9 @@ class Scenario(Coded):
         chip = head_on(silicon, self.bias_kind, self.area, currents)
         seed = self.seed if self.noise_seed is None else self.noise_seed
         noise = silicon_noise(self.silicon_noise, seed)
-        return chip, None if noise is None else noise_of(chip, silicon, noise, self.area)
+        return chip, None if noise is None else noise_of(
+            chip, silicon, noise, self.area, self.bias_kind, currents
+        )
 
     @property
     def balance(self) -> float:

@@ -68,7 +68,7 @@ def lso_beside(name: str, trials: int) -> Beside:
     events = LSO[name]
     times = _trials(_lso_bench(events, 2.6e-3), 2e-6, trials, "spike")
     head = head_on(SILICON, "gate")
-    noise = noise_of(head, SILICON, WHITE)
+    noise = noise_of(head, SILICON, WHITE, kind="gate")
     level = np.full((SIDES, LEVELS), np.inf)
     level[0, :2] = events.get("excite_1", np.inf), events.get("excite_2", np.inf)
     level[1, 0] = events.get("inhibit_1", np.inf)
@@ -82,7 +82,7 @@ def step_beside(trials: int) -> Beside:
     run = NoiseRun(SEED, 2e-6, WHITE_ONLY)
     times = np.array(map_trials(_step, machine, run, range(trials), 1, record=("excite0.off",)))
     head = head_on(SILICON, "gate")
-    noise = noise_of(head, SILICON, WHITE)
+    noise = noise_of(head, SILICON, WHITE, kind="gate")
     ours = np.array([head_of_ping(head, noise, k).excite_step[0, 0] for k in range(DRAWS)])
     return Beside("lso_step", *known(times), float(ours.std(ddof=1)))
 
@@ -93,7 +93,7 @@ def level_beside(slope: float, trials: int) -> Beside:
     bench = replace(ramp_bench(level, slope, AMI_1500_IDEAL.v_dd), stop=crossing(slope) + 0.1e-3)
     times = _trials(bench, 0.1e-6, trials, "spike") - crossing(slope)
     head = head_on(SILICON, "gate")
-    noise = noise_of(head, SILICON, WHITE)
+    noise = noise_of(head, SILICON, WHITE, kind="gate")
     current = head.level_current[0, :1]
     delay = ramp_delay(slope, head.level_charge, current, head.kappa, head.u_t)
     ours = level_spread(noise.level, delay, np.array([slope]), current)

@@ -1,22 +1,29 @@
 """Noise of the latency chip: times against the closed form and the transistors, and what draws them."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from chips.latency.chip import LatencyChip
-from chips.latency.model import charges_on
+from chips.latency.model import charges_on, lumped, usual_biases
 from chips.latency.noise import CHARGES, SOURCE, TIMES, charge_spread, noise_of, numbers_of_ping
+from chips.latency.place import TAP_WIRES, bench_at, line_volts, standing
 from chips.noise import SiliconNoise
 from chips.shot_noise import shot_share, steepness
 from circuits.blocks.latency import tap as latency_tap
+from circuits.blocks.latency.tap import delay_tap
+from circuits.devices import Source
 from circuits.devices.noise import WHITE_ONLY
+from circuits.devices.source import PiecewiseLinear
+from circuits.generator.ripple import Ripple
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.event_jitter import event_jitter
+from circuits.solver.transient import simulate
 from tests.chips.latency.test_chip import CHIP, DESIGN, told
 
 WHITE = SiliconNoise(1, flicker=WHITE_ONLY)
@@ -25,7 +32,7 @@ SILICON = Silicon(AMI_1500_IDEAL)
 
 @pytest.fixture(scope="module")
 def pings():
-    noise = noise_of(CHIP.lumped, SILICON, WHITE)
+    noise = noise_of(CHIP.lumped, CHIP.biases, SILICON, WHITE)
     return [numbers_of_ping(CHIP.lumped, noise, 0.1 * k) for k in range(300)]
 
 
@@ -87,8 +94,10 @@ def test_a_tap_jitters_as_the_transistors(process):
 
 
 def test_flicker_follows_the_devices_area():
-    white, both = (noise_of(CHIP.lumped, SILICON, n).spread["tap"] for n in (WHITE, SiliconNoise(1)))
-    more = noise_of(CHIP.lumped, SILICON, SiliconNoise(1), area=4.0).spread["tap"]
+    white, both = (
+        noise_of(CHIP.lumped, CHIP.biases, SILICON, n).spread["tap"] for n in (WHITE, SiliconNoise(1))
+    )
+    more = noise_of(CHIP.lumped, CHIP.biases, SILICON, SiliconNoise(1), area=4.0).spread["tap"]
     added = both**2 - white**2
     assert more**2 - white**2 == pytest.approx(added / 4.0, rel=1e-6)
     # K_F of a pFET of 6 x 24 um, and a band of some e-folds from 0.1 Hz to a few times 1 / 3 ms
@@ -126,3 +135,48 @@ def test_a_chip_without_noise_has_its_own_numbers():
     chip = LatencyChip(DESIGN, silicon=Silicon(AMI_1500_IDEAL))
     assert chip._numbers(0.3) is chip.lumped
     assert LatencyChip(DESIGN, silicon=Silicon(AMI_1500_IDEAL), noise=WHITE).at(40.0).noise is WHITE
+
+
+def test_a_line_s_ripple_moves_a_tap_as_the_transistors():
+    """A tap behind a line that swings by what the generator makes of 60 mV at 150 Hz."""
+    biases, silicon, k = usual_biases(DESIGN, "generator", AMI_1500), Silicon(AMI_1500), 3
+    noise = SiliconNoise(2, flicker=WHITE_ONLY, ripple=Ripple(60e-3, 150.0))
+    numbers = lumped(DESIGN, biases, silicon)
+    found = noise_of(numbers, biases, silicon, noise)
+    reach, swing = found.reach["tap"], found.lines.swing
+    supply = found.lines.wander.supply[reach.line[k]]
+    volts = line_volts(biases, silicon, TAP_WIRES, {"tap": k})
+    stop, at = 3e-3 + 2.0 * float(numbers.tap[k]), 3e-3
+
+    def delay(swings):
+        bench = bench_at("tap", delay_tap(5e-12), volts, {"event": [at]}, stop, AMI_1500.v_dd, ("out",))
+        times = np.linspace(0.0, stop, 2001)
+        line = volts["v_tap"] - swings * np.abs(supply) * np.sin(
+            swing.pace * times + swing.phase + np.angle(supply)
+        )
+        moving = Source("v_tap", "v_tap", PiecewiseLinear(tuple(times), tuple(line)))
+        sources = tuple(moving if s.name == "v_tap" else s for s in bench.sources)
+        made = to_kernel(replace(bench, sources=sources), standing(silicon, ("tap", (k,))))
+        return float(simulate(made, rtol=1e-5, record=()).spikes["out"][0]) - at
+
+    asked = found.lines.changes(reach, np.zeros((2, found.lines.wander.white.size)), at)[k]
+    assert abs(asked) > 0.005
+    assert np.log(delay(1.0) / delay(0.0)) == pytest.approx(asked, rel=0.06)
+
+
+def test_lines_of_a_generator_move_what_they_bias():
+    biases, silicon = usual_biases(DESIGN, "generator", AMI_1500), Silicon(AMI_1500)
+    numbers = lumped(DESIGN, biases, silicon)
+    noise = noise_of(numbers, biases, silicon, SiliconNoise(3))
+    pings = [numbers_of_ping(numbers, noise, 0.1 * k) for k in range(400)]
+    for name in ("hold", "tap", "race"):
+        found = np.log(np.array([getattr(p, name) for p in pings]) / getattr(numbers, name))
+        lines, own = noise.lines.spread(noise.reach[name]), noise.spread[name]
+        assert (lines > 3.0 * own).all()
+        assert found.std(axis=0).mean() == pytest.approx(np.hypot(lines, own).mean(), rel=0.12)
+    # all holds have one line, each tap its own
+    hold = np.log(np.array([p.hold for p in pings]) / numbers.hold)[:, :3, 0]
+    assert np.corrcoef(hold.T).min() > 0.9
+    gate = usual_biases(DESIGN, "gate", AMI_1500)
+    still = noise_of(numbers, gate, silicon, SiliconNoise(3))
+    assert not still.lines.spread(still.reach["hold"]).any()

@@ -20,7 +20,7 @@ from circuits.solver.noise.transient import NoiseRun, map_trials
 
 SILICON = Silicon(AMI_1500_IDEAL)
 HEAD = head_on(SILICON, "gate")
-WHITE = noise_of(HEAD, SILICON, SiliconNoise(1, flicker=WHITE_ONLY))
+WHITE = noise_of(HEAD, SILICON, SiliconNoise(1, flicker=WHITE_ONLY), kind="gate")
 
 
 def heard(near, far=()):
@@ -80,8 +80,8 @@ def test_a_level_unit_jitters_as_the_transistors():
 
 
 def test_steps_and_flicker_are_drawn_for_a_ping():
-    both = noise_of(HEAD, SILICON, SiliconNoise(1))
-    wide = noise_of(HEAD, SILICON, SiliconNoise(1), area=4.0)
+    both = noise_of(HEAD, SILICON, SiliconNoise(1), kind="gate")
+    wide = noise_of(HEAD, SILICON, SiliconNoise(1), 4.0, "gate")
     for name in ("excite", "inhibit"):
         assert both.spread[name] == pytest.approx(2.0 * wide.spread[name], rel=0.01)  # of other steepness
         assert not WHITE.spread[name].any()

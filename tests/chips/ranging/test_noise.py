@@ -5,14 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from chips.lines.wander import swing_of
 from chips.noise import SiliconNoise
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.chip import RangingChip
 from chips.ranging.kernel import new_chip, new_plan, next_due, on_call, on_echo, take
 from chips.ranging.neuron_kernel import RELEASE
-from chips.ranging.noise import next_durations, no_jitter, spread
+from chips.ranging.noise import most, next_durations, no_jitter, spread
+from circuits.bias import lines_of
 from circuits.devices.noise import WHITE_ONLY, NoiseModel
 from circuits.errors import ParameterError
+from circuits.generator.ripple import Ripple, line_response
 from circuits.silicon.process import AMI_1500_IDEAL, ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 
@@ -153,3 +156,40 @@ def test_lines_of_a_generator_make_noise_that_neurons_share():
     shared += (line.follow[6] * line.follow[8]).sum() * (line.share[6] * line.share[8]).sum()
     assert alike == pytest.approx(shared / (spread(line)[6] * spread(line)[8]), abs=0.08)
     assert alike > 0.1
+
+
+def test_a_ripple_of_the_supply_moves_inhibitions_by_its_mean():
+    ripple = Ripple(50e-3, 50.0)
+    quiet, moved = (
+        RangingChip(Silicon(AMI_1500_IDEAL), noise=SiliconNoise(5, ripple=r), bias_kind="generator")
+        for r in (None, ripple)
+    )
+    still, swaying = quiet.jitter_at(27.0), moved.jitter_at(27.0)
+    assert still is not None
+    assert swaying is not None
+    assert spread(swaying) == pytest.approx(spread(still))
+    assert (most(swaying) > most(still)).all()
+    a, b = np.empty(13), np.empty(13)
+    silicon = Silicon(AMI_1500_IDEAL)
+    circuit = quiet.model.circuit
+    lines, current = lines_of(circuit, next(x for x in circuit.biases if x.name == "i_inh_tau"), silicon)
+    supply = ripple.amplitude * line_response(lines, current, silicon, ripple.frequency)
+    phase = swing_of(SiliconNoise(5, ripple=ripple)).phase
+    per_volt = silicon.law("n").kappa / silicon.thermal_voltage
+    for k in range(6):
+        next_durations(still, 0.1 * k + 3e-3 * k, a)
+        next_durations(swaying, 0.1 * k + 3e-3 * k, b)
+        grid = 0.103 * k + np.linspace(0.0, 1.0, 4001)[:, None] * still.t_inh
+        sine = np.abs(supply) * np.sin(2.0 * np.pi * 50.0 * grid + phase + np.angle(supply))
+        asked = -still.t_inh * per_volt * sine.mean(axis=0)
+        np.testing.assert_allclose(
+            b - a, asked, atol=0.02 * np.abs(still.t_inh * per_volt * np.abs(supply)).max()
+        )
+    assert np.abs(b - a).max() > 2.0 * spread(still).min()
+
+
+def test_a_ripple_on_fixed_gates_is_refused():
+    noise = SiliconNoise(5, ripple=Ripple(50e-3, 50.0))
+    chip = RangingChip(Silicon(AMI_1500_IDEAL), noise=noise, bias_kind="gate")
+    with pytest.raises(ParameterError, match=r"i_inh_tau: ripple of 50 mV at 50 Hz on a bias of kind gate"):
+        chip.jitter_at(27.0)

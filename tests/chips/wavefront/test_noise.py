@@ -1,21 +1,31 @@
 """Jitter of the axons: its size, whose it is, and that plans without it are what they were."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from chips.lines.wander import swing_of, wander_of
 from chips.noise import SiliconNoise
 from chips.shot_noise import shot_share
 from chips.wavefront.chip import ChipCells, WavefrontChip
 from chips.wavefront.model import axon_delays, chip_model
-from chips.wavefront.noise import axon_jitter, axon_spread, sinks_on
+from chips.wavefront.noise import axon_jitter, axon_spread, in_line_time, sinks_on
+from circuits.arrays import F64
+from circuits.bias import bias_voltages, rebias
 from circuits.blocks.wavefront import axon_delay
+from circuits.blocks.wavefront.grid import START_TIME, Params, build, firing_times, plan_testbench
+from circuits.devices import Source
 from circuits.devices.noise import WHITE_ONLY
+from circuits.devices.source import PiecewiseLinear
 from circuits.errors import ParameterError
+from circuits.generator.ripple import Ripple
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, ELEMENTARY_CHARGE, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.event_jitter import event_jitter
+from circuits.solver.transient import simulate
 
 WHITE = SiliconNoise(3, flicker=WHITE_ONLY)
 MAP = np.random.default_rng(11).integers(1, 11, (6, 6))
@@ -97,3 +107,53 @@ def test_plans_differ_only_with_noise() -> None:
     assert (later > 0.0).all()
     # microseconds over plans of milliseconds
     assert np.abs(first - plain).max() < 50e-6
+
+
+def test_a_line_that_swings_moves_a_wave_as_the_transistors() -> None:
+    """A row of cells whose line swings by what the generator makes of 20 mV at 2 kHz."""
+    silicon, codes, ripple = Silicon(AMI_1500), np.array([[3, 2, 4, 1]]), Ripple(20e-3, 2e3)
+    noise = SiliconNoise(5, flicker=WHITE_ONLY, ripple=ripple)
+    chip = WavefrontChip(1, 4, cells=ChipCells(silicon))
+    still = chip.plan(chip.program(codes), (0, 0)).arrivals
+    model = chip_model((1, 4), AMI_1500, bias_kind="generator")
+    moved = in_line_time(model, silicon, still, noise, (0, 0.0))
+    plain = in_line_time(model, silicon, still, replace(noise, ripple=None), (0, 0.0))
+    grid = rebias(build(Params(1, 4)), kind="generator")
+    line = grid.bias("i_delay")
+    volts = float(bias_voltages(grid, line, silicon)[()])
+    held = replace(grid, biases=tuple(b for b in grid.biases if b.name != "i_delay"))
+    bench = plan_testbench(held, codes, (0, 0), START_TIME + 1.3 * float(moved.max()), AMI_1500.v_dd)
+    times = np.linspace(0.0, bench.stop, 4001)
+    supply, swing = wander_of(model.circuit, ["i_delay"], silicon, noise).supply[0], swing_of(noise)
+
+    def fired(share: float) -> F64:
+        angle = swing.pace * (times - START_TIME) + swing.phase + np.angle(supply)
+        wave = volts + share * np.abs(supply) * np.sin(angle)
+        source = Source(line.port, line.port, PiecewiseLinear(tuple(times), tuple(wave)))
+        made = replace(bench, sources=(*bench.sources, source))
+        found = firing_times(simulate(made, silicon, rtol=1e-5, record=()))[0]
+        return np.asarray(found - found[0])[1:]
+
+    theirs, ours = fired(1.0) / fired(0.0), moved[0, 1:] / plain[0, 1:]
+    assert ours == pytest.approx(theirs, abs=0.1 * np.abs(theirs - 1.0).max())
+    assert np.abs(theirs - 1.0).max() > 0.003
+
+
+def test_all_axons_have_one_line_and_a_wave_keeps_its_order() -> None:
+    silicon = Silicon(AMI_1500, die=Die(number=4))
+    chips = [
+        WavefrontChip(6, 6, cells=ChipCells(silicon, noise=n))
+        for n in (None, SiliconNoise(3, flicker=WHITE_ONLY))
+    ]
+    quiet, first, second = (
+        chips[k].plan(chips[k].program(MAP), (0, 0), number=n) for k, n in ((0, 0), (1, 1), (1, 2))
+    )
+    ratio = first.arrivals.ravel()[1:] / quiet.arrivals.ravel()[1:]
+    # 0.1 % that all have in common, beside each axon's jitter
+    assert 2e-5 < abs(ratio.mean() - 1.0) < 1e-2
+    assert not np.array_equal(first.arrivals, second.arrivals)
+    gates = WavefrontChip(
+        6, 6, cells=ChipCells(silicon, "gate", noise=SiliconNoise(3, ripple=Ripple(0.1, 50.0)))
+    )
+    with pytest.raises(ParameterError, match=r"i_delay: ripple of 100 mV at 50 Hz on a bias of kind gate"):
+        gates.plan(gates.program(MAP), (0, 0))
