@@ -99,6 +99,19 @@ def joined(parts: Sequence[Wander]) -> Wander:
     return Wander(*(np.concatenate([getattr(p, n) for p in wide]) for n in Wander._fields))
 
 
+def apart(parts: Sequence[Wander]) -> Wander:
+    """Return the lines of several generators in their order; each generator has its own sources."""
+    begins = np.cumsum([0, *(p.follow.shape[1] for p in parts)])
+    wide = [
+        p._replace(**{
+            n: np.pad(getattr(p, n), ((0, 0), (begin, begins[-1] - begin - p.follow.shape[1])))
+            for n in ("follow_white", "follow")
+        })
+        for p, begin in zip(parts, begins, strict=False)
+    ]  # fmt: skip
+    return joined(wide)
+
+
 def still(count: int) -> Wander:
     """Return lines that do not wander."""
     none, flat = np.zeros(count), np.zeros((count, 0))

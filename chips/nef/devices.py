@@ -67,12 +67,17 @@ def on_chip(
     inside: Place = (),
 ) -> DieDevices:  # fmt: skip
     """Return devices of an array of a part of the chip, with the chip's biases on the ports that it has."""
+    return standing(biased(circuit, biases), replace(silicon, place=(*PLACE, *inside)), array, wanted)
+
+
+def biased(circuit: Circuit, biases: Biases) -> Circuit:
+    """Return a part of the chip with the chip's biases on the ports that it has."""
     given = {b.name: b for b in biases}
     own = tuple(
         replace(b, kind=given[b.name].kind, value=given[b.name].value) if b.name in given else b
         for b in circuit.biases
     )
-    return standing(replace(circuit, biases=own), replace(silicon, place=(*PLACE, *inside)), array, wanted)
+    return replace(circuit, biases=own)
 
 
 def without_mismatch(silicon: Silicon) -> Silicon:

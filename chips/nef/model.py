@@ -277,6 +277,16 @@ def flicker_slopes(silicon: Silicon, biases: Biases) -> F64:
     return np.ravel(found) / (2.0 * NUDGE)
 
 
+def bias_slope(silicon: Silicon, biases: Biases) -> float:
+    """Return by what share a stage's unit follows its gate, 1/V."""
+    law = silicon.law("p")
+    if silicon.process.effects == "ideal":
+        return law.kappa / silicon.thermal_voltage
+    d = plain_stage(silicon, biases)
+    low, high = (np.ravel(d.saturated("md0", d.below("v_pos") + x)) for x in (-NUDGE, NUDGE))
+    return float(np.log(high / low)[0] / (2.0 * NUDGE))
+
+
 def filter_capacitance() -> float:
     """Return the capacitance of a filter's v_syn, F."""
     return float(filter_capacitances()[0, 0])

@@ -8,18 +8,25 @@
 
 Under the law with second-order effects kappa / U_T is how a device follows its gate where it stands.
 
-Left out: the comparator (0.5 us at 40 V/s), lines and drivers (a tenth of the filter's density), flicker of
-stages and filters (0.02 to 0.03 %); decoders and curves are those of a chip without noise.
+The generator's lines of leak, refractory current and biases wander (`chips.lines.steps`), and all neurons
+with them. Left out: the comparator (0.5 us at 40 V/s), lines and drivers of signals (a tenth of the filter's
+density), flicker of stages and filters (0.02 to 0.03 %), the lines of filters; decoders and curves are those
+of a chip without noise.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from chips.lines.steps import LineSteps, copied_steps, line_steps
+from chips.lines.wander import apart, wander_of
+from chips.nef import devices
 from chips.nef.chip import Conditions
 from chips.nef.circuit import NAME
 from chips.nef.kernel import ChipNet
-from chips.nef.model import filter_capacitance, flicker_slopes, neuron_charges
+from chips.nef.model import BIAS_COLUMN, bias_slope, filter_capacitance, flicker_slopes, neuron_charges
 from chips.nef.network.kernel import DT
 from chips.nef.noise_kernel import NefNoise
 from chips.noise import SiliconNoise, die_name
@@ -60,6 +67,7 @@ def noise_of(chip: ChipNet, where: Conditions) -> NefNoise | None:
         new_draws(noise.seed, noise.trial, f"{name}, neurons", neurons),
         new_draws(noise.seed, noise.trial, f"{name}, filters", keep.size),
         np.zeros(1, np.int64),
+        _lines(noise, where, name),
     )
 
 
@@ -70,8 +78,9 @@ def copied(noise: NefNoise) -> NefNoise:
     draws = [d._replace(**{n: getattr(d, n).copy() for n in ("counters", "words", "normal")})
              for d in (noise.neurons, noise.filters)]  # fmt: skip
     return noise._replace(
-        slow=slow, neurons=draws[0], filters=draws[1], total=noise.total.copy(), step=np.zeros(1, np.int64)
-    )
+        slow=slow, neurons=draws[0], filters=draws[1], total=noise.total.copy(), step=np.zeros(1, np.int64),
+        lines=copied_steps(noise.lines),
+    )  # fmt: skip
 
 
 def _shots(current: F64) -> F64:
@@ -93,3 +102,16 @@ def _slow(noise: SiliconNoise, where: Conditions, neurons: int) -> Slow:
     area = np.array([transistor_of(neuron, name).gate_area for name in ("mf1", "mk5")]) * where.chip.area
     gates = gate_flicker(model, where.silicon.process, np.ones(2, np.bool_), area)
     return new_slow(flicker_slopes(where.silicon, where.biases) ** 2 * gates, model, DT, neurons)
+
+
+def _lines(noise: SiliconNoise, where: Conditions, name: str) -> LineSteps:
+    """Lines by `LINE_LEAK`, `LINE_REFRACTORY` and `LINE_BIAS`; a column has a generator of its own."""
+    silicon, wanders = where.silicon, []
+    for circuit, names, inside in (
+        (devices.neurons(1), ("i_leak", "i_rfr"), ()),
+        (devices.column(1), ("i_pos",), (("column", (BIAS_COLUMN,)),)),
+    ):
+        there = replace(silicon, place=(*devices.PLACE, *inside))
+        wanders.append(wander_of(devices.biased(circuit, where.biases), names, there, noise))
+    slope = np.append(flicker_slopes(silicon, where.biases), bias_slope(silicon, where.biases))
+    return line_steps(apart(wanders), slope, silicon, noise, name, DT)

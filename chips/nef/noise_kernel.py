@@ -10,12 +10,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from chips.lines.steps import LineSteps, bring_lines
 from chips.nef.network.kernel import DT, Net, State
 from chips.noise_draw import Draws, Slow, bring, draw
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 
 SLOW_LEAK, SLOW_REFRACTORY = range(2)  # slow processes, relative
+LINE_LEAK, LINE_REFRACTORY, LINE_BIAS = range(3)  # lines that all neurons share
 LEAST = 0.02 * DT  # s, shortest time for which a noise current is taken to stand still; ours
 
 _compiled = compiled()
@@ -28,7 +30,7 @@ class NefNoise(NamedTuple):
     electron's; grain: charge of an electron, thresholds s; dead: `q t_ref / I_rfr`, s^2, float64[neurons];
     reset: `k T C`, (thresholds s)^2; lanes: relative deviation that a step adds to a filter, float64[lanes];
     total: working space, float64[neurons]; slow: flicker; neurons, filters: draws; step: how many steps were
-    taken, int64[1].
+    taken, int64[1]; lines: of the chip's generator, none where they do not wander.
     """
 
     above: F64
@@ -43,6 +45,7 @@ class NefNoise(NamedTuple):
     neurons: Draws
     filters: Draws
     step: I64
+    lines: LineSteps
 
 
 @_compiled
@@ -52,6 +55,7 @@ def begin_noise(t: NefNoise) -> None:
     bring(t.slow, t.neurons, number)
     draw(t.neurons, number, 0)
     draw(t.filters, number, 0)
+    bring_lines(t.lines, number)
     t.step[0] = number + 1
 
 
@@ -94,4 +98,8 @@ def disturb_neurons(
             shift = math.sqrt(variance) * t.neurons.normal[k]
             if t.slow.deviation.size:
                 shift -= leak[k] * t.slow.value[SLOW_LEAK, k] + more * t.slow.value[SLOW_REFRACTORY, k]
+            if t.lines.shift.size:
+                line = t.lines.shift
+                shift += n.bias[k] * line[LINE_BIAS] - leak[k] * line[LINE_LEAK]
+                shift += more * line[LINE_REFRACTORY]
             b.current[k] += shift

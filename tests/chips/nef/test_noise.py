@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chips.nef.build import build, moved
-from chips.nef.chip import FIFO
+from chips.nef.chip import FIFO, NefChip
 from chips.nef.kernel import advance_chip, new_chip_state
 from chips.nef.model import neuron_charges
 from chips.nef.network.curves import IdealCurves
@@ -18,6 +18,8 @@ from chips.noise import SiliconNoise
 from circuits.blocks.nef import neuron as nef_neuron
 from circuits.blocks.nef.neuron import LEAK
 from circuits.devices.noise import WHITE_ONLY
+from circuits.errors import ParameterError
+from circuits.generator.ripple import Ripple
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
 from circuits.silicon.process import ELEMENTARY_CHARGE, ROLLS_180_IDEAL
@@ -149,3 +151,40 @@ def test_a_filters_noise_is_that_of_its_capacitor():
     quiet = relative.std(axis=0) / relative.mean(axis=0)
     # the first lane is a node's and still; spikes move the others by more
     assert quiet.min() == pytest.approx(np.sqrt(expected_variance), rel=0.25)
+
+
+def test_lines_move_all_neurons_as_other_currents_do():
+    """A ripple too slow to see stands, as a leak and a refractory current that are so much larger."""
+    ripple = SiliconNoise(1, flicker=WHITE_ONLY, ripple=Ripple(20e-3, 50.0))
+    built = build(one(60), NefChip(neurons=64, noise=ripple).at(27.0), 1)
+    lines = built.noise.lines
+    assert lines.shift.size == 3
+    assert (lines.ripple > 1e-5).all()
+    held = lines._replace(
+        white=0.0 * lines.white, pace=1e-9, lag=np.full(3, 0.5 * np.pi), ripple=np.array([0.2, 0.05, 0.0])
+    )
+    n = copied(built.noise)
+    nothing = n._replace(grain=0.0, reset=0.0, dead=0.0 * n.dead, lanes=0.0 * n.lanes, lines=held)
+    c = built.chip
+    other = c._replace(leak=1.2 * c.leak, refractory=c.refractory / 1.05)
+    found = []
+    for chip, noise in ((c, nothing), (other, None)):
+        run = Simulation(replace(built, chip=chip, noise=noise))
+        run.set("in", 0.4)
+        run.advance(1.0)
+        found.append(run.state.spikes.astype(float))
+    quiet = Simulation(replace(built, noise=None))
+    quiet.set("in", 0.4)
+    quiet.advance(1.0)
+    fast = found[1] > 50.0
+    # the refractory period is lengthened by its draw once a spike, to first order
+    assert found[0][fast] == pytest.approx(found[1][fast], rel=0.01, abs=1.0)
+    assert found[1][fast].sum() != pytest.approx(quiet.state.spikes[fast].sum(), rel=0.01)
+
+
+def test_a_ripple_on_fixed_gates_is_refused():
+    chip = paper_chip(noise=SiliconNoise(1, ripple=Ripple(20e-3, 50.0)))
+    with pytest.raises(
+        ParameterError, match=r"nef_chip\.i_leak: ripple of 20 mV at 50 Hz on a bias of kind gate"
+    ):
+        build(one(60), chip.at(27.0), 1)

@@ -1,0 +1,108 @@
+"""Lines that wander in a run by steps: what each has in a step, without allocation.
+
+White noise S of a line stands for a step h with the variance `S / (2 h)`, flicker is a sum of octaves
+(`chips.noise_draw`), both of the line itself and of the masters that lines share, and a ripple is its value
+in the middle of the step. What a model gets is the relative change of the current that each line sets.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from chips.lines.wander import Wander, swing_of
+from chips.noise import SiliconNoise
+from chips.noise_draw import Draws, Slow, bring, draw, new_draws, new_slow
+from circuits.arrays import F64
+from circuits.compiled import compiled
+from circuits.silicon.silicon import Silicon
+
+_compiled = compiled()
+
+
+class LineSteps(NamedTuple):
+    """n lines of a chip, which m sources move, in steps; n is 0 where none wanders.
+
+    white: deviations by each line and by each source, relative, float64[n, n + m]; slow: flicker of each line
+    and each source, of 1 / f; follow: what a unit of it changes, relative, float64[n, n + m]; ripple, lag:
+    peak, relative, and phase, rad, float64[n]; pace: rad/s; step: s; fast, held: draws; shift: relative
+    changes of the currents in the present step, float64[n], overwritten.
+    """
+
+    white: F64
+    slow: Slow
+    follow: F64
+    ripple: F64
+    lag: F64
+    pace: float
+    step: float
+    fast: Draws
+    held: Draws
+    shift: F64
+
+
+def line_steps(
+    wander: Wander, slope: F64, silicon: Silicon, noise: SiliconNoise, name: str, step: float
+) -> LineSteps:
+    """Return lines in steps of `step` s.
+
+    slope: `d ln I / dv` of what each line biases, 1/V, float64[n]; name: of the chip on its die.
+    """
+    n, m = wander.follow.shape
+    if not (wander.white.any() or wander.supply.any()):
+        n, m, wander, slope = 0, 0, _none(), np.zeros(0)
+    white = np.concatenate([np.diag(np.sqrt(wander.white)), wander.follow_white], axis=1) / math.sqrt(
+        2.0 * step
+    )
+    follow = np.concatenate([np.diag(np.sqrt(wander.flicker)), wander.follow], axis=1)
+    swing, path = swing_of(noise), f"{name}, bias lines"
+    return LineSteps(
+        slope[:, None] * white,
+        new_slow(np.ones(n + m), noise.flicker_in(silicon.process), step, 1),
+        slope[:, None] * follow,
+        slope * np.abs(wander.supply),
+        np.angle(wander.supply) + swing.phase,
+        swing.pace,
+        step,
+        new_draws(noise.seed, noise.trial, path, n + m),
+        new_draws(noise.seed, noise.trial, f"{path}, slowly", 1),
+        np.zeros(n),
+    )  # fmt: skip
+
+
+def _none() -> Wander:
+    none, flat = np.zeros(0), np.zeros((0, 0))
+    return Wander(none, none, none, flat, flat, np.zeros(0, np.complex128))
+
+
+def copied_steps(lines: LineSteps) -> LineSteps:
+    """Return the same lines with working space of their own, from any step on."""
+    old = lines.slow
+    slow = Slow(old.deviation, old.held.copy(), old.value.copy(), np.full(1, -1, np.int64))
+    fast, held = (
+        d._replace(**{n: getattr(d, n).copy() for n in ("counters", "words", "normal")})
+        for d in (lines.fast, lines.held)
+    )
+    return lines._replace(slow=slow, fast=fast, held=held, shift=lines.shift.copy())
+
+
+@_compiled
+def bring_lines(t: LineSteps, number: int) -> None:
+    """Write the relative changes of step `number` into `shift`."""
+    n = t.shift.size
+    if n == 0:
+        return
+    bring(t.slow, t.held, number)
+    draw(t.fast, number, 0)
+    slow = t.slow.deviation.size > 0
+    for k in range(n):
+        shift = 0.0
+        for j in range(t.white.shape[1]):
+            shift += t.white[k, j] * t.fast.normal[j]
+            if slow:
+                shift += t.follow[k, j] * t.slow.value[j, 0]
+        if t.pace > 0.0:
+            shift += t.ripple[k] * math.sin(t.pace * (number + 0.5) * t.step + t.lag[k])
+        t.shift[k] = shift
