@@ -17,6 +17,7 @@ from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, Slow, bring, draw, new_draws, new_slow
 from circuits.arrays import F64
 from circuits.compiled import compiled
+from circuits.devices.noise import WHITE_ONLY
 from circuits.silicon.silicon import Silicon
 
 _compiled = compiled()
@@ -70,6 +71,11 @@ def line_steps(
         new_draws(noise.seed, noise.trial, f"{path}, slowly", 1),
         np.zeros(n),
     )  # fmt: skip
+
+
+def no_lines() -> LineSteps:
+    """Return the lines of a chip where none wanders."""
+    return line_steps(_none(), np.zeros(0), Silicon(), SiliconNoise(flicker=WHITE_ONLY), "", 1.0)
 
 
 def _none() -> Wander:

@@ -216,7 +216,7 @@ class RollsChip:
                     self.params, self.learning, self.program, self.kind, on, self.step, built.tables.membranes
                 )
                 built = replace(built, plastic=found)
-            built = with_noise(built, self.params, self.program, on, self.noise)
+            built = with_noise(built, self.params, self.program, self.kind, on, self.noise)
             self._built[at] = with_depression(built, self.params, self.program, self.kind, on, self.noise)
         return self._built[at]
 

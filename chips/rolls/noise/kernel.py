@@ -3,7 +3,7 @@
 White noise of a membrane is a current that stands still for a step h, drawn with the variance `D / h`; while
 the neuron's own current carries it to the top it is one current up to there, with the variance that gives the
 spike's time the one that white noise gives it. That of a filter is a charge a step. Flicker moves six
-currents slowly, each a sum of values held for 2^j looks.
+currents slowly, each a sum of values held for 2^j looks; lines of the generator move some of all neurons.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from chips.lines.steps import bring_lines
 from chips.noise_draw import bring, draw
 from chips.rolls.layout import (
     BASE,
@@ -37,6 +38,12 @@ from chips.rolls.noise.layout import (
     DRAWN,
     INPUT,
     LEAK,
+    LINE_DIRECT,
+    LINE_EXC_GAIN,
+    LINE_EXC_TAU,
+    LINE_INH_GAIN,
+    LINE_INH_TAU,
+    LINE_LEAK,
     PAIR,
     REVERSED,
     RISE,
@@ -102,6 +109,9 @@ def disturb_membranes(t: NoiseTables, m: Membranes, bits: I64, number: int, step
         rising = (s.slope[k] * span > steep) & (own > abs(s.rate[k] - own))
         density = row[WHITE] + row[INPUT] * s.excite[k] + row[DRAWN] * s.inhibit[k]
         s.rate[k] += math.sqrt(density * (row[RISE] if rising else often)) * t.draws.normal[k]
+    bring_lines(t.lines, number)
+    if t.lines.shift.size:
+        _disturb_by_lines(t, m, bits, s)
     if t.slow.deviation.size == 0:
         return
     slow = t.slow.value
@@ -112,3 +122,16 @@ def disturb_membranes(t: NoiseTables, m: Membranes, bits: I64, number: int, step
         more += row[DIRECT] * (slow[SLOW_DIRECT, k] + pair)
         more += m.inverse[k] * s.excite[k] * (slow[SLOW_EXCITE, k] + pair)
         s.rate[k] += more - row[REVERSED] * s.inhibit[k] * slow[SLOW_INHIBIT, k]
+
+
+@step_compiled
+def _disturb_by_lines(t: NoiseTables, m: Membranes, bits: I64, s: Scratch) -> None:
+    """Add what lines that have moved make of leaks, direct currents and filters to dzeta/dt."""
+    line = t.lines.shift
+    leak, direct = np.float32(line[LINE_LEAK]), np.float32(line[LINE_DIRECT])
+    excite = np.float32(line[LINE_EXC_GAIN] - line[LINE_EXC_TAU])
+    inhibit = np.float32(line[LINE_INH_GAIN] - line[LINE_INH_TAU])
+    for k in range(bits.size):
+        row = t.rows[k, np.uint64((bits[k] >> SHIFT) - BASE)]
+        more = row[LEAK] * leak + row[DIRECT] * direct + m.inverse[k] * s.excite[k] * excite
+        s.rate[k] += more - row[REVERSED] * s.inhibit[k] * inhibit

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from chips.lines.steps import LineSteps
 from chips.noise_draw import Draws, Slow
 from circuits.arrays import F32
 
@@ -15,6 +16,8 @@ WHITE, INPUT, DRAWN, RISE, LEAK, BACK, DIRECT, PAIR, REVERSED = range(9)
 NOISE_COLUMNS = 9
 # Slow processes, relative: leak, feedback, direct current, the input's pair, and the filters of either sign
 SLOW_LEAK, SLOW_BACK, SLOW_DIRECT, SLOW_PAIR, SLOW_EXCITE, SLOW_INHIBIT = range(6)
+# Lines that all neurons share: leak, direct current, time constant and gain of the filters of either sign
+LINE_LEAK, LINE_DIRECT, LINE_EXC_TAU, LINE_EXC_GAIN, LINE_INH_TAU, LINE_INH_GAIN = range(6)
 
 
 class NoiseTables(NamedTuple):
@@ -22,7 +25,8 @@ class NoiseTables(NamedTuple):
 
     rows: float32[n, rows, NOISE_COLUMNS] over zeta; grain: float32[signs, n], an electron in z; excess:
     float32[signs, n], electrons of noise that an electron of a pulse has beyond the first; plastic_grain,
-    plastic_excess: float32[2, n], the same of the plastic array's filters, where there is one.
+    plastic_excess: float32[2, n], the same of the plastic array's filters, where there is one. lines: of the
+    chip's generator, none where they do not wander.
     """
 
     rows: F32
@@ -32,3 +36,4 @@ class NoiseTables(NamedTuple):
     slow: Slow
     plastic_grain: F32
     plastic_excess: F32
+    lines: LineSteps

@@ -14,9 +14,11 @@ synapse, and of the pulse's end, `q / (I_pwlk t)` of the charge squared; the pla
 calcium alike, whose pulses are sunk without a mirror.
 Flicker: a current varies by `kappa / U_T` of its gate's voltage, whose density is K_F / (W L Cox f)
 (`chips.noise_draw`). Filters of a sign share theirs, and follow it at once.
-Left out: v_o1, the reset and its kT/C, the refractory period, what the followers' noise bandwidth takes off,
-the adaptation's gate, plastic weights, comparators and the NMDA gate, strong inversion's lower noise; pulses
-of a column end together, here each for itself. Cells of depression have theirs in
+Lines of the generator wander (`chips.lines.steps`): those of leak, direct current, and of the time constants
+and gains of the array's filters, whose lines stand for the virtual synapses' too; filters follow at once.
+Left out: the other lines, v_o1, the reset and its kT/C, the refractory period, what the followers' noise
+bandwidth takes off, the adaptation's gate, plastic weights, comparators and the NMDA gate, strong inversion's
+lower noise; pulses of a column end together, here each for itself. Cells of depression have theirs in
 `chips.rolls.depression.kernel`.
 """
 
@@ -26,9 +28,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from chips.lines.steps import LineSteps, line_steps
+from chips.lines.wander import wander_of
 from chips.noise import SiliconNoise, die_name
 from chips.noise_draw import new_draws, new_slow
-from chips.rolls.circuit import NAME, Params
+from chips.rolls.circuit import NAME, Params, chip
 from chips.rolls.layout import SIGNS, VOLTAGE
 from chips.rolls.layout import STATIC as OWN
 from chips.rolls.lumped.grid import edges
@@ -57,7 +61,7 @@ from chips.rolls.tables import Built
 from circuits.arrays import F32, F64, Bools
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
-from circuits.circuit import Circuit
+from circuits.circuit import BiasKind, Circuit
 from circuits.devices.ekv import steepness
 from circuits.devices.noise import NoiseModel, gate_flicker
 from circuits.lowering.on_die import DieDevices, transistor_of
@@ -68,9 +72,13 @@ MIRRORED = 2.0  # electrons of noise that two more devices of a mirror add
 
 
 def with_noise(
-    built: Built, params: Params, program: Program, silicon: Silicon, noise: SiliconNoise | None
-) -> Built:
-    """Return the tables of a chip on a silicon with its noise, unchanged where `noise` is None."""
+    built: Built, params: Params, program: Program, kind: BiasKind, silicon: Silicon,
+    noise: SiliconNoise | None,
+) -> Built:  # fmt: skip
+    """Return the tables of a chip on a silicon with its noise, unchanged where `noise` is None.
+
+    Raises `ParameterError` for a ripple on biases that are none of a generator's.
+    """
     if noise is None:
         return built
     d = devices_at(
@@ -86,6 +94,7 @@ def with_noise(
         new_draws(noise.seed, noise.trial, die_name(NAME, silicon.die), NEURONS),
         new_slow(densities, flicker, step, NEURONS),
         *_plastic_grains(built.plastic, program),
+        _lines(params, silicon, d, program, kind, noise, step),
     )
     return replace(built, noise=tables)
 
@@ -172,9 +181,8 @@ def slow_densities(
     """Return the densities of the relative slow processes at 1 Hz, 1/Hz, from SLOW_LEAK to SLOW_INHIBIT."""
     of = _Gates(silicon, flicker)
     neuron, synapse = rolls_neuron.build(params.neuron), params.synapse
-    leak = "leak.ml3" if program.slow_leak().all() else "leak.ml4"
-    bias = {"leak.ml3": "v_tau1", "leak.ml4": "v_tau2"}[leak]
-    steep = _steepness(d, leak, float(d.gate[bias]))
+    leak, bias = _leak(program)
+    steep = _steepness(d, leak, float(d.gate[f"v_{bias}"]))
     exciting = dpi_synapse.excitatory_filter(synapse)
     inhibiting = dpi_synapse.inhibitory_filter(synapse)
     k_n, k_p = d.fet["sodium.mn1"].kappa, d.fet["sodium.mn3"].kappa
@@ -189,6 +197,26 @@ def slow_densities(
         pair = (k_p / k_n) ** 2 * (of(made, "md1") + of(made, "md2") + of(made, "md3"))
         found.append(pair + of(made, "md5") + sum(of(made, name) for name in mirror))
     return np.array(found)
+
+
+def _leak(program: Program) -> tuple[str, str]:
+    """Device of the leak that is on, and its bias."""
+    return ("leak.ml3", "tau1") if program.slow_leak().all() else ("leak.ml4", "tau2")
+
+
+def _lines(
+    params: Params, silicon: Silicon, d: DieDevices, program: Program, kind: BiasKind, noise: SiliconNoise,
+    step: float,
+) -> LineSteps:  # fmt: skip
+    """Lines from LINE_LEAK to LINE_INH_GAIN; those of filters carry weak inversion's currents."""
+    leak, bias = _leak(program)
+    names = (bias, "dc", "excitatory_tau", "excitatory_thr", "inhibitory_tau", "inhibitory_thr")
+    there = replace(silicon, place=((NAME, ()),))
+    wander = wander_of(chip(params, program.biases, kind), [f"i_{n}" for n in names], there, noise)
+    steep = _steepness(d, leak, float(d.gate[f"v_{bias}"])), *(1.0 for _ in names[1:])
+    kappa = silicon.law("n").kappa, *(silicon.law("p").kappa for _ in names[1:])
+    slope = np.array(steep) * np.array(kappa) / silicon.thermal_voltage
+    return line_steps(wander, slope, silicon, noise, die_name(NAME, silicon.die), step)
 
 
 class _Gates:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from chips.lines.steps import no_lines
 from chips.noise import SiliconNoise
 from chips.noise_draw import new_draws, new_slow
 from chips.rolls.calibration import code_for
@@ -13,7 +14,7 @@ from chips.rolls.chip import RollsChip
 from chips.rolls.layout import SINCE, STATIC, WAIT, ZETA, Z
 from chips.rolls.lumped.filter import OMEGA_POINTS
 from chips.rolls.noise.kernel import disturb_plastic
-from chips.rolls.noise.layout import RISE, WHITE, NoiseTables
+from chips.rolls.noise.layout import DRAWN, INPUT, LINE_DIRECT, RISE, WHITE, NoiseTables
 from chips.rolls.plastic.reference import prepared
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import default_biases
@@ -21,6 +22,8 @@ from chips.rolls.program.program import Program
 from circuits.bias import rebias
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.devices.noise import WHITE_ONLY
+from circuits.errors import ParameterError
+from circuits.generator.ripple import Ripple
 from circuits.lowering.kernel import to_kernel
 from circuits.silicon.die import Die
 from circuits.silicon.process import ELEMENTARY_CHARGE, ROLLS_180_IDEAL
@@ -149,7 +152,7 @@ def test_the_plastic_filters_noise_is_that_of_leak_and_pulses():
     none = np.zeros((4, n), np.float32)
     tables = NoiseTables(
         np.zeros((n, 1, 9), np.float32), none, none, new_draws(1, 0, "array", n),
-        new_slow(np.zeros(6), WHITE_ONLY, 0.4e-3, n), grain, excess,
+        new_slow(np.zeros(6), WHITE_ONLY, 0.4e-3, n), grain, excess, no_lines(),
     )  # fmt: skip
     at, charge = np.array([5.0, 2.0]), np.array([3.0, 1.5])
     found = np.zeros((steps, 2, n))
@@ -176,3 +179,37 @@ def test_flickers_deviation_follows_area_and_band():
     # octaves from 3.2 ms to 6.5 s
     assert found.shape == (6, 12)
     assert chip_of(WHITE_NOISE).built().noise.slow.deviation.shape == (6, 0)
+
+
+def test_lines_of_the_generator_move_all_neurons():
+    """A line of the direct current that stands a tenth higher drives as a current a tenth higher does."""
+    low, high = (default_biases().with_code("IF_DC_P", 4, code) for code in (100, 110))
+    ripple = SiliconNoise(3, flicker=WHITE_ONLY, ripple=Ripple(20e-3, 50.0))
+    silicon = Silicon(ROLLS_180_IDEAL, die=Die(number=5))
+
+    def made(biases, noise):
+        return RollsChip(Program(SILENT, biases), silicon, "generator", step=0.4e-3, noise=noise)
+
+    chip = made(low, ripple)
+    built = chip.built()
+    lines = built.noise.lines
+    assert lines.shift.size == 6
+    assert (lines.ripple[:2] > 1e-5).all()
+    assert (np.abs(lines.white).sum(axis=1) > 0.0).all()
+    moved = np.zeros(6)
+    moved[LINE_DIRECT] = 0.1
+    held = lines._replace(white=0.0 * lines.white, pace=1e-9, lag=np.full(6, 0.5 * np.pi), ripple=moved)
+    nothing = built.noise._replace(rows=built.noise.rows.copy(), grain=0.0 * built.noise.grain, lines=held)
+    for column in (WHITE, INPUT, DRAWN):
+        nothing.rows[:, :, column] = 0.0
+    chip._built[27.0] = replace(built, noise=nothing)
+    ours, theirs, still = (trains(c, 0.5)[1].size for c in (chip, made(high, None), made(low, None)))
+    assert ours == pytest.approx(theirs, rel=0.01)
+    assert theirs > 1.03 * still
+
+
+def test_a_ripple_on_fixed_gates_is_refused():
+    with pytest.raises(
+        ParameterError, match=r"rolls_chip\.i_tau2: ripple of 20 mV at 50 Hz on a bias of kind gate"
+    ):
+        chip_of(SiliconNoise(3, ripple=Ripple(20e-3, 50.0))).built()
