@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, is_dataclass
 from typing import Any, Literal, final, get_args, get_origin
 
 KINDS = ("any", "boolean", "integer", "number", "object", "string")
@@ -95,7 +95,7 @@ def kind_of(hint: Any, *, nullable: bool) -> str:
     null = "?" if nullable else ""
     if get_origin(hint) in (tuple, frozenset):
         return f"{kind_of(get_args(hint)[0], nullable=False)}[]{null}"
-    if get_origin(hint) is Literal:
+    if get_origin(hint) is Literal or is_dataclass(hint):  # what is a thing of its own is in words
         return f"string{null}"
     simple = {bool: "boolean", int: "integer", float: "number", str: "string"}
     return f"{simple[hint]}{null}" if hint in simple else "any"

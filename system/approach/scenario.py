@@ -17,7 +17,7 @@ from system.option import (
     option,
 )
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, check_noise, noise_option
+from system.options.noise import Noisy, check_noise, check_ripple, noise_option
 from system.worlds.sound.acoustics import Air
 from system.worlds.sound.targets import Target, default_scene, read_targets
 
@@ -63,6 +63,7 @@ class Scenario(Coded):
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self)
         check_noise(self.silicon_noise, None)
+        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
         check_codes(self)
 
     @property

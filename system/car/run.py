@@ -134,7 +134,7 @@ def sonar_of(scenario: Scenario, random: np.random.Generator) -> tuple[SonarAt |
     if not s.silicon:
         return lambda _: still, 0
     codes = s.ranging_codes
-    noisy = silicon_noise(s.silicon_noise, s.seed if s.noise_seed is None else s.noise_seed)
+    noisy = silicon_noise(s.silicon_noise, s.seed if s.noise_seed is None else s.noise_seed, s.ripple)
     begun_c = beginning_of(s.temperature_c, s.course) if s.course else None
 
     def made(celsius: float) -> tuple[Sonar, int]:

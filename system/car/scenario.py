@@ -16,7 +16,7 @@ from system.option import (
     option,
 )
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option
+from system.options.noise import Noisy, check_noise, check_ripple, noise_option, noise_seed_option
 from system.reader import place
 
 RANGES = ("flight", "exact", "chip")
@@ -60,6 +60,7 @@ class Scenario(Coded):
         check_forest(self.forest)
         check_options(self, no_silicon(self))
         check_noise(self.silicon_noise, self.noise_seed)
+        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
         check_codes(self)
         for name in ("occlusion", "multipath", "soft_pings"):
             if getattr(self, name) and self.ranges == "exact":

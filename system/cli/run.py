@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -137,5 +137,12 @@ def described(system: System[Any, Any], scenario: Any) -> dict[str, Any]:
         elif one.field == COURSE and value:
             found["temperature_C"] = value  # instead of that at its beginning
         elif one.key:
-            found[one.key] = sorted(value) if isinstance(value, set | frozenset) else value
+            found[one.key] = _shown(value)
     return found
+
+
+def _shown(value: Any) -> Any:
+    """A field's value as JSON has it: sets sorted, what is a thing of its own in words."""
+    if isinstance(value, set | frozenset):
+        return sorted(value)
+    return str(value) if is_dataclass(value) else value

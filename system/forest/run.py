@@ -11,7 +11,7 @@ A run of the system is one sample: flights until a collision, or a number of pin
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -118,7 +118,8 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 
     def made(celsius: float) -> Senses:
         silicon = s.silicon_at(celsius)
-        return senses_of(s.sensing, s.bat, silicon, key, begun_c, s.bias_kind, codes, selecting)
+        sensing = replace(s.sensing, ripple=s.ripple)
+        return senses_of(sensing, s.bat, silicon, key, begun_c, s.bias_kind, codes, selecting)
 
     senses_at = along_readers(s.course, s.temperature_c, made, lambda senses: senses.reader)
     moving = Moving(senses_at, course_through(s.course))

@@ -28,6 +28,7 @@ from system.option import (
     option,
 )
 from system.options.codes import Coded, check_codes
+from system.options.noise import check_ripple
 from system.options.on_silicon import ROOM_TEMPERATURE
 from system.options.temperature import temperature_text
 
@@ -73,6 +74,7 @@ class Scenario(Coded):
                 f" loop; {no_silicon(self)}, or leave it out"
             )
         check_codes(self)
+        check_ripple(self.ripple, self.bias_kind, self.sensing.silicon_noise)
         if self.map is None:
             check_count(self.obstacles)
 

@@ -21,7 +21,14 @@ from system.option import (
     option,
 )
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
+from system.options.noise import (
+    Noisy,
+    check_noise,
+    check_ripple,
+    noise_option,
+    noise_seed_option,
+    silicon_noise,
+)
 
 DURATION = 20.0  # s, two periods of the sine; ours
 
@@ -54,6 +61,7 @@ class Scenario(Coded):
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self)
         check_noise(self.silicon_noise, self.noise_seed)
+        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
         check_codes(self)
         if not self.head.period <= self.duration < math.inf:
             raise ParameterError(
@@ -83,7 +91,7 @@ class Scenario(Coded):
         currents = () if codes is None else currents_of(codes)
         chip = head_on(silicon, self.bias_kind, self.area, currents)
         seed = self.seed if self.noise_seed is None else self.noise_seed
-        noise = silicon_noise(self.silicon_noise, seed)
+        noise = silicon_noise(self.silicon_noise, seed, self.ripple)
         return chip, None if noise is None else noise_of(
             chip, silicon, noise, self.area, self.bias_kind, currents
         )

@@ -35,6 +35,7 @@ from chips.selection.whole import no_whole
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
+from circuits.generator.ripple import Ripple
 from circuits.silicon.silicon import Silicon
 from system.openspace.law import ARCS, Bat
 from system.openspace.population import coded, population_reader, population_readings
@@ -60,7 +61,7 @@ class Sensing:
     occlusion, multipath: of `sonar` and `chip`; azimuth_noise: rad, standard deviation; reader: look-up
     values of a ranging chip that has no codes of its own; ranging_area, selection_area: of the chips' drawn
     devices over the circuits', which moves their mismatch and flicker alone; silicon_noise: of both chips'
-    devices, by noise_seed (or the run's).
+    devices, by noise_seed (or the run's); ripple: of their generator's supply.
     """
 
     ranges: str = option("exact", "Exact places, of a sonar, or of a chip", choices=RANGES, study=True)
@@ -73,6 +74,7 @@ class Sensing:
     selection_area: float = 1.0
     silicon_noise: Noisy = noise_option()
     noise_seed: int | None = noise_seed_option()
+    ripple: Ripple | None = None
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the option that breaks its rule."""
@@ -128,7 +130,7 @@ def senses_of(
     speed = speed_of_sound(AIR_TEMPERATURE)
     reading, reader = np.empty(0), no_reader()
     noise = silicon_noise(
-        sensing.silicon_noise, seed[0] if sensing.noise_seed is None else sensing.noise_seed
+        sensing.silicon_noise, seed[0] if sensing.noise_seed is None else sensing.noise_seed, sensing.ripple
     )
     if sensing.ranges == "chip":
         area = sensing.ranging_area

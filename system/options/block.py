@@ -198,8 +198,8 @@ def describe_die(die: Die) -> dict[str, Any]:
 def describe_run(scenario: OnSilicon) -> dict[str, Any]:
     """Silicon that a system ran on.
 
-    That is the die, the law, the kind of its chips' biases, and its temperature (degC), in words where it
-    follows a course.
+    That is the die, the law, the kind of its chips' biases, its temperature (degC), in words where it
+    follows a course, and a ripple of the supply where there is one.
     """
     said = str(Course(scenario.course)) if scenario.course else scenario.temperature_c
     return {
@@ -207,6 +207,7 @@ def describe_run(scenario: OnSilicon) -> dict[str, Any]:
         "law": scenario.law,
         "bias_kind": scenario.bias_kind,
         "temperature_C": said,
+        "ripple": None if scenario.ripple is None else str(scenario.ripple),
     }
 
 

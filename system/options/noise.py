@@ -10,8 +10,11 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from chips.noise import SiliconNoise
+from circuits.circuit import BiasKind
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
+from circuits.generator.ripple import Ripple
+from circuits.units import parse_quantity
 from system.option import option
 
 Noisy = Literal["off", "white", "all"]
@@ -21,16 +24,16 @@ NOISELESS = "noiseless"
 """Entry of what a run was on: the parts at transistor level, whose devices make no noise in it."""
 
 
-def silicon_noise(noisy: str, seed: int) -> SiliconNoise | None:
+def silicon_noise(noisy: str, seed: int, ripple: Ripple | None = None) -> SiliconNoise | None:
     """Give the noise of a run by its seed: `white`, or `all` with flicker noise too; None for `off`.
 
-    Raises `ParameterError` for another word.
+    ripple: of the generators' supply. Raises `ParameterError` for another word.
     """
     if noisy not in NOISY:
         raise ParameterError(f"silicon_noise: {noisy}, must be {' or '.join(NOISY)}")
     if noisy == "off":
         return None
-    return SiliconNoise(seed, flicker=WHITE_ONLY if noisy == "white" else None)
+    return SiliconNoise(seed, flicker=WHITE_ONLY if noisy == "white" else None, ripple=ripple)
 
 
 def check_noise(noisy: str, seed: int | None) -> None:
@@ -41,6 +44,39 @@ def check_noise(noisy: str, seed: int | None) -> None:
     silicon_noise(noisy, 0)
     if seed is not None and noisy == "off":
         raise ParameterError(f"noise_seed: {seed}, there is no noise; give `silicon_noise=white` or all")
+
+
+def check_ripple(ripple: Ripple | None, bias_kind: BiasKind, noisy: str) -> None:
+    """Raise `ParameterError` for a ripple that nothing in a run has.
+
+    bias_kind: of its chips; noisy: whose run has the lines move.
+    """
+    if ripple is None:
+        return
+    if bias_kind != "generator":
+        raise ParameterError(
+            f"ripple: {ripple}, biases of kind {bias_kind} have no supply; take bias_kind generator"
+        )
+    if noisy == "off":
+        raise ParameterError(
+            f"ripple: {ripple}, comes with the chip's noise, which is off; give `silicon_noise=white` or all"
+        )
+
+
+def read_ripple(text: str, name: str) -> Ripple:
+    """Return the ripple of a text as `10mV@50Hz`; raises `ParameterError` for another text."""
+    volts, found, hertz = text.partition("@")
+    if not found:
+        raise ParameterError(f'{name}: "{text}", must be VOLTS@HERTZ; write as in 10mV@50Hz')
+    return Ripple(parse_quantity(volts.strip(), "V", name), parse_quantity(hertz.strip(), "Hz", name))
+
+
+def ripple_option() -> Any:
+    """The field of a scenario for a sine on the supply of its chips' bias generators."""
+    return option(
+        None, "A sine on the supply of the bias generators, its peak and frequency, as 10mV@50Hz",
+        read=read_ripple, metavar="VOLTS@HERTZ", silicon=True, study=True,
+    )  # fmt: skip
 
 
 def noise_option(**stated: Any) -> Any:

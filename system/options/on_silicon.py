@@ -12,11 +12,13 @@ from typing import Any
 
 from chips.validity import Answer
 from circuits.circuit import BiasKind
+from circuits.generator.ripple import Ripple
 from circuits.silicon.course import Points, beginning_of
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import AMI_1500, EFFECTS, Effects, Process
 from circuits.silicon.silicon import Silicon
 from system.option import bias_kind_option, course_option, die_option, option, seed_option, temperature_option
+from system.options.noise import ripple_option
 from system.options.outside import outside_option
 
 ROOM_TEMPERATURE = 27.0
@@ -46,6 +48,8 @@ class OnSilicon:
     bias_kind : str
         What stands behind the bias currents of its chips: `gate`, fixed gate voltages, `ideal`, a current
         proportional to absolute temperature, or `generator`, the bias generator's circuit on the die.
+    ripple : Ripple or None
+        Sine on the supply of its chips' bias generators; it stands unless given.
     outside : str
         Whether to refuse where a chip's model was not measured, or to warn.
     """
@@ -59,6 +63,7 @@ class OnSilicon:
         choices=EFFECTS, silicon=True, study=True,
     )  # fmt: skip
     bias_kind: BiasKind = bias_kind_option("generator")
+    ripple: Ripple | None = ripple_option()
     outside: Answer = outside_option()
 
     @property

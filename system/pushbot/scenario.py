@@ -11,7 +11,14 @@ from system.option import (
     option,
 )
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, check_noise, noise_option, noise_seed_option, silicon_noise
+from system.options.noise import (
+    Noisy,
+    check_noise,
+    check_ripple,
+    noise_option,
+    noise_seed_option,
+    silicon_noise,
+)
 from system.pushbot.body import Factors
 from system.pushbot.brain import FIELD_SCENES, Architecture
 from system.pushbot.network.codes import MODIFIED, PLAIN
@@ -123,10 +130,12 @@ class Scenario(Coded):
         check_options(self)
         check_codes(self)
         check_noise(self.silicon_noise, self.noise_seed)
+        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
 
     def device_noise(self) -> SiliconNoise | None:
         """Return the noise of the chips' devices, None where there is none."""
-        return silicon_noise(self.silicon_noise, self.seed if self.noise_seed is None else self.noise_seed)
+        seed = self.seed if self.noise_seed is None else self.noise_seed
+        return silicon_noise(self.silicon_noise, seed, self.ripple)
 
     def read(self) -> Readout:
         """Return how spikes become commands."""

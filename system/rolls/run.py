@@ -93,7 +93,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     neurons = tuple(range(NEURONS))
     table = bias_table(s.bias_file).with_code(DIRECT_CURRENT, *OFF)
     program = Program(np.zeros((NEURONS, NEURONS), np.int8), table, inputs=(VirtualInput("drive", neurons),))
-    noise = silicon_noise(s.silicon_noise, s.seed)
+    noise = silicon_noise(s.silicon_noise, s.seed, s.ripple)
     silicon = s.silicon_at(beginning_of(s.temperature_c, s.course, TEMPERATURE_STEP), ROLLS_180)
     on_die = RollsChip(program, silicon, s.bias_kind, noise=noise)
     followed = course_through(s.course, TEMPERATURE_STEP)

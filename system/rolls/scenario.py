@@ -9,7 +9,7 @@ from system.option import (
     check_options,
     option,
 )
-from system.options.noise import Noisy, noise_option, silicon_noise
+from system.options.noise import Noisy, check_ripple, noise_option, silicon_noise
 from system.options.on_silicon import OnSilicon
 from system.rolls.options import bias_table
 
@@ -44,6 +44,7 @@ class Scenario(OnSilicon):
                 f"duration: {self.duration:g} s, must be > {SETTLING:g} s, after which rates are counted"
             )
         silicon_noise(self.silicon_noise, self.seed)
+        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
 
 
 def check_codes(scenario: Scenario) -> None:

@@ -161,7 +161,7 @@ def cells_of(scenario: Scenario, cost_map: CostMap, temperature_c: float) -> Chi
     codes = scenario.codes_of(NAME, setup=design)
     calibrated = None if codes is None else cell_codes(codes, design)
     silicon = scenario.silicon_at(temperature_c)
-    noise = silicon_noise(scenario.silicon_noise, scenario.seed)
+    noise = silicon_noise(scenario.silicon_noise, scenario.seed, scenario.ripple)
     return ChipCells(silicon, scenario.bias_kind, noise=noise, calibrated=calibrated)
 
 

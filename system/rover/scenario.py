@@ -11,7 +11,7 @@ from system.option import (
     option,
 )
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, noise_option
+from system.options.noise import Noisy, check_ripple, noise_option
 from system.rover.body import Rover
 from system.rover.cost_map import NEEDS, Cell, read_cell
 from system.rover.planner import PLANNERS
@@ -94,6 +94,7 @@ class Scenario(Coded):
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self, no_silicon(self))
         check_codes(self)
+        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
 
 
 def no_silicon(scenario: Scenario) -> str:

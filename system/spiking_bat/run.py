@@ -134,7 +134,7 @@ def chip_of(design: Design, scenario: Scenario) -> LatencyChip:
     for memory, unit in s.units:
         bare.check_unit(memory, unit)
     units = {(p, u): TransistorUnit(biases, silicon, p, u) for p, u in s.units}
-    noise = silicon_noise(s.silicon_noise, s.seed)
+    noise = silicon_noise(s.silicon_noise, s.seed, s.ripple)
     return LatencyChip(design, biases, silicon, area=s.area, units=units, noise=noise)
 
 

@@ -14,7 +14,7 @@ from system.option import (
     option,
 )
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, check_noise, noise_option
+from system.options.noise import Noisy, check_noise, check_ripple, noise_option
 from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
 
 BRAINS = ("network", "chip", "lif")
@@ -66,6 +66,7 @@ class Scenario(Coded):
         if self.map is None:
             forest.check_count(self.obstacles)
         check_noise(self.silicon_noise, None)
+        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
         check_codes(self)
         if self.area != 1.0 and self.units:
             raise ParameterError("area: not with `unit`, whose devices are the circuit's; leave one out")
