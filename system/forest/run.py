@@ -35,7 +35,6 @@ from system.openspace.flight import (
     gets_on,
     planter,
 )
-from system.openspace.law import arcs_of
 from system.openspace.moving import Moving, along_readers
 from system.openspace.picture import draw_view_of_run
 from system.openspace.senses import IDEAL, Sensing, senses_of
@@ -74,6 +73,8 @@ obstacles          integer    -  how many obstacles there are
 silicon_noise      string     -  noise of the chip's devices: `off`, `white`, or `all` with flicker
 ping_bias          number     -  what arcs in the direction of the last ping gain in desirability
 immediacy_range_m  number     m  range within which an echo inhibits arcs
+escape             integer    -  turns round in a row after which it flies the best arc all the same; 0 for
+                                 none
 area               number     -  area of the ranging chip's devices over the circuit's
 selection_errors   number{}   -  errors of the selection's model, as its record has them, in the units
                                  of their names
@@ -124,7 +125,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     senses_at = along_readers(s.course, s.temperature_c, made, lambda senses: senses.reader)
     moving = Moving(senses_at, course_through(s.course))
     sample, first = fly_sample(
-        arcs_of(scenario.bat),
+        scenario.arcs,
         planter(scenario.obstacles, scenario.map),
         key,
         scenario.pings,
@@ -215,6 +216,7 @@ def document(trace: Trace) -> dict[str, Any]:
         "silicon_noise": sensing.silicon_noise,
         "ping_bias": s.bat.ping_bias,
         "immediacy_range_m": s.bat.immediacy_range,
+        "escape": s.escape,
         **({AREA: sensing.ranging_area} if sensing.silicon else {}),
         **({"selection_errors": _errors(s)} if sensing.selection == "chip" else {}),
         **flight_entries(first.forest, s.bat.zone, first.start, account(trace).reason, log, trace.path),

@@ -12,7 +12,7 @@ from chips.selection.calibration import NAME as SELECTION
 from chips.selection.calibration import Design
 from circuits.errors import ParameterError
 from system.forest.weights import weighted
-from system.openspace.law import Bat
+from system.openspace.law import Arcs, Bat, arcs_of
 from system.openspace.map import (
     check_count,
     check_source,
@@ -35,6 +35,7 @@ from system.options.temperature import temperature_text
 PINGS = 20_000  # of a sample: more make a picture of one colour; ours
 STUDY_PINGS = 1_250_000  # of a sample of a study: 200 of them are the limit of a configuration, 2.5e8
 CHIP_STUDY_PINGS = 125_000  # with chips, whose limit is 2.5e7
+ESCAPE = 2  # a way back and forth; ours: a third turn would begin what has been flown
 AREA = "area"  # options that set no single field
 KINDS = "weights"
 
@@ -56,6 +57,10 @@ class Scenario(Coded):
     obstacles: int = obstacles_option()
     start: tuple[float, float] | None = start_option(read_place)
     pings: int = option(PINGS, "Ends undecided after these", least=1, study=True)
+    escape: int = option(
+        ESCAPE, "Turns round so often in a row, then flies the best arc all the same; 0 for the paper's law",
+        least=0, study=True,
+    )  # fmt: skip
     rows: int = PINGS
 
     def __post_init__(self) -> None:
@@ -77,6 +82,11 @@ class Scenario(Coded):
         check_ripple(self.ripple, self.bias_kind, self.sensing.silicon_noise)
         if self.map is None:
             check_count(self.obstacles)
+
+    @property
+    def arcs(self) -> Arcs:
+        """Its bat's arcs, with the escape."""
+        return arcs_of(self.bat)._replace(escape=self.escape)
 
     @property
     def ranging_codes(self) -> Codes | None:

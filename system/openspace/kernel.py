@@ -4,6 +4,11 @@ At each time step the bat pings in the head's direction, updates the memory by e
 of the largest desirability by equation (6), directs the head, and, where the arc's direction was sensed of
 late, the body; then it flies along its arc until the next ping. Distances along arcs, touches of the zone of
 collision and the field of view are exact, without steps in space.
+
+By the paper's law alone a bat may turn round for ever: an emergency forgets what was ahead, and on the way
+back all arcs are barred again. In 3 of 100 flights by exact ranges (4,000 pings, seeds below 100) half of all
+pings are such turns. With `escape` it turns round only so often in a row; after that it flies the most
+desirable arc all the same, barred as it is (ours, and none where a figure of the paper is made again).
 """
 
 from __future__ import annotations
@@ -12,7 +17,7 @@ import math
 
 from circuits.compiled import compiled
 from system.openspace.choice import add_goal, aimed_arc, best, excite, inhibit, remember
-from system.openspace.law import ARCS, Arcs
+from system.openspace.law import ARCS, NO_ESCAPE, Arcs
 from system.openspace.map import CELL, SIDE, Cells
 from system.openspace.senses_kernel import NO_CHOICE, Senses, collect, hear, note_difference, select_on_chip
 from system.openspace.state import (
@@ -34,6 +39,8 @@ from system.openspace.state import (
     SCANS,
     SEEN,
     TIME,
+    TURNED,
+    TURNS,
     WINNER,
     Flight,
     X,
@@ -46,6 +53,7 @@ _TRAPPED_AFTER = 2500.0  # s without a new crossing of the left border; the pape
 LONGEST = 250_000.0  # s of a run; the paper's
 
 _HALVINGS = 50  # of the way to a touch
+ROW = 10  # pings between two emergencies up to which they are of one trap; ours: 2 s, some 2 m of way
 
 _compiled = compiled()
 _inlined = compiled(forceinline=True)
@@ -136,10 +144,22 @@ def choose(a: Arcs, s: Senses, f: Flight) -> None:
         return
     else:
         note_difference(f, winner)
-    if emergency:
+    if emergency and not _trapped(a, f):
         _turn_round(a, f)
     else:
         _follow(a, f, winner)
+
+
+@_compiled
+def _trapped(a: Arcs, f: Flight) -> bool:
+    """Note an emergency; whether it is one more than the turns that are made in a row."""
+    again = f.counts[PINGS] - f.counts[TURNED] <= ROW
+    f.counts[TURNS] = f.counts[TURNS] + 1 if again else 1
+    f.counts[TURNED] = f.counts[PINGS]
+    if a.escape == NO_ESCAPE or f.counts[TURNS] <= a.escape:
+        return False
+    f.counts[TURNS] = 0
+    return True
 
 
 @_compiled

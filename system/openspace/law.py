@@ -28,6 +28,7 @@ from system.option import option
 
 ARCS, DIRECTIONS = 33, 5  # the paper's; index 0 is the leftmost
 MIDDLE = ARCS // 2
+NO_ESCAPE = 0
 _IMMEDIACIES = ("linear", "squared")  # equation (11), and the paper's "Squared"
 _SAMPLES = 20_000  # of an arc, to see where it leaves a field of view
 
@@ -117,7 +118,8 @@ class Arcs(NamedTuple):
 
     curvature (1/m, positive to the left), length R_p (m), end (x, y of each arc's last point, m), speed
     (m/s), group (ping direction), bias D_0: [ARCS]; direction: [DIRECTIONS]; spread: float64[ARCS, ARCS],
-    W exp(-(p - q)^2 / sigma_m^2); hold: the same of hysteresis, H and sigma_h.
+    W exp(-(p - q)^2 / sigma_m^2); hold: the same of hysteresis, H and sigma_h; escape: emergency turns in a
+    row after which it turns round no more (`system.openspace.kernel`), `NO_ESCAPE` for the paper's law.
     """
 
     curvature: F64
@@ -147,6 +149,7 @@ class Arcs(NamedTuple):
     ping_bias: float
     recency: float
     emergency_below: float
+    escape: int
 
 
 @lru_cache(maxsize=8)
@@ -187,6 +190,7 @@ def arcs_of(bat: Bat) -> Arcs:
         ping_bias=bat.ping_bias,
         recency=bat.recency / bat.ping_rate,
         emergency_below=bat.emergency_below,
+        escape=NO_ESCAPE,
     )
 
 

@@ -138,7 +138,8 @@ def senses_of(
             delays = readings(silicon, sensing.reader, area, bias_kind)[0]
             reader = reader_of(silicon, sensing.reader, noise, area, bias_kind, begun_c)
         else:
-            ranging = coded(silicon, codes, bias_kind, area)
+            touched = 2.0 * bat.zone / (speed + bat.max_speed)
+            ranging = coded(silicon, codes, bias_kind, area, touched)
             delays = population_readings(ranging)[0]
             reader = population_reader(ranging, noise, begun_c)
         reading = 0.5 * speed * delays

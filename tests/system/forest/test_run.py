@@ -55,6 +55,12 @@ def test_options_of_the_command_line() -> None:
     assert found.obstacles == 900
 
 
+def test_an_escape_is_the_programs_and_the_chips_alike_and_none_is_the_papers() -> None:
+    plain = SYSTEM.on_silicon(ideal=True, escape=0)
+    assert plain.arcs.escape == 0
+    assert SYSTEM.on_silicon(ideal=True).arcs.escape == SYSTEM.on_silicon().arcs.escape == 2
+
+
 test_bad_scenarios_are_refused = refusals(
     CircuitError,
     lambda options: SYSTEM.scenario(**options),

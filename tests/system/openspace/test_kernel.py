@@ -166,6 +166,17 @@ def test_with_all_ways_barred_it_turns_round() -> None:
     assert state.risk.max() == 0.0
 
 
+def test_it_turns_round_for_ever_by_the_papers_law_and_twice_in_a_row_with_an_escape() -> None:
+    apart = np.linspace(-math.pi, math.pi, 40, endpoint=False)
+    place = [(25.0 + 0.8 * math.cos(a), 25.0 + 0.8 * math.sin(a)) for a in apart]
+    cells, count = scene(*place)
+    plain, escaping = flight(count), flight(count)
+    fly(ARCS_OF, EXACT, cells, plain, 12)
+    fly(ARCS_OF._replace(escape=2), EXACT, cells, escaping, 3)
+    assert plain.counts[EMERGENCIES] == 12
+    assert escaping.counts[EMERGENCIES] == 2
+
+
 def test_who_does_not_get_anywhere_is_trapped() -> None:
     arcs = arcs_of(replace(BAT, goal_gain=0.0001, hysteresis=8.0))  # whatever arc it is on, it stays on
     cells, count = scene((10.0, 10.0))

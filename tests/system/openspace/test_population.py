@@ -53,6 +53,14 @@ def test_neurons_that_are_off_are_not_read(chip: Coded) -> None:
     assert np.isnan(found[USED]).sum() < 60
 
 
+def test_echoes_that_its_robot_cannot_meet_do_not_count(chip: Coded) -> None:
+    nearest = 2.0e-3  # s, 0.34 m: what is nearer has been collided with
+    plain, found = (population_readings(c)[0] for c in (chip, replace(chip, nearest=nearest)))
+    met = delays() >= nearest
+    assert np.nanmin(plain[met]) < nearest < np.nanmin(found[met])
+    assert np.array_equal(plain[delays() > 4e-3], found[delays() > 4e-3], equal_nan=True)
+
+
 @pytest.mark.parametrize("celsius", [17.0, 37.0])
 def test_at_another_temperature_the_table_of_the_bench_is_scaled(chip: Coded, celsius: float) -> None:
     there = chip.at(celsius)
