@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -78,3 +79,20 @@ def test_a_study_refuses_what_a_robot_has_not() -> None:
         SYSTEM.study_options("behavioural", None, {"obstacles": "3"})
     with pytest.raises(ParameterError, match=r"level: transistor"):
         SYSTEM.study_options("transistor", None, {})
+
+
+def test_on_the_chip_bug_2_has_the_design_whose_memories_hold_unless_told_otherwise() -> None:
+    assert SYSTEM.on_silicon().design == "improved"
+    assert SYSTEM.on_silicon(design="published").design == "published"
+    for given in ({"brain": "ideal"}, {"brain": "reference"}, {"agent": "bug0"}, {"agent": "bug1"}):
+        assert SYSTEM.on_silicon(**given).design == "published"
+    assert SYSTEM.on_silicon(ideal=True).design == "published"
+
+
+def test_a_run_of_the_published_bug_2_on_the_chip_says_what_drifts() -> None:
+    ideal = run(Scenario("bug2", "ideal", neurons=300, map="bug-open", duration=0.02))
+    chip = replace(ideal, scenario=Scenario("bug2", "chip", map="bug-open"))
+    (said,) = SYSTEM.account(chip).cautions
+    assert "drifts" in said
+    better = replace(chip, scenario=replace(chip.scenario, design="improved"))
+    assert SYSTEM.account(ideal).cautions == SYSTEM.account(better).cautions == ()
