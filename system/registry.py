@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from chips.registry import CHIPS, chip_names, load_chip
-from circuits.catalogue import Catalogue
+from circuits.catalogue import Catalogue, loaded
 from circuits.errors import UnknownNameError, unknown_name
 from circuits.registry import BLOCKS, block_names, load_block
 
@@ -205,22 +205,46 @@ _experiments: Catalogue[Experiment] = Catalogue(
 )
 
 system_names, system_line = _systems.names, _systems.line
-experiment_names, load_experiment = _experiments.names, _experiments.load
-experiment_line = _experiments.line
+experiment_names, experiment_line = _experiments.names, _experiments.line
+_OF_FILE = ".py:"  # in a name in a user's file
+
+
+def load_experiment(name: str) -> Experiment:
+    """Load the experiment that is called `name`, or that `FILE.py:NAME` names.
+
+    Raises
+    ------
+    UnknownNameError
+        No experiment has the name.
+    ParameterError
+        It is an entry point, or a file, that leads to no experiment.
+    """
+    own = _of_file(name, "system.experiment:Experiment")
+    found: Experiment = _experiments.load(name) if own is None else own
+    return found
+
+
+def _of_file(name: str, kind: str) -> Any:
+    """What `FILE.py:NAME` names, which is of a kind, as `"module:class"`; None for another name."""
+    if _OF_FILE not in name:
+        return None
+    return loaded("system.options.code:load_as")(name, loaded(kind))
 
 
 def load_system(name: str) -> System[Any, Any]:
-    """Load the system that is called `name`.
+    """Load the system that is called `name`, or that `FILE.py:NAME` names.
 
     Raises
     ------
     UnknownNameError
         No system has the name.
     ParameterError
-        It is an entry point that leads to no system.
+        It is an entry point, or a file, that leads to no system.
     """
     _check_name("system", name)
-    return _systems.load(name)
+    own = _of_file(name, "system.system:System")
+    found: System[Any, Any] = _systems.load(name) if own is None else own
+    return found
 
 
 def _check_name(kind: str, name: str) -> None:

@@ -1,7 +1,8 @@
 """The walks of CONTRIBUTING.md: the files, entry points and commands of each, found in its text.
 
 A walk is a section `### ...`. Its Python blocks begin with the name of their file, its toml blocks are entry
-points of a `pyproject.toml`, its sh blocks are what is done then.
+points of a `pyproject.toml`, its sh blocks are what is done then. Where that begins with `noctule new`, files
+and entry points are those that it writes.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from system.cli.new import package_of
 from tests.documents import fenced
 
 _WALK = re.compile(r"^### ([^\n]+)\n(.*?)(?=^#{2,3} |\Z)", re.DOTALL | re.MULTILINE)
 _FILE = re.compile(r"# (\S+\.py)\n")
 DISTRIBUTION = "walked-1.dist-info"
+NEW = ("noctule", "new")
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,11 +67,16 @@ def _walk(title: str, body: str) -> Walk:
     texts = [text for language, text in blocks if language == "python"]
     tables = [tomllib.loads(text) for language, text in blocks if language == "toml"]
     lines = [line for language, text in blocks if language == "sh" for line in text.splitlines()]
+    commands = [tuple(shlex.split(line)) for line in lines]
+    files = {_file(text): text for text in texts}
+    for package in (package_of(*words[2:4]) for words in commands if words[:2] == NEW):
+        tables.append(tomllib.loads(package["pyproject.toml"]))
+        files |= {n: text for n, text in package.items() if n.endswith(".py") and not n.startswith("test_")}
     return Walk(
         title,
-        {_file(text): text for text in texts},
+        files,
         {group: entries for t in tables for group, entries in t["project"]["entry-points"].items()},
-        tuple(tuple(shlex.split(line)) for line in lines),
+        tuple(words for words in commands if words[:2] != NEW),
     )
 
 

@@ -20,7 +20,7 @@ from system.cli.output import print_json, print_line, print_table, progress_bar
 from system.cli.verbs import Characterise
 from system.files.writing import write_bytes_atomic
 from system.options.block import read_bias_set
-from system.options.code import code_of, load_code
+from system.options.code import load_as
 
 
 def characterise_command(asked: Characterise) -> None:
@@ -56,14 +56,7 @@ def characterise_command(asked: Characterise) -> None:
 
 def _model(target: str) -> Model:
     """The model of a block, or one in a user's file."""
-    code = code_of(target)
-    if code is None:
-        return load_model(target)
-    found = load_code(code)
-    if not isinstance(found, Model):
-        wanted = "must be a Model (chips.model); a circuit has none of its own"
-        raise ParameterError(f"{code}: is of type {type(found).__name__}, {wanted}")
-    return found
+    return load_as(target, Model) or load_model(target)
 
 
 def _process(text: str | None, effects: Effects) -> Process:

@@ -38,6 +38,7 @@ from system.cli.verbs import (
     Export,
     Import,
     List,
+    New,
     Op,
     Reproduce,
     Show,
@@ -98,6 +99,7 @@ _VERBS = {
     "characterise": verb("characterise:characterise_command", Characterise),
     "calibrate": verb("calibrate:calibrate_command", Calibrate),
     "reproduce": verb("reproduce:reproduce_command", Reproduce),
+    "new": verb("new:new_command", New),
     "doctor": verb("doctor:doctor_command", Doctor),
 }
 _VERBS["montecarlo"].said = names_in_study  # type: ignore[attr-defined]

@@ -50,7 +50,7 @@ class Systems(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Give the command of the system with this name."""
-        return command_of(load_system(cmd_name))
+        return command_of(load_system(cmd_name), cmd_name)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the list of systems with a line on each, without loading any but the users' own."""
@@ -91,8 +91,11 @@ def run(context: typer.Context) -> None:
         typer.echo(context.get_help())
 
 
-def command_of(system: System[Any, Any]) -> Any:
-    """Give the command that runs a system, with the options of its scenarios and outputs."""
+def command_of(system: System[Any, Any], name: str) -> Any:
+    """Give the command that runs a system, with the options of its scenarios and outputs.
+
+    name: what it was called by, which loads it.
+    """
     said, own = _names_of(system), list(_options(system))
 
     def command(**given: Any) -> None:
@@ -100,11 +103,11 @@ def command_of(system: System[Any, Any]) -> Any:
         run_system = loaded("system.cli.run:run_system")  # which numerical libraries come with
         try:
             with compilation_told():
-                run_system(system.name, made_of(Run, given), options, said)
+                run_system(name, made_of(Run, given), options, said)
         except CircuitError as error:
             raise given[SCENARIO].told(error, given) if given[SCENARIO] else error from None
 
-    about = _sentence(system_line(system.name))
+    about = _sentence(system.summary)
     with_parameters(command, chain(own, [_scenario(system)], parameters_of(Run)), about)
     command.said = lambda _: said  # type: ignore[attr-defined]
     alone = App(rich_markup_mode=None, add_completion=False)

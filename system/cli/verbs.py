@@ -149,6 +149,18 @@ class Reproduce:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class New:
+    """Write a small package of your own. It runs, has a test, and says what to change."""
+
+    kind: Literal["block", "chip", "robot", "experiment"] = argument(
+        "KIND", "block, chip, robot or experiment"
+    )
+    name: str = argument("NAME", "Its name, as my-neuron")
+    output: str | None = option(None, "Folder that it is written into; this one", short="o", metavar="DIR")
+    as_json: bool = shared.json_option()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Doctor:
     """Show what is installed, and what mends what is not."""
 

@@ -84,6 +84,20 @@ def load_code(code: Code) -> Any:
     raise unknown_name(f"{code.path}: name", code.name, known)
 
 
+def load_as(text: str, kind: type[T]) -> T | None:
+    """Give what a text `FILE.py:NAME` names, which must be of a kind; None for another text.
+
+    Raises as `load_code`, and `ParameterError` for something else.
+    """
+    code = code_of(text)
+    if code is None:
+        return None
+    found = load_code(code)
+    if not isinstance(found, kind):
+        raise ParameterError(f"{code}: is of type {type(found).__name__}, must be a {kind.__name__}")
+    return found
+
+
 def process_of(code: Code) -> Process:
     """Give the `PROCESS` that the file says its sizes are drawn for, `AMI_1500` unless it says one."""
     found = vars(_module(code.path, read_code(code))).get("PROCESS", AMI_1500)

@@ -56,9 +56,15 @@ def load_target(target: Target) -> Found:
 
 
 def deck_of(text: str) -> Code | None:
-    """Give the file and the sub-circuit of a text `deck.cir` or `deck.cir:subcircuit`; None for another."""
+    """Give the file and the sub-circuit of a text `deck.cir` or `deck.cir:subcircuit`; None for another.
+
+    A file whose name does not end as those of netlists do must be there.
+    """
     found = _DECK.fullmatch(text)
-    return None if found is None else Code(Path(found["path"]), found["name"] or "")
+    if found is None:
+        path = Path(text)
+        return Code(path, "") if path.suffix and path.is_file() else None
+    return Code(Path(found["path"]), found["name"] or "")
 
 
 def file_of(target: Target) -> Path | None:

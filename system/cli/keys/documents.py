@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from system.cli.keys.block import OP, SHOW, SHOW_CHIP, SHOW_ROLLS
-from system.cli.keys.installed import CALIBRATE, CHARACTERISE, DOCTOR, LIST, REPRODUCE
+from system.cli.keys.installed import CALIBRATE, CHARACTERISE, DOCTOR, LIST, NEW, REPRODUCE
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
 from system.cli.keys.study import CENTRE, MONTECARLO, RARE, REPLAY
 from system.cli.keys.transient import AC, NOISE, SIMULATE, TRAN_NOISE
@@ -40,6 +40,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "characterise": CHARACTERISE,
     "calibrate": CALIBRATE,
     "reproduce": REPRODUCE,
+    "new": NEW,
     "doctor": DOCTOR,
 }
 EVERY_RUN = meanings("""

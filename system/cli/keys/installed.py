@@ -52,6 +52,12 @@ mends                  string?[]  -  line that mends each, in the same order
     **meanings(PIECE_KEYS, "required"),
     **meanings(PIECE_KEYS, "optional"),
 }
+NEW = meanings("""
+kind    string    -  `block`, `chip`, `robot` or `experiment`
+name    string    -  its name
+folder  string    -  folder that was written
+files   string[]  -  files in it
+""")
 CHARACTERISE = meanings("""
 block    string     -  name of the block
 process  string     -  process that it was measured in

@@ -46,6 +46,7 @@ FORMS = {
     "characterise": [],
     "calibrate": [],
     "reproduce": ["reproduce cheely2003-fig4"],
+    "new": ["new block my-sink"],
     "doctor": ["doctor"],
     "run approach": [],
     "run rover": ["run rover"],
