@@ -33,8 +33,8 @@ class Testbench:
     stop
         Length of a run, s; infinite for a run that ends otherwise.
     watch
-        Event ports at which spikes are looked for: rises through half the supply of their circuit, or through
-        the port's own threshold.
+        Where spikes are looked for: ports, or inner nodes by their paths. A spike rises through half the
+        supply of the circuit, or through the port's own threshold.
     start
         Voltages (V) by node path near which the operating point is looked for. They are a guess, as SPICE's
         `.nodeset`.

@@ -34,6 +34,7 @@ from circuits.errors import (
 from circuits.lowering.analysis import to_equation
 from circuits.lowering.graph import to_graph
 from circuits.lowering.kernel import Machine, on_die, to_kernel
+from circuits.measure.scope import device_currents
 from circuits.place import circuit_at
 from circuits.registry import block_names, load_block, load_metric, metric_names
 from circuits.silicon.die import CORNERS, NOMINAL, Die
@@ -110,6 +111,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     # Operating point and sweeps
     "operating_point",
     "OperatingPoint",
+    "device_currents",
     "transistor_table_at",
     "TransistorTable",
     "dc_sweep",

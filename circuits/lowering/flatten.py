@@ -107,6 +107,12 @@ class FlatCircuit:
         except IndexError:
             raise TopologyError(f"{self.circuit.name}.{reference}: index outside the port's shape") from None
 
+    def watched_nodes(self, reference: str) -> I64:
+        """Numbers of the nodes of a port, as `port_nodes`, or of the one inner node at a path."""
+        if reference.partition("[")[0] in self.ports:
+            return self.port_nodes(reference)
+        return np.array([self.node(reference)], dtype=np.int64)
+
 
 def flatten(circuit: Circuit) -> FlatCircuit:
     """Number the nodes of a circuit and lay out its devices as arrays."""

@@ -29,15 +29,22 @@ def spike_levels(machine: Machine) -> F64:
     below which its detector is armed again.
     """
     circuit = machine.testbench.circuit
+    ports = {port.name: port for port in circuit.ports}
     found: list[tuple[float, float]] = []
     for reference in machine.testbench.watch:
-        name, index = split_reference(reference)
-        port = circuit.port(name)
-        for element in [reference] if index else port.elements():
-            low, high = _span(machine, _wired(circuit, element))
-            threshold = 0.5 * (high + low) if port.threshold is None else port.threshold
-            found.append((threshold, low + REARM * (threshold - low)))
+        port = ports.get(reference.partition("[")[0])
+        if port is None:  # an inner node
+            found.append(_levels(*_span(machine, _supplies(circuit))))
+            continue
+        elements = [reference] if "[" in reference else port.elements()
+        found += [_levels(*_span(machine, _wired(circuit, e)), port.threshold) for e in elements]
     return np.array(found).reshape(-1, 2).T.copy()
+
+
+def _levels(low: float, high: float, threshold: float | None = None) -> tuple[float, float]:
+    """Threshold on a supply, half of it unless given, and the voltage below which a detector is armed, V."""
+    level = 0.5 * (high + low) if threshold is None else threshold
+    return level, low + REARM * (level - low)
 
 
 def _span(machine: Machine, ports: set[str]) -> tuple[float, float]:

@@ -9,18 +9,21 @@ a supply that gives has a negative one.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from circuits.arrays import F64, Bools
+from circuits.errors import unknown_name
 from circuits.lowering.kernel import Machine
-from circuits.measure.current import current_names, device_current
+from circuits.measure.current import current_names, device_current, static_currents
 from circuits.measure.signal import Signal
 from circuits.measure.unit import SECOND, VOLT, Unit
+from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.power import energy_courses, node_voltages, require_every_node
+from circuits.solver.sweep import Sweep
 from circuits.solver.transient import Result
 
 _SAME_TIME = 1e-13  # s, of a point and a vertex of a stimulus, as the solver has it
@@ -177,3 +180,58 @@ class TableRecord(Record):
 
     def _signal(self, value: F64) -> Signal:
         return Signal(self.axis, np.asarray(value), np.ones(self.values.size, np.bool_))
+
+
+def device_currents(
+    found: OperatingPoint | Sweep | Result, names: Iterable[str] | None = None
+) -> dict[str, F64]:
+    """Give the currents of devices and sources by their names, A.
+
+    A current flows into the first terminal of its device, as in SPICE (`circuits.measure.current`): into a
+    drain, so that a conducting pFET has a negative one; from `a` to `b`; out of the circuit into a source of
+    voltage, so that a supply that gives has a negative one.
+
+    Parameters
+    ----------
+    found
+        An operating point, a sweep, or a run that recorded every node.
+    names
+        Paths of devices and names of sources, also as `i(NAME)`; all that have a current unless given.
+
+    Returns
+    -------
+    Current of each, A, float64[T]: T the points of a run, or the values of a sweep; 1 at an operating point.
+
+    Raises
+    ------
+    UnknownNameError
+        Nothing of that name has a current.
+    ParameterError
+        The run did not record every node.
+    """
+    machine = found.machine
+    known = current_names(machine)
+    wanted = {name: _bare(name) for name in (known if names is None else names)}
+    for name in wanted.values():
+        if name not in known:
+            raise unknown_name(f"{machine.flat.circuit.name} current", name, known)
+    if isinstance(found, Result):
+        record = TransientRecord(found)
+        return {name: record.current(bare).value for name, bare in wanted.items()}
+    still = static_currents(machine, _at_rest(found))
+    return {name: still[bare] for name, bare in wanted.items()}
+
+
+def _bare(name: str) -> str:
+    """The name in `i(NAME)`."""
+    return name[2:-1] if name.startswith("i(") and name.endswith(")") else name
+
+
+def _at_rest(found: OperatingPoint | Sweep) -> F64:
+    """The vector of voltages at each point, float64[N, columns], V; A at sources of current."""
+    if isinstance(found, OperatingPoint):
+        return found.voltage[np.newaxis, :]
+    machine, v = found.machine, node_voltages(found)
+    for s, (name, line) in enumerate(zip(machine.source_names, machine.polylines, strict=True)):
+        v[:, machine.kernel.unknowns + s] = found.values if name == found.source else np.interp(0.0, *line)
+    return v

@@ -176,7 +176,7 @@ class Runner:
             raise ParameterError(f"rtol: {rtol:g}, must be within 1e-9 to 1e-2; {DEFAULT_RTOL:g} is usual")
         self.machine, self.record, self.rtol = machine, record, rtol
         self.watch_names = machine.testbench.watch
-        watched = [n for w in self.watch_names for n in machine.flat.port_nodes(w)]
+        watched = [n for w in self.watch_names for n in machine.flat.watched_nodes(w)]
         self.labels = [machine.names[n] for n in watched]
         self._watch = machine.column[watched].astype(np.int64)
         self._levels = spike_levels(machine)

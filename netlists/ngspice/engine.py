@@ -85,7 +85,7 @@ def simulate(
     names = node_names(testbench, silicon)
     columns = [waveforms.values[names[node]] for node in machine.names[1:]]
     voltage = np.stack([np.zeros(waveforms.steps), *columns], axis=1)
-    watched = [machine.names[n] for w in testbench.watch for n in machine.flat.port_nodes(w)]
+    watched = [machine.names[n] for w in testbench.watch for n in machine.flat.watched_nodes(w)]
     levels = spike_levels(machine)
     seen = voltage[:, [machine.names.index(node) for node in watched]]
     spikes = {

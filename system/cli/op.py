@@ -11,6 +11,7 @@ import numpy as np
 from circuits.circuit import GROUND
 from circuits.errors import ParameterError, unknown_name
 from circuits.lowering.kernel import to_kernel
+from circuits.measure.scope import device_currents
 from circuits.solver.beginning import disturbance
 from circuits.solver.device_table import resistor_table_at, transistor_table_at
 from circuits.solver.operating_point import OperatingPoint, operating_point
@@ -117,7 +118,17 @@ def _state(point: OperatingPoint) -> dict[str, object]:
         "disturbance": left,
         "voltages_V": voltages,
         "devices": plain(_device_rows(point)),
+        "source_currents_A": _source_currents(point),
     }
+
+
+def _source_currents(point: OperatingPoint) -> dict[str, float]:
+    """What each source of the testbench, and each behind a bias, delivers into its node, A, by its name."""
+    machine = point.machine
+    found = device_currents(point, machine.source_names)
+    into = {"voltage": -1.0, "current": 1.0}  # a source of voltage is told what flows into it
+    kinds = zip(machine.source_names, machine.source_quantities, strict=True)
+    return {name: into[kind] * float(found[name][0]) for name, kind in kinds}
 
 
 def _print(point: OperatingPoint) -> None:
@@ -131,6 +142,8 @@ def _print(point: OperatingPoint) -> None:
         title, headings, [(n, *(f"{v:.6f}" for v in row)) for n, *row in zip(nodes, *table, strict=True)]
     )
     _print_devices(_device_rows(point))
+    rows = [(name, _cell(_CURRENT, current)) for name, current in _source_currents(point).items()]
+    print_table("sources", ("source", "delivers:"), rows)
     print_line(f"the state is {_stability(point)}")
     for other in point.others:
         print_line(f"without the start another state is found, which is {_stability(other)}")

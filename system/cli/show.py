@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -22,6 +22,7 @@ from system.options.target import load_target
 from system.plot import check_picture, draw_circuit, save_picture
 from system.rolls.options import NAME as ROLLS
 from system.rolls.options import refuse_bias_file
+from system.study.metric import Listed, listed
 
 _SIZE_UNITS = {
     "capacitance": "F",
@@ -52,7 +53,7 @@ def show_command(asked: Show) -> None:
         show_chip(found, [option for option, value in given.items() if value], as_json=asked.as_json)
         return
     choice = choose_block(asked.block, values, silicon)
-    document = _describe(choice)
+    document = _describe(choice, listed(choice, run=asked.metrics))
     save_picture(asked.plot, lambda figure: draw_circuit(choice.circuit, figure))
     if asked.as_json:
         print_json(document)
@@ -60,7 +61,7 @@ def show_command(asked: Show) -> None:
         _print(choice, document)
 
 
-def _describe(choice: Choice) -> dict[str, Any]:
+def _describe(choice: Choice, metrics: Sequence[Listed]) -> dict[str, Any]:
     flat = flatten(choice.circuit)
     names = flat.node_names()
     return {
@@ -73,6 +74,7 @@ def _describe(choice: Choice) -> dict[str, Any]:
         "parameters": [asdict(p) for p in parameters(choice.params)],
         "biases": [_bias(b, choice) for b in choice.circuit.biases],
         "stimuli": [asdict(s) for s in choice.block.stimuli],
+        "metrics": [asdict(m) for m in metrics],
         "closed_forms": _closed_forms(choice),
         "equations": [asdict(e) for e in choice.block.equations],
         "devices": [_device(g, k, names) for g in flat.groups for k in range(g.nodes.shape[1])],
@@ -125,6 +127,7 @@ def _print(choice: Choice, document: dict[str, Any]) -> None:
     print_table("biases (--bias)", columns, [_bias_row(b) for b in document["biases"]])
     stimuli = [(s["name"], quantity_cell(s["default"], s["unit"]), s["summary"]) for s in document["stimuli"]]
     print_table("stimuli (--stimulus)", ("name", "default:", "summary"), stimuli)
+    _print_metrics(document["metrics"])
     forms = [
         (f"({f['equation']})", f["name"], f"{f['printed']:.4g}", _corrected(f["corrected"]))
         for f in document["closed_forms"]
@@ -140,6 +143,17 @@ def _print(choice: Choice, document: dict[str, Any]) -> None:
     names = flat.node_names()
     rows = [_device_row(group, names) for group in flat.groups]
     print_table("devices", ("path", "type", "terminals", "sizes"), rows)
+
+
+def _print_metrics(metrics: Sequence[Mapping[str, Any]]) -> None:
+    rows = [
+        (m["name"], "" if m["nominal"] is None else quantity_cell(m["nominal"], m["unit"]), m["summary"])
+        for m in metrics
+    ]
+    if rows:
+        print_table("metrics (--metric)", ("name", "nominal:", "summary"), rows)
+    if all(m["nominal"] is None for m in metrics):
+        print_line("what a run of the testbench measures besides: --metrics\n")
 
 
 def _corrected(value: float | None) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from circuits.catalogue import loaded
 from circuits.errors import ParameterError
 from circuits.measure.measure import Reading
-from circuits.measure.scope import TransientRecord
+from circuits.measure.scope import TransientRecord, device_currents
 from circuits.measure.unit import value_text
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
@@ -69,7 +69,8 @@ def simulate_command(asked: Simulate) -> None:
 def write_run(asked: Simulate | Replay, choice: Choice, result: Result) -> None:
     """Write the waveforms and the picture of a run that are asked for."""
     if asked.csv is not None:
-        write_text_atomic(asked.csv, _waveform_table(result))
+        names = asked.current if isinstance(asked, Simulate) else ()
+        write_text_atomic(asked.csv, _waveform_table(result, names))
     if asked.raw is not None:
         with replace_atomic(asked.raw) as temporary:
             write_raw(result, temporary)
@@ -80,11 +81,13 @@ def write_run(asked: Simulate | Replay, choice: Choice, result: Result) -> None:
     save_picture(asked.plot, lambda figure: draw_waveforms(result, shown, figure, title))
 
 
-def _waveform_table(result: Result) -> str:
-    """Waveforms as CSV: `time_s`, then `NODE_V` for every node; a row an accepted point."""
+def _waveform_table(result: Result, currents: Sequence[str] = ()) -> str:
+    """Waveforms as CSV: `time_s`, `NODE_V` for every node, `NAME_A` for `currents`; a row a point."""
     text = io.StringIO()
-    names = ["time_s", *(f'"{n}_V"' if "," in n else f"{n}_V" for n in result.nodes)]
-    table = np.column_stack([result.time, result.voltage])
+    found = device_currents(result, currents)
+    words = ["time_s", *(f"{n}_V" for n in result.nodes), *(f"{n}_A" for n in found)]
+    names = [f'"{word}"' if "," in word else word for word in words]
+    table = np.column_stack([result.time, result.voltage, *found.values()])
     np.savetxt(text, table, fmt="%.12g", delimiter=",", header=",".join(names), comments="")
     return text.getvalue()
 

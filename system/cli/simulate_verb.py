@@ -27,6 +27,9 @@ class Simulate:
     measure: tuple[str, ...] = shared.measure_option()
     values: BlockValues = shared.values_part("bias_file")
     silicon: SiliconChoice = shared.silicon_part()
+    current: tuple[str, ...] = option(
+        (), "tran: written by --csv too: a device's path, or i(SOURCE); repeatable", metavar="NAME"
+    )
     rtol: float | None = option(None, "Local error a step relative to 1 V or more; 5e-7 unless given")
     engine: Engine = option("native", "What solves it")
     deadline: str | None = shared.deadline_option()
@@ -58,7 +61,7 @@ TAKEN_BY: dict[str, tuple[str, ...]] = {  # options that not every analysis has
     "netcdf": ("ac", "noise", "tran-noise"),
     "flicker": ("noise", "tran-noise"),
     **dict.fromkeys(("seed", "trials", "step", "workers"), ("tran-noise",)),
-    **dict.fromkeys(("rtol", "raw", "at_rest", "measure"), ("tran",)),
+    **dict.fromkeys(("rtol", "raw", "at_rest", "measure", "current"), ("tran",)),
     **dict.fromkeys(("ic", "uic"), ("tran", "tran-noise")),
     "engine": ("tran", "ac"),
 }
@@ -71,6 +74,8 @@ def check_options(asked: Simulate) -> None:
         "at_rest": begin.begin == "at_rest", "ic": bool(begin.held), "uic": begin.begin == "uic",
         "engine": asked.engine != "native",
     }  # fmt: skip
+    if asked.current and asked.csv is None and asked.analysis == "tran":
+        raise ParameterError("--current: into which file, must come with --csv FILE")
     for name, analyses in TAKEN_BY.items():
         given = others[name] if name in others else getattr(asked, name) not in {None, ()}
         if given and asked.analysis not in analyses:

@@ -15,7 +15,7 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -27,6 +27,7 @@ from circuits.lowering.kernel import Machine, to_kernel
 from circuits.registry import load_metric, metric_names
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
+from circuits.units import unit_of_name
 from system.options.block import Choice
 from system.study.measure import is_measure, measure_metrics, measure_name
 
@@ -91,6 +92,40 @@ def default_metrics(choice: Choice) -> tuple[str, ...]:
     return tuple(own[:1] or _measured(choice))
 
 
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """A metric as a list shows it.
+
+    Attributes
+    ----------
+    name, unit, summary : what studies call it, its SI unit where its name has none, and a line about it.
+    nominal : its value on the nominal die; None where it was not measured or is not defined.
+    """
+
+    name: str
+    unit: str
+    summary: str
+    nominal: float | None = None
+
+
+def listed(choice: Choice, *, run: bool) -> list[Listed]:
+    """List the metrics that are registered for a block's circuit.
+
+    run: whether also what its testbench measures, with the values of a run on the nominal die.
+    """
+    own = [m for m in map(load_metric, metric_names()) if choice.circuit.name in m.circuits]
+    found = [Listed(m.name, m.unit, m.summary) for m in own]
+    if run:
+        numbers = choice.block.measured(simulate(choice.testbench(), _nominal(choice)))
+        about = "of the testbench's run"
+        found += [Listed(name, unit_of_name(name), about, value) for name, value in numbers.items()]
+    return found
+
+
+def _nominal(choice: Choice) -> Silicon:
+    return replace(choice.silicon, die=replace(choice.silicon.die, number=None))
+
+
 def measurements(metrics: Sequence[Metric]) -> list[Metric]:
     """Give one metric for each different measurement, in order, since several metrics may share one."""
     return list({id(m.measure): m for m in reversed(metrics)}.values())[::-1]
@@ -118,9 +153,7 @@ def _measured(choice: Choice) -> dict[str, Metric]:
             name, "", summary, circuits, prepare, simulate, outcome, _no_reason, partial(value, name)
         )
 
-    nominal = simulate(
-        prepare(choice.circuit, replace(choice.silicon, die=replace(choice.silicon.die, number=None)))
-    )
+    nominal = simulate(prepare(choice.circuit, _nominal(choice)))
     return {name: metric(name) for name in measures(nominal)}
 
 

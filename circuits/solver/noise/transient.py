@@ -126,7 +126,7 @@ def simulate_noisy(
     plan = _plan(begun.point, model, grid, machine.kernel.columns)
     names = machine.names if record is None else record
     columns = np.array([machine.column_of(n) for n in names], dtype=np.int64)
-    watched = [n for w in machine.testbench.watch for n in machine.flat.port_nodes(w)]
+    watched = [n for w in machine.testbench.watch for n in machine.flat.watched_nodes(w)]
     watch, levels = machine.column[watched].astype(np.int64), spike_levels(machine)
     state = _begin(kernel, plan, begun, grid, watch, levels)
     draws = _draws(machine, plan, run.seed, trial)

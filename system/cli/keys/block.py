@@ -52,6 +52,11 @@ stimuli.unit                    string           -     unit of the default; empt
 stimuli.default                 number?          -     in the unit beside it; null for off
 stimuli.summary                 string           -     what it does
 stimuli.can_be_off              boolean          -     whether `off` is taken
+metrics                         object[]         -     what a study can measure
+metrics.name                    string           -     its name, for `--metric`
+metrics.unit                    string           -     its unit; empty for a plain number
+metrics.summary                 string           -     what it is
+metrics.nominal                 number?          -     value on the nominal die; null without `--metrics`
 closed_forms                    object[]         -     quantities that equations of the paper give
 closed_forms.equation           integer          -     number of the equation
 closed_forms.name               string           -     the quantity, which ends with its unit
@@ -176,6 +181,7 @@ devices.v_ds_sat_V             number?   V    least one for saturation
 devices.headroom_V             number?   V    how much more there is than that
 devices.inversion              string    -    `off`, `weak`, `moderate` or `strong`
 devices.region                 string    -    `saturated` or `linear`
+source_currents_A              number{{}}  A    what each source, and that behind a bias, delivers
 """
 OP = {
     **meanings("block  string  -  name of the block"),

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from circuits.arrays import F64
-from circuits.devices import Source
+from circuits.circuit import Circuit, Instance, Port
+from circuits.devices import Capacitor, Resistor, Source
 from circuits.devices.source import Constant, Driven, PiecewiseLinear, Polyline, Pulse, Sampled
 from circuits.errors import ParameterError, SolverError, UnknownNameError
 from circuits.lowering.kernel import Machine, to_kernel
@@ -22,6 +23,7 @@ from circuits.solver.operating_point import operating_point
 from circuits.solver.outcome import Outcome
 from circuits.solver.power import delivered_energy, supply_power
 from circuits.solver.transient import DEFAULT_RTOL, Result, Runner, Segment, State, simulate
+from circuits.testbench import Testbench
 from tests.circuits.solver.examples import TAU, C, R, latch, low_pass, neuron
 
 BEGIN, RISE = 1e-6, 1e-7  # s
@@ -353,3 +355,17 @@ def test_a_machine_without_unknowns_runs() -> None:
     # (a - 0.5) / R at a = 1 V for 8.9 us, 0 V for 1 us, and the ramp between: int (a - 0.5) a / R
     ramp = RISE * (1.0 / 3.0 - 0.25)
     assert delivered_energy(result)["a"] == pytest.approx((0.5 * (STOP - BEGIN - RISE) + ramp) / R, rel=0.02)
+
+
+def test_inner_nodes_are_watched() -> None:
+    inner = Circuit(
+        "rc", (Port("a", "supply"),), (Resistor("r", "a", "v", 1e6), Capacitor("c", "v", "0", 1e-12))
+    )
+    cell = Circuit("cell", (Port("a", "supply"),), (), (Instance("x", inner, {"a": "a"}),))
+    wave = PiecewiseLinear((0.0, 1e-6, 1.001e-6), (0.0, 0.0, 2.0))
+    for circuit, node in ((inner, "v"), (cell, "x.v")):
+        found = simulate(Testbench("rc", circuit, (Source("a", "a", wave),), 20e-6, (node,))).spikes
+        assert list(found) == [node]
+        assert found[node] == pytest.approx([1e-6 + 1e-6 * np.log(2.0)], rel=2e-3)  # half of 2 V
+    with pytest.raises(UnknownNameError, match="rc node w: unknown"):
+        simulate(Testbench("rc", inner, (Source("a", "a", wave),), 20e-6, ("w",)))

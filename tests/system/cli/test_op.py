@@ -59,3 +59,12 @@ def test_a_file_that_cannot_be_written_is_one_line(
 ) -> None:
     assert main(["op", BLOCK, "--csv", str(tmp_path / "none" / "op.csv")]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_supply_delivers_what_the_devices_take(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["op", BLOCK, "--law", "ideal", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    found = document["source_currents_A"]
+    assert found["vdd"] > 500e-12 > abs(found["v_rest"])  # at least what membrane.mr1 carries
+    assert main(["op", BLOCK]) == 0
+    assert "delivers" in capsys.readouterr().out
