@@ -34,9 +34,7 @@ def charged(conductance: F64, charge: F64) -> Charged:
 
     conductance: float64[n, n], S; charge: float64[n, n], F, symmetric and positive semidefinite.
     """
-    diagonal = charge.diagonal()
-    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, diagonal.max(initial=0.0) or 1.0))
-    share, modes = scipy.linalg.eigh(scale[:, None] * charge * scale)
+    scale, share, modes = _own_modes(charge)
     loaded = share > _CHARGELESS
     turned = modes.T @ (scale[:, None] * conductance * scale) @ modes
     inner = turned[np.ix_(loaded, loaded)]
@@ -64,6 +62,27 @@ def natural_rates(conductance: F64, charge: F64) -> C128:
     if not matrix.size:
         return np.zeros(0, dtype=np.complex128)
     return np.asarray(scipy.linalg.eigvals(matrix), complex)
+
+
+def all_natural_rates(conductances: F64, charge: F64) -> C128:
+    """`natural_rates` of several points of one circuit, complex128[N, modes], 1/s.
+
+    conductances: float64[N, n, n], S; charge: float64[n, n], F, symmetric and positive semidefinite.
+    """
+    scale, share, modes = _own_modes(charge)
+    if not (share > _CHARGELESS).all():
+        return np.array([natural_rates(each, charge) for each in conductances])
+    turned = modes.T @ (scale[:, None] * conductances * scale) @ modes
+    weight = 1.0 / np.sqrt(share)
+    return np.asarray(np.linalg.eigvals(-weight[:, None] * turned * weight), complex)
+
+
+def _own_modes(charge: F64) -> tuple[F64, F64, F64]:
+    """Scale of each node, and the eigenvalues and eigenvectors of the charge matrix so scaled."""
+    diagonal = charge.diagonal()
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, diagonal.max(initial=0.0) or 1.0))
+    share, modes = scipy.linalg.eigh(scale[:, None] * charge * scale)
+    return np.asarray(scale), share, modes
 
 
 def unstable_part(conductance: F64, charge: F64) -> F64:

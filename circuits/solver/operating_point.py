@@ -29,9 +29,10 @@ from circuits.testbench import Testbench
 _DECADES = tuple(10.0**-k for k in range(3, 20))
 _TOLERANCE = 1e-9  # V, last update of a converged solve
 _SAME_STATE = 1e-3  # V, closer states are one
+GROWTH = 1.15  # of steps along the dynamics, slow enough that an unstable state is left; ours
 NUDGE = 10e-3  # V, ours: how far beside an unstable state the circuit is let go
 _MAX_UPDATE = 0.2  # V, of each node in one iteration
-_FAR = 100.0  # V, where a solve has run away
+FAR = 100.0  # V, where a solve has run away
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +107,7 @@ def _direct(
             largest = max(largest, abs(right[i]))
         for i in range(n):
             v[i] -= min(max(right[i], -_MAX_UPDATE), _MAX_UPDATE)
-            if abs(v[i]) > _FAR:
+            if abs(v[i]) > FAR:
                 return False
         if largest < _TOLERANCE:
             return True
@@ -183,6 +184,12 @@ def _settle(k: Kernel, v: F64, w: Work, history: F64, growth: float) -> bool:
             if h < 1e-18:
                 return False
     return False
+
+
+@compiled(_nrt=True)
+def settled(k: Kernel, v: F64, w: Work, history: F64, matrix: F64, right: F64) -> bool:
+    """Follow the circuit's own dynamics from v to a rest state, in place; false where they find none."""
+    return _settle(k, v, w, history, GROWTH) and _direct(k, v, v, 0.0, w, matrix, right, 60)
 
 
 @compiled(_nrt=True)
@@ -267,7 +274,7 @@ def _leave(point: OperatingPoint, time: float) -> OperatingPoint | None:
     k = machine.kernel
     v = point.voltage.copy()
     v[: k.unknowns] += NUDGE * np.where(np.arange(k.unknowns) % 2 == 0, 1.0, -1.0)
-    if not _settle(k, v, allocate(k), np.zeros_like(v), 1.15):
+    if not _settle(k, v, allocate(k), np.zeros_like(v), GROWTH):
         return None
     found = solve_near(machine, v, time)
     return found if found is not None and found.stable else None

@@ -1,7 +1,8 @@
-"""Direct-current sweep: operating points over the values of one source, each started from the last.
+"""Direct-current sweep: operating points over the values of one source, each continued from the last.
 
-So the sweep of a circuit with several rest states stays on one branch as far as the branch goes. Where it
-ends, Newton's method leads to another one: a sweep up and one down show hysteresis.
+So the sweep of a circuit with several rest states stays on one branch as far as the branch goes
+(`circuits.solver.sweep.continuation`). Where it ends, the circuit's own dynamics lead to another one: a sweep
+up and one down show hysteresis.
 """
 
 from __future__ import annotations
@@ -16,8 +17,9 @@ from circuits.devices.source import vertices
 from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
-from circuits.solver.operating_point import OperatingPoint, operating_point, solve_near
+from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.outcome import Outcome
+from circuits.solver.sweep.continuation import are_stable, trace
 from circuits.testbench import Testbench
 
 
@@ -96,25 +98,16 @@ def dc_sweep(
     if swept.size == 0 or not np.isfinite(swept).all():
         raise ParameterError(f"{source}: values of a sweep must be numbers, at least one")
     position = machine.source_names.index(source)
-    points: list[OperatingPoint] = []
-    for value in swept:
-        at_value = _set(machine, position, float(value))
-        found = solve_near(at_value, points[-1].voltage) if points else _first(at_value, start)
-        if found is None:
-            unit = "V" if machine.source_quantities[position] == "voltage" else "A"
-            raise SolverError(
-                f"{machine.testbench.title}.{source}: {value:g} {unit}, no operating point;"
-                f" {Outcome.NO_OPERATING_POINT.value}, or sweep in smaller steps"
-            )
-        points.append(found)
-    return Sweep(
-        source,
-        swept,
-        np.array([p.voltage[machine.column] for p in points]),
-        np.array([p.stable for p in points]),
-        machine.names,
-        machine,
-    )
+    first = _first(with_source(machine, position, float(swept[0])), start)
+    found, count = (np.empty(0), 0) if first is None else trace(machine, position, swept, first.voltage)
+    if count < swept.size:
+        unit = "V" if machine.source_quantities[position] == "voltage" else "A"
+        raise SolverError(
+            f"{machine.testbench.title}.{source}: {swept[count]:g} {unit}, no operating point;"
+            f" {Outcome.NO_OPERATING_POINT.value}, or sweep in smaller steps"
+        )
+    stable = are_stable(machine, found)
+    return Sweep(source, swept, found[:, machine.column], stable, machine.names, machine)
 
 
 def _first(machine: Machine, start: Mapping[str, float] | None) -> OperatingPoint | None:
@@ -124,8 +117,8 @@ def _first(machine: Machine, start: Mapping[str, float] | None) -> OperatingPoin
         return None
 
 
-def _set(machine: Machine, position: int, value: float) -> Machine:
-    """Hold one source of a machine at a value."""
+def with_source(machine: Machine, position: int, value: float) -> Machine:
+    """Hold one source of a machine, by its number, at a value, V or A."""
     lines = list(machine.polylines)
     lines[position] = vertices(machine.source_names[position], (0.0,), (value,))
     return replace(machine, polylines=tuple(lines))
