@@ -149,7 +149,7 @@ def run_transients(plan: Plan, measures: Sequence[str], progress: Progress = Non
     progress: is called with the fraction that is done.
     """
     if not measures:
-        raise ParameterError("measures: none, must be at least one of a transient; give one, or sweep dc")
+        raise ParameterError("measure: none, must be at least one of a transient; give one, or sweep dc")
     if plan.way != "up":
         raise ParameterError(f"way: {plan.way}, a transient at every point has none; leave it out")
     bench = plan.bench()

@@ -29,6 +29,7 @@ from system.cli.mend import measured_again
 from system.cli.run_command_line import names_in_study
 from system.cli.simulate_verb import Simulate
 from system.cli.study_verbs import Centre, Montecarlo, Replay
+from system.cli.sweep_verb import Sweep
 from system.cli.verb import verb
 from system.cli.verbs import (
     Calibrate,
@@ -93,6 +94,7 @@ _VERBS = {
     "export": verb("export:export_command", Export),
     "import": verb("import_netlist:import_command", Import),
     "compare": verb("compare:compare_command", Compare),
+    "sweep": verb("sweep:sweep_command", Sweep),
     "montecarlo": verb("montecarlo:montecarlo_command", Montecarlo),
     "replay": verb("replay:replay_command", Replay),
     "centre": verb("centre:centre_command", Centre),

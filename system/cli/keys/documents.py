@@ -11,6 +11,7 @@ from system.cli.keys.block import OP, SHOW, SHOW_CHIP, SHOW_ROLLS
 from system.cli.keys.installed import CALIBRATE, CHARACTERISE, DOCTOR, LIST, NEW, REPRODUCE
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
 from system.cli.keys.study import CENTRE, MONTECARLO, RARE, REPLAY
+from system.cli.keys.sweep import SWEEP
 from system.cli.keys.transient import AC, NOISE, SIMULATE, TRAN_NOISE
 from system.cli.option_names import option_of
 from system.meaning import SUMMARY, Meaning, Meanings, kind_of, meanings
@@ -29,6 +30,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "simulate --analysis ac": AC,
     "simulate --analysis noise": NOISE,
     "simulate --analysis tran-noise": TRAN_NOISE,
+    "sweep": SWEEP,
     "export": EXPORT,
     "export rolls": EXPORT_ROLLS,
     "import": IMPORT,

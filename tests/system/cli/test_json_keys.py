@@ -31,6 +31,10 @@ FORMS = {
     "simulate --analysis ac": ["simulate rebound-neuron --analysis ac --source v_rest --points 1"],
     "simulate --analysis noise": ["simulate rebound-neuron --analysis noise --node v_mem --source v_rest"],
     "simulate --analysis tran-noise": [],
+    "sweep": [
+        "sweep rebound-neuron --over v_rest=1V,2V --over corner=ss,ff --measure max(v_mem) --node v_mem",
+        "sweep rebound-neuron --over die=1000,1001 --measure t=cross(spike,9V) --analysis tran",
+    ],
     "export": [
         "export rebound-neuron -o a.cir",
         "export rebound-neuron --param membrane_capacitance=700fF -o b.cir",
