@@ -34,6 +34,7 @@ from circuits.errors import (
 from circuits.lowering.analysis import to_equation
 from circuits.lowering.graph import to_graph
 from circuits.lowering.kernel import Machine, on_die, to_kernel
+from circuits.measure.measure import measure
 from circuits.measure.scope import device_currents
 from circuits.place import circuit_at
 from circuits.registry import block_names, load_block, load_metric, metric_names
@@ -58,8 +59,9 @@ from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.outcome import Outcome
 from circuits.solver.power import drain_current, supply_power
 from circuits.solver.small_signal import Linear, Response, ac, frequency_grid, linearise
-from circuits.solver.sweep import Sweep, dc_sweep
+from circuits.solver.sweep import dc_sweep
 from circuits.solver.transient import Result, Runner, State, simulate
+from circuits.sweep.sweep import sweep
 from circuits.testbench import Testbench
 from circuits.units import format_quantity, parse_quantity, quantity
 
@@ -108,14 +110,15 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "CORNERS",
     "Silicon",
     "Deviation",
-    # Operating point and sweeps
+    # Operating point, sweeps and measures
     "operating_point",
     "OperatingPoint",
     "device_currents",
     "transistor_table_at",
     "TransistorTable",
     "dc_sweep",
-    "Sweep",
+    "sweep",
+    "measure",
     # Transient
     "simulate",
     "Result",

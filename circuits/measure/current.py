@@ -18,14 +18,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from circuits.arrays import F64, Bools
-from circuits.compiled import compiled
 from circuits.devices import Capacitor, ControlledSource, Resistor, Transistor
 from circuits.errors import unknown_name
 from circuits.lowering.flatten import DeviceGroup
-from circuits.lowering.kernel import Kernel, Machine
+from circuits.lowering.kernel import Machine
 from circuits.lowering.made import made
-from circuits.solver.newton import Work, allocate, evaluate
-from circuits.solver.power import conduction, linear
+from circuits.solver.power import conduction_and_channels, linear
 
 _LINEAR = (Resistor, ControlledSource, Capacitor)  # beside transistors, what has a current by its name
 
@@ -65,7 +63,7 @@ def device_current(machine: Machine, v: F64, time: F64, kink: Bools, name: str) 
     """
     labels = machine.flat.labels(Transistor)
     if name in labels:
-        return _channels(machine, v)[:, labels.index(name)]
+        return conduction_and_channels(machine, v)[0][:, labels.index(name)]
     for label, group, k in _linear_devices(machine):
         if label == name:
             return _of_linear(machine, group, k, v, time, kink)
@@ -76,7 +74,7 @@ def device_current(machine: Machine, v: F64, time: F64, kink: Bools, name: str) 
         return _given(machine, own, time)
     column = machine.kernel.unknowns + own
     charge = linear(machine.source_charge, column, v, np.zeros(len(v)))
-    return -(conduction(machine, v)[:, column] + rate(time, charge, kink))
+    return -(conduction_and_channels(machine, v)[1][:, column] + rate(time, charge, kink))
 
 
 def static_currents(machine: Machine, v: F64) -> dict[str, F64]:
@@ -84,11 +82,10 @@ def static_currents(machine: Machine, v: F64) -> dict[str, F64]:
 
     v: the vector of voltages at each point, float64[N, columns], V, values of sources of current included.
     """
-    channels = _channels(machine, v)
+    channels, at_sources = conduction_and_channels(machine, v)
     found = {name: channels[:, k] for k, name in enumerate(machine.flat.labels(Transistor))}
     for label, group, k in _linear_devices(machine):
         found[label] = _of_linear(machine, group, k, v, np.zeros(1), np.ones(1, np.bool_))
-    at_sources = conduction(machine, v)
     for s, name in enumerate(machine.source_names):
         column = machine.kernel.unknowns + s
         voltage = machine.source_quantities[s] == "voltage"
@@ -129,18 +126,3 @@ def _of_linear(machine: Machine, group: DeviceGroup, k: int, v: F64, time: F64, 
 def _given(machine: Machine, source: int, time: F64) -> F64:
     times, values = machine.polylines[source]
     return np.asarray(np.interp(time, times, values))
-
-
-def _channels(machine: Machine, v: F64) -> F64:
-    """Channel currents of all transistors, float64[T, transistors], A."""
-    out = np.empty((len(v), machine.kernel.transistors.sign.size))
-    _fill_channels(machine.kernel, v, allocate(machine.kernel), out)
-    return out
-
-
-@compiled()
-def _fill_channels(k: Kernel, v: F64, w: Work, out: F64) -> None:
-    for p in range(v.shape[0]):
-        evaluate(k, v[p], w)
-        for i in range(out.shape[1]):
-            out[p, i] = w.transistor.current[i]

@@ -35,7 +35,7 @@ def energy_courses(result: Result) -> dict[str, F64]:
     machine = result.machine
     require_every_node(result, "energy")
     v = node_voltages(result)
-    currents = conduction(machine, v)
+    currents = conduction_and_channels(machine, v)[1]
     step, courses = np.diff(result.time), {}
     for s, name in enumerate(machine.source_names):
         if machine.source_quantities[s] == "voltage":
@@ -55,19 +55,20 @@ def node_voltages(result: Result | Sweep) -> F64:
     return v
 
 
-def conduction(machine: Machine, v: F64) -> F64:
-    """Current that devices without charge take from every column's node, float64[T, columns], A.
+def conduction_and_channels(machine: Machine, v: F64) -> tuple[F64, F64]:
+    """Channel current of every transistor, and what devices without charge take from every column's node.
 
-    v: the vector of voltages at each point, float64[T, columns], V. The columns of the sources have all of
-    it, the others that of transistors and amplifiers.
+    v: the vector of voltages at each point, float64[T, columns], V. Returns float64[T, transistors] and
+    float64[T, columns], A. The columns of the sources have all of it, the others that of transistors and
+    amplifiers.
     """
     k = machine.kernel
-    out = np.zeros_like(v)
-    _conduction(k, v, allocate(k), out)
+    channels, out = np.empty((len(v), k.transistors.sign.size)), np.zeros_like(v)
+    _conduction(k, v, allocate(k), channels, out)
     for s in range(len(machine.source_names)):
         own = k.unknowns + s
         out[:, own] = linear(machine.source_conductance, own, v, out[:, own])
-    return out
+    return channels, out
 
 
 def linear(entries: Triplets, row: int, v: F64, base: F64) -> F64:
@@ -105,10 +106,7 @@ def drain_current(result: Result | Sweep, path: str) -> F64:
     labels = machine.flat.labels(Transistor)
     if path not in labels:
         raise unknown_name(f"{machine.flat.circuit.name} transistor", path, labels)
-    v = node_voltages(result)
-    out = np.empty(len(v))
-    _drain(machine.kernel, v, allocate(machine.kernel), labels.index(path), out)
-    return out
+    return conduction_and_channels(machine, node_voltages(result))[0][:, labels.index(path)]
 
 
 def require_every_node(result: Result | Sweep, wanted: str) -> None:
@@ -118,20 +116,13 @@ def require_every_node(result: Result | Sweep, wanted: str) -> None:
 
 
 @compiled()
-def _drain(k: Kernel, v: F64, w: Work, row: int, out: F64) -> None:
-    """Current of the transistor in `row`, A, [T]."""
-    for p in range(v.shape[0]):
-        evaluate(k, v[p], w)
-        out[p] = w.transistor.current[row]
-
-
-@compiled()
-def _conduction(k: Kernel, v: F64, w: Work, out: F64) -> None:
-    """Current of the nonlinear devices leaving every column's node, A, [T, columns]."""
+def _conduction(k: Kernel, v: F64, w: Work, channels: F64, out: F64) -> None:
+    """Currents of the channels, A, [T, transistors], and of nonlinear devices leaving nodes, [T, columns]."""
     t = k.transistors.terminal
     for p in range(v.shape[0]):
         evaluate(k, v[p], w)
         for i in range(t.shape[1]):
+            channels[p, i] = w.transistor.current[i]
             out[p, t[0, i]] += w.transistor.current[i]
             out[p, t[2, i]] -= w.transistor.current[i]
             for side in range(2):

@@ -114,10 +114,13 @@ def _check(name: str, kind: Kind, values: tuple[Any, ...]) -> None:
             if value not in CORNERS:
                 raise ParameterError(f"corner: {value}, must be one of {', '.join(CORNERS)}")
         return
-    for value in values:
-        if type(value) not in {int, float} or not math.isfinite(value):
-            raise ParameterError(f"{name}: {value!r}, values of a sweep must be finite numbers")
-        if kind == "die" and (value != int(value) or value < 0):
-            raise ParameterError(f"die: {value:g}, must be a whole number from 0 on")
-        if kind == "temperature":
+    numbers = np.array(values) if {type(value) for value in values} <= {int, float} else np.array([np.nan])
+    if not np.isfinite(numbers).all():
+        bad = next(v for v in values if type(v) not in {int, float} or not math.isfinite(v))
+        raise ParameterError(f"{name}: {bad!r}, values of a sweep must be finite numbers")
+    if kind == "die" and not ((numbers == numbers.astype(np.int64)) & (numbers >= 0)).all():
+        bad = next(v for v in values if v != int(v) or v < 0)
+        raise ParameterError(f"die: {bad:g}, must be a whole number from 0 on")
+    if kind == "temperature":
+        for value in (min(values), max(values)):
             check_temperature(value)

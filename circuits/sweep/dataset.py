@@ -20,27 +20,27 @@ def points_dataset(
 
     lines: over the first axis, for each way and each combination of the other axes, the second one fastest.
     """
-    flips = [slice(None, None, -1) if way == "down" else slice(None) for way in ways]
-    turned = [flips[k % len(ways)] for k in range(len(lines))]
+    flips = [slice(None, None, -1 if ways[k % len(ways)] == "down" else 1) for k in range(len(lines))]
     devices = list(lines[0].currents)
-    inner = axes[0]
-    dims = [*(axis.name for axis in axes[:0:-1]), DIRECTION, inner.name]
-    shape = [*(len(axis.values) for axis in axes[:0:-1]), len(ways), len(inner.values)]
-    voltage = np.stack([line.voltage[flip] for line, flip in zip(lines, turned, strict=True)])
-    current = np.stack(
-        [np.stack([line.currents[d] for d in devices], axis=-1)[flip] if devices else np.zeros((shape[-1], 0))
-         for line, flip in zip(lines, turned, strict=True)]
-    )  # fmt: skip
-    stable = np.stack([line.stable[flip] for line, flip in zip(lines, turned, strict=True)])
-    found = xr.Dataset(
+    currents = [np.array([line.currents[d] for d in devices]).reshape(len(devices), -1).T for line in lines]
+    found = {
+        "voltage": [line.voltage for line in lines],
+        "current": currents,
+        "stable": [line.stable for line in lines],
+    }
+    stacked = {
+        name: np.array([array[flip] for array, flip in zip(arrays, flips, strict=True)])
+        for name, arrays in found.items()
+    }
+    dims = _dimensions(axes, ways)
+    return xr.Dataset(
         {
-            "voltage": ((*dims, "node"), voltage.reshape(*shape, -1), {"units": "V"}),
-            "current": ((*dims, "device"), current.reshape(*shape, -1), {"units": "A"}),
-            "stable": (dims, stable.reshape(shape)),
+            "voltage": ((*dims, "node"), _arranged(stacked["voltage"], axes, ways), {"units": "V"}),
+            "current": ((*dims, "device"), _arranged(stacked["current"], axes, ways), {"units": "A"}),
+            "stable": (dims, _arranged(stacked["stable"], axes, ways)),
         },
         coords={**_coordinates(axes, ways), "node": list(nodes), "device": devices},
     )
-    return _in_order(found, axes, ways)
 
 
 def measures_dataset(
@@ -53,21 +53,21 @@ def measures_dataset(
 
     readings: one after the other for each way and each combination of the axes, the first one fastest.
     """
-    if not measures:
-        return xr.Dataset()
-    dims = [*(axis.name for axis in axes[::-1]), DIRECTION]
-    shape = [*(len(axis.values) for axis in axes[::-1]), len(ways)]
-    found: dict[str, Any] = {
-        each.name: (
-            dims,
-            np.array([r[k].value for r in readings]).reshape(shape),
-            {"units": each.unit, "expression": each.text},
-        )
-        for k, each in enumerate(measures)
-    }
+    # as lines of one point over an axis that is none
+    point, dims = Axis("", "parameter", "", (0,)), _dimensions(axes, ways)
+    found: dict[str, Any] = {}
+    for k, each in enumerate(measures):
+        values = _arranged(np.array([[r[k].value] for r in readings]), (point, *axes), ways)[0]
+        found[each.name] = (dims, values, {"units": each.unit, "expression": each.text})
     reasons = ["; ".join(f"{r.name}: {r.reason}" for r in each if r.reason) for each in readings]
-    found["reason"] = (dims, np.array(reasons, dtype=object).reshape(shape))
-    return _in_order(xr.Dataset(found, coords=_coordinates(axes, ways)), axes, ways)
+    words = np.array([[reason] for reason in reasons], dtype=object)
+    found["reason"] = (dims, _arranged(words, (point, *axes), ways)[0])
+    return xr.Dataset(found, coords=_coordinates(axes, ways))
+
+
+def _dimensions(axes: Sequence[Axis], ways: Sequence[Way]) -> tuple[str, ...]:
+    """Names of the dimensions, the direction's only where there are two."""
+    return (*(axis.name for axis in axes), *([DIRECTION] if len(ways) > 1 else []))
 
 
 def _coordinates(axes: Sequence[Axis], ways: Sequence[Way]) -> dict[str, Any]:
@@ -75,10 +75,14 @@ def _coordinates(axes: Sequence[Axis], ways: Sequence[Way]) -> dict[str, Any]:
         axis.name: (axis.name, np.array(axis.values), {"units": axis.unit} if axis.unit else {})
         for axis in axes
     }
-    return {**swept, DIRECTION: list(ways)}
+    return {**swept, **({DIRECTION: list(ways)} if len(ways) > 1 else {})}
 
 
-def _in_order(found: xr.Dataset, axes: Sequence[Axis], ways: Sequence[Way]) -> xr.Dataset:
-    """Dimensions in the order of the names, and that of the direction only where there are two."""
-    turned = found.transpose(*(axis.name for axis in axes), DIRECTION, ...)
-    return turned if len(ways) > 1 else turned.isel({DIRECTION: 0}, drop=True)
+def _arranged(stacked: Any, axes: Sequence[Axis], ways: Sequence[Way]) -> Any:
+    """Lines one below the other, [lines, inner, ...], as an array over the axes in order, then the way."""
+    sizes = [len(axis.values) for axis in axes]
+    array = stacked.reshape(*sizes[:0:-1], len(ways), sizes[0], *stacked.shape[2:])
+    outer = len(sizes) - 1
+    order = [outer + 1, *range(outer - 1, -1, -1), outer, *range(outer + 2, array.ndim)]
+    turned = array.transpose(order)
+    return turned if len(ways) > 1 else turned.reshape(*sizes, *stacked.shape[2:])

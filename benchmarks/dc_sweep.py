@@ -1,0 +1,103 @@
+"""Claim: 1,000 points of an amplifier of five transistors at least 100 times as fast as by ngspice's `.dc`.
+
+Both solve the same equations: ngspice has them as expressions, in the deck that the export writes. Time is
+that of the processor, of one thread each, the least of several. The sweep itself is what the points take
+beyond those of a sweep of two (ngspice), and the followed branch (`trace`); the whole call is from the
+testbench to the labelled arrays (ours) and from the deck to its vectors (ngspice). Both are converged: the
+largest difference of any node at any point is told, to ngspice at reltol 1e-9, which ngspice is timed at too.
+
+ours, peer: time, ms; ratio: theirs to ours. Returns 1 where a claim is missed.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from _report import Row, parser_of, report
+from circuits.api import (
+    ROLLS_180,
+    Circuit,
+    Constant,
+    Port,
+    Silicon,
+    Source,
+    Testbench,
+    Transistor,
+    operating_point,
+    sweep,
+    to_kernel,
+)
+from circuits.solver.sweep.continuation import trace
+from circuits.solver.sweep.direct_current import with_source
+from netlists.ngspice.sweep import solve_line
+
+POINTS = 1000
+LOW, HIGH = 0.6, 1.2  # V
+SIZE = {"width": 4e-6, "length": 4e-6}
+VOLTS = {"vdd": 1.8, "plus": 0.9, "minus": 0.9, "vb": 0.35}
+SWEEP_CLAIM, WHOLE_CLAIM = 100.0, 20.0
+CONVERGED = 5e-6  # V
+
+
+def main() -> int:
+    """Measure both and print what came of it."""
+    options = parser_of(__doc__, "fewer repetitions, and 27 degC alone").parse_args()
+    celsius = (27.0,) if options.quick else (-20.0, 27.0, 85.0)
+    found = (row for c in celsius for row in rows(c, 3 if options.quick else 7))
+    return report(
+        found, options, lambda r: f"{r.ours:8.3f} ms, ngspice {r.peer:8.1f} ms, {r.ratio:5.1f} times"
+    )
+
+
+def amplifier() -> Testbench:
+    """Transconductance amplifier of five transistors."""
+    devices = (
+        Transistor("mb", "n", "tail", "vb", "0", "0", **SIZE),
+        Transistor("m1", "n", "x", "plus", "tail", "0", **SIZE),
+        Transistor("m2", "n", "out", "minus", "tail", "0", **SIZE),
+        Transistor("m3", "p", "x", "x", "vdd", "vdd", **SIZE),
+        Transistor("m4", "p", "out", "x", "vdd", "vdd", **SIZE),
+    )
+    ports = (Port("vdd", "supply"), *(Port(name, "analog") for name in ("plus", "minus", "vb", "out")))
+    sources = tuple(Source(name, name, Constant(volts)) for name, volts in VOLTS.items())
+    return Testbench("amplifier", Circuit("amplifier", ports, devices), sources, 1.0)
+
+
+def rows(celsius: float, repeats: int) -> Iterator[Row]:
+    """Two rows at a temperature: the sweep itself, and the whole call."""
+    bench, values, silicon = amplifier(), np.linspace(LOW, HIGH, POINTS), Silicon(ROLLS_180, celsius)
+    machine = to_kernel(bench, silicon)
+    plus = machine.source_names.index("plus")
+    first = operating_point(with_source(machine, plus, LOW)).voltage
+    ours = least(lambda: trace(machine, plus, values, first), repeats)
+    whole = least(lambda: sweep(bench, {"plus": values}, silicon), repeats)
+    theirs = least(lambda: solve_line(machine, plus, values, None, None), repeats)
+    two = least(lambda: solve_line(machine, plus, values[:2], None, None), repeats)
+    line = solve_line(machine, plus, values, None, None)
+    apart = np.abs(trace(machine, plus, values, first)[0][:, machine.column] - line.voltage).max()
+    said = f"largest difference {1e6 * apart:.2f} uV, at most {1e6 * CONVERGED:g}"
+    met = 1.0 if apart <= CONVERGED else 0.0  # what is not converged counts for nothing
+    for name, one, other, claim in (
+        ("the sweep itself", ours, theirs - two, SWEEP_CLAIM),
+        ("the whole call", whole, theirs, WHOLE_CLAIM),
+    ):
+        yield Row(f"{name}, {celsius:g} degC", 1e3 * one, 1e3 * other, met * other / one, said, least=claim)
+
+
+def least(run: Callable[[], object], repeats: int) -> float:
+    """Processor time of the fastest of several runs after a first one, s."""
+    run()
+    found = []
+    for _ in range(repeats):
+        begin = time.process_time()
+        run()
+        found.append(time.process_time() - begin)
+    return min(found)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
