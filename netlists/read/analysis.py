@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 from netlists.read.card import Card, ForeignError, arguments, shown
 from netlists.read.expression.scope import Scope
+from netlists.read.measure import Measured, Untranslated, measured_of
 from netlists.read.note import Notes
 from netlists.read.waveform import Span
 
@@ -123,15 +124,6 @@ class NoiseSpectrum:
     spectrum: SmallSignals
 
 
-@dataclass(frozen=True, slots=True)
-class Measure:
-    """A `.measure` card: its `analysis`, its `name`, and the `text` behind the name as it stands."""
-
-    analysis: str
-    name: str
-    text: str
-
-
 Analysis = Transient | OperatingPoint | Sweep | SmallSignals | NoiseSpectrum
 
 
@@ -143,18 +135,18 @@ class Controls:
     ----------
     analyses
         Analyses in the order of their cards.
+    measures
+        Measures in the order of their cards.
     starts, held
         Voltages, V, of `.nodeset` and `.ic`, with their card, by the node's name as it is written.
-    measures
-        `.measure` cards in their order.
     temperature_c
         Temperature, degC; None where no card states one.
     """
 
     analyses: list[Analysis] = field(default_factory=list)
+    measures: list[Measured] = field(default_factory=list)
     starts: dict[str, tuple[float, Card]] = field(default_factory=dict)
     held: dict[str, tuple[float, Card]] = field(default_factory=dict)
-    measures: list[Measure] = field(default_factory=list)
     temperature_c: float | None = None
 
     @property
@@ -253,10 +245,10 @@ def _noise(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
 
 
 def _measure(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
-    words = card.text.split(maxsplit=3)
-    if len(words) < 4:
-        raise card.error(".measure: must be ANALYSIS NAME and what is measured; complete it")
-    controls.measures.append(Measure(words[1].lower(), words[2].lower(), words[3]))
+    try:
+        controls.measures.append(measured_of(card, scope))
+    except Untranslated as why:
+        notes.add(f"{card.name()} card that is not taken over, {why}", card.place)
 
 
 def _voltages(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:

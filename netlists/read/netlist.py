@@ -17,12 +17,13 @@ from circuits.circuit import GROUND, Circuit, references
 from circuits.errors import DataError, unknown_name
 from circuits.silicon.silicon import Change, Deviation, Silicon
 from circuits.testbench import Begin, Testbench
-from netlists.read.analysis import Analysis, Controls, Measure, read_controls
+from netlists.read.analysis import Analysis, Controls, read_controls
 from netlists.read.card import Card, shown
 from netlists.read.elaboration import Elaboration, Top
 from netlists.read.expression.expression import Functions
 from netlists.read.expression.scope import Expressions, Scope
 from netlists.read.limits import DEFAULT_LIMITS, Limits
+from netlists.read.measure import Measured
 from netlists.read.note import Foreign, Note, Notes, drop_names
 from netlists.read.notes.annotated import header_card, read_annotated
 from netlists.read.notes.syntax import syntax_of
@@ -66,7 +67,7 @@ class Imported:
     foreign
         Cards for ngspice only, which the circuit lacks; none unless `foreign="kept"` was asked for.
     measures
-        `.measure` cards in their order.
+        Measures that it asks for, as expressions of `circuits.measure`.
     """
 
     testbench: Testbench
@@ -81,7 +82,7 @@ class Imported:
     parasitics: Mapping[str, float] = field(default_factory=dict)
     dropped: tuple[Note, ...] = ()
     foreign: tuple[Foreign, ...] = ()
-    measures: tuple[Measure, ...] = ()
+    measures: tuple[Measured, ...] = ()
 
     @property
     def circuit(self) -> Circuit:
@@ -217,6 +218,7 @@ def _annotated(header: Card, text: Text, limits: Limits, notes: Notes) -> Import
         silicon=found.silicon,
         parasitics=found.parasitics,
         dropped=notes.dropped(),
+        measures=tuple(controls.measures),
     )
 
 

@@ -108,6 +108,8 @@ def _print(document: Mapping[str, Any]) -> None:
     runs = [(a["analysis"], ", ".join(f"{k}={v}" for k, v in a.items() if k != "analysis")) for a in
             document["analyses"]]  # fmt: skip
     print_table("analyses", ("analysis", "values"), runs)
+    if document["measures"]:
+        print_table("measures", ("analysis", "expression"), [tuple(m.values()) for m in document["measures"]])
     _print_foreign(document["foreign"])
     for title, key in (("not taken over", "notes"), ("dropped by --drop", "dropped")):
         if document[key]:

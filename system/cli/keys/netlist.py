@@ -92,10 +92,9 @@ analyses.high    number       Hz    last frequency
 analyses.output  string       -     node whose noise it is
 analyses.reference string     -     node against which it is; `0` for ground
 analyses.source  string       -     source that the noise is referred to
-measures         object[]     -     `.measure` cards
-measures.analysis string      -     analysis that it is of
-measures.name    string       -     its name
-measures.text    string       -     what is measured, as it stands
+measures         object[]     -     measures that it asks for
+measures.analysis string      -     `tran`, `dc` or `ac`
+measures.text    string       -     name and expression, as `--measure` takes it
 foreign          object[]     -     cards for ngspice only, which the circuit lacks
 foreign.text     string       -     the card
 foreign.place    string       -     its file and line
