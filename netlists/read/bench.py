@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from circuits.circuit import Circuit
-from circuits.errors import unknown_name
+from circuits.errors import DataError, unknown_name
 from circuits.testbench import Testbench
 from netlists.read.netlist import read_netlist
 from netlists.read.text.name import circuit_name
@@ -27,11 +27,17 @@ def read_bench(path: Path, subcircuit: str = "") -> Testbench | Circuit:
     Raises
     ------
     DataError
-        Anything that cannot be read in full.
+        Anything that cannot be read in full, and transistors that deviate by their own cards.
     UnknownNameError
         The netlist uses no such sub-circuit.
     """
-    found = read_netlist(path).testbench
+    imported = read_netlist(path)
+    if imported.silicon is None and imported.deviations:
+        first = next(iter(imported.deviations))
+        raise DataError(
+            f"{path.name}: {first} has delvto or mulu0, which a run on a die would not keep; leave them out"
+        )
+    found = imported.testbench
     if not subcircuit:
         return found
     inside = {circuit.name: circuit for circuit in (found.circuit, *_inside(found.circuit))}

@@ -94,6 +94,7 @@ class Elaboration:
     expanded: dict[bool, int] = field(default_factory=lambda: {False: 0, True: 0})
     vertices: int = 0
     models: set[Card] = field(default_factory=set)  # that transistors use
+    turned: set[str] = field(default_factory=set)  # sources that the circuit sees from their other end
 
     def top(self) -> Top:
         """Build the whole netlist; raises `DataError` with file and line."""
@@ -292,11 +293,16 @@ class Elaboration:
         if name[0] == "v":
             if (plus == GROUND) == (minus == GROUND):
                 raise card.foreign(f"{shown(name)}: no end at ground, or both; tie one to 0")
-            return [Source(own, plus, waveform) if minus == GROUND else Source(own, minus, negated(waveform))]
+            if minus == GROUND:
+                return [Source(own, plus, waveform)]
+            self.turned.add(own)
+            return [Source(own, minus, negated(waveform))]
         ends = [(n, w) for n, w in ((minus, waveform), (plus, negated(waveform))) if n != GROUND]
         if plus == minus:
             raise card.foreign(f"{shown(name)}: both ends at one node; remove it")
         if len(ends) == 1:
+            if minus == GROUND:
+                self.turned.add(own)
             return [Source(own, *ends[0], "current")]
         return [Source(f"{own}[{k}]", n, w, "current") for k, (n, w) in enumerate(ends)]
 

@@ -68,6 +68,8 @@ class Imported:
         Cards for ngspice only, which the circuit lacks; none unless `foreign="kept"` was asked for.
     measures
         Measures that it asks for, as expressions of `circuits.measure`.
+    turned
+        Sources whose sign is turned, since the circuit has them from ground to a node.
     """
 
     testbench: Testbench
@@ -83,6 +85,7 @@ class Imported:
     dropped: tuple[Note, ...] = ()
     foreign: tuple[Foreign, ...] = ()
     measures: tuple[Measured, ...] = ()
+    turned: frozenset[str] = frozenset()
 
     @property
     def circuit(self) -> Circuit:
@@ -163,7 +166,8 @@ def _read(
     _declare_conditional(deck, scope, notes)
     controls = read_controls(deck.controls, scope, notes)
     uses_ic = controls.uic or dialect == "xyce"  # which takes them without uic, too
-    top = Elaboration(deck, scope, controls.span, limits, notes, dialect == "cdl", uses_ic).top()
+    elaboration = Elaboration(deck, scope, controls.span, limits, notes, dialect == "cdl", uses_ic)
+    top = elaboration.top()
     if top.part.elements > limits.elements:
         raise deck.top.card.error(f"{top.part.elements} elements, the limit is {limits.elements}; split it")
     separator = ":" if dialect == "xyce" else "."  # in the name of a node of an instance
@@ -179,6 +183,7 @@ def _read(
         dropped=notes.dropped(),
         foreign=notes.foreign(),
         measures=tuple(controls.measures),
+        turned=frozenset(elaboration.turned),
     )
 
 

@@ -17,6 +17,7 @@ from circuits.solver.device_table import resistor_table_at, transistor_table_at
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from system.cli.beginning_output import disturbance_document
 from system.cli.block_choice import choose_block
+from system.cli.deck import is_foreign, op_deck, refuse_foreign
 from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
 from system.cli.verbs import Op
 from system.files.writing import write_text_atomic
@@ -54,6 +55,12 @@ def op_command(asked: Op) -> None:
     of a resistor flows from its first node to its second. The other columns are those of
     `circuits.solver.device_table`.
     """
+    if is_foreign(asked.block, asked.engine):
+        op_deck(asked)
+        return
+    refuse_foreign(asked.block)
+    if asked.engine != "native":
+        raise ParameterError(f"--engine: {asked.engine}, only for a deck with cards of its own; leave it out")
     choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus)
     given = read_voltages(asked.start, "--start")
     with working("solving"):

@@ -22,6 +22,7 @@ from netlists.ngspice.raw import write_raw
 from system.cli.beginning_output import told, told_lines
 from system.cli.block_choice import choose_block
 from system.cli.deadline import deadline_of
+from system.cli.deck import is_foreign, refuse_foreign, simulate_deck
 from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
 from system.cli.simulate_verb import Simulate, check_options
 from system.cli.study_verbs import Replay
@@ -42,6 +43,10 @@ def simulate_command(asked: Simulate) -> None:
     """Simulate a block, print its outcome, and write the waveforms and the picture that are asked for."""
     deadline_s = deadline_of(asked.deadline, asked.engine)
     check_options(asked)
+    if asked.analysis == "dc" or is_foreign(asked.block, asked.engine):
+        simulate_deck(asked)
+        return
+    refuse_foreign(asked.block)
     if asked.analysis != "tran":
         loaded(_COMMANDS[asked.analysis])(asked)
         return

@@ -13,8 +13,8 @@ from system.option import option
 from system.options.begin import BeginChoice
 from system.options.silicon import SiliconChoice
 
-Analysis = Literal["tran", "ac", "noise", "tran-noise"]
-ANALYSES: tuple[Analysis, ...] = ("tran", "ac", "noise", "tran-noise")
+Analysis = Literal["tran", "dc", "ac", "noise", "tran-noise"]
+ANALYSES: tuple[Analysis, ...] = ("tran", "dc", "ac", "noise", "tran-noise")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,7 +22,7 @@ class Simulate:
     """Simulate a block: a transient, small signals, or noise."""
 
     block: str = shared.block_argument()
-    analysis: Analysis = option("tran", "What is simulated")
+    analysis: Analysis = option("tran", "What is simulated; dc is a deck's own sweep")
     stimulus: tuple[str, ...] = shared.stimulus_option()
     measure: tuple[str, ...] = shared.measure_option()
     values: BlockValues = shared.values_part("bias_file")
@@ -63,7 +63,7 @@ TAKEN_BY: dict[str, tuple[str, ...]] = {  # options that not every analysis has
     **dict.fromkeys(("seed", "trials", "step", "workers"), ("tran-noise",)),
     **dict.fromkeys(("rtol", "raw", "at_rest", "measure", "current"), ("tran",)),
     **dict.fromkeys(("ic", "uic"), ("tran", "tran-noise")),
-    "engine": ("tran", "ac"),
+    "engine": ("tran", "dc", "ac"),
 }
 
 

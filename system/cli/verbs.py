@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from system.cli import shared_options as shared
-from system.cli.shared_options import BlockValues, Level
+from system.cli.shared_options import BlockValues, Engine, Level
 from system.cli.verb import argument, like, part, required
 from system.option import option
 from system.options.begin import BeginChoice
@@ -44,6 +44,7 @@ class Op:
     silicon: SiliconChoice = shared.silicon_part()
     stimulus: tuple[str, ...] = shared.stimulus_option()
     start: tuple[str, ...] = option((), "Voltage to start from, repeatable", metavar="NODE=V")
+    engine: Engine = option("native", "What solves it; ngspice a deck with cards that only it has")
     csv: str | None = shared.file_option("Write a row a device")
     as_json: bool = shared.json_option()
 

@@ -36,7 +36,7 @@ from system.options.die_file import edits_of
 from system.options.edited import check_edits
 from system.options.on_silicon import OnSilicon
 from system.options.silicon import SiliconChoice
-from system.options.target import Target, load_target, split_place
+from system.options.target import Target, load_target, own_temperature, split_place
 
 _CODE = re.compile(r"([0-9]):([0-9]{1,3})")  # coarse and fine
 _ELEMENT = re.compile(r"(.*)\[([0-9]{1,9}(?:,[0-9]{1,9})*)\]")
@@ -87,12 +87,13 @@ def choose(
 ) -> Choice:
     """Read the options that all commands on a block or chip share.
 
-    target: its name, file or object (`system.options.target`); params, biases, stimuli: texts `NAME=VALUE`;
-    bias_set: name of one of the block's sets, over which `biases` go; begin: where its runs begin. A block at
-    its place on a chip has the sizes and biases that the chip gives it, unless `params`, `bias_set` or
-    `biases` say otherwise. Biases of a chip, and of a block on one, come from its generator where no kind is
-    asked for; those of a lone block are of their own kind.
-    Raises `ParameterError` or `UnknownNameError` naming what is wrong.
+    target: its name, file or object (`system.options.target`), of which a netlist's own temperature holds
+    where none but the usual one is asked for; params, biases, stimuli: texts `NAME=VALUE`; bias_set: name of
+    one of the block's sets, over which `biases` go; begin: where its runs begin. A block at its place on a
+    chip has the sizes and biases that the chip gives it, unless `params`, `bias_set` or `biases` say
+    otherwise. Biases of a chip, and of a block on one, come from its generator where no kind is asked for;
+    those of a lone block are of their own kind. Raises `ParameterError` or `UnknownNameError` naming what is
+    wrong.
     """
     params = list(params)
     block = block_of_target(target)
@@ -108,9 +109,11 @@ def choose(
         if bias_set is not None:
             circuit = rebias(circuit, read_bias_set(block, bias_set))
         circuit = rebias(circuit, read_biases(circuit, biases, bias_kind), bias_kind)
+    stated = own_temperature(target) if silicon.temperature == _NOMINAL.temperature else None
+    asked = parse_quantity(silicon.temperature, "degC", "temperature")
     made = Silicon(
         process=process_under(block.process, silicon.process, silicon.law),
-        temperature_c=parse_quantity(silicon.temperature, "degC", "temperature"),
+        temperature_c=asked if stated is None else stated,
         die=read_die(silicon),
         place=place,
     )

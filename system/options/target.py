@@ -29,6 +29,7 @@ from circuits.silicon.process import AMI_1500, Process
 from circuits.testbench import Testbench
 from netlists.pyspice.read import from_pyspice
 from netlists.read.bench import SUFFIXES, read_bench
+from netlists.read.netlist import read_netlist
 from system.options.code import Code, code_of, guarded, load_code, process_of, told_in_a_line
 from system.registry import load_block_or_chip
 
@@ -65,6 +66,12 @@ def deck_of(text: str) -> Code | None:
         path = Path(text)
         return Code(path, "") if path.suffix and path.is_file() else None
     return Code(Path(found["path"]), found["name"] or "")
+
+
+def own_temperature(target: Target) -> float | None:
+    """Temperature, degC, that a netlist states by `.temp` or its options; None for any other target."""
+    deck = deck_of(target) if isinstance(target, str) else None
+    return None if deck is None else read_netlist(deck.path).temperature_c
 
 
 def file_of(target: Target) -> Path | None:

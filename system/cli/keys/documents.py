@@ -12,7 +12,7 @@ from system.cli.keys.installed import CALIBRATE, CHARACTERISE, DOCTOR, LIST, NEW
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
 from system.cli.keys.study import CENTRE, MONTECARLO, RARE, REPLAY
 from system.cli.keys.sweep import SWEEP
-from system.cli.keys.transient import AC, NOISE, SIMULATE, TRAN_NOISE
+from system.cli.keys.transient import AC, DECK, NOISE, SIMULATE, TRAN_NOISE
 from system.cli.option_names import option_of
 from system.meaning import SUMMARY, Meaning, Meanings, kind_of, meanings
 from system.options.block import DIE_KEYS
@@ -27,6 +27,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "show rolls": SHOW_ROLLS,
     "op": OP,
     "simulate": SIMULATE,
+    "simulate --analysis dc": DECK,
     "simulate --analysis ac": AC,
     "simulate --analysis noise": NOISE,
     "simulate --analysis tran-noise": TRAN_NOISE,

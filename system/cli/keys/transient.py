@@ -108,3 +108,16 @@ trials.spikes_s  number[]{}  s  times of the spikes of each port
 """),
     **meanings(TOLD_KEYS, "trials"),
 }
+DECK = meanings("""
+block         string    -  the deck
+engine        string    -  what solved it
+analysis      string    -  `dc`, or another of the deck's own in ngspice as it stands: `tran` or `op`
+axis          string?   -  source that is swept, or `time`; null for an operating point
+points        integer   -  points
+vectors       object[]  -  voltages, and in ngspice currents of sources
+vectors.name  string    -  its name
+vectors.unit  string    -  `V` or `A`
+vectors.min   number    -  its lowest value
+vectors.max   number    -  its highest
+vectors.last  number    -  that at the last point
+""")

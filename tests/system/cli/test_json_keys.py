@@ -28,6 +28,7 @@ FORMS = {
     "show rolls": [],
     "op": ["op rebound-neuron"],
     "simulate": ["simulate rebound-neuron"],
+    "simulate --analysis dc": ["simulate sweep.cir --analysis dc"],
     "simulate --analysis ac": ["simulate rebound-neuron --analysis ac --source v_rest --points 1"],
     "simulate --analysis noise": ["simulate rebound-neuron --analysis noise --node v_mem --source v_rest"],
     "simulate --analysis tran-noise": [],
@@ -114,6 +115,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which one command reads what another wrote."""
     found = tmp_path_factory.mktemp("forms")
+    (found / "sweep.cir").write_text("t\nv1 a 0 1\nr1 a b 1k\nr2 b 0 1k\n.dc v1 0 1 1\n", encoding="utf-8")
     (found / "synapses.csv").write_text("post,pre,level\n5,3,1\n", encoding="utf-8")
     return found
 

@@ -1,0 +1,229 @@
+"""A deck's own sweep `.dc`, and any of its analyses in ngspice where only that has all of its cards."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from circuits.arrays import F64
+from circuits.checks import implausible_allowed
+from circuits.circuit import GROUND
+from circuits.devices.source import Constant
+from circuits.errors import DataError, ParameterError, unknown_name
+from circuits.solver.operating_point import operating_point
+from circuits.solver.sweep import dc_sweep
+from circuits.testbench import Testbench
+from netlists.ngspice.deck import Ran, run_deck
+from netlists.ngspice.run import Waveforms
+from netlists.read import Imported, read_netlist
+from netlists.read.analysis import Sweep
+from netlists.read.foreign import REMEDY
+from netlists.read.text.name import circuit_name
+from system.cli.block_choice import choose_block
+from system.cli.deadline import deadline_of
+from system.cli.output import print_json, print_line, print_table, quantity_cell, working
+from system.cli.shared_options import Engine
+from system.cli.simulate_verb import Simulate
+from system.cli.verbs import Op
+from system.files.writing import write_text_atomic
+from system.options.block import Choice
+from system.options.target import deck_of
+from system.plot import COLOURS, check_picture, save_picture
+
+_SHOWN = 40  # vectors of a deck that are printed; CSV and JSON have all
+_DRAWN = len(COLOURS)
+TEMPERATURE = "temp"  # what `.dc` calls it
+
+
+def is_foreign(target: str, engine: Engine) -> bool:
+    """Whether a target is a deck that ngspice is to run as it stands, since only it has all cards."""
+    deck = deck_of(target)
+    if deck is None or engine != "ngspice" or not deck.path.is_file():
+        return False
+    with implausible_allowed():
+        return bool(read_netlist(deck.path, foreign="kept").foreign)
+
+
+def refuse_foreign(target: str) -> None:
+    """Raise `DataError` for a deck with cards that only ngspice has; it names the first, and what to do."""
+    deck = deck_of(target)
+    if deck is None or not deck.path.is_file():
+        return
+    with implausible_allowed():
+        foreign = read_netlist(deck.path, foreign="kept").foreign
+    if foreign:
+        first, more = foreign[0], len(foreign) - 1
+        others = f" ({more} more: noctule import {target})" if more else ""
+        reason = first.reason.removesuffix(f"; {REMEDY}")
+        raise DataError(f"{first.place}: {reason}{others}; run it with --engine ngspice")
+
+
+def simulate_deck(asked: Simulate) -> None:
+    """Run a deck's `.tran` or `.dc` in ngspice as it stands, or its `.dc` in the native solver."""
+    check_picture(asked.plot)
+    if is_foreign(asked.block, asked.engine):
+        found = _as_it_stands(asked.block, _ran(asked.analysis), asked.deadline, asked.raw)
+    elif asked.engine == "ngspice":
+        raise ParameterError(
+            "--engine: ngspice, must be native for --analysis dc of our own devices; leave it out"
+        )
+    else:
+        refuse_foreign(asked.block)
+        found = _swept(asked)
+    _tell(asked.block, asked.engine, found, asked.csv, as_json=asked.as_json)
+    save_picture(asked.plot, lambda figure: _draw(found, asked.block, figure))
+
+
+def op_deck(asked: Op) -> None:
+    """Solve a deck's operating point in ngspice as it stands."""
+    found = _as_it_stands(asked.block, "op", None, None)
+    _tell(asked.block, asked.engine, found, asked.csv, as_json=asked.as_json)
+
+
+def _ran(analysis: str) -> Ran:
+    if analysis == "tran":
+        return "tran"
+    if analysis == "dc":
+        return "dc"
+    raise ParameterError(f"--analysis: {analysis}, of a deck in ngspice as it stands must be tran or dc")
+
+
+def _as_it_stands(target: str, analysis: Ran, deadline: str | None, raw: str | None) -> Waveforms:
+    deck = deck_of(target)
+    if deck is None or deck.name:
+        raise ParameterError(f"{target}: only a whole deck runs as it stands; name the file alone")
+    if raw is not None:
+        raise ParameterError("--raw: not of a deck as it stands; write --csv")
+    with working(f"running {deck.path.name} in ngspice"):
+        return run_deck(deck.path, analysis, deadline_s=deadline_of(deadline, "ngspice"))
+
+
+def _swept(asked: Simulate) -> Waveforms:
+    """The deck's first `.dc` card, solved natively; the innermost source moves first."""
+    deck = deck_of(asked.block)
+    if deck is None or deck.name:
+        raise ParameterError("--analysis: dc, is that of a deck's own .dc card; name a deck")
+    with implausible_allowed(asked.silicon.allow_implausible):
+        found = read_netlist(deck.path)
+    sweep = next((a for a in found.analyses if isinstance(a, Sweep)), None)
+    if sweep is None:
+        raise DataError(f"{deck.path.name}: no .dc card; add one, as .dc vin 0 5 0.1")
+    choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
+    with working(f"sweeping {asked.block}"):
+        axis, volts = _curves(found, sweep, choice)
+    names = [*volts]
+    values = {name: np.array(volts[name]) for name in names}
+    return Waveforms("dc", sweep.sources[0], axis, values, axis.size, ())
+
+
+def _curves(found: Imported, sweep: Sweep, choice: Choice) -> tuple[F64, dict[str, list[float]]]:
+    inner, *outer = (_points(*each) for each in zip(sweep.start, sweep.stop, sweep.step, strict=True))
+    axis: list[float] = []
+    volts: dict[str, list[float]] = {}
+    for held in product(*outer):
+        given = dict(zip(sweep.sources[1:], held, strict=True))
+        for value, point in _branch(found, sweep.sources[0], inner, given, choice):
+            axis.append(value)
+            for node, v in point.items():
+                volts.setdefault(node, []).append(v)
+    return np.array(axis), volts
+
+
+def _branch(
+    found: Imported, name: str, values: F64, held: dict[str, float], choice: Choice
+) -> Iterator[tuple[float, dict[str, float]]]:
+    """Values of the inner source, and the voltages, V, of all nodes there."""
+    silicon = choice.silicon
+    if TEMPERATURE in held:
+        silicon = replace(silicon, temperature_c=held[TEMPERATURE])
+    bench = choice.testbench()
+    for source, value in held.items():
+        if source != TEMPERATURE:
+            bench = _held(bench, circuit_name(source), _turned(found, source, value))
+    if name == TEMPERATURE:
+        for celsius in values:
+            point = operating_point(bench, replace(silicon, temperature_c=float(celsius)))
+            yield float(celsius), _named(point.voltages())
+        return
+    swept = dc_sweep(bench, circuit_name(name), [_turned(found, name, v) for v in values], silicon)
+    for k, value in enumerate(values):
+        yield float(value), _named(dict(zip(swept.nodes, swept.voltage[k].tolist(), strict=True)))
+
+
+def _held(bench: Testbench, name: str, value: float) -> Testbench:
+    """The testbench with a source at a constant value."""
+    if name not in {source.name for source in bench.sources}:
+        raise unknown_name(f"{bench.title} source", name, [source.name for source in bench.sources])
+    held = (replace(s, waveform=Constant(value)) if s.name == name else s for s in bench.sources)
+    return replace(bench, sources=tuple(held))
+
+
+def _named(volts: dict[str, float]) -> dict[str, float]:
+    return {node: v for node, v in volts.items() if node != GROUND}
+
+
+def _turned(found: Imported, source: str, value: float) -> float:
+    """A source's value as the circuit has it, which may see it from its other end."""
+    return -value if circuit_name(source) in found.turned else float(value)
+
+
+def _points(start: float, stop: float, step: float) -> F64:
+    if step == 0.0 or (stop - start) * step < 0.0:
+        raise DataError(f".dc: from {start:g} to {stop:g} by {step:g}, the step must lead there; correct it")
+    return np.asarray(start + step * np.arange(int((stop - start) / step + 1e-9) + 1), dtype=np.float64)
+
+
+def _unit(name: str) -> str:
+    return "A" if name.endswith("#branch") or "[i" in name else "V"
+
+
+def _tell(target: str, engine: Engine, found: Waveforms, csv: str | None, *, as_json: bool) -> None:
+    if csv is not None:
+        write_text_atomic(csv, _table(found))
+    vectors = [
+        {"name": n, "unit": _unit(n), "min": float(v.min()), "max": float(v.max()), "last": float(v[-1])}
+        for n, v in found.values.items()
+    ]
+    if as_json:
+        head = {"block": target, "engine": engine, "analysis": found.analysis}
+        print_json({**head, "axis": found.axis_name or None, "points": found.steps, "vectors": vectors})
+        return
+    columns = ("last",) if found.analysis == "op" else ("min", "max", "last")
+    rows = [(v["name"], *(quantity_cell(_digits(v[c]), str(v["unit"])) for c in columns)) for v in vectors]
+    title = f"{Path(target).name}: {found.analysis} in {engine}, {found.steps} points"
+    print_table(title, ("vector", *(f"{c}:" for c in columns)), rows[:_SHOWN])
+    if len(rows) > _SHOWN:
+        print_line(f"{len(rows) - _SHOWN} more vectors; --csv FILE or --json has all")
+
+
+def _digits(value: Any) -> float:
+    return float(f"{value:.6g}")
+
+
+def _table(found: Waveforms) -> str:
+    """All vectors as CSV: the axis first, where there is one; a row a point."""
+    named = {f"{n}_{_unit(n)}": v for n, v in found.values.items()}
+    if found.axis_name:
+        named = {("time_s" if found.axis_name == "time" else found.axis_name): found.axis, **named}
+    text = io.StringIO()
+    table = np.column_stack(list(named.values()))
+    np.savetxt(text, table, fmt="%.12g", delimiter=",", header=",".join(named), comments="")
+    return text.getvalue()
+
+
+def _draw(found: Waveforms, target: str, figure: Any) -> None:
+    """Fill `figure` with the first voltages over the axis."""
+    figure.set_size_inches(7.0, 4.0)
+    axes = figure.subplots()
+    shown = [n for n in found.values if _unit(n) == "V"][:_DRAWN]
+    for name, colour in zip(shown, COLOURS, strict=False):
+        axes.plot(found.axis, found.values[name], color=colour, label=name)
+    axes.set(xlabel="time (s)" if found.axis_name == "time" else found.axis_name, ylabel="voltage (V)")
+    axes.set_title(f"{Path(target).name}, {found.analysis}", fontsize=9.0)
+    axes.legend()

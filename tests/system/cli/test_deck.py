@@ -1,0 +1,116 @@
+"""Decks in `noctule op` and `noctule simulate`: natively, or in ngspice as they stand."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from system.cli.command_line import main
+
+OURS = """an inverter
+.subckt inv in out vdd
+mn out in 0 0 nch w=6u l=3u
+mp out in vdd vdd pch w=12u l=3u
+.ends
+.model nch nmos
+.model pch pmos
+vdd vdd 0 5
+vin 0 in -1
+x1 in out s inv
+va vdd s 0
+.dc vin 0 -5 -1 vdd 4 5 1
+.tran 1u 10u
+.temp 60
+.end
+"""
+THEIRS = """a follower
+.model q npn (bf=100)
+vcc c 0 5
+vb b 0 dc 2 sin(2 0.1 1k)
+q1 c b e q
+re e 0 1k
+.op
+.dc vb 1 3 0.5
+.tran 10u 2m
+.end
+"""
+
+
+@pytest.fixture
+def ours(tmp_path: Path) -> str:
+    path = tmp_path / "ours.cir"
+    path.write_text(OURS)
+    return str(path)
+
+
+@pytest.fixture
+def theirs(tmp_path: Path) -> str:
+    path = tmp_path / "theirs.cir"
+    path.write_text(THEIRS)
+    return str(path)
+
+
+def test_a_sweep_of_two_sources_by_the_signs_of_the_deck(
+    ours: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "dc.csv"
+    assert main(["simulate", ours, "--analysis", "dc", "--csv", str(table), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (document["axis"], document["points"], document["engine"]) == ("vin", 12, "native")
+    found = np.genfromtxt(table, delimiter=",", names=True)
+    np.testing.assert_allclose(found["vin"], [0.0, -1.0, -2.0, -3.0, -4.0, -5.0] * 2)
+    np.testing.assert_allclose(found["in_V"], -found["vin"])  # the source stands upside down
+    np.testing.assert_allclose(found["vdd_V"], [4.0] * 6 + [5.0] * 6)
+    assert found["out_V"][0] == pytest.approx(4.0, abs=1e-3)
+    assert found["out_V"][-1] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_the_deck_says_its_temperature_and_the_user_another(
+    ours: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for options, degrees in (([], 60.0), (["--temperature", "40"], 40.0)):
+        assert main(["op", ours, *options, "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["temperature_C"] == degrees
+
+
+def test_a_deck_of_other_devices_is_refused_natively_and_runs_in_ngspice(
+    theirs: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for command in (["op", theirs], ["simulate", theirs], ["simulate", theirs, "--analysis", "dc"]):
+        assert main(command) == 2
+        refused = capsys.readouterr().err
+        assert refused.count("\n") == 1
+        assert "theirs.cir:5: q1: a bipolar transistor, which the native solver has not" in refused
+        assert refused.endswith("run it with --engine ngspice\n")
+        assert main([*command, "--engine", "ngspice", "--json"]) == 0
+        document = json.loads(capsys.readouterr().out)
+        emitter = {v["name"]: v for v in document["vectors"]}["e"]
+        assert 0.2 < emitter["max"] < 2.6
+    assert document["axis"] == "v-sweep"
+    picture = tmp_path / "a.png"
+    assert main(["simulate", theirs, "--engine", "ngspice", "--plot", str(picture)]) == 0
+    assert picture.stat().st_size > 5_000
+    assert "tran in ngspice" in capsys.readouterr().out
+
+
+def test_what_a_deck_as_it_stands_has_not_is_refused(theirs: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for options, says in (
+        (["--analysis", "ac", "--source", "vb"], "must be tran or dc"),
+        (["--raw", "a.raw"], "--raw: not of a deck"),
+    ):
+        assert main(["simulate", theirs, "--engine", "ngspice", *options]) == 2
+        assert says in capsys.readouterr().err
+    assert main(["simulate", "rebound-neuron", "--analysis", "dc"]) == 2
+    assert "name a deck" in capsys.readouterr().err
+    assert main(["op", "rebound-neuron", "--engine", "ngspice"]) == 2
+
+
+def test_transistors_that_deviate_by_their_own_cards_are_refused(
+    ours: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path(ours).write_text(OURS.replace("l=3u", "l=3u delvto=10m"))
+    assert main(["op", ours]) == 2
+    assert "mn has delvto or mulu0" in capsys.readouterr().err
