@@ -117,6 +117,7 @@ EXPERIMENTS: dict[str, str] = {
     "mission-yield": "system.papers.checks.mission_yield:EXPERIMENT",
     "agreement": "system.papers.checks.agreement:EXPERIMENT",
     "ngspice-dies": "system.papers.checks.ngspice_dies:EXPERIMENT",
+    "random-circuits": "system.papers.checks.random_circuits:EXPERIMENT",
     "device-noise": "system.papers.checks.device_noise:EXPERIMENT",
     "chip-noise": "system.papers.checks.chip_noise:EXPERIMENT",
 }
@@ -193,6 +194,7 @@ EXPERIMENT_LINES: dict[str, str] = {
     "mission-yield": "dies on which every robot does what it is for, calibrated or not",
     "agreement": "solver against ngspice: every block at three temperatures, and the ranging chip",
     "ngspice-dies": "20 dies of the rebound neuron, class and edges in the solver and in ngspice",
+    "random-circuits": "random circuits of up to 12 devices in the solver and in ngspice",
     "device-noise": "k T / C, small signals and noise beside ngspice, jitter of the rebound neuron",
     "chip-noise": "jitter of ROLLS, NEF, latency and sonar chips beside that of their transistors",
 }

@@ -32,6 +32,7 @@ _SAME_STATE = 1e-3  # V, closer states are one
 GROWTH = 1.15  # of steps along the dynamics, slow enough that an unstable state is left; ours
 NUDGE = 10e-3  # V, ours: how far beside an unstable state the circuit is let go
 _MAX_UPDATE = 0.2  # V, of each node in one iteration
+_ROUNDED = 64.0 * 2.0**-52  # of the currents at a node, what rounding leaves of their sum; ours
 FAR = 100.0  # V, where a solve has run away
 
 
@@ -193,6 +194,29 @@ def settled(k: Kernel, v: F64, w: Work, history: F64, matrix: F64, right: F64) -
 
 
 @compiled(_nrt=True)
+def _is_rounded(k: Kernel, v: F64, w: Work, update: F64) -> bool:
+    """Whether the currents at every node cancel but for rounding, where the updates do not get smaller.
+
+    Of nodes that hang on leakage alone, and on each other by far larger conductances, rounding moves the
+    voltage that they share by more than a converged solve's last update; it is then known to 1 mV.
+    """
+    for i in range(k.unknowns):
+        if not abs(update[i]) < _SAME_STATE:
+            return False
+    evaluate(k, v, w)
+    total = np.zeros(k.unknowns)
+    for i in range(k.unknowns):
+        for p in range(k.conductance.start[i], k.conductance.start[i + 1]):
+            total[i] += abs(k.conductance.value[p] * v[k.conductance.column[p]])
+    for p in range(k.stamps.row.size):
+        total[k.stamps.row[p]] += abs(w.current[k.stamps.current[p]])
+    for i in range(k.unknowns):  # noqa: SIM110 - a loop, which numba compiles
+        if abs(w.residual[i]) > _ROUNDED * total[i]:
+            return False
+    return True
+
+
+@compiled(_nrt=True)
 def rest_state(k: Kernel, v: F64, w: Work, matrix: F64, decades: F64) -> bool:
     """Solve for a rest state near `v`, in place; false where none is found."""
     anchor, history, right = v.copy(), np.zeros_like(v), np.zeros(k.unknowns)
@@ -205,7 +229,11 @@ def rest_state(k: Kernel, v: F64, w: Work, matrix: F64, decades: F64) -> bool:
     if found and _direct(k, v, anchor, 0.0, w, matrix, right, 200):
         return True
     v[:] = anchor
-    return _settle(k, v, w, history, 2.0) and _direct(k, v, anchor, 0.0, w, matrix, right, 60)
+    if _settle(k, v, w, history, 2.0):
+        if _direct(k, v, anchor, 0.0, w, matrix, right, 60):
+            return True
+        return _is_rounded(k, v, w, right)
+    return False
 
 
 def operating_point(

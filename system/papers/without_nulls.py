@@ -52,6 +52,7 @@ WITHOUT_NULLS: Mapping[str, str] = {
     "defaults": BESIDE,
     "agreement": TRANSISTORS,
     "ngspice-dies": TRANSISTORS,
+    "random-circuits": TRANSISTORS,
     "device-noise": TRANSISTORS,
     "chip-noise": TRANSISTORS,
 }

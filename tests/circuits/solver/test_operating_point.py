@@ -8,7 +8,7 @@ import pytest
 from circuits.bias import rebias
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import BiasKind, Circuit, Port
-from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Source
+from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import SolverError, UnknownNameError
@@ -215,3 +215,20 @@ def test_a_die_on_which_a_cold_start_fails_is_reached_from_the_nominal_one() -> 
     point = operating_point(testbench, Silicon(AMI_1500_IDEAL, die=Die(number=1002)))
     assert point.stable
     assert point["spike"] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_nodes_that_hang_on_leakage_alone_and_on_each_other_by_resistors_rest() -> None:
+    # 1e-17 S to the sources, 4e-5 S among themselves: a circuit drawn at random, reduced
+    rows = """m1 p n0 n3 n2 28.09 25.04, m3 n n0 0 0 1.64 21.2, m4 n n0 vin vin 1.842 1.933,
+        m5 p n2 vdd vin 26.64 3.102, m6 p vin vdd n1 3.697 2.231, m7 n n0 0 vin 6.466 21.29,
+        m8 n n2 0 n1 7.552 5.362, m10 n n1 n3 n2 2.041 30.98"""
+    devices: list[Device] = [Resistor("r2", "n2", "n3", 24.42e3), Resistor("r11", "n2", "n1", 458.8e6)]
+    for name, polarity, d, g, s, *size in map(str.split, rows.split(",")):
+        w, length = (1e-6 * float(text) for text in size)
+        bulk = "0" if polarity == "n" else "vdd"
+        devices.append(Transistor(name, polarity, d, g, s, bulk, w, length))  # type: ignore[arg-type]
+    ports = (Port("vdd", "supply"), Port("vin", "analog"))
+    sources = (Source("vdd", "vdd", Constant(5.0)), Source("vin", "vin", Constant(3.1826659438958553)))
+    bench = Testbench("leaking", Circuit("leaking", ports, tuple(devices)), sources, 1e-3)
+    # ngspice's own point; rounding leaves the voltage that they share to 1 mV
+    assert operating_point(bench, Silicon())["n2"] == pytest.approx(4.988535, abs=1e-3)

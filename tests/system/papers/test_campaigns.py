@@ -34,6 +34,7 @@ KEPT = {
     *(f"rolls-{name}" for name in ("calibration", "depression", "field", "learning")),
     *(n for n in EXPERIMENTS if n.startswith("milde2017-") and n not in SHORT),
     "forest-silicon", "forest-weights", "chip-noise", "device-noise", "agreement", "ngspice-dies",
+    "random-circuits",
 }  # fmt: skip
 CAMPAIGNS = [name for name in EXPERIMENTS if load_experiment(name).counts is not None]
 
