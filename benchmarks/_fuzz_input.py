@@ -328,7 +328,7 @@ ALL = (
     Input("ROLLS program", "program.csv", _texts(*PROGRAMS), lambda p: read_program(str(p), BIASES)),
     Input("parasitics", "layout.csv", _texts(*LAYOUTS), lambda p: read_parasitics(p, _neuron())),
     Input(
-        "mapping", "mapping.toml", _files("netlists/foundry/mappings/*.toml"), lambda p: read_mapping(str(p))
+        "mapping", "mapping.toml", _files("netlists/foundry/processes/*.toml"), lambda p: read_mapping(str(p))
     ),
     Input("process", "values", _texts(*PROCESSES), _read_process),
     Input("record", "record.nc", _files("chips/records/rebound_neuron.nc"), _read_record),

@@ -1,7 +1,7 @@
 """Claim: what our transistor law leaves out of a real process, by how much: gf180mcu's 3.3 V devices.
 
-The foundry's BSIM4 cards in ngspice against our law, one square device of each polarity (6 um by 6 um of
-ours, 3 um by 3 um there), saturated. The law's three parameters V_T0, kappa and mu Cox are fitted to the
+The foundry's BSIM4 cards in ngspice against our law, one square device of each polarity, 3 um by 3 um,
+saturated. The law's three parameters V_T0, kappa and mu Cox are fitted to the
 foundry's current at 27 degC, source at bulk, where it is from 10 pA to 10 uA; everything else is predicted:
 temperature by our process's laws (dV_T0/dT, mobility's exponent), body effect with a constant kappa (`ekv`)
 or with that which gamma gives (`ekv-gamma`). The foundry's current is the drain's, its leakage included.
@@ -37,11 +37,11 @@ from circuits.silicon.process import (
     at_temperature,
     thermal_voltage,
 )
-from netlists.foundry.deck import resized, sweep_gate
-from netlists.foundry.process import read_mapping
+from netlists.foundry.deck import sweep_gate
+from netlists.foundry.process import read_foundry
 
-MAPPING = read_mapping("gf180mcu")
-SIDE = 6e-6  # m, ours
+MAPPING = read_foundry("gf180mcu")
+SIDE = 3e-6  # m
 STEP = 5e-3  # V, of the gate
 FITTED = (1e-11, 1e-5)  # A
 TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
@@ -79,7 +79,7 @@ def made_of(model: TransistorModel) -> Process:
 
 def measure(polarity: Polarity) -> Case:
     """Sweep the foundry's device, and fit the law to it."""
-    device = resized(Transistor("m", polarity, "d", "g", "s", "b", SIDE, SIDE), MAPPING)
+    device = Transistor("m", polarity, "d", "g", "s", "b", SIDE, SIDE)
     gate, current = np.zeros(0), {}
     for temperature_c, source in [(t, 0.0) for t in TEMPERATURES] + [(27.0, s) for s in SOURCES[1:]]:
         gate, (swept,) = sweep_gate([device], MAPPING, (0.0, MAPPING.v_dd, STEP), temperature_c, source)

@@ -70,7 +70,7 @@ OTHER_RUNS = (
     "simulate rebound-neuron --analysis ac --node v_mem",
     "show rolls --die 3",
     "export ranging-chip --level behavioural -o -",
-    "export rebound-neuron --mapping gf180mcu --stimulus delay=4ms -o -",
+    "export tonic-neuron --process gf180mcu -o -",
     "export ranging-chip --die 1003 --dialect spectre --models bsim3 -o -",
 )
 DIALECTS = ("ngspice", "spectre")

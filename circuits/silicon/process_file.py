@@ -1,4 +1,6 @@
-"""Processes by name, and a user's own from a file.
+"""Processes by name, a foundry's by our law, and a user's own from a file.
+
+`extracted/NAME.toml` is our law as `noctule extract` fitted it to the cards of the foundry's process NAME.
 
 A file is TOML with the fields of `circuits.silicon.process.Process` in SI units; its transistors stand in
 the tables `n` and `p` (`TransistorModel`), its spread from die to die in `variation` (`Variation`). Every
@@ -9,9 +11,10 @@ out: `components` (`Components`) by a process whose dies have the plain variatio
 
 from __future__ import annotations
 
+import functools
 import tomllib
 from collections.abc import Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +26,20 @@ from circuits.silicon.process import PROCESSES, Effects, Process, TransistorMode
 from circuits.silicon.size import SizeTerms
 
 _PARTS: Mapping[str, type] = {"n": TransistorModel, "p": TransistorModel, "variation": Variation}
+_EXTRACTED = Path(__file__).parent / "extracted"
 _COMPONENTS = "components"
 _SIZE = "size"
 _LEFT_OUT = {_COMPONENTS, _SIZE}  # tables that may be
 _OURS = {"cards"}  # what no file says
+
+UNREADABLE: Mapping[str, str] = {
+    "ihp-sg13g2": (
+        "its cards (c4m-pdk-ihpsg13g2) are of PSP 103.6, which ngspice takes as a compiled OSDI library"
+        " alone,"
+        " and the package brings none"
+    ),
+}
+"""Foundries' processes that are known and cannot be had, with the reason."""
 
 
 def read_process(path: Path) -> Process:
@@ -71,17 +84,43 @@ def _stated(table: Mapping[str, Any]) -> dict[str, Any]:
     return {name: _stated(value) if isinstance(value, dict) else value for name, value in plain.items()}
 
 
+def foundry_names() -> list[str]:
+    """Names of the foundries' processes that our law was fitted to, in alphabetical order."""
+    return sorted(path.stem for path in _EXTRACTED.glob("*.toml"))
+
+
+@functools.lru_cache(maxsize=8)
+def foundry_process(name: str) -> Process:
+    """Give our law as it was fitted to a foundry's process, which stands for the foundry's cards.
+
+    Raises `ParameterError` for a name that is none of `foundry_names`.
+    """
+    if name not in foundry_names():
+        raise ParameterError(f"process: {name}, must be one of {', '.join(foundry_names())}")
+    return replace(read_process(_EXTRACTED / f"{name}.toml"), cards=name)
+
+
 def process_of(text: str) -> Process:
-    """Give the process of a name, or that of a file; raises `DataError` and `ParameterError`."""
+    """Give the process of a name, or that of a file; raises `DataError` and `ParameterError`.
+
+    The name of a foundry's process gives our law as it was fitted to it (`foundry_process`).
+    """
     if text in PROCESSES:
         return PROCESSES[text]
+    if text in foundry_names():
+        return foundry_process(text)
+    if text in UNREADABLE:
+        raise ParameterError(f"process: {text}, {UNREADABLE[text]}; take one of {', '.join(_known())}")
     path = Path(text)
     if path.suffix == ".toml" or path.exists():
         return read_process(path)
-    known = ", ".join(PROCESSES)
     raise ParameterError(
-        f"process: {text}, must be one of {known}, or a .toml file{meant(text, tuple(PROCESSES))}"
+        f"process: {text}, must be one of {', '.join(_known())}, or a .toml file{meant(text, _known())}"
     )
+
+
+def _known() -> list[str]:
+    return [*PROCESSES, *foundry_names()]
 
 
 def process_under(own: Process, text: str | None, effects: Effects) -> Process:

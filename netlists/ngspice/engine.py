@@ -32,6 +32,7 @@ from netlists.ngspice.library import NoOperatingPointError
 from netlists.registry import DEFAULT_RELTOL, Method
 from netlists.write.traversal import Definition, to_design
 
+Write = Callable[[Testbench], str]  # the deck of a testbench
 _HOLD = 1e-17  # S, ours: with 5 V a twentieth of the current that ngspice takes for nothing (abstol)
 
 
@@ -75,12 +76,34 @@ def simulate(
     TopologyError
         The circuit cannot be solved, or has names that differ in case only.
     """
-    machine = to_kernel(testbench, silicon)
-    begun, disturbed = _disturbed(machine)
 
     def write(bench: Testbench) -> str:
         return format_testbench(bench, silicon, reltol=reltol, tmax=tmax, method=method)
 
+    return simulate_deck(testbench, silicon, write, deadline_s)
+
+
+def simulate_deck(
+    testbench: Testbench, silicon: Silicon, write: Write, deadline_s: float | None = DEADLINE
+) -> Result:
+    """Run a testbench in ngspice as `simulate` does, with a deck of one's own.
+
+    Parameters
+    ----------
+    testbench, silicon
+        As for the solver, which gives the names, and a state to begin with.
+    write
+        Gives the deck of a testbench, which may begin elsewhere. Its nodes have the names of our own decks.
+    deadline_s
+        Wall-clock time after which a run is halted, s; None for as long as it takes.
+
+    Raises
+    ------
+    SimulatorError, TopologyError
+        As `simulate`.
+    """
+    machine = to_kernel(testbench, silicon)
+    begun, disturbed = _disturbed(machine)
     waveforms = _run(write, begun, machine, deadline_s)
     names = node_names(testbench, silicon)
     columns = [waveforms.values[names[node]] for node in machine.names[1:]]
@@ -124,6 +147,24 @@ def operating_point(
     def write(bench: Testbench) -> str:
         return format_testbench(bench, silicon, analysis="op")
 
+    return point_of_deck(testbench, silicon, write, deadline_s)
+
+
+def point_of_deck(
+    testbench: Testbench, silicon: Silicon, write: Write, deadline_s: float | None = DEADLINE
+) -> dict[str, float]:
+    """Find an operating point in ngspice as `operating_point` does, with a deck of one's own.
+
+    Parameters
+    ----------
+    testbench, silicon, write, deadline_s
+        As of `simulate_deck`; the deck asks for an operating point.
+
+    Raises
+    ------
+    SimulatorError
+        As `operating_point`.
+    """
     waveforms = _run(write, testbench, to_kernel(testbench, silicon), deadline_s)
     names = node_names(testbench, silicon)
     return {GROUND: 0.0} | {path: float(waveforms.values[name][0]) for path, name in names.items()}
@@ -152,9 +193,7 @@ def upward_crossings(time: F64, voltage: F64, threshold: float, rearm: float | N
     return np.array(found)
 
 
-def _run(
-    write: Callable[[Testbench], str], bench: Testbench, machine: Machine, deadline_s: float | None
-) -> ngspice.Waveforms:
+def _run(write: Write, bench: Testbench, machine: Machine, deadline_s: float | None) -> ngspice.Waveforms:
     """Run the deck of `bench`; where ngspice finds no operating point, once more beside the solver's.
 
     Nodes that all devices leave, as diode-connected ones without a load, have conductances down to nothing,

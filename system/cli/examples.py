@@ -34,6 +34,7 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ),
     ("centre",): ('noctule centre rebound-neuron --spec "class is works"',),
     ("characterise",): ("noctule characterise lso-neuron -o lso.nc",),
+    ("extract",): ("noctule extract --process gf180mcu -o mine.toml --plot fit.png",),
     ("calibrate",): ("noctule calibrate latency-chip --die 1003 -o codes.toml",),
     ("reproduce",): ("noctule reproduce cheely2003-fig4 --plot fig4.png",),
     ("new",): ("noctule new block my-sink", "noctule simulate my-sink/my_sink.py:BLOCK --die 3"),

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from chips.model import Cells, load_model, model_names
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import flatten
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.foundry.deck import format_foundry, map_circuit
-from netlists.foundry.process import read_mapping
+from netlists.foundry.engine import RELTOL, deck_of, on_cards
+from netlists.foundry.process import process_names, read_mapping
 from netlists.registry import Dialect, Settings, load_dialect
 from netlists.verilog_a.cell import CellArray, format_cells
 from system.cli.block_choice import choose_block
@@ -19,6 +22,7 @@ from system.cli.verbs import Export
 from system.options.begin import refuse_beginning
 from system.options.begun import begun
 from system.options.block import Choice, describe_silicon
+from system.options.cards import cards_lines, describe_cards
 from system.rolls.options import NAME as ROLLS
 from system.rolls.options import refuse_bias_file
 
@@ -46,6 +50,9 @@ def export_command(asked: Export) -> None:
     elif mapping is not None:
         _refuse_with_mapping(asked.dialect, settings)
         text = _on_foundry(choice, mapping)
+    elif choice.silicon.process.cards and asked.dialect == "ngspice":
+        _refuse_with_cards(settings)
+        text = _on_cards(choice, settings)
     else:
         chosen = load_dialect(asked.dialect)
         _refuse_with_drawing(chosen, choice.silicon)
@@ -55,9 +62,13 @@ def export_command(asked: Export) -> None:
     document = {
         "block": choice.block.name, "dialect": asked.dialect, "level": asked.level, "models": asked.models,
         "parasitics": len(settings.parasitics), **contents, "mapping": mapping, "mapped_sizes": sizes,
-        **describe_silicon(choice.silicon), "stimuli": choice.stimuli,
+        **describe_silicon(choice.silicon), **describe_cards(choice.silicon, asked.dialect), "stimuli":
+        choice.stimuli,
     }  # fmt: skip
     leave_netlist(asked, text, document)
+    if not asked.as_json and asked.output != STDOUT and mapping is None and asked.level == "transistor":
+        for line in cards_lines(choice.silicon, asked.dialect):
+            print_line(f"{asked.output}: {line}")
     if sizes is not None and not asked.as_json and asked.output != STDOUT:
         print_line(f"{asked.output}: on {mapping} sizes of transistors are not those of {block}: {sizes}")
 
@@ -130,12 +141,31 @@ def _refuse_with_mapping(dialect: str, settings: Settings) -> None:
             raise ParameterError(f"{option}: a foundry's process comes as ngspice text alone; leave it out")
 
 
+def _refuse_with_cards(settings: Settings) -> None:
+    for option, refused in (
+        ("--models", settings.models != "ekv"), ("--parasitics", bool(settings.parasitics)),
+    ):  # fmt: skip
+        if refused:
+            raise ParameterError(f"{option}: not with a foundry's cards, which stay as they are; omit it")
+
+
 def _on_foundry(choice: Choice, name: str) -> str:
     """Deck of the chosen block on a foundry's process (`netlists.foundry.deck`)."""
+    if name in process_names():
+        raise ParameterError(
+            f"--mapping: {name}, a foundry's process; give --process {name}, or a TOML file of your own"
+        )
     die = choice.silicon.die
-    if die.deviates or die.corner not in {"random", "typical"}:
-        raise ParameterError(f"--mapping: {die}, must be the nominal die; leave --die and --corner out")
     mapping = read_mapping(name)
+    known = mapping.statistics is not None or mapping.statistics_of
+    if not known and (die.deviates or die.corner not in {"random", "typical"}):
+        raise ParameterError(f"--mapping: {die}, must be the nominal die; leave --die and --corner out")
     circuit = map_circuit(choice.circuit, mapping, choice.silicon)
     bench = choice.block.testbench(circuit, choice.stimuli, mapping.v_dd)
-    return format_foundry(begun(bench, choice.begin), mapping, choice.silicon.temperature_c)
+    return format_foundry(begun(bench, choice.begin), mapping, choice.silicon)
+
+
+def _on_cards(choice: Choice, settings: Settings) -> str:
+    """Deck of the chosen block on its process's cards, in its drawn sizes (`netlists.foundry.engine`)."""
+    bench = on_cards(choice.testbench(), choice.silicon)
+    return deck_of(bench, choice.silicon, replace(settings, reltol=RELTOL))

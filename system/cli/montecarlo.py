@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from circuits.errors import ParameterError, meant
 from circuits.silicon.course import Points
+from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result as Run
 from circuits.units import parse_quantity
 from system.cli.beginning_output import told, told_lines
@@ -27,6 +30,7 @@ from system.files.writing import check_folder, write_text_atomic
 from system.notice import say
 from system.options.begin import refuse_beginning
 from system.options.block import read_die
+from system.options.cards import cards_lines, describe_cards
 from system.options.target import file_of
 from system.options.temperature import COURSE, is_course, read_course, temperature_fields
 from system.plot import check_picture, save_picture
@@ -78,6 +82,9 @@ def subject_of(asked: Montecarlo) -> Subject:
             ("--at", silicon.at), ("--measure", asked.measure)),
         )  # fmt: skip
         course = _course(asked.temperature)
+        if asked.engine != "native":
+            told_as = f"{asked.engine}, of blocks and chips, not of {target}"
+            raise ParameterError(f"--engine: {told_as}; leave it out")
         if course and COURSE not in loaded.settings:
             raise ParameterError(f"--temperature: a course, but {target} takes one number; give it so")
         system = loaded.study_options(asked.level, values.bias_kind, with_params(given, params))
@@ -93,7 +100,7 @@ def subject_of(asked: Montecarlo) -> Subject:
     return hashed(
         Subject(
             target, measured, params, values.bias, values.bias_set, values.bias_kind, asked.stimulus, silicon,
-            system, begin.held, begin.begin,
+            system, begin.held, begin.begin, engine=asked.engine,
         )
     )  # fmt: skip
 
@@ -135,18 +142,35 @@ def measure(asked: Montecarlo, subject: Subject) -> int:
     for note in (*outcome.chunks_redone, *_unseen_classes(result)):
         say(note)
     nominal = _nominal_run(study, target)
-    if asked.as_json:
-        extra = {"contributions": [breakdown_document(b) for b in found]} if asked.contributions else {}
-        extra |= told(nominal)
-        print_json({**document(result), "report": None if page is None else str(page), **extra})
-    else:
-        print_study(result)
-        _print_rest(nominal, found)
-        if page is not None:
-            print_line(f"report: {page}")
+    _tell(asked, result, found, nominal, page)
     if refused:
         raise ParameterError(refused[0] if len(refused) == 1 else f"{refused[0]} ({len(refused) - 1} more)")
     return _status(result)
+
+
+def _tell(
+    asked: Montecarlo, result: Result, found: Sequence[Breakdown], nominal: Run | None, page: Path | None
+) -> None:
+    """Print the study, as a document or for a reader."""
+    silicon = _on_some_die(result.target) if isinstance(result.target, BlockTarget) else None
+    if asked.as_json:
+        cards = {} if silicon is None else describe_cards(silicon, asked.engine)
+        extra = {"contributions": [breakdown_document(b) for b in found]} if asked.contributions else {}
+        report = {"report": None if page is None else str(page)}
+        print_json({**document(result), **report, **extra, **told(nominal), "engine": asked.engine, **cards})
+        return
+    print_study(result)
+    for line in () if silicon is None else cards_lines(silicon, asked.engine):
+        print_line(line)
+    _print_rest(nominal, found)
+    if page is not None:
+        print_line(f"report: {page}")
+
+
+def _on_some_die(target: BlockTarget) -> Silicon:
+    """The target's silicon on any die that is drawn."""
+    silicon = target.choice.silicon
+    return replace(silicon, die=replace(silicon.die, number=0))
 
 
 def _unseen_classes(result: Result) -> Iterator[str]:
@@ -320,6 +344,9 @@ def _run(
 def _workers(asked: Montecarlo) -> AbstractContextManager[Workers]:
     """Threads, or a Dask cluster where one is asked for."""
     if asked.scheduler is None and asked.workers is None:
+        cores = os.cpu_count() or 1
+        if asked.engine == "ngspice" and asked.threads is None and cores > 1 and asked.samples > asked.chunk:
+            return on_processes(None, cores)  # ngspice runs once a process
         return on_threads(asked.threads)
     if asked.threads is not None:
         raise ParameterError("--threads: not with --workers or --scheduler; leave one out")

@@ -28,6 +28,7 @@ from system.cli.simulate_verb import Simulate, check_options
 from system.cli.study_verbs import Replay
 from system.files.writing import replace_atomic, write_text_atomic
 from system.options.block import Choice, describe_silicon, law_text, silicon_line
+from system.options.cards import cards_lines, describe_cards
 from system.plot import check_picture, draw_waveforms, save_picture, silicon_text
 from system.study.measure import measures_of
 
@@ -117,7 +118,7 @@ def engine_named(name: str, rtol: float | None, deadline_s: float) -> Callable[[
     if rtol is not None:
         raise ParameterError(f"--rtol: {rtol:g}, only the native engine takes it; leave it out")
     # PySpice is slow to import, and the native engine must not wait for it
-    run: Callable[..., Result] = loaded("netlists.ngspice.engine:simulate")
+    run: Callable[..., Result] = loaded("netlists.foundry.engine:simulate")
     return partial(run, deadline_s=deadline_s)
 
 
@@ -125,6 +126,7 @@ def _describe(choice: Choice, result: Result, engine: str, readings: Sequence[Re
     return {
         "block": choice.block.name,
         **describe_silicon(choice.silicon),
+        **describe_cards(choice.silicon, engine),
         "engine": engine,
         "stimuli": choice.stimuli,
         "outcome": choice.block.outcome(result),
@@ -163,6 +165,8 @@ def _print(choice: Choice, document: dict[str, Any]) -> None:
     title = f"{document['block']} at {where}"
     print_table(title, ("quantity", "value"), rows)
     print_stimuli(choice)
+    for line in cards_lines(choice.silicon, document["engine"]):
+        print_line(line)
 
 
 def print_stimuli(choice: Choice) -> None:

@@ -69,6 +69,13 @@ def ac_command(asked: Simulate) -> None:
 
 def _by_ngspice(point: OperatingPoint, source: str, asked: Simulate, nodes: Sequence[str] | None) -> Response:
     """The same by ngspice, on its grid: whole decades have both ends."""
+    cards = point.machine.silicon.process.cards
+    if cards:
+        raise ParameterError(
+            f"--engine: ngspice, which would take the cards of {cards}, of which a small signal is not"
+            " made; take"
+            " native"
+        )
     column = source_column(point, source) - point.machine.kernel.unknowns
     unit = "V/V" if point.machine.source_quantities[column] == "voltage" else "V/A"
     names = tuple(point.machine.names[1:] if nodes is None else nodes)

@@ -43,6 +43,7 @@ class Montecarlo:
     values: BlockValues = shared.values_part("bias_file", "coupling")
     stimulus: tuple[str, ...] = shared.stimulus_option()
     begin: BeginChoice = shared.begin_part()
+    engine: Engine = option("native", "What solves a block's testbench")
     level: Level = option("behavioural", "Of a system")
     duration: str | None = option(None, "Of a system's run; the system's own", metavar="TIME")
     threads: int | None = shared.threads_option()

@@ -118,6 +118,20 @@ class Characterise:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Extract:
+    """Fit our transistor law to a foundry's cards or to measured currents; takes half a minute."""
+
+    output: str = required("Process's file to write, for --process", short="o", metavar="FILE.toml")
+    process: str | None = option(None, "A foundry's process, whose cards ngspice runs", metavar="NAME")
+    points: str | None = shared.file_option("CSV of measured drain currents, in its place")
+    base: str | None = option(
+        None, "Process that says what points do not; rolls-180 unless given", metavar="NAME"
+    )
+    plot: str | None = shared.plot_option()
+    as_json: bool = shared.json_option()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Calibrate:
     """Calibrate a chip on a die, as on a bench; takes seconds."""
 

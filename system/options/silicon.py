@@ -39,7 +39,9 @@ class SiliconChoice:
     variation: Literal["plain", "transistors", "full"] = option(
         "plain", "Lot, wafer, gradients and n with p beside; full: capacitors and resistors too"
     )
-    process: str | None = option(None, "A process, ami-1500 or rolls-180 or a .toml", metavar="NAME|FILE")
+    process: str | None = option(
+        None, "A process, ami-1500, rolls-180, gf180mcu, sky130 or a .toml", metavar="NAME|FILE"
+    )
     law: Literal["ideal", "full"] = option(
         "full", "Without second-order effects, or with all that the process states"
     )

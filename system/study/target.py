@@ -36,11 +36,13 @@ from system.codes.find import quietly
 from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
 from system.options.block import Choice, choose, read_die
+from system.options.cards import NGSPICE
 from system.options.edited import check_drawn, check_known
 from system.options.silicon import SiliconChoice
 from system.options.target import file_of
 from system.options.temperature import COURSE
 from system.registry import SYSTEMS, load_system, system_names
+from system.study.in_ngspice import Draws, Engine, cards_digest, choice_on_cards, metrics_in_ngspice
 from system.study.metric import MEASURED, OUTSIDE, measurements, metrics_of, runs_testbench
 from system.study.source import check_source, digest_of
 from system.study.specification import Specification, Success
@@ -70,6 +72,8 @@ class Subject:
         Voltages that are held before a block's runs, and how these begin (`system.options.begin`).
     code
         SHA-256 digest of the file that `target` names, which is checked before it is run; empty for a name.
+    engine
+        What solves a block's testbench.
     """
 
     target: str
@@ -84,6 +88,7 @@ class Subject:
     held: tuple[str, ...] = field(default=(), metadata=OPTIONAL)
     begin: Begin = field(default="disturbed", metadata=OPTIONAL)
     code: str = field(default="", metadata=OPTIONAL)
+    engine: Engine = field(default="native", metadata=OPTIONAL)
 
     @property
     def course(self) -> Points:
@@ -217,7 +222,11 @@ class BlockTarget(Target):
             BeginChoice(s.held, s.begin),
         )  # fmt: skip
         self.of_file = file_of(s.target) is not None
+        self.engine = s.engine
         self.metrics = metrics_of(self.choice, s.metrics)
+        if s.engine == NGSPICE:
+            self.metrics = metrics_in_ngspice(self.metrics)
+            self.choice = choice_on_cards(self.choice)
         self._machines: dict[float, tuple[Machine, ...]] = {}
 
     @property
@@ -228,16 +237,20 @@ class BlockTarget(Target):
     @property
     def runs_testbench(self) -> bool:
         """Whether some metric is measured in a run of the testbench, to which stimuli apply."""
-        return any(runs_testbench(m) for m in self.metrics)
+        return self.engine == NGSPICE or any(runs_testbench(m) for m in self.metrics)
 
     def labels(self) -> tuple[str, ...]:
         """Labels of the draws of every transistor, and of the process."""
         machine = self._varied()
+        if self.engine == NGSPICE:
+            return Draws(machine.flat, machine.silicon).labels()
         return variation_labels(machine.flat, machine.silicon)
 
     def draws(self, die: Die) -> F64:
         """Give the draws of a die in the order of the labels, float64[labels]."""
         machine = self._varied()
+        if self.engine == NGSPICE:
+            return Draws(machine.flat, machine.silicon).of(die)
         return variation_draws(machine.flat, machine.silicon, die)
 
     def _varied(self) -> Machine:
@@ -257,9 +270,10 @@ class BlockTarget(Target):
     def nominal_run(self, temperature_c: float) -> Result | None:
         """Run the testbench on the nominal die at a temperature, degC, for what a run tells besides metrics.
 
-        The result is None where no metric is measured in a run of the testbench, or where that run fails.
+        The result is None where no metric is measured in a run of the testbench, where that run fails, and
+        for a study in ngspice.
         """
-        if not self.runs_testbench:
+        if not self.runs_testbench or self.engine == NGSPICE:
             return None
         try:
             return simulate(on_die(self.machines(temperature_c)[0], NOMINAL), record=())
@@ -314,7 +328,9 @@ class BlockTarget(Target):
         measured += [(m.name, "measure", m.summary) for m in self.metrics if m.missing is not None]
         begin = () if c.begin == FREE else (c.begin,)
         bench = (c.testbench(),) if self.of_file else ()
-        return _digest(c.circuit, c.silicon.process, c.silicon.place, c.stimuli, measured, *begin, *bench)
+        by = () if self.engine == "native" else (self.engine, cards_digest(c.silicon))
+        more = (*begin, *bench, *by)
+        return _digest(c.circuit, c.silicon.process, c.silicon.place, c.stimuli, measured, *more)
 
 
 class SystemTarget(Target):

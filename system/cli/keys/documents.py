@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from system.cli.keys.block import OP, SHOW, SHOW_CHIP, SHOW_ROLLS
-from system.cli.keys.installed import CALIBRATE, CHARACTERISE, DOCTOR, LIST, NEW, REPRODUCE
+from system.cli.keys.installed import CALIBRATE, CHARACTERISE, DOCTOR, EXTRACT, LIST, NEW, REPRODUCE
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
 from system.cli.keys.study import CENTRE, MONTECARLO, RARE, REPLAY
 from system.cli.keys.sweep import SWEEP
@@ -41,6 +41,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "replay": REPLAY,
     "centre": CENTRE,
     "characterise": CHARACTERISE,
+    "extract": EXTRACT,
     "calibrate": CALIBRATE,
     "reproduce": REPRODUCE,
     "new": NEW,

@@ -1,4 +1,4 @@
-"""Keys of `noctule list`, `doctor`, `characterise`, `calibrate` and `reproduce`."""
+"""Keys of `noctule list`, `doctor`, `characterise`, `extract`, `calibrate` and `reproduce`."""
 
 from __future__ import annotations
 
@@ -67,6 +67,32 @@ key      string     -  hash of circuits, process, measurement and grid
 errors   number?{}  -  errors of the model on other dies, in the units of their names
 seconds  number     s  time that it took
 *        number?    -  what the model tells of itself, in the unit that its name ends with
+""")
+EXTRACT = meanings("""
+process                        string    -     name of the process that was made
+source                         string    -     foundry's process, or table of currents, that it was fitted to
+file                           string    -     file that was written
+from_A                         number    A     least current of a foundry's that is fitted
+to_A                           number    A     largest one
+distances                      object[]  -     how far the law is off, by polarity and size
+distances.polarity             string    -     `n` or `p`
+distances.role                 string    -     of a size `fitted` or `held out`, of all `judged`
+distances.width_um             number?   um    width of the device; null for all sizes
+distances.length_um            number?   um    its length; null for all sizes
+distances.points               integer   -     how many currents
+distances.median               number    -     median of the relative error's magnitude
+distances.worst                number    -     largest relative error, with its sign
+distances.worst_temperature_C  number    degC  where that is: temperature
+distances.worst_v_d            number    V     drain to bulk there, a pFET's mirrored
+distances.worst_v_g            number    V     gate to bulk there
+distances.worst_v_s            number    V     source to bulk there
+distances.worst_A              number    A     current there
+numbers                        object[]  -     what was fitted
+numbers.polarity               string    -     `n` or `p`
+numbers.name                   string    -     number of the model, or its term of the size as `v_t0 1/L`
+numbers.value                  number?   -     SI, of `mu_cox` the logarithm; null where it is free
+numbers.error                  number?   -     its standard error
+notes                          string[]  -     what the process leaves out
 """)
 CALIBRATE = {
     **meanings("""

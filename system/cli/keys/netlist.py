@@ -5,6 +5,7 @@ from __future__ import annotations
 from system.cli.keys.block import BIAS_KEYS, PORT_KEYS
 from system.meaning import meanings
 from system.options.block import SILICON_KEYS
+from system.options.cards import CARDS_KEYS
 
 WRITTEN_KEYS = """
 file     string?  -  file that was written; null for stdout
@@ -30,6 +31,7 @@ mapping       string?    -  foundry's process; null for the block's own
 mapped_sizes  string?    -  which sizes the transistors have there
 """),
     **SILICON_KEYS,
+    **CARDS_KEYS,
     **meanings("stimuli  number?{}  -  stimuli in SI units; null for off"),
     **meanings(WRITTEN_KEYS),
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from system.cli.keys.transient import TOLD_KEYS
 from system.meaning import meanings
 from system.options.block import DIE_KEYS
+from system.options.cards import CARDS_KEYS
 
 INTERVAL_KEYS = """
 low   number?  -  lower end; null where there are too few samples to know
@@ -74,10 +75,12 @@ plan               string           -     how dies are sampled
 seed               integer          -     seed of the sampling
 samples            integer          -     samples that were measured
 wanted             integer          -     samples that were asked for
+engine             string           -     what solved the testbench
 stopped            boolean          -     whether `--until` or `--require` ended it before
 chunks_read        integer          -     chunks that `--resume` found measured
 chunks_redone      string[]         -     what it found, but did not believe
 """),
+    **CARDS_KEYS,
     **STATISTICS,
     **meanings("""
 conditions                object[]  -     the same by condition, where there are several

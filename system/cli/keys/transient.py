@@ -5,6 +5,7 @@ from __future__ import annotations
 from system.cli.keys.block import DISTURBANCE_KEYS
 from system.meaning import meanings
 from system.options.block import SILICON_KEYS
+from system.options.cards import CARDS_KEYS
 
 TOLD_KEYS = f"""
 {DISTURBANCE_KEYS}
@@ -16,6 +17,7 @@ uncrossed.*.threshold_V  number    V  threshold that it did not cross
 SIMULATE = {
     **meanings("block  string  -  name of the block"),
     **SILICON_KEYS,
+    **CARDS_KEYS,
     **meanings(f"""
 engine    string                -  `native` or `ngspice`
 stimuli   number?{{}}             -  stimuli in SI units; null for off

@@ -33,7 +33,9 @@ def spikes(
 ) -> int:
     values = {"delay": 4e-3, "call": 1.0, "echo": 1.0, "duration": 12e-3, **stimuli}
     bench = rebound_neuron.testbench(circuit, values, mapping.v_dd)
-    run = ngspice.run(format_foundry(bench, mapping, temperature_c), vectors=("spike",))
+    run = ngspice.run(
+        format_foundry(bench, mapping, Silicon(temperature_c=temperature_c)), vectors=("spike",)
+    )
     return int(upward_crossings(run.axis, run.values["spike"], 0.5 * mapping.v_dd).size)
 
 
@@ -50,13 +52,13 @@ def test_the_deck_needs_no_other_file_and_has_only_literals(mapping: DeviceMappi
     bench = rebound_neuron.testbench(
         neuron(mapping), {"delay": 4e-3, "call": 1.0, "echo": 1.0, "duration": None}, mapping.v_dd
     )
-    deck = format_foundry(bench, mapping)
+    deck = format_foundry(bench, mapping, Silicon())
     words = deck.lower().split()
     assert not {".lib", ".include"} & set(words)
     assert "agauss" not in deck
     assert "Apache License 2.0" in deck
     assert sum(line.startswith("m") for line in deck.splitlines()) == 34
-    assert deck == format_foundry(bench, mapping)
+    assert deck == format_foundry(bench, mapping, Silicon())
     m1 = next(line for line in deck.splitlines() if line.startswith("mm1 "))
     # 3 um by 6 um halved; area and perimeter with a diffusion of 0.48 um
     assert m1.startswith("mm1 v_mem v_r v_rest 0 nfet_03v3 w=1.5e-06 l=3e-06 m=1.0 ad=7.2e-13 ")
@@ -120,7 +122,7 @@ def test_arrays_and_wide_devices(mapping: DeviceMapping) -> None:
     wide = Transistor("wide", "n", "g", "g", "0", "0", 500e-6, 1.5e-6, 2.0)
     circuit = Circuit("top", (Port("g", "analog"),), (wide,), (array,), (Node("d", (2,)),))
     deck = format_foundry(
-        Testbench("t", map_circuit(circuit, mapping, Silicon(AMI_1500_IDEAL)), (), 1e-3), mapping
+        Testbench("t", map_circuit(circuit, mapping, Silicon(AMI_1500_IDEAL)), (), 1e-3), mapping, Silicon()
     )
     sizes = [line.split()[6:9] for line in deck.splitlines() if line.startswith("mm ")]
     assert sizes == [["w=3e-06", "l=3e-06", "m=1.0"], ["w=2.2e-07", "l=3e-06", "m=1.0"]]

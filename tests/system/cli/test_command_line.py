@@ -218,7 +218,7 @@ BAD_INPUT = [
     ("simulate rebound-neuron --corner typcal", "did you mean typical?"),
     ("simulate rebound-neuron --bias-set robus", "did you mean robust?"),
     ("simulate rebound-neuron --at 'ranging-chp/neuron[2]'", "did you mean ranging-chip?"),
-    ("export rebound-neuron --mapping gf180mc -o -", "did you mean gf180mcu?"),
+    ("export rebound-neuron --process gf180mc -o -", "did you mean gf180mcu?"),
     ("export rolls --at 'row[5]' --program pushbt -o -", "did you mean pushbot?"),
     ("show rolls --bias-file rolls_defalt", "did you mean rolls_default?"),
     ("montecarlo forst", "did you mean forest?"),

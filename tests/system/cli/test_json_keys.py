@@ -49,6 +49,7 @@ FORMS = {
     "replay": ["replay study --die 1000"],
     "centre": [],
     "characterise": [],
+    "extract": [],
     "calibrate": [],
     "reproduce": ["reproduce cheely2003-fig4"],
     "new": ["new block my-sink"],

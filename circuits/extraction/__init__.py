@@ -1,0 +1,1 @@
+"""Extraction: the transistor law's numbers from curves, whoever made them."""
