@@ -118,6 +118,7 @@ EXPERIMENTS: dict[str, str] = {
     "agreement": "system.papers.checks.agreement:EXPERIMENT",
     "ngspice-dies": "system.papers.checks.ngspice_dies:EXPERIMENT",
     "random-circuits": "system.papers.checks.random_circuits:EXPERIMENT",
+    "foundry-dies": "system.papers.checks.foundry_dies:EXPERIMENT",
     "device-noise": "system.papers.checks.device_noise:EXPERIMENT",
     "chip-noise": "system.papers.checks.chip_noise:EXPERIMENT",
 }
@@ -195,6 +196,7 @@ EXPERIMENT_LINES: dict[str, str] = {
     "agreement": "solver against ngspice: every block at three temperatures, and the ranging chip",
     "ngspice-dies": "20 dies of the rebound neuron, class and edges in the solver and in ngspice",
     "random-circuits": "random circuits of up to 12 devices in the solver and in ngspice",
+    "foundry-dies": "a foundry's dies by our keys, and our law beside its cards",
     "device-noise": "k T / C, small signals and noise beside ngspice, jitter of the rebound neuron",
     "chip-noise": "jitter of ROLLS, NEF, latency and sonar chips beside that of their transistors",
 }

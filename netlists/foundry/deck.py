@@ -131,7 +131,7 @@ def format_foundry(
         f"* {' '.join(testbench.title.split())}: circuit {name}, {where}",
         f"* sizes of transistors are {changed}",
         *([] if silicon.die.number is None else [f"* statistics: {statistics_text(mapping)}"]),
-        *_cards(mapping, (d for d in devices if isinstance(d, Transistor)), silicon.die),
+        *header(mapping, (d for d in devices if isinstance(d, Transistor)), silicon.die),
         *(line for definition in design.definitions for line in _definition(definition, mapping, silicon)),
         f"x{name} {ports} {name}",
         *(line for source in design.sources for line in format_device(source, silicon)),
@@ -208,7 +208,7 @@ def sweep_gate(
     -------
     Gate voltages, float64[T], V; magnitudes of the currents, float64[devices, T], A.
     """
-    lines = ["* foundry's devices side by side", *_cards(mapping, devices, die), "vg g 0 dc 0"]
+    lines = ["* foundry's devices side by side", *header(mapping, devices, die), "vg g 0 dc 0"]
     lines += [f"vrail rail 0 dc {mapping.v_dd!r}", "ep rail gp g 0 1"]
     lines += [f"vsn sn 0 dc {source!r}", f"vsp rail sp dc {source!r}"]
     high = mapping.v_dd if drain is None else drain
@@ -241,7 +241,7 @@ def bulk_current(device: Transistor, mapping: DeviceMapping, drain: float, tempe
     """
     placed = replace(device, name="m", drain="d", gate="0", source="0", bulk="b")
     high = drain if device.polarity == "n" else -drain
-    lines = ["* a foundry's junction", *_cards(mapping, [device]), f"vd d 0 dc {high!r}", "vb b 0 dc 0"]
+    lines = ["* a foundry's junction", *header(mapping, [device]), f"vd d 0 dc {high!r}", "vb b 0 dc 0"]
     lines += [format_transistor(placed, mapping), f".options temp={temperature_c!r} {_OPTIONS} reltol=1e-6"]
     found = ngspice.run("\n".join([*lines, ".op", ".end"]) + "\n", vectors=("vb#branch",))
     return abs(float(found.values["vb#branch"][0]))
@@ -337,8 +337,11 @@ def _resize_instance(instance: Instance | InstanceArray, mapping: DeviceMapping)
     return replace(instance, circuit=inner, parameters=parameters)
 
 
-def _cards(mapping: DeviceMapping, devices: Iterable[Transistor], die: Die = NOMINAL) -> list[str]:
-    """Parameters and cards that these devices use on a die, as lines."""
+def header(mapping: DeviceMapping, devices: Iterable[Transistor], die: Die = NOMINAL) -> list[str]:
+    """Parameters and cards that devices of a mapping use on a die, as lines of a deck.
+
+    Raises `ParameterError` for a size that no card holds for.
+    """
     used = list(devices)
     lines = [f"* model cards: {mapping.notice}"]
     lines += [f".param {name}={value!r}" for name, value in mapping.parameters.items()]

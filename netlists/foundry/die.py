@@ -78,14 +78,26 @@ class Draw:
     sigma: float
 
 
+def subcircuit(mapping: DeviceMapping, polarity: Polarity) -> str:
+    """The foundry's own text of the sub-circuit that draws a device's deviations; empty where it has none."""
+    if mapping.statistics is None:
+        return ""
+    return _body(section_text(mapping, mapping.statistics.mismatch), mapping.models[polarity][0])
+
+
+def _body(text: str, model: str) -> str:
+    """A sub-circuit of a section's text; empty where there is none of that name."""
+    found = re.search(rf"\.subckt\s+{re.escape(model)}\s.*?\.ends", text, re.IGNORECASE | re.DOTALL)
+    return "" if found is None else found[0]
+
+
 @functools.lru_cache(maxsize=8)
 def mismatch_of(text: str, model: str) -> Mismatch:
     """A foundry's law of mismatch, from the text of its section and the name of a sub-circuit in it.
 
     Raises `DataError` where the sub-circuit is missing or says another law.
     """
-    found = re.search(rf"\.subckt\s+{re.escape(model)}\s.*?\.ends", text, re.IGNORECASE | re.DOTALL)
-    body = "" if found is None else found[0]
+    body = _body(text, model)
     packed = re.sub(r"\s+", "", body).lower()
     figures = {name: re.search(rf"\b{name}\s*=\s*{_NUMBER}", body) for name in _FIGURES}
     if not all(law in packed for law in _LAW) or not all(figures.values()):
@@ -137,6 +149,16 @@ def draws(mapping: DeviceMapping) -> tuple[Draw, ...]:
 def has_process(die: Die) -> bool:
     """Whether a die draws what its devices share."""
     return die.number is not None and die.process and die.corner == "random"
+
+
+def process_terms(mapping: DeviceMapping) -> dict[str, str]:
+    """The foundry's own text of the numbers that a die shares, their draws among them, in its order."""
+    if mapping.statistics is None:
+        return {}
+    terms = _terms(section_text(mapping, mapping.statistics.process))
+    wanted = {each.name for each in draws(mapping)}
+    wanted |= {terms[name] for name in wanted if terms[name] in terms}
+    return {name: text for name, text in terms.items() if name in wanted}
 
 
 def shared_numbers(mapping: DeviceMapping, die: Die) -> dict[str, float]:

@@ -53,6 +53,7 @@ WITHOUT_NULLS: Mapping[str, str] = {
     "agreement": TRANSISTORS,
     "ngspice-dies": TRANSISTORS,
     "random-circuits": TRANSISTORS,
+    "foundry-dies": TRANSISTORS,
     "device-noise": TRANSISTORS,
     "chip-noise": TRANSISTORS,
 }
