@@ -78,7 +78,7 @@ def own_currents(
     count
         How many devices.
     seed
-        Of ngspice's draws.
+        Of ngspice's draws in the first deck of a thousand; each further deck has the next one.
     mismatch, process
         Which of the foundry's variations are on; what a die shares is drawn once for all devices of a deck.
 
@@ -91,7 +91,7 @@ def own_currents(
         raise DataError(f"{mapping.name}: {mapping.package} has no statistics of its own")
     switches = {**mapping.statistics.switches, "sw_stat_mismatch": float(mismatch)}
     given = {**mapping.parameters, **switches, "sw_stat_global": float(process)}
-    lines = [f".options seed={seed}", *(f".param {name}={value!r}" for name, value in given.items())]
+    lines = [f".param {name}={value!r}" for name, value in given.items()]
     lines += [
         f".param {name}={text}" for name, text in {**process_terms(mapping), **expressions(mapping)}.items()
     ]
@@ -104,7 +104,7 @@ def own_currents(
     words = format_transistor(device, mapping).split(model)[1]
     words = words.replace(" m=", " par=")
     elements = [f"x{k} {' '.join(_placed(device, k).terminals())} {model}{words}" for k in range(count)]
-    return _run(device, mapping, volts, lines, elements)
+    return _run(device, mapping, volts, lines, elements, seed)
 
 
 def _placed(device: Transistor, k: int) -> Transistor:
@@ -119,14 +119,16 @@ def _run(
     volts: Volts,
     head: Sequence[str],
     elements: Sequence[str],
+    seed: int | None = None,
 ) -> F64:
-    """Magnitudes of the drains' currents, in decks of so many devices."""
+    """Magnitudes of the drains' currents, in decks of so many devices; each deck has a seed of its own."""
     sign = 1.0 if device.polarity == "n" else -1.0
     low, high, drain = (sign * v for v in volts)
     found = []
     for start in range(0, len(elements), _AT_ONCE):
         some = range(start, min(start + _AT_ONCE, len(elements)))
-        lines = [f"* lone devices of {mapping.name}", *head, f"vg g 0 dc {low!r}"]
+        drawn = [] if seed is None else [f".options seed={seed + start // _AT_ONCE}"]
+        lines = [f"* lone devices of {mapping.name}", *drawn, *head, f"vg g 0 dc {low!r}"]
         lines += [line for k in some for line in (f"vd{k} d{k} 0 dc {drain!r}", elements[k])]
         lines += [f".options temp=27 {_OPTIONS}", f".dc vg {low!r} {high!r} {high - low!r}", ".end"]
         names = tuple(f"vd{k}#branch" for k in some)

@@ -50,8 +50,8 @@ DEVICES, DIES, FIRST_DIE = 20_000, 400, 1000
 SIZE = (2e-6, 1e-6)  # m
 VOLTS = {"n": (0.5, 1.5, 1.65), "p": (0.6, 1.5, 1.65)}  # gates in weak and strong inversion, drain
 REGIONS = ("weak", "strong")
-NEURON = "tonic-neuron"
-TEMPERATURES_C = (-20.0, 27.0, 85.0)
+NEURON, ALONE = "tonic-neuron", ("inhibit=off",)
+DURATIONS = {-20.0: "400ms", 27.0: "60ms", 85.0: "15ms"}  # some periods at each temperature, degC
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,15 +63,25 @@ class Spread:
     foundry: F64
 
 
-def run(progress: Progress) -> Report:
-    """Draw devices and dies, run a die three ways, and hold our law against the cards."""
+def reproduce(progress: Progress, devices: int = DEVICES, dies: int = DIES) -> Report:
+    """Draw devices and dies, run a die three ways, and hold our law against the cards.
+
+    Parameters
+    ----------
+    progress
+        Is told the share that is done.
+    devices
+        How many lone devices are drawn.
+    dies
+        How many dies are drawn of a lone device with what a die shares.
+    """
     mapping = read_foundry(PROCESS)
     rows: list[Statement] = []
     spreads = []
     for k, polarity in enumerate(POLARITIES):
-        rows.append(_threshold(mapping, polarity))
-        spreads.append(_spread(mapping, polarity))
-        rows += [*_mismatch_rows(spreads[-1]), *_both_rows(mapping, polarity)]
+        rows.append(_threshold(mapping, polarity, devices))
+        spreads.append(_spread(mapping, polarity, devices))
+        rows += [*_mismatch_rows(spreads[-1]), *_both_rows(mapping, polarity, dies)]
         progress(0.35 * (k + 1))
     rows += _one_die()
     progress(0.75)
@@ -107,43 +117,43 @@ def own_deviations(mapping: DeviceMapping, die: Die, polarity: Polarity, count: 
     return [own_deviation(mapping, silicon, _device(polarity), Deviation(v, b)) for v, b in pairs]
 
 
-def _threshold(mapping: DeviceMapping, polarity: Polarity) -> Statement:
+def _threshold(mapping: DeviceMapping, polarity: Polarity, count: int) -> Statement:
     """Spread of our draws of V_T beside the foundry's law."""
-    own = own_deviations(mapping, Die(number=FIRST_DIE, process=False), polarity, DEVICES)
+    own = own_deviations(mapping, Die(number=FIRST_DIE, process=False), polarity, count)
     found = float(np.std(np.array([float(each.v_t0) for each in own])))
     law = law_of(mapping, polarity).sigma(*SIZE)[0]
-    rule = within_share(0.03, f"within {{percent:g}} % of the foundry's law, {DEVICES} draws")
+    rule = within_share(0.03, f"within {{percent:g}} % of the foundry's law, {count} draws")
     return Statement(f"{polarity}fet_threshold_sigma_V", law, found, rule)
 
 
-def _spread(mapping: DeviceMapping, polarity: Polarity) -> Spread:
+def _spread(mapping: DeviceMapping, polarity: Polarity, count: int) -> Spread:
     die = Die(number=FIRST_DIE, process=False)
-    own = own_deviations(mapping, die, polarity, DEVICES)
+    own = own_deviations(mapping, die, polarity, count)
     device, volts = _device(polarity), VOLTS[polarity]
     ours = np.log(currents(device, mapping, volts, die, own))
-    theirs = np.log(own_currents(device, mapping, volts, DEVICES, seed=FIRST_DIE))
+    theirs = np.log(own_currents(device, mapping, volts, count, seed=FIRST_DIE))
     return Spread(polarity, ours, theirs)
 
 
 def _mismatch_rows(spread: Spread) -> Iterator[Statement]:
     """Spread of the current of lone devices by mismatch alone."""
     for region, ours, theirs in zip(REGIONS, spread.ours, spread.foundry, strict=True):
-        rule = within_share(0.03, f"within {{percent:g}} % of ngspice's own, {DEVICES} devices")
+        rule = within_share(0.03, f"within {{percent:g}} % of ngspice's own, {spread.ours.shape[1]} devices")
         yield Statement(f"{spread.polarity}fet_{region}_current_sigma", _sigma(theirs), _sigma(ours), rule)
 
 
-def _both_rows(mapping: DeviceMapping, polarity: Polarity) -> Iterator[Statement]:
+def _both_rows(mapping: DeviceMapping, polarity: Polarity, dies: int) -> Iterator[Statement]:
     """Spread of the current of one device over dies, mismatch and process together."""
     device, volts = _device(polarity), VOLTS[polarity]
     ours, theirs = [], []
-    for number in range(FIRST_DIE, FIRST_DIE + DIES):
+    for number in range(FIRST_DIE, FIRST_DIE + dies):
         die = Die(number=number)
         ours.append(currents(device, mapping, volts, die, own_deviations(mapping, die, polarity, 1)))
         theirs.append(own_currents(device, mapping, volts, 1, seed=number, process=True))
     both = (np.log(np.concatenate(found, axis=1)) for found in (ours, theirs))
     for region, one, other in zip(REGIONS, *both, strict=True):
         # three standard errors of the ratio of two deviations of so many dies
-        rule = within_share(0.15, f"within {{percent:g}} % of ngspice's own, {DIES} dies of either")
+        rule = within_share(0.15, f"within {{percent:g}} % of ngspice's own, {dies} dies of either")
         yield Statement(f"{polarity}fet_{region}_current_sigma_of_dies", _sigma(other), _sigma(one), rule)
 
 
@@ -154,7 +164,9 @@ def _sigma(logarithms: F64) -> float:
 def _one_die() -> list[Statement]:
     """The period of a neuron on a die: in a study's batch, in a run by itself, from its netlist."""
     number = FIRST_DIE + 3
-    subject = Subject(NEURON, ("period_s",), silicon=SiliconChoice(process=PROCESS), engine="ngspice")
+    stimuli = (*ALONE, f"duration={DURATIONS[27.0]}")
+    silicon = SiliconChoice(process=PROCESS)
+    subject = Subject(NEURON, ("period_s",), stimuli=stimuli, silicon=silicon, engine="ngspice")
     target = open_target(subject)
     condition = Condition("random", 27.0, 0)
     measured = [target.measure(Die(number=n), condition) for n in (number + 1, number)]
@@ -171,8 +183,9 @@ def _one_die() -> list[Statement]:
 
 
 def _neuron(number: int | None, celsius: float = 27.0) -> Choice:
+    """The neuron, which nothing inhibits, on a die at a temperature, degC."""
     silicon = SiliconChoice(process=PROCESS, die=number, temperature=f"{celsius:g}")
-    return choose(NEURON, silicon=silicon)
+    return choose(NEURON, silicon=silicon, stimuli=(*ALONE, f"duration={DURATIONS[celsius]}"))
 
 
 def _exported(choice: Choice) -> F64:
@@ -199,7 +212,7 @@ def _law_rows(mapping: DeviceMapping, polarity: Polarity) -> Iterator[Statement]
 
 def _period_rows() -> Iterator[Statement]:
     """Period of the neuron by our law in the solver, beside the cards in ngspice."""
-    for celsius in TEMPERATURES_C:
+    for celsius in DURATIONS:
         choice = _neuron(None, celsius)
         bench = choice.testbench()
         cards = choice.block.measured(engine.simulate(bench, choice.silicon))["period_s"]
@@ -231,4 +244,6 @@ def draw(spreads: list[Spread], figure: Figure) -> None:
     grid[0, 0].legend(fontsize=8)
 
 
-EXPERIMENT = Experiment("foundry-dies", "a foundry's dies by our keys, and our law beside its cards", run)
+EXPERIMENT = Experiment(
+    "foundry-dies", "a foundry's dies by our keys, and our law beside its cards", reproduce
+)

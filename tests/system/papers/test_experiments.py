@@ -18,6 +18,7 @@ from system.papers.checks import (
     choice_law,
     forest_silicon,
     forest_weights,
+    foundry_dies,
     latency_agreement,
     latency_law,
     latency_loops,
@@ -131,6 +132,13 @@ def transients(report: Report) -> None:
 def equations(report: Report) -> None:
     agree(report)
     assert len(report.rows) == 4
+
+
+def one_die(report: Report) -> None:
+    """A foundry's die is one in a batch, alone and in its netlist; our law is near its cards."""
+    rows = {row.name: row for row in report.rows}
+    for name in ("period_in_a_batch_less_alone_s", "spikes_alone_less_netlist_s", "nfet_law_off_median"):
+        assert rows[name].agrees, name
 
 
 def agreement(report: Report) -> None:
@@ -250,6 +258,7 @@ SMALL: dict[str, Small] = {
         ),
         weights,
     ),
+    "foundry-dies": Small(lambda p: foundry_dies.reproduce(p, devices=500, dies=2), one_die),
     "stockel2017-fig5": Small(),
 }
 
