@@ -1,7 +1,7 @@
-"""Runs in ngspice:its library, decks, testbenches, and the comparison with the solver."""
+"""Runs in ngspice: its library, decks, testbenches, and the comparison with the solver."""
 
+from netlists.foundry.engine import operating_point, simulate
 from netlists.ngspice.agreement import USUAL, Agreement, Allowance, Difference, compare
-from netlists.ngspice.engine import operating_point, simulate
 from netlists.ngspice.library import NoOperatingPointError, find_library, version
 from netlists.ngspice.raw import write_raw
 from netlists.ngspice.run import Waveforms, run

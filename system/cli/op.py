@@ -23,6 +23,7 @@ from system.cli.verbs import Op
 from system.files.writing import write_text_atomic
 from system.options.begun import read_voltages
 from system.options.block import describe_silicon, silicon_line
+from system.options.cards import cards_lines
 
 HIGHEST_START = 100.0  # V; from farther away Newton's iteration only wanders
 LEAST_SUFFIX = 1e-15  # a smaller value is printed with its exponent
@@ -151,6 +152,8 @@ def _print(point: OperatingPoint) -> None:
     _print_devices(_device_rows(point))
     rows = [(name, _cell(_CURRENT, current)) for name, current in _source_currents(point).items()]
     print_table("sources", ("source", "delivers:"), rows)
+    for line in cards_lines(silicon, "native"):
+        print_line(line)
     print_line(f"the state is {_stability(point)}")
     for other in point.others:
         print_line(f"without the start another state is found, which is {_stability(other)}")

@@ -27,8 +27,8 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result
 from circuits.solver.transient import simulate as native
 from netlists.foundry import engine
-from netlists.foundry.die import foundry_labels
-from netlists.foundry.process import card_file, read_foundry
+from netlists.foundry.die import foundry_labels, statistics_text
+from netlists.foundry.process import card_file, process_names, read_foundry
 from system.options.block import Choice
 
 Engine = Literal["native", "ngspice"]
@@ -96,6 +96,23 @@ class Draws:
             return []
         mapping = read_foundry(self.silicon.process.cards)
         return [(((kind, ()),), f"shared.{name}") for kind, name in foundry_labels(mapping)]
+
+
+def named_statistics(process: str | None, engine: Engine) -> str:
+    """End of a title: on which cards in ngspice, and whose statistics its dies have; empty without any.
+
+    Parameters
+    ----------
+    process
+        Name of the process that was asked for; None for a block's own.
+    engine
+        What solves the testbench.
+    """
+    if engine == "native":
+        return ""
+    if process not in process_names():
+        return ", in ngspice"
+    return f", in ngspice on {process}, statistics {statistics_text(read_foundry(process or ''))}"
 
 
 def cards_digest(silicon: Silicon) -> str:

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from system.study.engine import Outcome
+from system.study.in_ngspice import named_statistics
 from system.study.manifest import Study
 from system.study.specification import Specification, Verdict, judge
 from system.study.statistics.confidence_sequence import StopRule, sequence_interval
@@ -112,4 +113,5 @@ def varied(study: Study) -> str:
     parts = ["mismatch"] if silicon.mismatch else []
     if silicon.process_variation and any(c.corner == "random" for c in study.conditions):
         parts.append("process")
-    return " and ".join(parts) or "corners only"
+    told = " and ".join(parts) or "corners only"
+    return f"{told}{named_statistics(silicon.process, study.subject.engine)}"
