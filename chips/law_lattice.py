@@ -29,6 +29,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -52,6 +53,7 @@ from circuits.silicon.process import (
     thermal_voltage,
 )
 from circuits.silicon.silicon import Silicon
+from circuits.silicon.size import SizeTerms
 from circuits.solver.version import VERSION
 from circuits.units import parse_quantity
 
@@ -66,6 +68,7 @@ POINTS = (  # drain, gate and source above the bulk, over the supply; mirrored f
 )  # fmt: skip
 DIE = Die(lot="0", number=500)
 CURRENTS = (10e-12, 1e-9, 0.3e-6)  # A
+_UNTOLD = {"components", "cards"}  # of a process, in a record: they move no number of the law
 DRIVES = (-20.0, -3.0, 0.5, 10.0)  # arguments of the interpolation
 KINDS: tuple[BiasKind, ...] = ("gate", "ideal")
 
@@ -125,7 +128,10 @@ def changed(kept: Law) -> str:
 def law_text(law: Law) -> tuple[str, F64]:
     """Return a law as text and numbers, float64, one dimension, which `law_from` reads to the bit."""
     sizes = {family: values.size for family, values in law.values.items()}
-    process = {name: value for name, value in asdict(law.process).items() if name != "components"}
+    process = {name: value for name, value in asdict(law.process).items() if name not in _UNTOLD}
+    for polarity in POLARITIES:
+        if process[polarity]["size"] is None:
+            del process[polarity]["size"]  # as in records from before numbers could follow the size
     text = json.dumps({"process": process, "solver": law.solver, "families": sizes})
     return text, np.concatenate(list(law.values.values()))
 
@@ -138,7 +144,7 @@ def law_from(text: str, numbers: F64) -> Law:
     try:
         found = json.loads(text)
         process, sizes = found["process"], found["families"]
-        models = {polarity: TransistorModel(**process.pop(polarity)) for polarity in POLARITIES}
+        models = {polarity: _model_of(process.pop(polarity)) for polarity in POLARITIES}
         process = Process(**{**process, **models, "variation": Variation(**process["variation"])})
         ends = np.cumsum(list(sizes.values()))
         if numbers.ndim != 1 or numbers.size != ends[-1]:
@@ -146,6 +152,12 @@ def law_from(text: str, numbers: F64) -> Law:
         return Law(process, int(found["solver"]), dict(zip(sizes, np.split(numbers, ends[:-1]), strict=True)))
     except (ValueError, TypeError, KeyError, AttributeError, IndexError) as error:
         raise DataError(f"law: {' '.join(str(error).split())[:200]}, must be of today's process") from None
+
+
+def _model_of(numbers: dict[str, Any]) -> TransistorModel:
+    """A model of its numbers, with the terms of its size where it has some."""
+    size = numbers.pop("size", None)
+    return TransistorModel(**numbers, size=None if size is None else SizeTerms(**size))
 
 
 def _same(one: F64 | None, other: F64 | None) -> bool:
