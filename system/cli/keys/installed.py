@@ -83,9 +83,9 @@ distances.points               integer   -     how many currents
 distances.median               number    -     median of the relative error's magnitude
 distances.worst                number    -     largest relative error, with its sign
 distances.worst_temperature_C  number    degC  where that is: temperature
-distances.worst_v_d            number    V     drain to bulk there, a pFET's mirrored
-distances.worst_v_g            number    V     gate to bulk there
-distances.worst_v_s            number    V     source to bulk there
+distances.worst_drain_V            number    V     drain to bulk there, a pFET's mirrored
+distances.worst_gate_V            number    V     gate to bulk there
+distances.worst_source_V            number    V     source to bulk there
 distances.worst_A              number    A     current there
 numbers                        object[]  -     what was fitted
 numbers.polarity               string    -     `n` or `p`

@@ -18,6 +18,7 @@ from system.cli.command_line import app, main
 from system.cli.keys.documents import DOCUMENTS, run_keys
 from system.meaning import Meaning
 from system.registry import load_system, system_names
+from tests.circuits.extraction.test_fit import points, table
 from tests.documents import ROOT
 from tests.json_document import wrong
 
@@ -49,7 +50,7 @@ FORMS = {
     "replay": ["replay study --die 1000"],
     "centre": [],
     "characterise": [],
-    "extract": [],
+    "extract": ["extract --points currents.csv -o process.toml"],
     "calibrate": [],
     "reproduce": ["reproduce cheely2003-fig4"],
     "new": ["new block my-sink"],
@@ -79,6 +80,7 @@ MORE = {
         "centre rebound-neuron --spec 'class is works' --tuning-dies 2 --fresh-dies 2 --generations 0"
     ],
     "characterise": ["characterise winner-take-all -o record.nc"],
+    "extract": ["extract --process gf180mcu -o process.toml"],
     "calibrate": ["calibrate latency-chip --die 1003"],
     "run approach": ["run approach --level behavioural --duration 0.3s", "run approach --duration 0.1s"],
     "run rover": ["run rover --cells chip --trips 2 --learn 0.5"],
@@ -118,6 +120,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     found = tmp_path_factory.mktemp("forms")
     (found / "sweep.cir").write_text("t\nv1 a 0 1\nr1 a b 1k\nr2 b 0 1k\n.dc v1 0 1 1\n", encoding="utf-8")
     (found / "synapses.csv").write_text("post,pre,level\n5,3,1\n", encoding="utf-8")
+    table(points(sizes=((2.0, 1.0),), celsius=(27.0,)), found / "currents.csv")
     return found
 
 
