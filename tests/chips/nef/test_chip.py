@@ -117,13 +117,13 @@ def test_an_inhibited_membrane_stops_at_the_floor() -> None:
 
 
 def test_temperature_moves_what_was_calibrated() -> None:
-    chip = NefChip(DIE, "ideal")
+    chip = NefChip(DIE, "ideal", neurons=256)
     built = build(one(200), chip.at(27.0), 1)
     off = []
     for there in (
         built,
         moved(built, chip.at(60.0)),
-        build(one(200), NefChip(DIE, "ideal", {}, 60.0).at(60.0), 1),
+        build(one(200), NefChip(DIE, "ideal", {}, 60.0, 256).at(60.0), 1),
     ):
         run = Simulation(there)
         run.set("in", -0.9)

@@ -54,7 +54,5 @@ def test_maps_that_are_none(refused: Callable[..., str], tmp_path: Path, text: s
 
 def test_a_study_of_the_robot(run_json: RunJson) -> None:
     where = ("--param", "map=bug-open", "--param", "agent=bug0")
-    assert run_json("montecarlo", "bug", "-n", "2", *where, "--metric", "reached")["values"]["reached"] == [
-        1.0,
-        1.0,
-    ]
+    found = run_json("montecarlo", "bug", "-n", "1", *where, "--metric", "reached")
+    assert found["values"]["reached"] == [1.0]

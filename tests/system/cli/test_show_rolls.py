@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from chips.rolls import portrait as rolls_portrait
+from chips.rolls import power
+from chips.rolls.plastic import power as plastic_power
 from chips.rolls.program.bias_file import BiasTable, default_biases, write_biases
 from system.cli import show_rolls
 from system.cli.command_line import main
@@ -18,10 +20,12 @@ from tests.refusals import command_refusals
 
 @pytest.fixture(scope="module", autouse=True)
 def once() -> Iterator[None]:
-    """Two points of a curve, and each die measured once."""
+    """Two points of each curve, and each die measured once."""
     with pytest.MonkeyPatch.context() as patch:
         for module in (rolls_portrait, show_rolls):
             patch.setattr(module, "MULTIPLES", np.array([3.0, 9.0]))
+        patch.setattr(power, "MULTIPLES", (3.0, 40.0))
+        patch.setattr(plastic_power, "SPIKE_RATES", (5.0, 300.0))
         for name in ("portrait", "energies", "plastic_energies", "depression_energies"):
             patch.setattr(show_rolls, name, cache(getattr(show_rolls, name)))
         yield

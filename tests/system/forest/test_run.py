@@ -127,6 +127,7 @@ def test_a_study_with_chips(capsys: pytest.CaptureFixture[str]) -> None:
         "--no-process-variation",
     )
     chips = ("--param", "ranges=chip", "--param", "selection=chip", "--param", "pings=300", "--json")
+    chips += ("--param", "codes=default")  # a calibration of die 1001 takes seconds
     assert main((*options, *chips)) == 0
     values = json.loads(capsys.readouterr().out)["values"]
     assert min(values["heard"]) > 0.0
@@ -137,7 +138,8 @@ def test_a_study_of_the_forest(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     random = np.random.default_rng(3)
     path.write_text("x_m,y_m\n" + "".join(f"{x},{y}\n" for x, y in SIDE * random.random((2200, 2))))
     options = ("montecarlo", "forest", "-n", "4", "--metric", "avoided", "--metric", "collided", "--json")
-    assert main((*options, "--param", f"map={path}")) == 0
+    programs = ("--param", "ranges=exact", "--param", "selection=ideal")
+    assert main((*options, *programs, "--param", f"map={path}")) == 0
     values = json.loads(capsys.readouterr().out)["values"]
     assert set(values) == {"succeeded", "avoided", "collided"}
     assert values["collided"] == [1.0] * 4  # unplaced obstacles as dense as these leave no way for long

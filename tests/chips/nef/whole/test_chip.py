@@ -82,7 +82,9 @@ def test_the_ideal_law_bends_nothing() -> None:
 
 @pytest.mark.parametrize("number", [None, 42])
 def test_an_ensemble_represents_what_it_is_given(number: int | None) -> None:
-    run = Simulation(build(one(300, 2, 0.7), NefChip(Die(number=number), process=ROLLS_180).at(27.0), 1))
+    run = Simulation(
+        build(one(300, 2, 0.7), NefChip(Die(number=number), neurons=512, process=ROLLS_180).at(27.0), 1)
+    )
     run.set("in", [0.4, -0.2])
     run.advance(0.4)
     # as under the ideal law

@@ -92,8 +92,13 @@ def chip_on(number: int | None, kind: BiasKind, biases: BiasTable | None = None)
     )
 
 
-@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
-@pytest.mark.parametrize("number", [None, 3, 1000, 1001, 1002])
+KINDS: list[BiasKind] = ["gate", "ideal", "generator"]
+
+
+@pytest.mark.parametrize(
+    ("number", "kind"),
+    [*((None, kind) for kind in KINDS), (3, "gate"), (1000, "ideal"), (1001, "generator"), (1002, "gate")],
+)
 def test_a_network_rests_on_the_default_biases(number: int | None, kind: BiasKind) -> None:
     chip = chip_on(number, kind)
     assert not chip.restless().any()
@@ -101,8 +106,7 @@ def test_a_network_rests_on_the_default_biases(number: int | None, kind: BiasKin
     assert not [text for text in chip.cautions() if "without any input" in text]
 
 
-@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
-@pytest.mark.parametrize("number", [None, 3])
+@pytest.mark.parametrize(("number", "kind"), [(None, "gate"), *((3, kind) for kind in KINDS)])
 def test_a_chip_that_does_not_rest_says_so_first(number: int | None, kind: BiasKind) -> None:
     chip = chip_on(number, kind, default_biases())
     assert chip.cautions()[0].startswith("neurons: 256 of 256 fire without any input; turn IF_DC_P down")
