@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.rolls.lumped.whole import TERMS, mirrored_sum, points_of, rows_of, series, sunk_sum
+from chips.rolls.lumped.whole import TERMS, points_of, rows_of, series
+from chips.rolls.lumped.whole_sum import mirrored_sum, sunk_sum
 from circuits.arrays import F64
 from circuits.lowering.on_die import DieDevices
 

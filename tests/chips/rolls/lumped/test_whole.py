@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chips.rolls.lumped import network, whole
+from chips.rolls.lumped import network, whole_sum
 from chips.rolls.lumped.whole import (
     amplifier,
     diode,
     fed_diode,
     middle_of,
-    mirrored_sum,
     pair,
     points_of,
     rows_of,
     series,
 )
+from chips.rolls.lumped.whole_sum import mirrored_sum
 from chips.rolls.synapse.whole_weight import sources
 from circuits.blocks.rolls import dpi_synapse, neuron
 from circuits.lowering.on_die import DieDevices, standing
@@ -111,9 +111,9 @@ def test_weights_on_a_switch_are_found_together_as_one_by_one(bits, switch) -> N
     rows = rows_of(d.fet["synapse.me1"]), lines.rows, rows_of(d.fet["synapse.me7"])
     together = np.empty((3, 1))
     mirrored_sum(rows[0], rows[1], lines.gates, rows[2], (switch, d.v_dd), together)
-    devices = whole._placed(rows, 0)
-    *_, left = whole._mirrored(devices, lines.gates, 0, (switch, d.v_dd))
-    surely = whole._mirrored_surely(devices, lines.gates, 0, (switch, d.v_dd))
+    devices = whole_sum._placed(rows, 0)
+    *_, left = whole_sum._mirrored(devices, lines.gates, 0, (switch, d.v_dd))
+    surely = whole_sum._mirrored_surely(devices, lines.gates, 0, (switch, d.v_dd))
     assert left < 1e-9
     # 1e-6: the nested loops end where the diode's gate moves by less than 1 uV
     assert together[:, 0] == pytest.approx(surely, rel=2e-6, abs=1e-18)
