@@ -1,8 +1,11 @@
 """Lines that wander in a run by steps: what each has in a step, without allocation.
 
-White noise S of a line stands for a step h with the variance `S / (2 h)`, flicker is a sum of octaves
-(`chips.noise_draw`), both of the line itself and of the masters that lines share, and a ripple is its value
-in the middle of the step. What a model gets is the relative change of the current that each line sets.
+White noise S of a line that follows up to a rate r stands for a time T with the variance `S / (2 T)`, T about
+2 / r, a step doubled some times, one at least, so that it has its density below the line's corner and k T / C
+in all. Flicker is a sum of octaves (`chips.noise_draw`), which the line's capacitor does not hold here. Both
+are of the line itself and of the masters that lines share; lines of other times T have other white noise of
+these. A ripple is its value in the middle of the step. What a model gets is the relative change of the
+current that each line sets.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ import numpy as np
 from chips.lines.wander import Wander, swing_of
 from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, Slow, bring, draw, new_draws, new_slow
-from circuits.arrays import F64
+from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from circuits.devices.noise import WHITE_ONLY
 from circuits.silicon.silicon import Silicon
@@ -26,13 +29,15 @@ _compiled = compiled()
 class LineSteps(NamedTuple):
     """n lines of a chip, which m sources move, in steps; n is 0 where none wanders.
 
-    white: deviations by each line and by each source, relative, float64[n, n + m]; slow: flicker of each line
+    white: deviations by each line and by each source, relative, float64[n, n + m]; doubled: how often steps
+    are doubled for which they stand, int64[n]; slow: flicker of each line
     and each source, of 1 / f; follow: what a unit of it changes, relative, float64[n, n + m]; ripple, lag:
     peak, relative, and phase, rad, float64[n]; pace: rad/s; step: s; fast, held: draws; shift: relative
     changes of the currents in the present step, float64[n], overwritten.
     """
 
     white: F64
+    doubled: I64
     slow: Slow
     follow: F64
     ripple: F64
@@ -54,13 +59,14 @@ def line_steps(
     n, m = wander.follow.shape
     if not (wander.white.any() or wander.supply.any()):
         n, m, wander, slope = 0, 0, _none(), np.zeros(0)
-    white = np.concatenate([np.diag(np.sqrt(wander.white)), wander.follow_white], axis=1) / math.sqrt(
-        2.0 * step
-    )
+    doubled = np.rint(np.log2(np.maximum(2.0 / (wander.rate * step), 1.0)))
+    held = np.sqrt(2.0 * step * np.exp2(doubled))
+    white = np.concatenate([np.diag(np.sqrt(wander.white)), wander.follow_white], axis=1) / held[:, None]
     follow = np.concatenate([np.diag(np.sqrt(wander.flicker)), wander.follow], axis=1)
     swing, path = swing_of(noise), f"{name}, bias lines"
     return LineSteps(
         slope[:, None] * white,
+        doubled.astype(np.int64),
         new_slow(np.ones(n + m), noise.flicker_in(silicon.process), step, 1),
         slope[:, None] * follow,
         slope * np.abs(wander.supply),
@@ -101,9 +107,9 @@ def bring_lines(t: LineSteps, number: int) -> None:
     if n == 0:
         return
     bring(t.slow, t.held, number)
-    draw(t.fast, number, 0)
     slow = t.slow.deviation.size > 0
     for k in range(n):
+        draw(t.fast, number >> t.doubled[k], t.doubled[k])
         shift = 0.0
         for j in range(t.white.shape[1]):
             shift += t.white[k, j] * t.fast.normal[j]
