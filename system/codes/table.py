@@ -20,6 +20,7 @@ CALIBRATIONS: dict[str, str] = {
     "ranging-chip": "chips.ranging.calibration.calibrate:CALIBRATION",
     "pushbot": "system.pushbot.network.codes:CALIBRATION",
     "pushbot-modified": "system.pushbot.network.codes:MODIFIED_CALIBRATION",
+    "rolls": "system.rolls.codes:CALIBRATION",
     "selection-chip": "system.openspace.selecting:CALIBRATION",
     "wavefront-chip": "chips.wavefront.calibration:CALIBRATION",
 }
@@ -33,6 +34,7 @@ CALIBRATION_LINES: dict[str, str] = {
     "lso-chip": "spikes a decibel of the sonar head's two neurons, and where left and right agree",
     "hearing": "level by which the hearing's onset neuron hears after silence",
     "ranging-chip": "windows of the ranging chip's neurons: their width, and where they stand",
+    "rolls": "mean rate of a ROLLS die's neurons, and those that cannot be used",
     "selection-chip": "tail of the selection, and what the board gives its cells so that equals tie",
     "wavefront-chip": "unit of delay of the wavefront chip, and the codes of its cells",
 }

@@ -2,9 +2,10 @@
 
 Every neuron gets regular events of one rate through one excitatory virtual synapse, each with a phase of its
 own that the seed draws, so that what differs between neurons is silicon. No neuron is connected to another,
-and I_dc is off, whatever the bias file says. Rates are counted from `SETTLING` to the end. A neuron is silent
-that does not fire at all, hot where it fires more than `HOT` times the median of those that fire, restless
-where it would fire without events.
+and I_dc is off, whatever the bias file says. Neurons that the die's calibration leaves out get no events and
+are not counted. Rates are counted from `SETTLING` to the end. A neuron is silent that does not fire at all,
+hot where it fires more than `HOT` times the median of those that fire, restless where it would fire without
+events.
 """
 
 from __future__ import annotations
@@ -16,36 +17,36 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from chips.rolls.chip import NO_INPUTS, TEMPERATURE_STEP, Inputs, RollsChip, Spikes
+from chips.rolls.chip import TEMPERATURE_STEP, RollsChip, Spikes
 from chips.rolls.circuit import chip
-from chips.rolls.program.address import NEURONS, VIRTUAL_EXCITATORY
-from chips.rolls.program.bias_file import DIRECT_CURRENT, OFF
-from chips.rolls.program.program import Program, VirtualInput
+from chips.rolls.program.address import NEURONS
 from chips.rolls.validity import check_rate
 from circuits.arrays import F64, Bools
 from circuits.silicon.course import beginning_of, course_through
 from circuits.silicon.process import ROLLS_180
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
+from system.options.codes import described
 from system.options.noise import silicon_noise
 from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
 from system.options.rolls_power import TABLE, power_numbers
 from system.options.temperature import temperature_text
 from system.plot import COLOURS, INK
-from system.rolls.options import bias_table
-from system.rolls.scenario import SETTLING, STUDY_DURATION, Scenario, check_codes
+from system.rolls.codes import HOT, off_of, table_at
+from system.rolls.drive import program_of, regular_events
+from system.rolls.scenario import SETTLING, STUDY_DURATION, Scenario, check_table
 from system.system import Account, RunTrace, System
 
-HOT = 2.0  # ours
 SHOWN = 0.5  # s, of the picture
 SUMMARY = meanings(
     """
-population_rate  number   Hz  mean rate of the 256 neurons
+population_rate  number   Hz  mean rate of the neurons
 rate_cv          number?  -   standard deviation of their rates over the mean; null where none fires
 silent           number   -   neurons that do not fire
 hot              number   -   neurons above twice the median rate of those that fire
 restless         number   -   neurons that fire without input
+off              number   -   neurons that the calibration leaves out, which no other number counts
 events_lost      number   -   events that the input bus lost
 spikes_lost      number   -   spikes that the output bus lost
 """
@@ -68,8 +69,8 @@ class Trace(RunTrace[Scenario]):
     """What a run leaves.
 
     spikes : all spikes of the run; rates : of each neuron, Hz, float64[256]; restless : which neurons fire
-    without input, bool[256]; chip : what ran; given : how many events it was given; cautions : sentences of
-    the chip.
+    without input, bool[256]; chip : what ran; given : how many events it was given; off : neurons that its
+    calibration leaves out; cautions : sentences of the chip.
     outside : sides of the chip's validity box that it left, a sentence each.
     """
 
@@ -78,6 +79,7 @@ class Trace(RunTrace[Scenario]):
     restless: Bools
     chip: RollsChip
     given: int = 0
+    off: tuple[int, ...] = ()
     cautions: tuple[str, ...] = ()
     outside: tuple[str, ...] = ()
 
@@ -90,35 +92,19 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     """
     s = scenario
     check_rate(s.input_rate)
-    neurons = tuple(range(NEURONS))
-    table = bias_table(s.bias_file).with_code(DIRECT_CURRENT, *OFF)
-    program = Program(np.zeros((NEURONS, NEURONS), np.int8), table, inputs=(VirtualInput("drive", neurons),))
+    found = s.found
+    off = off_of(found)
     noise = silicon_noise(s.silicon_noise, s.seed, s.ripple)
     silicon = s.silicon_at(beginning_of(s.temperature_c, s.course, TEMPERATURE_STEP), ROLLS_180)
-    on_die = RollsChip(program, silicon, s.bias_kind, noise=noise)
+    on_die = RollsChip(program_of(table_at(s.table, found)), silicon, s.bias_kind, noise=noise)
     followed = course_through(s.course, TEMPERATURE_STEP)
-    given = events(s)
+    given = regular_events(s.input_rate, s.duration, s.seed, off)
     spikes, _ = on_die.run(on_die.at_rest(), s.duration, given, None if followed is None else followed.at)
     if progress is not None:
         progress(1.0)
     counted = spikes.neurons[spikes.times >= SETTLING]
     rates = np.bincount(counted, minlength=NEURONS) / (s.duration - SETTLING)
-    return Trace(s, spikes, rates, on_die.restless(), on_die, given.times.size, on_die.cautions())
-
-
-def events(s: Scenario) -> Inputs:
-    """Return the regular events of every neuron, each with a phase of its own."""
-    draws = np.random.default_rng(s.seed)
-    phase = draws.uniform(0.0, 1.0, NEURONS)
-    count = int(s.input_rate * s.duration)
-    if count == 0:
-        return NO_INPUTS
-    times = (np.arange(count)[:, None] + phase[None, :]) / s.input_rate
-    neurons = np.tile(np.arange(NEURONS), (count, 1))
-    order = np.argsort(times, axis=None)
-    return Inputs(
-        times.ravel()[order], neurons.ravel()[order], np.full(times.size, VIRTUAL_EXCITATORY, np.int64)
-    )
+    return Trace(s, spikes, rates, on_die.restless(), on_die, given.times.size, off, on_die.cautions())
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
@@ -126,7 +112,7 @@ def summarise(trace: Trace) -> dict[str, float | None]:
 
     Rates are in Hz; the others are counts of neurons and events.
     """
-    rates = trace.rates
+    rates = np.delete(trace.rates, trace.off)
     mean = float(rates.mean())
     firing = rates[rates > 0.0]
     hot = int((rates > HOT * np.median(firing)).sum()) if firing.size else 0
@@ -135,7 +121,8 @@ def summarise(trace: Trace) -> dict[str, float | None]:
         "rate_cv": float(rates.std()) / mean if mean else None,
         "silent": float((rates == 0.0).sum()),
         "hot": float(hot),
-        "restless": float(trace.restless.sum()),
+        "restless": float(np.delete(trace.restless, trace.off).sum()),
+        "off": float(len(trace.off)),
         "events_lost": float(trace.spikes.lost_in),
         "spikes_lost": float(trace.spikes.lost_out),
         **power_numbers(trace.chip, trace.spikes.neurons, {1: trace.given}, trace.scenario.duration),
@@ -153,6 +140,7 @@ def account(trace: Trace) -> Account:
         ran_on={
             "bias_file": s.bias_file,
             "silicon_noise": s.silicon_noise,
+            **described(s),
             **describe_run(s),
         },
         parts={"neurons and synapses": "ROLLS chip", "events to them": "program; no chip makes them"},
@@ -210,7 +198,7 @@ SYSTEM = System(
     ideal=IDEAL_CHIP,
     study_metrics=("population_rate", "rate_cv", "silent", "hot"),
     study=lambda _: {"duration": STUDY_DURATION},
-    check_study=check_codes,
+    check_study=check_table,
     document=document,
     meanings=of_run(SUMMARY, DOCUMENT),
     title=title,

@@ -3,28 +3,34 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
+from chips.codes import Codes
+from chips.rolls.program.bias_file import BiasTable
 from circuits.errors import ParameterError
+from circuits.silicon.process import ROLLS_180
 from system.option import (
     check_options,
     option,
 )
+from system.options.codes import Coded, check_codes
 from system.options.noise import Noisy, check_ripple, noise_option, silicon_noise
-from system.options.on_silicon import OnSilicon
+from system.rolls.codes import INPUT_RATE, NAME
 from system.rolls.options import bias_table
 
-INPUT_RATE = 100.0  # Hz, of the events of a neuron; ours
 SETTLING = 0.1  # s, before rates are counted; ours
 STUDY_DURATION = 4.0  # s, unless asked
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario(OnSilicon):
+class Scenario(Coded):
     """A die and its drive: events at `input_rate` (Hz) for every neuron, for `duration` s.
 
     Phases of the events, and noise, are drawn from the seed. `course` has pairs of time (s) and degC that the
     temperature follows instead of `temperature_c`.
     """
+
+    CALIBRATED: ClassVar[tuple[str, ...]] = (NAME,)
 
     bias_file: str | None = option(
         None, "Codes: rolls_default, rolls_parallella or a CSV; the first unless given", metavar="FILE",
@@ -45,8 +51,19 @@ class Scenario(OnSilicon):
             )
         silicon_noise(self.silicon_noise, self.seed)
         check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
+        check_codes(self)
+
+    @property
+    def table(self) -> BiasTable:
+        """Codes of its file, before any calibration; raises `DataError` for a file of biases that is none."""
+        return bias_table(self.bias_file)
+
+    @property
+    def found(self) -> Codes | None:
+        """What the calibration found; None for the codes of the file. Raises as `Coded.codes_of`."""
+        return self.codes_of(NAME, ROLLS_180, setup=self.table)
 
 
-def check_codes(scenario: Scenario) -> None:
+def check_table(scenario: Scenario) -> None:
     """Raise `DataError` for a file of biases that is none."""
-    bias_table(scenario.bias_file)
+    _ = scenario.table

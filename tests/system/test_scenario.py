@@ -36,7 +36,7 @@ FIELDS: dict[str, dict[str, Any]] = {
     },
     "forest": {
         **CODED, "bat": Bat(max_speed=1.0), "sensing": Sensing(ranges="chip"), "map": "forest.csv",
-        "obstacles": 900, "start": (1.0, 2.0), "pings": 7, "rows": 5,
+        "obstacles": 900, "start": (1.0, 2.0), "pings": 7, "rows": 5, "escape": 3,
     },
     "car": {
         **CODED, "robot": Robot(max_speed=0.1), "openspace": OpenspaceNumbers(retreat=0.1), "forest": "open",
@@ -68,7 +68,7 @@ FIELDS: dict[str, dict[str, Any]] = {
     },
     "rolls": {
         **WARM, "bias_file": "rolls_parallella", "input_rate": 50.0, "duration": 2.0,
-        "silicon_noise": "white",
+        "silicon_noise": "white", "codes": "default", "calibrated_c": 30.0,
     },
 }  # fmt: skip
 

@@ -128,8 +128,6 @@ def run_one(key: Numbered) -> Outcome:
     options = {**robot.options, **WAYS[way], "seed": key.number}
     if way != "ideal":
         options["die"] = Die(number=key.number)
-    if "codes" not in system.settings:  # ROLLS by itself has the codes of its file, whatever the die
-        options.pop("codes", None)
     try:
         with quietly():
             found = system.summarise(system.run(system.on_silicon(**options)))

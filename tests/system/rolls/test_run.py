@@ -16,11 +16,14 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.cli.command_line import main
 from system.rolls import run as rolls_run
-from system.rolls.run import SYSTEM, Trace, events, run, summarise
+from system.rolls.drive import regular_events
+from system.rolls.run import SYSTEM, Trace, run, summarise
 from system.rolls.scenario import Scenario
 from tests.refusals import command_refusals
 
-SHORT = Scenario(die=Die(number=1005), duration=0.15, bias_file="rolls_parallella", bias_kind="ideal")
+SHORT = Scenario(
+    die=Die(number=1005), duration=0.15, bias_file="rolls_parallella", bias_kind="ideal", codes="default"
+)
 
 
 @pytest.fixture(scope="module")
@@ -29,11 +32,14 @@ def trace() -> Trace:
 
 
 def test_every_neuron_gets_the_same_number_of_events() -> None:
-    found = events(replace(SHORT, input_rate=40.0))
+    found = regular_events(40.0, SHORT.duration, 0)
     assert (np.bincount(found.neurons, minlength=256) == 6).all()
     assert (np.diff(found.times) >= 0.0).all()
-    assert events(replace(SHORT, input_rate=0.0)).times.size == 0
-    assert not np.array_equal(found.times, events(replace(SHORT, input_rate=40.0, seed=1)).times)
+    assert regular_events(0.0, SHORT.duration, 0).times.size == 0
+    assert not np.array_equal(found.times, regular_events(40.0, SHORT.duration, 1).times)
+    left = regular_events(40.0, SHORT.duration, 0, (3, 7)).neurons
+    assert not {3, 7} & {*left.tolist()}
+    assert left.size == 6 * 254
 
 
 def test_a_driven_population_fires_and_its_neurons_differ(trace: Trace) -> None:
@@ -119,7 +125,7 @@ def test_a_scenario_refuses_what_makes_no_run(field: dict[str, float]) -> None:
 @pytest.mark.usefixtures("without_power")
 @pytest.mark.parametrize("kind", ["gate", "generator"])
 def test_a_summary_says_that_a_chip_does_not_rest(kind: BiasKind, tmp_path: Path) -> None:
-    quiet = Scenario(duration=0.12, die=Die(number=3), bias_kind=kind)
+    quiet = Scenario(duration=0.12, die=Die(number=3), bias_kind=kind, codes="default")
     assert SYSTEM.summarise(run(quiet))["cautions"] == ()
     path = tmp_path / "leaky.csv"
     write_biases(path, default_biases().with_code("IF_TAU2_N", *OFF))
