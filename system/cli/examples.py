@@ -37,7 +37,7 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ("extract",): ("noctule extract --process gf180mcu -o mine.toml --plot fit.png",),
     ("calibrate",): ("noctule calibrate latency-chip --die 1003 -o codes.toml",),
     ("reproduce",): ("noctule reproduce cheely2003-fig4 --plot fig4.png",),
-    ("new",): ("noctule new block my-sink", "noctule simulate my-sink/my_sink.py:BLOCK --die 3"),
+    ("new",): ("noctule new block my-sink",),
     ("doctor",): ("noctule doctor",),
     ("run",): ("noctule run approach --level behavioural --plot approach.png",),
     ("run", "approach"): ("noctule run approach --level behavioural --die 1003 --plot approach.png",),

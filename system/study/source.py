@@ -91,8 +91,9 @@ def named_source(
         return _deck(folder, target, digest), digest
     named = None if code is None else code_of(code)
     if code is None or named is None or named.name != own.name:
+        given = "" if code is None else f"{code}, but "
         raise ParameterError(
-            f"code: {folder} was measured with {target}, code that no file loads; add `code={target}`"
+            f"code: {given}{folder} was measured with {target}, code that no file loads; add `code={target}`"
         )
     now = digest_of(code)
     if now != digest and not changed:
