@@ -112,8 +112,22 @@ class Elaboration:
             sources = tuple(replace(s, node=by_node[s.node]) for s in contents.sources)
             circuit = replace(part.circuit, ports=_ports_driven(part.circuit.ports, sources))
             return Top(replace(part, circuit=circuit), sources, (contents.instances[0].name, by_node))
+        self._leave_idle(contents)
         ports = _ports_of_sources(contents.sources)
         return Top(self._finish("top", ports, contents, section.card), tuple(contents.sources))
+
+    def _leave_idle(self, contents: _Contents) -> None:
+        """Leave out sources at nodes that nothing else uses; cards for ngspice only may use any."""
+        used = {n for device in contents.devices for n in device.terminals()}
+        used |= {n for instance in contents.instances for n in instance.connections.values()}
+        idle = [s for s in contents.sources if s.node not in used]
+        if idle and not self.notes.kept:
+            for source in idle:
+                name = original_name(source.name)
+                self.notes.add(
+                    f"source {shown(name)}, at a node that nothing else uses", self.deck.top.card.place
+                )
+            contents.sources = [s for s in contents.sources if s.node in used]
 
     def _empty(self) -> Part:
         """The circuit of a netlist that only has commands."""
@@ -141,7 +155,8 @@ class Elaboration:
                 self.notes.add(f"sub-circuit {shown(section.name)}, not called", section.card.place)
         for section in (self.deck.top, *(s for s in _sections(self.deck.top) if s in self.seen)):
             for model in section.models.values():
-                if model.card not in self.models:
+                shared = section.bins.get(model.name.rpartition(".")[0])
+                if model.card not in self.models and (shared is None or shared.card not in self.models):
                     self.notes.add(f"model {shown(model.name)}, not used", model.card.place)
 
     def _part(self, section: Section, given: dict[str, float], card: Card) -> Part:

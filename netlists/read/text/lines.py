@@ -151,7 +151,7 @@ def _of_section(files: Files, cards: Iterator[Card], wanted: str) -> Iterator[Ca
         elif not wanted:
             files.notes.add("card of a library's section that is not asked for", card.place)
     if here is not None:
-        raise here.error(".lib with one word opens a section, and there is no .endl; write .lib FILE SECTION")
+        raise here.error(".lib with one word opens a section, and there is no .endl; write .include FILE")
 
 
 def joined(text: str, name: str, first: int, most: int, read: ReadLine | None = None) -> Iterator[Card]:

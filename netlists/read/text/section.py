@@ -82,6 +82,8 @@ class Section:
         Its devices, sources and calls, in order.
     models : dict of str to Model
         Its models by name.
+    bins : dict of str to Model
+        The first of the models in bins (`name.1`), by the name that they share.
     conditions : dict of Card to tuple of Condition
         What must hold for an element under `.if`.
     children : dict of str to Section
@@ -96,6 +98,7 @@ class Section:
     parameters: dict[str, tuple[str, Card]] = field(default_factory=dict)
     elements: list[Card] = field(default_factory=list)
     models: dict[str, Model] = field(default_factory=dict)
+    bins: dict[str, Model] = field(default_factory=dict)
     conditions: dict[Card, Conditions] = field(default_factory=dict)
     children: dict[str, Section] = field(default_factory=dict)
 
@@ -109,7 +112,7 @@ class Section:
         Of a model in bins, `name.1` and on, it is the first.
         """
         for each in self.outwards():
-            found = each.models.get(name) or each.models.get(f"{name}.0") or each.models.get(f"{name}.1")
+            found = each.models.get(name) or each.bins.get(name)
             if found is not None:
                 return found
         return None
@@ -323,6 +326,9 @@ def _model(deck: Deck, here: Section, card: Card, words: list[str], notes: Notes
         return
     given = {plain[k - 1]: plain[k + 1] for k in range(3, len(plain) - 1) if plain[k] == "="}
     here.models[name] = Model(name, kind, given or dict.fromkeys(plain[2:], ""), card)
+    shared, _, number = name.rpartition(".")
+    if shared and number.isdigit():
+        here.bins.setdefault(shared, here.models[name])
 
 
 def _global(deck: Deck, here: Section, card: Card, words: list[str], notes: Notes) -> None:

@@ -123,6 +123,13 @@ def test_a_port_called_gnd_is_ground_inside_whatever_it_is_outside() -> None:
     assert found.names["_x67_round"] == "ground"
 
 
+def test_a_source_at_a_node_that_nothing_uses_is_left_out_and_told() -> None:
+    found = read("v1 a 0 1\nv2 b 0 1\nr1 a 0 1k")
+    assert [s.name for s in found.testbench.sources] == ["v1"]
+    assert [note.what for note in found.notes] == ["source v2, at a node that nothing else uses"]
+    assert operating_point(found.testbench)["a"] == 1.0
+
+
 def test_elements_under_if_depend_on_the_parameters_of_each_call() -> None:
     text = (
         ".param k=2\n.subckt s a params: n=1\n.if (n=1)\nr1 a 0 1\n.elseif (n == k)\nr2 a 0 1\n.else\n"

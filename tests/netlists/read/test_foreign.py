@@ -63,6 +63,14 @@ def test_a_deck_of_commands_alone_is_an_empty_circuit() -> None:
     assert kept("t\n.control\necho 1\n.endc\n").circuit.devices == ()
 
 
+def test_a_model_in_bins_is_known_by_the_name_that_they_share() -> None:
+    text = "t\n.model n.7 nmos (level=54)\n.model n.8 nmos (level=54)\nm1 d g 0 0 n w=1u l=1u\nr1 d 0 1\n"
+    found = kept(text)
+    assert [f.text for f in found.foreign] == ["m1 d g 0 0 n w=1u l=1u"]
+    dropped = read_netlist(text, drop=[".model"])
+    assert [d.name for d in dropped.circuit.devices] == ["m1", "r1"]
+
+
 test_what_ngspice_cannot_have_either_is_refused = refusals(
     DataError,
     kept,

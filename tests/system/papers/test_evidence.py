@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from circuits.errors import ParameterError
-from system.papers.checks import latency_forests, mission_yield
+from system.papers.checks import latency_forests, mission_yield, random_circuits
 from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017 import clutter as milde2017_clutter
 from system.papers.milde2017 import table1 as milde2017_table1
@@ -98,6 +98,20 @@ def test_drives_with_other_codes_or_colours_are_refused(
     monkeypatch.setattr(pushbot_campaign, number, {})
     with pytest.raises(ParameterError, match="other numbers"):
         load_experiment("milde2017-table1").run(lambda _: None, Execution(file=copy, resume=True))
+
+
+def test_the_random_circuits_that_are_kept_are_of_the_present_solver_and_agree(tmp_path: Path) -> None:
+    copy = tmp_path / "random-circuits.jsonl"
+    shutil.copy(EVIDENCE / copy.name, copy)
+    report = load_experiment("random-circuits").run(lambda _: None, Execution(file=copy, resume=True))
+    assert copy.read_bytes() == (EVIDENCE / copy.name).read_bytes()
+    assert report.agrees
+    kept = json.loads(copy.read_text().splitlines()[1])["found"]
+    again = asdict(random_circuits.beside(Numbered("circuit", kept["number"])))
+    assert again["devices"] == kept["devices"]
+    # far below what is allowed, and far above what another machine's rounding does
+    assert again["point"] == pytest.approx(kept["point"], abs=1e-6)
+    assert again["edge"] == pytest.approx(kept["edge"], abs=1e-5)
 
 
 def _without_power(summary: Mapping[str, object]) -> dict[str, object]:
