@@ -35,6 +35,7 @@ from netlists.write import deck
 from netlists.write.deck import Control, wrap
 from netlists.write.traversal import Definition
 
+PRINTED = 6  # nodes of a deck that `ngspice -b` prints, which runs nothing for a deck that prints nothing
 # gnd is ground; time is the axis of a run; the others crash ngspice's parser inside v(...)
 _RESERVED = frozenset({"gnd", "time", "temper", "hertz", "limit", "agauss", "aunif", "gauss", "unif"})
 
@@ -49,6 +50,7 @@ def _control(control: Control) -> list[str]:
         f".options temp={temperature} tnom={temperature}",
         f".options {tolerances(control.models)} trtol=1.0 reltol={control.reltol!r} method={control.method}",
         *wrap([".save", *(f"v({name})" for name in control.saved)]),
+        *wrap([f".print {control.analysis}", *(f"v({name})" for name in control.saved[:PRINTED])]),
         analysis_card(control, "0", step),
     ]
 

@@ -35,7 +35,7 @@ from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import POLARITIES
 from circuits.silicon.silicon import NO_DEVIATION, Change, Deviation, Silicon
 from circuits.testbench import Testbench
-from netlists.dialects.ngspice import format_device, node_name, run_name
+from netlists.dialects.ngspice import PRINTED, format_device, node_name, run_name
 from netlists.foundry.die import (
     check_die,
     expressions,
@@ -140,6 +140,7 @@ def format_foundry(
         f".options temp={temperature_c!r} {_OPTIONS} method={settings.method} reltol={settings.reltol!r}",
         ".save",
         *(f"+ v({run_name(path, top)})" for path in design.nodes),
+        f".print {settings.analysis} {' '.join(f'v({run_name(path, top)})' for path in [*design.nodes][:PRINTED])}",
         f"{card}{' uic' if uic and settings.analysis == 'tran' else ''}",
         ".end",
     ]

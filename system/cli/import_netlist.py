@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from math import inf
 from pathlib import Path
 from typing import Any, Literal
 
@@ -11,13 +12,19 @@ from circuits.brief import stated
 from circuits.checks import implausible_allowed
 from circuits.circuit import Bias, Port
 from circuits.devices import Source
+from circuits.errors import DataError, ParameterError
+from circuits.silicon.silicon import Silicon
 from netlists.read import Imported, read_netlist
 from netlists.read.analysis import Analysis, NoiseSpectrum, OperatingPoint, SmallSignals, Sweep, Transient
 from netlists.read.summary import summarise
+from netlists.registry import Settings, load_dialect
+from netlists.write.python import format_python
 from system.cli.output import print_json, print_line, print_table, quantity_cell
 from system.cli.verbs import Import, NetlistReading
+from system.files.writing import write_text_atomic
 
 _WORDS = {Transient: "tran", OperatingPoint: "op", Sweep: "dc", SmallSignals: "ac", NoiseSpectrum: "noise"}
+PYTHON = "python"
 _FOREIGN_SHOWN = 40  # of more, the head is printed; JSON has all
 
 
@@ -25,11 +32,39 @@ def import_command(asked: Import) -> None:
     """Print what a netlist contains; files that it includes must lie in the folder `root`."""
     with implausible_allowed(asked.allow_implausible):
         imported = read_file(asked.file, asked.reading, "kept")
+    if asked.output is not None:
+        write_text_atomic(asked.output, _written(asked, imported))
+    elif asked.to is not None:
+        raise ParameterError(f"--to: {asked.to}, says what --output is; name a file too")
     document = _describe(asked.file, imported)
     if asked.as_json:
         print_json(document)
     else:
         _print(document)
+
+
+def _written(asked: Import, imported: Imported) -> str:
+    """Text of what was read, in Python or in a dialect; raises `DataError` where it lacks cards."""
+    refuse_foreign(imported)
+    is_python = asked.to == PYTHON or (asked.to is None and Path(str(asked.output)).suffix == ".py")
+    if imported.deviations and imported.silicon is None:
+        first = next(iter(imported.deviations))
+        raise DataError(f"{asked.file}: {first} has delvto or mulu0, which no circuit keeps; leave them out")
+    if is_python:
+        return format_python(
+            imported.testbench, f"{imported.testbench.title}, read from {Path(asked.file).name}"
+        )
+    celsius = 27.0 if imported.temperature_c is None else imported.temperature_c
+    silicon = imported.silicon or Silicon(temperature_c=celsius)
+    settings = Settings(analysis="op" if imported.testbench.stop == inf else "tran")
+    return load_dialect(asked.to or "ngspice").write(imported.testbench, silicon, settings)
+
+
+def refuse_foreign(imported: Imported) -> None:
+    """Raise `DataError` for a netlist with cards for ngspice only, with the first."""
+    if imported.foreign:
+        first = imported.foreign[0]
+        raise DataError(f"{first.place}: {first.reason}; only what is all ours is written")
 
 
 def read_file(

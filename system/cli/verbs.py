@@ -89,6 +89,10 @@ class Import:
     """Read a netlist, and say what was not taken over. Circuit, sources and analyses are shown."""
 
     file: str = argument("FILE", "A netlist")
+    output: str | None = shared.file_option("Write it as a file of Python or another netlist", short="o")
+    to: str | None = option(
+        None, "What is written: python, or a dialect; by the file's ending unless given", metavar="NAME"
+    )
     reading: NetlistReading = part(NetlistReading)
     allow_implausible: bool = like(SiliconChoice, "allow_implausible")
     as_json: bool = shared.json_option()

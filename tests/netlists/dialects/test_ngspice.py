@@ -127,6 +127,16 @@ def test_the_text_is_the_same_every_time_and_complete(name: str) -> None:
     assert "temperature 27.0 degC" in text.splitlines()[0]
 
 
+def test_a_deck_prints_some_nodes_so_that_ngspice_runs_it_by_itself() -> None:
+    block = load_block("rebound-neuron")
+    bench = block.testbench(block.build(), block.defaults, 5.0)
+    for analysis in ("tran", "op"):
+        text = format_testbench(bench, Silicon(AMI_1500_IDEAL), analysis=analysis)  # type: ignore[arg-type]
+        (printed,) = [line for line in text.splitlines() if line.startswith(".print")]
+        assert printed.split()[1] == analysis
+        assert 1 <= printed.count("v(") <= 6
+
+
 def test_the_title_is_one_line_and_can_be_chosen() -> None:
     testbench = Testbench("t", low_pass(), (Source("a", "a", Constant(1.0)),), 1e-3)
     assert (

@@ -197,6 +197,30 @@ def test_models_that_are_not_honoured_are_kept_for_ngspice_or_refused_unless_dro
         assert ".model p: parameters level, vto, kp" in out
 
 
+def test_what_was_read_is_written_in_python_and_in_other_dialects(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, made = tmp_path / "deck.cir", tmp_path / "made.py"
+    path.write_text(AMPLIFIER.replace(" (level=1 vto=1 kp=20u)", "").replace(" (level=1 vto=-1 kp=10u)", ""))
+    assert main(["import", str(path), "-o", str(made)]) == 0
+    assert main(["op", f"{made}:testbench", "--json"]) == 0
+    assert main(["compare", str(path), f"{made}:testbench"]) == 0
+    for dialect in ("ngspice", "spectre", "hspice"):
+        other = tmp_path / f"{dialect}.txt"
+        assert main(["import", str(path), "-o", str(other), "--to", dialect]) == 0
+        assert main(["compare", str(path), str(other)]) == 0
+    capsys.readouterr()
+    assert main(["import", str(path), "-o", str(made), "--to", "verilog"]) == 2
+    assert "verilog" in capsys.readouterr().err
+    path.write_text(AMPLIFIER)
+    never = tmp_path / "never.py"
+    assert main(["import", str(path), "-o", str(never)]) == 2
+    assert "only what is all ours is written" in capsys.readouterr().err
+    assert not never.exists()
+    assert main(["import", str(path), "--to", "python"]) == 2
+    assert "name a file too" in capsys.readouterr().err
+
+
 def test_import_refuses_a_size_that_nobody_means(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "deck.cir"
     path.write_text("slip\nv1 in 0 5\nr1 in out 1k\nc1 out 0 600\n.tran 1u 1m\n")
