@@ -30,6 +30,9 @@ class BlockValues:
     bias_set: str | None = option(None, "Named set of the block's biases; --bias goes on top", metavar="NAME")
     bias_file: str | None = option(None, "Of rolls: rolls_default, rolls_parallella or a CSV", metavar="FILE")
     coupling: Literal["none", "bus"] = option("none", "Capacitances between wires, by a rule of layout")
+    testbench: str | None = option(
+        None, "Of deck.cir:SUBCIRCUIT: a TOML file of what drives its ports", metavar="FILE"
+    )
     bias_kind: _SpokenKind | None = option(None, "Fixed gates, ideal PTAT currents, or the bias generator")
 
 

@@ -36,7 +36,7 @@ from system.options.die_file import edits_of
 from system.options.edited import check_edits
 from system.options.on_silicon import OnSilicon
 from system.options.silicon import SiliconChoice
-from system.options.target import Target, load_target, own_temperature, split_place
+from system.options.target import Target, load_target, own_silicon, split_place
 
 _CODE = re.compile(r"([0-9]):([0-9]{1,3})")  # coarse and fine
 _ELEMENT = re.compile(r"(.*)\[([0-9]{1,9}(?:,[0-9]{1,9})*)\]")
@@ -87,8 +87,8 @@ def choose(
 ) -> Choice:
     """Read the options that all commands on a block or chip share.
 
-    target: its name, file or object (`system.options.target`), of which a netlist's own temperature holds
-    where none but the usual one is asked for; params, biases, stimuli: texts `NAME=VALUE`; bias_set: name of
+    target: its name, file or object (`system.options.target`), of which a netlist's own silicon holds where
+    none but the usual is asked for; params, biases, stimuli: texts `NAME=VALUE`; bias_set: name of
     one of the block's sets, over which `biases` go; begin: where its runs begin. A block at its place on a
     chip has the sizes and biases that the chip gives it, unless `params`, `bias_set` or `biases` say
     otherwise. Biases of a chip, and of a block on one, come from its generator where no kind is asked for;
@@ -109,17 +109,26 @@ def choose(
         if bias_set is not None:
             circuit = rebias(circuit, read_bias_set(block, bias_set))
         circuit = rebias(circuit, read_biases(circuit, biases, bias_kind), bias_kind)
-    stated = own_temperature(target) if silicon.temperature == _NOMINAL.temperature else None
-    asked = parse_quantity(silicon.temperature, "degC", "temperature")
-    made = Silicon(
-        process=process_under(block.process, silicon.process, silicon.law),
-        temperature_c=asked if stated is None else stated,
-        die=read_die(silicon),
-        place=place,
-    )
+    made = replace(_silicon_of(target, block, silicon), place=place)
     check_edits(made.die, [(circuit, made)])
     read = read_stimuli(block.stimuli, stimuli)
     return Choice(block, values, circuit, made, read, begin, silicon.allow_implausible)
+
+
+def _silicon_of(target: Target, block: Block, asked: SiliconChoice) -> Silicon:
+    """The silicon that is asked for; what is left as usual is as a netlist states it."""
+    celsius = parse_quantity(asked.temperature, "degC", "temperature")
+    made = Silicon(process_under(block.process, asked.process, asked.law), celsius, read_die(asked))
+    stated_c, noted = own_silicon(target)
+    if stated_c is not None and asked.temperature == _NOMINAL.temperature:
+        made = replace(made, temperature_c=stated_c)
+    if noted is None:
+        return made
+    if (asked.process, asked.law) == (_NOMINAL.process, _NOMINAL.law):
+        made = replace(made, process=noted.process)
+    usual = replace(_NOMINAL, temperature=asked.temperature, process=asked.process, law=asked.law)
+    is_usual = replace(asked, at=None, allow_implausible=False) == usual
+    return replace(made, die=noted.die) if is_usual else made
 
 
 def block_of_target(target: Target) -> Block:

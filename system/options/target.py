@@ -26,9 +26,11 @@ from circuits.blocks.plain import Made, block_of
 from circuits.circuit import Circuit
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.process import AMI_1500, Process
+from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.pyspice.read import from_pyspice
 from netlists.read.bench import SUFFIXES, read_bench
+from netlists.read.bench_file import read_bench_file
 from netlists.read.netlist import read_netlist
 from system.options.code import Code, code_of, guarded, load_code, process_of, told_in_a_line
 from system.registry import load_block_or_chip
@@ -68,10 +70,28 @@ def deck_of(text: str) -> Code | None:
     return Code(Path(found["path"]), found["name"] or "")
 
 
-def own_temperature(target: Target) -> float | None:
-    """Temperature, degC, that a netlist states by `.temp` or its options; None for any other target."""
+def driven_deck(text: str, testbench: Path) -> Testbench:
+    """Give the sub-circuit that `deck.cir:subcircuit` names with the testbench of a TOML file.
+
+    Raises `ParameterError` for another target, and the errors of `netlists.read.bench_file`.
+    """
+    deck = deck_of(text)
+    made = None if deck is None or not deck.name else read_bench(deck.path, deck.name)
+    if not isinstance(made, Circuit):
+        raise ParameterError(f"testbench: {testbench}, is for deck.cir:SUBCIRCUIT; leave it out for {text}")
+    return read_bench_file(testbench, made)
+
+
+def own_silicon(target: Target) -> tuple[float | None, Silicon | None]:
+    """Give the temperature, degC, that a netlist states, and the silicon that our notes in it are of.
+
+    Both are None for any other target.
+    """
     deck = deck_of(target) if isinstance(target, str) else None
-    return None if deck is None else read_netlist(deck.path).temperature_c
+    if deck is None:
+        return None, None
+    found = read_netlist(deck.path)
+    return found.temperature_c, found.silicon
 
 
 def file_of(target: Target) -> Path | None:

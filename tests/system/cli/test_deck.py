@@ -114,3 +114,39 @@ def test_transistors_that_deviate_by_their_own_cards_are_refused(
     Path(ours).write_text(OURS.replace("l=3u", "l=3u delvto=10m"))
     assert main(["op", ours]) == 2
     assert "mn has delvto or mulu0" in capsys.readouterr().err
+
+
+def test_a_subcircuit_under_a_testbench_of_its_own(
+    ours: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench = tmp_path / "bench.toml"
+    bench.write_text('stop = "10us"\n[voltages]\nvdd = 5\nin = "pulse(0 5 1u 10n 10n 4u 20u)"\n')
+    given = [f"{ours}:inv", "--testbench", str(bench)]
+    assert main(["simulate", *given, "--json"]) == 0
+    measures = json.loads(capsys.readouterr().out)["measures"]
+    assert measures["out_min_V"] < 0.01
+    assert measures["out_last_V"] == pytest.approx(5.0, abs=0.01)
+    assert main(["op", *given]) == 0
+    assert main(["export", *given, "-o", str(tmp_path / "inv.cir")]) == 0
+    capsys.readouterr()
+    assert main(["op", ours, "--testbench", str(bench)]) == 2
+    assert "is for deck.cir:SUBCIRCUIT" in capsys.readouterr().err
+
+
+def test_a_deck_of_ours_runs_on_the_silicon_that_its_notes_are_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = str(tmp_path / "synapse.cir")
+    made = ["--die", "1003", "--temperature", "40"]
+    assert main(["export", "dpi-synapse", *made, "-o", path]) == 0
+    capsys.readouterr()
+    volts = []
+    for command in (["op", "dpi-synapse", *made], ["op", path]):
+        assert main([*command, "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert (found["process"], found["die"], found["temperature_C"]) == ("rolls-180", 1003, 40.0)
+        volts.append(found["voltages_V"])
+    assert volts[0] == pytest.approx(volts[1], abs=1e-9)
+    assert main(["op", path, "--die", "1004", "--temperature", "50", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["die"], found["temperature_C"]) == (1004, 50.0)
