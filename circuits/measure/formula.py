@@ -194,12 +194,14 @@ class Reader:
         if len(forms) == 1:
             return forms[0]
         if not given or _is_keyword(given[0]):
-            raise self._wrong(token, f"{name}(): must have a first argument; write {_usage(name, forms[0])}")
+            raise self._wrong(
+                token, f"{name}(): must have a first argument; write {usage_of(name, forms[0])}"
+            )
         return forms[0] if self.read(given[0]).kind == "signal" else forms[1]
 
     def _bound(self, name: str, token: Token, function: Function, given: Sequence[Node]) -> dict[str, _Part]:
         """Each parameter that is given, with what stands for it, in the order of the parameters."""
-        usage, by_name = _usage(name, function), {p.name: p for p in function.parameters}
+        usage, by_name = usage_of(name, function), {p.name: p for p in function.parameters}
         found: dict[str, _Part] = {}
         for k, node in enumerate(given):
             if _is_keyword(node):
@@ -286,8 +288,8 @@ def _is_keyword(node: Node | Token) -> bool:
     return isinstance(node, Tree) and node.data == "keyword"
 
 
-def _usage(name: str, function: Function) -> str:
-    """As `cross(signal, level[, direction, n, from=, to=])`."""
+def usage_of(name: str, function: Function) -> str:
+    """How a function is called, as `cross(signal, level[, direction, n, from=, to=])`."""
     needed = [p.name for p in function.parameters if not p.optional]
     others = [f"{p.name}=" if p.of == "axis" else p.name for p in function.parameters if p.optional]
     rest = f"[, {', '.join(others)}]" if others else ""

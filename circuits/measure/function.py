@@ -381,10 +381,10 @@ FUNCTIONS: dict[str, tuple[Function, ...]] = {  # several where the first argume
     "ln": _pointwise(np.log, _plain, "natural logarithm", "not above 0", _positive, "plain"),
     "log10": _pointwise(np.log10, _plain, "decimal logarithm", "not above 0", _positive, "plain"),
     "exp": _pointwise(np.exp, _plain, "exponential", of="plain"),
-    "mag": _pointwise(np.abs, _same, "magnitude of a transfer"),
+    "mag": _pointwise(np.abs, _same, "magnitude of a transfer")[:1],
     "db": _pointwise(lambda x: 20.0 * np.log10(np.abs(x)), _decibel, "20 log10 of the size", "0", _positive),
     "phase": _pointwise(
         lambda x: np.degrees(np.unwrap(np.angle(np.atleast_1d(x)))), _degree, "phase of a transfer"
-    ),
+    )[:1],
 }  # fmt: skip
 TAKES_TRANSFERS = frozenset({"mag", "db", "phase"})

@@ -13,10 +13,7 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ("show",): ("noctule show rebound-neuron --plot graph.png",),
     ("op",): ("noctule op rebound-neuron --temperature 60 --csv devices.csv",),
     ("simulate",): ("noctule simulate rebound-neuron --die 7 --plot neuron.png",),
-    ("sweep",): (
-        "noctule sweep rebound-neuron --over v_rest=0V..5V:101 --over temperature=-20,27,85 --plot sweep.png",
-        "noctule sweep rebound-neuron --over i_lim=1uA..9uA:5 --analysis tran --measure 'max(v_mem)'",
-    ),
+    ("sweep",): ("noctule sweep rebound-neuron --over v_rest=0V..5V:101 --plot sweep.png",),
     ("export",): ("noctule export rebound-neuron --die 7 --dialect spectre -o neuron.scs",),
     ("import",): (
         "noctule export rebound-neuron -o neuron.cir",

@@ -8,6 +8,7 @@ from circuits.circuit import Circuit, Port
 from circuits.devices import Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear, Pulse
 from circuits.errors import ParameterError
+from circuits.measure.formula import usage_of
 from circuits.measure.function import FUNCTIONS
 from circuits.measure.grammar import MeasureError
 from circuits.measure.measure import measure
@@ -16,6 +17,7 @@ from circuits.solver.power import delivered_energy
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
 from tests.circuits.solver.examples import TAU, C, R, low_pass
+from tests.documents import ROOT
 
 STEP = PiecewiseLinear((0.0, 1e-12), (0.0, 1.0))
 WAVES = Pulse(0.0, 1.0, tuple(1e-6 * k for k in (1.0, 5.0, 9.0)), 1e-6, 1e-9, 1e-9)
@@ -179,3 +181,10 @@ def test_every_function_has_a_summary_and_distinct_parameters() -> None:
             names = [p.name for p in form.parameters]
             assert form.summary
             assert len(names) == len(set(names))
+
+
+def test_every_function_is_on_the_page_of_measures() -> None:
+    page = (ROOT / "docs" / "reference" / "measures.md").read_text(encoding="utf-8")
+    usages = {usage_of(name, form) for name, forms in FUNCTIONS.items() for form in forms}
+    told = {usage for usage in usages if f"`{usage}`" in page}
+    assert usages - told <= {usage_of(name, forms[1]) for name, forms in FUNCTIONS.items() if len(forms) > 1}
