@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
 from functools import partial
 from typing import Any
 
@@ -23,6 +22,7 @@ from system.cli.beginning_output import told, told_lines
 from system.cli.block_choice import choose_block
 from system.cli.deadline import deadline_of
 from system.cli.deck import is_foreign, refuse_foreign, simulate_deck
+from system.cli.measure_output import measured_document
 from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
 from system.cli.simulate_verb import Simulate, check_options
 from system.cli.study_verbs import Replay
@@ -138,11 +138,6 @@ def _describe(choice: Choice, result: Result, engine: str, readings: Sequence[Re
         "rejected_steps": result.steps.rejected,
         "iterations": result.steps.iterations,
     }
-
-
-def measured_document(reading: Reading) -> dict[str, Any]:
-    """Give a measure of a run as members of a JSON document."""
-    return {**asdict(reading), "value": plain(reading.value), "reason": reading.reason or None}
 
 
 def _spikes(choice: Choice, result: Result) -> Any:

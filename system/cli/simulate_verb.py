@@ -61,7 +61,8 @@ TAKEN_BY: dict[str, tuple[str, ...]] = {  # options that not every analysis has
     "netcdf": ("ac", "noise", "tran-noise"),
     "flicker": ("noise", "tran-noise"),
     **dict.fromkeys(("seed", "trials", "step", "workers"), ("tran-noise",)),
-    **dict.fromkeys(("rtol", "raw", "at_rest", "measure", "current"), ("tran",)),
+    **dict.fromkeys(("rtol", "raw", "at_rest", "current"), ("tran",)),
+    "measure": ("tran", "ac"),
     **dict.fromkeys(("ic", "uic"), ("tran", "tran-noise")),
     "engine": ("tran", "dc", "ac"),
 }

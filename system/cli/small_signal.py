@@ -10,10 +10,14 @@ import xarray as xr
 
 from circuits.arrays import C128, F64
 from circuits.errors import ParameterError
+from circuits.measure.measure import Reading, read_measures
+from circuits.measure.scope import Scope, TableRecord
+from circuits.measure.unit import PLAIN, unit_named, value_text
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.small_signal import Response, ac, source_column
 from netlists.ngspice import small_signal as ngspice
 from system.cli.deadline import deadline_of
+from system.cli.measure_output import measured_document
 from system.cli.output import plain, print_json, print_table
 from system.cli.simulate_verb import Simulate
 from system.cli.small_signal_picture import draw_bode
@@ -58,13 +62,33 @@ def ac_command(asked: Simulate) -> None:
     document = {
         **head_of(asked, runs), "engine": asked.engine, "source": source,
         "unit": found[0][1].unit, "frequency_Hz": found[0][1].frequency,
-        "runs": [_ac_run(run) for run in runs],
+        "runs": [_ac_run(run, _readings(asked, run.answer)) for run in runs],
     }  # fmt: skip
     if asked.as_json:
         print_json(document)
     else:
         _print_ac(found, shown)
+        rows = [
+            (label_of(run), each.name, each.reason or value_text(each.value, each.unit))
+            for run, answer in found
+            for each in _readings(asked, answer)
+        ]
+        if rows:
+            print_table("measures", ("run", "measure", "value"), rows)
         print_failures(runs)
+
+
+def _readings(asked: Simulate, answer: Response | None) -> list[Reading]:
+    """What is measured of a response, whose axis is the frequency."""
+    if answer is None or not asked.measure:
+        return []
+    unit = PLAIN if answer.unit == "V/V" else unit_named("Ohm")
+    scope = Scope(
+        frozenset(answer.nodes), frozenset(), axis=unit_named("Hz"), voltage=unit, transfer=True
+    )  # fmt: skip
+    transfer: Any = dict(zip(answer.nodes, answer.transfer.T, strict=True))
+    record = TableRecord(answer.frequency, transfer, {})
+    return [each.of(record) for each in read_measures(asked.measure, scope)]
 
 
 def _by_ngspice(point: OperatingPoint, source: str, asked: Simulate, nodes: Sequence[str] | None) -> Response:
@@ -87,13 +111,14 @@ def _by_ngspice(point: OperatingPoint, source: str, asked: Simulate, nodes: Sequ
     return Response(source, unit, names, frequency, transfer)
 
 
-def _ac_run(run: Run[Response]) -> dict[str, Any]:
+def _ac_run(run: Run[Response], readings: Sequence[Reading]) -> dict[str, Any]:
     if run.answer is None:
         return place_of(run)
     names, transfer = run.answer.nodes, run.answer.transfer
     magnitude, phase = np.abs(transfer), phase_deg(transfer)
     nodes = {n: {"magnitude": magnitude[:, k], "phase_deg": phase[:, k]} for k, n in enumerate(names)}
-    return {**place_of(run), "nodes": plain(nodes)}
+    measured = [measured_document(each) for each in readings]
+    return {**place_of(run), "nodes": plain(nodes), "measured": measured}
 
 
 def phase_deg(transfer: C128) -> F64:

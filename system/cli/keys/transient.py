@@ -14,6 +14,13 @@ uncrossed.*.low_V        number    V  lowest voltage of the node
 uncrossed.*.high_V       number    V  highest one
 uncrossed.*.threshold_V  number    V  threshold that it did not cross
 """
+MEASURED_KEYS = """
+measured         object[]  -  what `--measure` asked for
+measured.name    string    -  its name
+measured.value   number?   -  its value in SI units; null where it does not occur
+measured.unit    string    -  the unit of its expression; empty for a plain number
+measured.reason  string?   -  why it does not occur; null where it does
+"""
 SIMULATE = {
     **meanings("block  string  -  name of the block"),
     **SILICON_KEYS,
@@ -25,11 +32,7 @@ outcome   string                -  what happened, in a word
 spikes_s  number[]|number[]{{}}   s  times of the spikes; by port where there are several
 {TOLD_KEYS}
 measures        number?{{}}  -  what was measured, in the unit that its name ends with; null where not defined
-measured         object[]  -  what `--measure` asked for
-measured.name    string    -  its name
-measured.value   number?   -  its value in SI units; null where it does not occur
-measured.unit    string    -  the unit of its expression; empty for a plain number
-measured.reason  string?   -  why it does not occur; null where it does
+{MEASURED_KEYS}
 steps           integer    -  steps of the solver that were accepted
 rejected_steps  integer    -  steps that were not
 iterations      integer    -  Newton iterations in all
@@ -61,6 +64,7 @@ runs.nodes              object{}  -    transfer to each node
 runs.nodes.*.magnitude  number[]  -    its size, in the unit above
 runs.nodes.*.phase_deg  number[]  deg  its phase, without jumps
 """),
+    **meanings(MEASURED_KEYS, "runs"),
 }
 NOISE = {
     **meanings(HEAD_KEYS),

@@ -93,3 +93,24 @@ test_wrong_options_are_refused_in_one_line = command_refusals(
         ("--analysis dc", "is not one of"),
     ],
 )
+
+
+def test_a_transfer_is_measured(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["--analysis", "ac", "--source", "v_rest", "--points", "40", "--json"]
+    measures = [
+        "--measure", "low = value(db(v_mem), at=1Hz)", "--measure", "f = cross(db(v_mem) - low, -3dB, fall)",
+        "--measure", "never = cross(mag(v_mem), 9)",
+    ]  # fmt: skip
+    assert main(["simulate", "rebound-neuron", *words, *measures]) == 0
+    found = json.loads(capsys.readouterr().out)
+    (run,) = found["runs"]
+    low, corner, never = run["measured"]
+    magnitude = np.array(run["nodes"]["v_mem"]["magnitude"])
+    assert low["value"] == pytest.approx(20.0 * np.log10(magnitude[0]))
+    assert [m["unit"] for m in run["measured"]] == ["dB", "Hz", "Hz"]
+    # 3 dB is 10^(-3/20), and the points are 6 % apart
+    expected = corner_frequency(np.array(found["frequency_Hz"]), magnitude)
+    assert corner["value"] == pytest.approx(expected, rel=0.02)
+    assert never["reason"] == "mag(v_mem) does not pass through 9"
+    assert main(["simulate", "rebound-neuron", *words, "--measure", "max(v_mem)"]) == 2
+    assert "has magnitude and phase; write mag(v_mem), db(v_mem) or phase(v_mem)" in capsys.readouterr().err

@@ -74,5 +74,5 @@ def test_simulate_measures_too(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().err == (
         'noctule: --measure: "max(>v_meme)", column 5: node v_meme: unknown; did you mean v_mem?\n'
     )
-    assert main(["simulate", BLOCK, "--analysis", "ac", "--measure", TOP]) == 2
-    assert "--measure: not of --analysis ac" in capsys.readouterr().err
+    assert main(["simulate", BLOCK, "--analysis", "noise", "--node", "v_mem", "--measure", TOP]) == 2
+    assert "--measure: not of --analysis noise" in capsys.readouterr().err
