@@ -139,7 +139,13 @@ class Die:
         return self.number is not None or any(edit.kind == "set" for edit in self.edits)
 
     def sets(self, *parameters: str) -> bool:
-        """Whether an edit sets one of the parameters."""
+        """Whether an edit sets a parameter.
+
+        Parameters
+        ----------
+        parameters
+            Names of some parameters, of which any will do.
+        """
         return any(edit.parameter in parameters for edit in self.edits)
 
     def healed(self, *paths: str) -> Die:

@@ -117,6 +117,7 @@ def format_foundry(
     design = to_design(testbench, unit_silicon(silicon))
     top, step = design.top, testbench.stop / POINTS if settings.tmax is None else settings.tmax
     temperature_c = silicon.temperature_c
+    printed = " ".join(f"v({run_name(path, top)})" for path in [*design.nodes][:PRINTED])
     card = ".op" if settings.analysis == "op" else f".tran {step!r} {testbench.stop!r} 0 {step!r}"
     name, ports = node_name(top.name), " ".join(map(node_name, top.ports))
     starts, held = (
@@ -140,7 +141,7 @@ def format_foundry(
         f".options temp={temperature_c!r} {_OPTIONS} method={settings.method} reltol={settings.reltol!r}",
         ".save",
         *(f"+ v({run_name(path, top)})" for path in design.nodes),
-        f".print {settings.analysis} {' '.join(f'v({run_name(path, top)})' for path in [*design.nodes][:PRINTED])}",
+        f".print {settings.analysis} {printed}",
         f"{card}{' uic' if uic and settings.analysis == 'tran' else ''}",
         ".end",
     ]

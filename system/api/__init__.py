@@ -35,6 +35,7 @@ from system.statement import Statement
 from system.study.cluster import on_cluster
 from system.study.engine import on_threads, run_study
 from system.study.folder import study_table
+from system.study.gradient import gradients
 from system.study.manifest import Study, read_study
 from system.study.plan import Plan
 from system.study.replay import Replay, die_of, replay
@@ -123,6 +124,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "sigma_interval",
     "quantile_interval",
     # Searches
+    "gradients",
     "sensitivity",
     "Sensitivity",
     "rare_failure",

@@ -28,7 +28,7 @@ from system.cli.guide import guide
 from system.cli.mend import measured_again
 from system.cli.run_command_line import names_in_study
 from system.cli.simulate_verb import Simulate
-from system.cli.study_verbs import Centre, Montecarlo, Replay
+from system.cli.study_verbs import Centre, Gradient, Montecarlo, Replay
 from system.cli.sweep_verb import Sweep
 from system.cli.verb import verb
 from system.cli.verbs import (
@@ -97,6 +97,7 @@ _VERBS = {
     "compare": verb("compare:compare_command", Compare),
     "sweep": verb("sweep:sweep_command", Sweep),
     "montecarlo": verb("montecarlo:montecarlo_command", Montecarlo),
+    "gradient": verb("gradient:gradient_command", Gradient),
     "replay": verb("replay:replay_command", Replay),
     "centre": verb("centre:centre_command", Centre),
     "characterise": verb("characterise:characterise_command", Characterise),

@@ -89,7 +89,8 @@ def _distance(away: Distance) -> dict[str, Any]:
     return {
         "points": away.points, "median": away.median, "worst": away.worst,
         "worst_temperature_C": away.where["temperature_c"], "worst_drain_V": away.where["v_d"],
-        "worst_gate_V": away.where["v_g"], "worst_source_V": away.where["v_s"], "worst_A": away.where["current"],
+        "worst_gate_V": away.where["v_g"], "worst_source_V": away.where["v_s"],
+        "worst_A": away.where["current"],
     }  # fmt: skip
 
 
@@ -109,7 +110,8 @@ def _print(found: Extraction, output: str) -> None:
         rows.append((
             f"{each['polarity']}FET", size, each["role"], f"{100 * each['median']:.1f} %",
             f"{100 * each['worst']:+.0f} %",
-            f"{each['worst_A']:.2g} A at {each['worst_temperature_C']:g} degC, v_d {each['worst_drain_V']:.3g} V",
+            f"{each['worst_A']:.2g} A at {each['worst_temperature_C']:g} degC,"
+            f" v_d {each['worst_drain_V']:.3g} V",
         ))  # fmt: skip
     print_table(f"{found.process.name}: drain current off, {RANGE[0]:g} to {RANGE[1]:g} A", header, rows)
     for polarity in POLARITIES:

@@ -94,6 +94,24 @@ class Replay:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Gradient:
+    """Show what each device moves a metric by: all gradients from one run and one run backwards."""
+
+    block: str = shared.block_argument()
+    metric: tuple[str, ...] = option(
+        (), "Of the testbench, or as spike_time(spike,1), voltage(v_mem,5ms); the first spikes unless given",
+        metavar="NAME",
+    )  # fmt: skip
+    values: BlockValues = shared.values_part("bias_file")
+    silicon: SiliconChoice = shared.silicon_part()
+    stimulus: tuple[str, ...] = shared.stimulus_option()
+    begin: BeginChoice = shared.begin_part()
+    csv: str | None = shared.file_option("Write a row a metric and parameter")
+    plot: str | None = shared.plot_option()
+    as_json: bool = shared.json_option()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Centre:
     """Move biases so that more dies pass; judge on fresh dies."""
 

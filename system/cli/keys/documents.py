@@ -10,7 +10,7 @@ from typing import Any
 from system.cli.keys.block import OP, SHOW, SHOW_CHIP, SHOW_ROLLS
 from system.cli.keys.installed import CALIBRATE, CHARACTERISE, DOCTOR, EXTRACT, LIST, NEW, REPRODUCE
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
-from system.cli.keys.study import CENTRE, MONTECARLO, RARE, REPLAY
+from system.cli.keys.study import CENTRE, GRADIENT, MONTECARLO, RARE, REPLAY
 from system.cli.keys.sweep import SWEEP
 from system.cli.keys.transient import AC, DECK, NOISE, SIMULATE, TRAN_NOISE
 from system.cli.option_names import option_of
@@ -38,6 +38,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "compare": COMPARE,
     "montecarlo": MONTECARLO,
     "montecarlo --rare": RARE,
+    "gradient": GRADIENT,
     "replay": REPLAY,
     "centre": CENTRE,
     "characterise": CHARACTERISE,

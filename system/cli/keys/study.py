@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from system.cli.keys.transient import TOLD_KEYS
 from system.meaning import meanings
-from system.options.block import DIE_KEYS
+from system.options.block import DIE_KEYS, SILICON_KEYS
 from system.options.cards import CARDS_KEYS
 
 INTERVAL_KEYS = """
@@ -224,4 +224,22 @@ fresh.means.*.after  number?   -  at the end
 """),
     **meanings(YIELD_KEYS, "fresh.before"),
     **meanings(YIELD_KEYS, "fresh.after"),
+}
+GRADIENT = {
+    **meanings("block  string  -  name of the block"),
+    **SILICON_KEYS,
+    **meanings("""
+metrics                      object[]  -  what was measured
+metrics.metric               string    -  its name
+metrics.unit                 string    -  its SI unit, empty for a plain number
+metrics.value                number?   -  its value in that unit; null where it is not defined
+metrics.spread               number?   -  its standard deviation over dies by the gradients, in that unit
+metrics.note                 string    -  why it has no value, or where it is not smooth; empty else
+metrics.gradients            object[]  -  what moves it, that which moves it most over dies first
+metrics.gradients.parameter  string    -  path of the device with its parameter, or what is shared
+metrics.gradients.unit       string    -  SI unit of the parameter, empty for a relative one
+metrics.gradients.gradient   number    -  derivative, in the unit of the metric over that of the parameter
+metrics.gradients.sigma      number    -  standard deviation of the parameter over dies, 0 for none
+metrics.gradients.share      number    -  its share of the metric's variance over dies, 0 to 1
+"""),
 }

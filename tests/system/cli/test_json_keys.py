@@ -47,6 +47,7 @@ FORMS = {
     "compare": ["compare a.cir b.cir"],
     "montecarlo": ["montecarlo rebound-neuron --samples 2 -o study"],
     "montecarlo --rare": [],
+    "gradient": ["gradient rebound-neuron --metric spike_time(spike,0)"],
     "replay": ["replay study --die 1000"],
     "centre": [],
     "characterise": [],

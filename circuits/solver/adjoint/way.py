@@ -1,0 +1,88 @@
+"""The way of a transient as the adjoint run needs it: each accepted step, and its differences.
+
+With the rate at a step k, `share_k0 v_k + share_k1 v_(k-1) + share_k2 v_(k-2)`, the transient has solved
+
+    R_k = C (share_k0 v_k + share_k1 v_(k-1) + share_k2 v_(k-2)) + G v_k + i(v_k) = 0
+
+which is backward Euler in the first step after a bend of a stimulus, and BDF2 else (`solver.integrate`).
+Row 0 is the state in which the run begins, with no rate.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from circuits.arrays import F64, I64
+from circuits.compiled import compiled
+from circuits.lowering.kernel import Machine, Sources
+from circuits.solver.integrate import source_values
+from circuits.solver.transient import Result
+
+_SAME_TIME = 1e-13  # s, as the integrator's
+
+
+class Way(NamedTuple):
+    """A transient, a row a step.
+
+    time : float64[rows], s.
+    voltage : float64[rows, columns], V.
+    share : float64[rows, 3], 1/s.
+    order : int64[rows], how many rows before it the parabola through a row's step takes, 1 or 2.
+    """
+
+    time: F64
+    voltage: F64
+    share: F64
+    order: I64
+
+
+def way_of(result: Result) -> Way:
+    """Return the way of a run that recorded all nodes."""
+    machine = result.machine
+    kept = np.concatenate([[True], np.diff(result.time) > 0.0])
+    time = result.time[kept]
+    voltage = np.zeros((time.size, machine.kernel.columns))
+    voltage[:, [machine.column_of(n) for n in result.nodes]] = result.voltage[kept]
+    sources = machine.sources()
+    cursor = sources.start[:-1].copy()
+    _drive(sources, cursor, time, voltage, machine.kernel.unknowns)
+    order = _orders(machine, time)
+    return Way(time, voltage, _shares(time, order), order)
+
+
+@compiled()
+def _drive(s: Sources, cursor: I64, time: F64, voltage: F64, unknowns: int) -> None:
+    """Fill in what the sources have at each row."""
+    for row in range(time.size):
+        source_values(s, cursor, time[row], voltage[row], unknowns)
+
+
+def _orders(machine: Machine, time: F64) -> I64:
+    """0 for the beginning, 1 for the first step and for each after a bend of a stimulus, 2 for the others."""
+    bends = [t for (t, _), sampled in zip(machine.polylines, machine.sampled, strict=True) if not sampled]
+    every = np.unique(np.concatenate([np.zeros(1), *bends]))
+    near = np.clip(np.searchsorted(every, time), 1, max(every.size - 1, 1)) if every.size > 1 else None
+    if near is None:
+        at_bend = np.abs(time - every[0]) <= _SAME_TIME
+    else:
+        at_bend = np.minimum(np.abs(every[near] - time), np.abs(every[near - 1] - time)) <= _SAME_TIME
+    order = np.full(time.size, 2, dtype=np.int64)
+    order[1:][at_bend[:-1]] = 1
+    order[:2] = [0, 1][: time.size]
+    return order
+
+
+def _shares(time: F64, order: I64) -> F64:
+    share = np.zeros((time.size, 3))
+    h = np.diff(time)
+    first = np.flatnonzero(order == 1)
+    share[first, 0], share[first, 1] = 1.0 / h[first - 1], -1.0 / h[first - 1]
+    later = np.flatnonzero(order == 2)
+    step = h[later - 1]
+    w = step / h[later - 2]
+    share[later, 0] = (1.0 + 2.0 * w) / ((1.0 + w) * step)
+    share[later, 1] = -(1.0 + w) / step
+    share[later, 2] = w * w / ((1.0 + w) * step)
+    return share

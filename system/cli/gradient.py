@@ -1,0 +1,127 @@
+"""The verb `noctule gradient BLOCK`: what each device and parameter moves a metric by."""
+
+from __future__ import annotations
+
+import csv as comma_separated
+import io
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from circuits.errors import ParameterError
+from circuits.lowering.kernel import Machine, to_kernel
+from circuits.solver.adjoint.gradient import Gradients, gradients_of
+from circuits.solver.adjoint.measure import Measure, SpikeTime
+from circuits.units import format_quantity
+from system.cli.block_choice import choose_block
+from system.cli.output import print_json, print_line, print_table, working
+from system.cli.study_verbs import Gradient
+from system.files.writing import write_text_atomic
+from system.options.block import Choice, describe_silicon, silicon_line
+from system.plot import check_picture, save_picture
+from system.study.gradient import FORMS, draw_gradients, measures_of
+
+LISTED = 12  # parameters of a printed table
+
+
+def gradient_command(asked: Gradient) -> None:
+    """Print the gradients of metrics by device and parameter, and write the files that are asked for."""
+    check_picture(asked.plot)
+    choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
+    machine = to_kernel(choice.testbench(), choice.silicon)
+    with working(f"gradients of {asked.block}"):
+        found = gradients_of(machine, _measures(choice, machine, asked.metric))
+    if asked.csv is not None:
+        write_text_atomic(asked.csv, _csv(found))
+    save_picture(asked.plot, lambda figure: _draw(found, figure))
+    if asked.as_json:
+        head = {"block": choice.block.name, **describe_silicon(choice.silicon)}
+        print_json({**head, "metrics": [_document(found, k) for k in range(len(found.measures))]})
+        return
+    for k in range(len(found.measures)):
+        _print(found, k, choice)
+
+
+def _measures(choice: Choice, machine: Machine, names: Sequence[str]) -> list[Measure]:
+    """What is asked for; the first spike of each watched port unless something is."""
+    watched = [machine.names[n] for w in machine.testbench.watch for n in machine.flat.port_nodes(w)]
+    if not (names or watched):
+        raise ParameterError(f"--metric: none, and {choice.block.name} has no spikes; name one of {FORMS}")
+    return measures_of(choice, names) if names else [SpikeTime(port) for port in watched]
+
+
+def _order(found: Gradients, k: int) -> tuple[list[int], Any]:
+    """Parameters, those that move a metric most over dies first, and the share of each."""
+    power = np.nan_to_num((found.by[k] * found.sigma) ** 2)
+    share = power / power.sum() if power.sum() > 0.0 else power
+    return [int(i) for i in np.lexsort((-np.abs(np.nan_to_num(found.by[k])), -share))], share
+
+
+def _document(found: Gradients, k: int) -> dict[str, Any]:
+    order, share = _order(found, k)
+    defined = math.isfinite(found.values[k])
+    return {
+        "metric": found.measures[k], "unit": found.units[k],
+        "value": float(found.values[k]) if defined else None,
+        "spread": float(found.spread[k]) if math.isfinite(found.spread[k]) else None,
+        "note": found.notes[k],
+        "gradients": [
+            {
+                "parameter": found.labels[i], "unit": found.of_units[i], "gradient": float(found.by[k, i]),
+                "sigma": float(found.sigma[i]), "share": float(share[i]),
+            }
+            for i in order
+            if math.isfinite(found.by[k, i])
+        ],
+    }  # fmt: skip
+
+
+def _csv(found: Gradients) -> str:
+    text = io.StringIO()
+    writer = comma_separated.writer(text, lineterminator="\n")
+    writer.writerow(["metric", "unit", "parameter", "parameter_unit", "gradient", "sigma"])
+    for k, metric in enumerate(found.measures):
+        for i, label in enumerate(found.labels):
+            numbers = (repr(float(x)) for x in (found.by[k, i], found.sigma[i]))
+            writer.writerow([metric, found.units[k], label, found.of_units[i], *numbers])
+    return text.getvalue()
+
+
+def _print(found: Gradients, k: int, choice: Choice) -> None:
+    name, unit, value = found.measures[k], found.units[k], float(found.values[k])
+    if not math.isfinite(value):
+        print_line(f"{name}: {found.notes[k]}")
+        return
+    told, spread = (format_quantity(x, unit) for x in (value, float(found.spread[k])))
+    order, share = _order(found, k)
+    rows = [
+        (found.labels[i], _slope(found, k, i), _moved(found, k, i), f"{100.0 * share[i]:.1f} %")
+        for i in order[:LISTED]
+    ]
+    title = f"{name} {told}, sigma over dies {spread}, at {silicon_line(choice.silicon)}"
+    print_table(title, ("parameter", "gradient:", "by one sigma:", "share of the variance:"), rows)
+    if found.notes[k]:
+        print_line(f"{name}: {found.notes[k]}")
+    print_line(f"{len(order) - len(rows)} more parameters; --csv FILE or --json has all")
+
+
+def _slope(found: Gradients, k: int, i: int) -> str:
+    over = f"/{found.of_units[i]}" if found.of_units[i] else ""
+    return f"{found.by[k, i]:.4g} {found.units[k] or '1'}{over}"
+
+
+def _moved(found: Gradients, k: int, i: int) -> str:
+    moved = float(found.by[k, i] * found.sigma[i])
+    return format_quantity(moved, found.units[k]) if found.sigma[i] > 0.0 else ""
+
+
+def _draw(found: Gradients, figure: Figure) -> None:
+    count = len(found.measures)
+    figure.set_size_inches(7.5, 3.8 * count)
+    for k, ax in enumerate(figure.subplots(count, 1, squeeze=False)[:, 0]):
+        if math.isfinite(found.values[k]):
+            draw_gradients(found, k, ax)
+        ax.set_title(found.notes[k], fontsize=8)

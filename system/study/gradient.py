@@ -1,0 +1,229 @@
+"""Gradients of what a testbench measures, as a dataset, and measures by their names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from circuits.blocks.metric import Metric
+from circuits.errors import ParameterError, UnknownNameError
+from circuits.lowering.kernel import Machine, to_kernel
+from circuits.silicon.silicon import Silicon
+from circuits.solver.adjoint.gradient import Gradients, gradients_of
+from circuits.solver.adjoint.measure import (
+    Crossing,
+    Extreme,
+    Integral,
+    Measure,
+    Measured,
+    SpikeTime,
+    Voltage,
+)
+from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
+from circuits.testbench import Testbench
+from circuits.units import parse_quantity, unit_of_name
+from system.options.block import Choice
+from system.plot import COLOURS
+from system.study.metric import metrics_of
+
+FORMS = (
+    "spike_time(PORT,K), voltage(NODE,TIME), rise(NODE,V,K), fall(NODE,V,K), maximum(NODE), minimum(NODE),"
+    " integral(NODE)"
+)
+"""Measures that every testbench has, by their names."""
+_FORM = re.compile(r"(\w+)\((.*)\)")
+_PARTS = re.compile(r",(?![^\[]*\])")
+
+
+def gradients(
+    testbench: Testbench | Machine,
+    metrics: Sequence[Measure | str],
+    silicon: Silicon | None = None,
+    *,
+    rtol: float = DEFAULT_RTOL,
+) -> xr.Dataset:
+    """Return the gradients of measures by all devices and parameters, from one run and one run backwards.
+
+    Parameters
+    ----------
+    testbench
+        The testbench, or one that is lowered already.
+    metrics
+        What is measured: `circuits.solver.adjoint.measure`, or their names, as `spike_time(spike,0)`.
+    silicon
+        Process, temperature and die: the nominal process at 27 degC unless given; of no effect on a lowered
+        testbench.
+    rtol
+        Local error of a step of the transient, relative to the larger of |v| and 1 V.
+
+    Returns
+    -------
+    Dataset
+        `gradient` [metric, parameter] in SI units, `value` and `note` [metric], `sigma` [parameter], and the
+        standard deviation `spread` [metric] that the gradients and sigmas give.
+
+    Raises
+    ------
+    ParameterError
+        There is no measure, or a name is none.
+    UnknownNameError
+        A node or port is unknown.
+    SolverError
+        The solver gives up.
+    """
+    machine = testbench if isinstance(testbench, Machine) else to_kernel(testbench, silicon)
+    wanted = [measure_of(each) if isinstance(each, str) else each for each in metrics]
+    return dataset_of(gradients_of(machine, wanted, rtol=rtol))
+
+
+def dataset_of(found: Gradients) -> xr.Dataset:
+    """Return gradients as a dataset, as of `gradients`."""
+    return xr.Dataset(
+        {
+            "gradient": (("metric", "parameter"), found.by),
+            "value": ("metric", found.values),
+            "spread": ("metric", found.spread),
+            "sigma": ("parameter", found.sigma),
+            "note": ("metric", np.array(found.notes, dtype=object)),
+            "unit": ("metric", np.array(found.units, dtype=object)),
+            "parameter_unit": ("parameter", np.array(found.of_units, dtype=object)),
+        },
+        {"metric": list(found.measures), "parameter": list(found.labels)},
+    )
+
+
+def measure_of(text: str) -> Measure:
+    """Return the measure of a name, as `fall(v_mem,1V,0)`; raises `ParameterError` for another text."""
+    form = _FORM.fullmatch(text.strip())
+    parts = [part.strip() for part in _PARTS.split(form[2])] if form else []
+    made = None if form is None else _MADE.get(form[1])
+    try:
+        found = None if made is None else made(parts)
+    except IndexError:
+        found = None
+    if found is None:
+        raise ParameterError(f"metric: {text}, must be a metric of the block, or one of {FORMS}")
+    return found
+
+
+def _number(parts: Sequence[str], k: int) -> int:
+    text = parts[k] if len(parts) > k else "0"
+    if not text.isdigit():
+        raise ParameterError(f"metric: {text}, must be the number of an event, from 0")
+    return int(text)
+
+
+def _crossing(parts: Sequence[str], *, rising: bool) -> Measure:
+    return Crossing(parts[0], parse_quantity(parts[1], "V", "metric"), rising, _number(parts, 2))
+
+
+def _voltage(parts: Sequence[str]) -> Measure:
+    return Voltage(parts[0], parse_quantity(parts[1], "s", "metric") if len(parts) > 1 else None)
+
+
+def _span(parts: Sequence[str]) -> tuple[float, float]:
+    """Begin and end, s, where they are given."""
+    if len(parts) == 1:
+        return 0.0, np.inf
+    return parse_quantity(parts[1], "s", "metric"), parse_quantity(parts[2], "s", "metric")
+
+
+_MADE: Mapping[str, Callable[[Sequence[str]], Measure]] = {
+    "spike_time": lambda parts: SpikeTime(parts[0], _number(parts, 1)),
+    "voltage": _voltage,
+    "rise": partial(_crossing, rising=True),
+    "fall": partial(_crossing, rising=False),
+    "maximum": lambda parts: Extreme(parts[0], True, *_span(parts)),  # noqa: FBT003 - the highest
+    "minimum": lambda parts: Extreme(parts[0], False, *_span(parts)),  # noqa: FBT003 - the lowest
+    "integral": lambda parts: Integral(parts[0], *_span(parts)),
+}
+
+
+def measures_of(choice: Choice, names: Sequence[str]) -> list[Measure]:
+    """Return the measures of names: forms that every testbench has, and what the block's testbench measures.
+
+    Parameters
+    ----------
+    choice
+        The block.
+    names
+        The names.
+
+    Raises
+    ------
+    ParameterError
+        A metric is no number of one run of the testbench, as one that searches over stimuli.
+    UnknownNameError
+        A name is unknown.
+    """
+    return [measure_of(name) if _FORM.fullmatch(name) else _of_block(choice, name) for name in names]
+
+
+def _of_block(choice: Choice, name: str) -> Measure:
+    try:
+        (metric,) = metrics_of(choice, (name,))
+    except UnknownNameError as error:
+        raise UnknownNameError(f"{error}, or {FORMS}") from None
+    return measured_by(metric)
+
+
+def measured_by(metric: Metric) -> Measure:
+    """Return the measure of a metric; raises `ParameterError` where it is not read from one run."""
+    if metric.measure is not simulate or metric.value is None:
+        raise ParameterError(
+            f"metric: {metric.name}, is no number of one run of the testbench, so that it has no gradient;"
+            " name one that the testbench measures"
+        )
+    value = metric.value
+
+    def read(result: Result) -> float:
+        return value(result)
+
+    return Measured(metric.name, read, metric.unit or unit_of_name(metric.name))
+
+
+def shares(found: Gradients, metric: int = 0) -> Mapping[str, float]:
+    """Return the share of each parameter in the variance of a measure, the largest first, by its label.
+
+    Parameters
+    ----------
+    found
+        Gradients.
+    metric
+        Which of its measures.
+    """
+    power = (found.by[metric] * found.sigma) ** 2
+    total = float(power.sum())
+    if not total > 0.0:
+        return {}
+    order = np.argsort(-power, kind="stable")
+    return {found.labels[k]: float(power[k] / total) for k in order if power[k] > 0.0}
+
+
+def draw_gradients(found: Gradients, metric: int, ax: Axes, most: int = 15) -> None:
+    """Draw what one sigma of each parameter moves a measure by, the largest on top.
+
+    Parameters
+    ----------
+    found
+        Gradients.
+    metric
+        Which of its measures.
+    ax
+        Axes to draw into.
+    most
+        How many parameters are shown.
+    """
+    moved = found.by[metric] * found.sigma
+    order = np.argsort(-np.abs(moved), kind="stable")[:most]
+    places = np.arange(order.size)
+    ax.barh(places, moved[order], color=[COLOURS[0] if moved[k] > 0.0 else COLOURS[1] for k in order])
+    ax.set_yticks(places, [found.labels[k] for k in order])
+    ax.invert_yaxis()
+    ax.axvline(0.0, color="black", linewidth=0.8)
+    ax.set_xlabel(f"{found.measures[metric]} by one sigma ({found.units[metric]})")

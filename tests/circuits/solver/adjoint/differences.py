@@ -1,0 +1,56 @@
+"""Central differences of measures by parameters of a machine, at a tolerance of 1e-9."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from circuits.devices import Transistor
+from circuits.lowering.kernel import Machine, on_die, to_kernel
+from circuits.silicon.die import shared
+from circuits.solver.adjoint.measure import Measure
+from circuits.solver.adjoint.way import way_of
+from circuits.solver.transient import simulate
+
+RTOL = 1e-9
+
+
+def read(machine: Machine, measure: Measure) -> float:
+    """The measure in a run of its own."""
+    result = simulate(machine, rtol=RTOL)
+    return measure.read(result, way_of(result)).value
+
+
+def by_deviation(machine: Machine, measure: Measure, label: str, step: float) -> float:
+    """Derivative by a device's or the process's deviation, whose label a study's draws have."""
+    owner, _, parameter = label.rpartition(".")
+    path, at = owner.removesuffix(".shared"), _deviation(machine, label)
+    ends = [
+        read(on_die(machine, machine.silicon.die.with_(path, parameter, at + s)), measure)
+        for s in (step, -step)
+    ]
+    return (ends[0] - ends[1]) / (2.0 * step)
+
+
+def _deviation(machine: Machine, label: str) -> float:
+    owner, _, parameter = label.rpartition(".")
+    silicon = machine.silicon
+    if owner.startswith("process."):
+        return float(getattr(shared(silicon.die, silicon.process, owner.split(".")[1]), parameter))
+    for group in machine.flat.groups:
+        if isinstance(group.device, Transistor):
+            size = group.parameters
+            area = size["width"] * size["length"] * size["multiplicity"]
+            path = (*group.path, (group.device.name, ()))
+            own = silicon.deviation(machine.flat.circuit.name, path, area, group.device.polarity)
+            values = np.broadcast_to(np.asarray(getattr(own, parameter)), area.shape)
+            for k in range(area.size):
+                if label.endswith(f"{group.label(k)}.{parameter}"):
+                    return float(values[k])
+    raise LookupError(label)
+
+
+def by_temperature(machine: Machine, measure: Measure, step: float) -> float:
+    """Derivative by the temperature."""
+    there = [replace(machine.silicon, temperature_c=machine.silicon.temperature_c + s) for s in (step, -step)]
+    ends = [read(to_kernel(machine.testbench, silicon), measure) for silicon in there]
+    return (ends[0] - ends[1]) / (2.0 * step)

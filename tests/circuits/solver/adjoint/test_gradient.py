@@ -1,0 +1,135 @@
+"""Gradients by the adjoint run against central differences and closed forms.
+
+A difference is in order where, times the parameter's sigma, it is 1 % of what the measure moves by over dies.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from circuits.circuit import Circuit, Port
+from circuits.devices import Capacitor, Resistor, Source
+from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.errors import ParameterError
+from circuits.lowering.kernel import to_kernel
+from circuits.registry import load_block
+from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.silicon import Silicon
+from circuits.solver.adjoint.gradient import gradients_of
+from circuits.solver.adjoint.measure import Crossing, Extreme, Integral, Measured, SpikeTime, Voltage
+from circuits.testbench import Testbench
+from tests.circuits.solver.adjoint.differences import by_deviation, by_temperature, read
+
+R, C, V, STOP = 1e6, 1e-12, 2.0, 4e-6
+
+
+def neuron(die=NOMINAL, **stimuli):
+    block = load_block("rebound-neuron")
+    known = {s.name: s.default for s in block.stimuli}
+    bench = block.testbench(block.build(), {**known, **stimuli}, block.process.v_dd)
+    return to_kernel(bench, Silicon(block.process, 27.0, die))
+
+
+def low_pass():
+    ports = (Port("v_in", "supply"), Port("v", "analog", "out"))
+    circuit = Circuit("low_pass", ports, (Resistor("r", "v_in", "v", R), Capacitor("c", "v", "0", C)))
+    step = PiecewiseLinear((0.0, 1e-9), (0.0, V))
+    return to_kernel(Testbench("low pass", circuit, (Source("in", "v_in", step),), STOP))
+
+
+def by(found, metric, label):
+    return found.by[metric, found.labels.index(label)]
+
+
+def test_low_pass_has_the_gradients_of_its_closed_form():
+    # v = V (1 - e^(-t/RC)) from the middle of the edge on; rtol of the run is 5e-7, here 1e-8
+    at, level, tau = 1.5e-6, 1.0, R * C
+    measures = (Voltage("v", at), Crossing("v", level), Integral("v"), Extreme("v"))
+    found = gradients_of(low_pass(), measures, rtol=1e-8)
+    t = at - 0.5e-9
+    wanted = (
+        -V * t / tau**2 * math.exp(-t / tau) * R,
+        R * math.log(V / (V - level)),
+        R * V * (math.exp(-STOP / tau) * (1.0 + STOP / tau) - 1.0),
+        -V * STOP / tau**2 * math.exp(-STOP / tau) * R,
+    )
+    for k, by_c in enumerate(wanted):
+        assert by(found, k, "low_pass.c.capacitance") == pytest.approx(by_c, rel=3e-3)
+        assert by(found, k, "low_pass.r.resistance") == pytest.approx(by_c * C / R, rel=3e-3)
+    assert found.notes == ("",) * 4
+
+
+@pytest.mark.parametrize("die", [Die(), Die(number=1000), Die(number=1003)], ids=str)
+def test_spike_of_the_rebound_neuron(die):
+    machine, spike = neuron(die), SpikeTime("spike")
+    found = gradients_of(machine, (spike,))
+    total = float(np.sqrt(((found.by[0] * found.sigma)[found.sigma > 0.0] ** 2).sum()))
+    moved = np.abs(found.by[0] * found.sigma)
+    local = [k for k in np.argsort(-moved) if "process" not in found.labels[k] and moved[k] > 0.0]
+    for k in [*local[:2], local[len(local) // 2]]:
+        other = by_deviation(machine, spike, found.labels[k], 0.02 * found.sigma[k])
+        assert abs(other - found.by[0, k]) * found.sigma[k] < 0.01 * total
+
+
+def test_temperature_of_a_spike_and_of_an_operating_point():
+    machine = neuron()
+    for measure, step in ((SpikeTime("spike"), 0.01), (Voltage("v_mem"), 0.05)):
+        found = gradients_of(machine, (measure,))
+        assert by(found, 0, "temperature") == pytest.approx(by_temperature(machine, measure, step), rel=0.01)
+
+
+@pytest.mark.parametrize("name", ["membrane.mr1", "inhibition.mi5"])
+@pytest.mark.parametrize("size", ["width", "length"])
+def test_sizes_of_the_rebound_neuron(name, size):
+    # a circuit with other sizes, biases held at their voltages
+    machine, spike = neuron(Die(number=1000)), SpikeTime("spike")
+    found = gradients_of(machine, (spike,))
+    bench = machine.testbench
+    given = len(bench.sources)
+    lines = [
+        Source(n, n, Constant(float(machine.polylines[given + k][1][0])))
+        for k, n in enumerate(machine.source_names[given:])
+    ]
+    ends, owner, device = [], *name.split(".")
+    length = getattr(bench.circuit.device(name), size)
+    for step in (1e-3, -1e-3):
+        instances = tuple(
+            replace(i, parameters={**i.parameters, f"{device}.{size}": length * (1.0 + step)})
+            if i.name == owner
+            else i
+            for i in bench.circuit.instances
+        )
+        circuit = replace(bench.circuit, instances=instances)
+        moved = replace(bench, circuit=circuit, sources=(*bench.sources, *lines))
+        ends.append(read(to_kernel(moved, machine.silicon), spike))
+    wanted = (ends[0] - ends[1]) / (2e-3 * length)
+    assert by(found, 0, f"rebound_neuron.{name}.{size}") == pytest.approx(wanted, rel=0.02)
+
+
+def test_number_of_a_run_has_the_gradient_of_what_it_reads():
+    machine = neuron()
+    own = Measured("gap", lambda result: float(result.spikes["spike"][0] - 1e-3), "s")
+    found = gradients_of(machine, (own, SpikeTime("spike")))
+    np.testing.assert_allclose(found.by[0], found.by[1], rtol=1e-5, atol=1e-12)
+
+
+def test_measures_without_a_gradient_say_why():
+    machine = neuron(echo=None)
+    whole = Measured("mean", lambda result: float(result.voltage.mean()), "V")
+    found = gradients_of(machine, (SpikeTime("spike"), SpikeTime("spike", 5), whole, Voltage("v_mem", 1.0)))
+    assert np.isnan(found.by).all()
+    assert "spikes; spike comes to" in found.notes[1]
+    assert "depends on the whole run" in found.notes[2]
+    assert "the run ends at" in found.notes[3]
+    with pytest.raises(ParameterError, match="no measure"):
+        gradients_of(machine, ())
+
+
+def test_extreme_behind_an_edge_that_moves_far_has_no_gradient():
+    # the spike lasts microseconds, and comes milliseconds earlier or later on other dies
+    found = gradients_of(neuron(Die(number=1003)), (Extreme("spike"), Voltage("v_mem")))
+    assert np.isnan(found.by[0]).all()
+    assert found.notes[0].startswith("not resolved: an edge beside it")
+    assert np.isfinite(found.by[1]).all()

@@ -1,0 +1,56 @@
+"""Measures by their names, and gradients as a dataset."""
+
+import numpy as np
+import pytest
+
+from circuits.errors import ParameterError, UnknownNameError
+from circuits.lowering.kernel import to_kernel
+from circuits.solver.adjoint.gradient import gradients_of
+from circuits.solver.adjoint.measure import Crossing, Extreme, Integral, SpikeTime, Voltage
+from system.options.block import choose
+from system.study.gradient import gradients, measure_of, measures_of, shares
+
+
+@pytest.mark.parametrize(
+    ("text", "measure"),
+    [
+        ("spike_time(spike)", SpikeTime("spike")),
+        ("spike_time(line[4,1],2)", SpikeTime("line[4,1]", 2)),
+        ("voltage(v_mem)", Voltage("v_mem")),
+        ("voltage(v_mem, 5ms)", Voltage("v_mem", 5e-3)),
+        ("fall(a.b,1.5V,1)", Crossing("a.b", 1.5, rising=False, number=1)),
+        ("maximum(v)", Extreme("v")),
+        ("minimum(v,1ms,2ms)", Extreme("v", highest=False, begin=1e-3, end=2e-3)),
+        ("integral(v)", Integral("v")),
+    ],
+)
+def test_measure_of_its_name(text, measure):
+    assert measure_of(text) == measure
+
+
+@pytest.mark.parametrize("text", ["v(v)", "fall(v)", "spike_time(spike,-1)", "fall(v,1)", "maximum(v,1ms)"])
+def test_names_that_are_none(text):
+    with pytest.raises(ParameterError, match="metric"):
+        measure_of(text)
+
+
+def test_metrics_of_a_block():
+    choice = choose("rebound-neuron")
+    assert [m.name for m in measures_of(choice, ("t_inh_s", "spike_time(spike)"))] == [
+        "t_inh_s",
+        "spike_time(spike,0)",
+    ]
+    with pytest.raises(ParameterError, match="best_delay, is no number of one run"):
+        measures_of(choice, ("best_delay",))
+    with pytest.raises(UnknownNameError, match="t_in"):
+        measures_of(choice, ("t_in",))
+
+
+def test_dataset_has_what_a_run_backwards_found():
+    choice = choose("rebound-neuron")
+    data = gradients(choice.testbench(), ["voltage(v_mem)"], choice.silicon)
+    found = gradients_of(to_kernel(choice.testbench(), choice.silicon), (Voltage("v_mem"),))
+    np.testing.assert_array_equal(data.gradient[0], found.by[0])
+    assert float(data.spread[0]) == pytest.approx(float(found.spread[0]))
+    assert sum(shares(found).values()) == pytest.approx(1.0)
+    assert data.parameter_unit.sel(parameter="temperature").item() == "degC"
