@@ -103,15 +103,15 @@ def _numbers(found: Extraction) -> Iterator[dict[str, Any]]:
 
 
 def _print(found: Extraction, output: str) -> None:
-    header = ("device", "size (um)", "sizes", "median:", "worst:", "where")
+    header = ("device", "size (um)", "sizes", "median:", "worst:", "where", "drain:")
     rows = []
     for each in _distances(found):
         size = "all" if each["width_um"] is None else f"{each['width_um']:.3g} by {each['length_um']:.3g}"
         rows.append((
             f"{each['polarity']}FET", size, each["role"], f"{100 * each['median']:.1f} %",
             f"{100 * each['worst']:+.0f} %",
-            f"{each['worst_A']:.2g} A at {each['worst_temperature_C']:g} degC,"
-            f" v_d {each['worst_drain_V']:.3g} V",
+            f"{each['worst_A']:.2g} A at {each['worst_temperature_C']:g} degC",
+            f"{each['worst_drain_V']:.3g} V",
         ))  # fmt: skip
     print_table(f"{found.process.name}: drain current off, {RANGE[0]:g} to {RANGE[1]:g} A", header, rows)
     for polarity in POLARITIES:
