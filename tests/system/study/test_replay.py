@@ -103,7 +103,9 @@ def test_a_replay_runs_what_the_study_measured(classes: Path, capsys: pytest.Cap
             assert (stimuli["call"], stimuli["echo"]) == (None, 1.0)
         assert bool(spikes) == (word != "never")
         seen.add(word)
-    assert {"works", "call-alone"} <= seen
+        if {"works", "call-alone"} <= seen:
+            return
+    pytest.fail(f"only {seen} among the dies")
 
 
 def test_a_replay_of_the_testbench_has_the_study_s_stimuli(
