@@ -107,6 +107,14 @@ def _tail(d: DieDevices, c: F64, off: F64, drawn: F64, emptied: F64) -> F64:
     Until it is I_rfr2 v_ref stays at the supply, and what comes later is drawn too. c: of the gate, F, times
     the mirror's ratio.
     """
-    held = c * d.u_t / d.fet["reset.mk1"].kappa / drawn
+    return let_go(c * d.u_t / d.fet["reset.mk1"].kappa / drawn, off, drawn, emptied)
+
+
+def let_go(held: F64, off: F64, drawn: F64, emptied: F64) -> F64:
+    """Return for how long what a gate holds still fills C_ref after it was let go, s.
+
+    held: its charge an e-fold of the current, over what is drawn, s; off: the current that stays, A; drawn:
+    what empties C_ref, A; emptied: the time that this takes, s; float64[n] each.
+    """
     later = np.minimum(-np.log(-np.expm1(-off / drawn)), np.log1p(emptied / held))
     return np.asarray(held * (1.0 + later))

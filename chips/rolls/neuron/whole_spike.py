@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from chips.rolls.lumped.whole import amplifier, coupling, diode, points_of, rows_of, series
-from chips.rolls.neuron.spike import FASTER, START, Spikes, moving
+from chips.rolls.neuron.spike import FASTER, START, Spikes, let_go, moving
 from chips.rolls.neuron.spike_loop import spikes_of
 from chips.rolls.neuron.whole_spike_nodes import WholeSpike
 from circuits.arrays import F64
@@ -94,6 +94,4 @@ def _emptied(d: DieDevices, c: F64, between: tuple[F64, F64], let_go: F64) -> F6
 def _tail(d: DieDevices, c: float, off: F64, drawn: F64, emptied: F64) -> F64:
     """Time for which mk1's gate, let go, still fills C_ref, s; as in `chips.rolls.neuron.spike`."""
     gate = d.gate_for("reset.mk1", drawn)
-    held = c * d.u_t / coupling(d, "reset.mk1", gate) / drawn
-    later = np.minimum(-np.log(-np.expm1(-off / drawn)), np.log1p(emptied / held))
-    return np.asarray(held * (1.0 + later))
+    return let_go(c * d.u_t / coupling(d, "reset.mk1", gate) / drawn, off, drawn, emptied)
