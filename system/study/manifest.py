@@ -133,6 +133,11 @@ def describe(study: Study, command: Sequence[str] = ()) -> dict[str, Any]:
 
     command: words of the command that asked for the study.
     """
+    if not isinstance(study.subject.target, str):
+        kind = type(study.subject.target).__name__
+        raise ParameterError(
+            f"target: of type {kind}, which a manifest cannot have; keep no folder, or name a file of it"
+        )
     return _plain(
         _Manifest(
             FORMAT,
@@ -227,6 +232,8 @@ def _read(folder: Path) -> _Manifest:
     # a dataclass takes fields that it does not know, and drops them
     for name, _, _ in _differences(_plain(found), from_json(data, dict, str(path), _REMEDY)):
         raise DataError(f"{path}: broken: {name}: no study has that; {_REMEDY}")
+    if not isinstance(found.subject.target, str):
+        raise DataError(f"{path}: broken: subject.target: must be text; {_REMEDY}")
     try:
         found.study()
     except ParameterError as error:

@@ -3,9 +3,9 @@
 A metric is a number that is measured on every die. There are four kinds. A registered metric
 (`circuits.registry`) belongs to the circuits that it names. What a block's testbench measures is read from
 one run of that testbench, and so is a measure, an expression (`system.study.measure`). A user's own metric is
-a function, named `MODULE:FUNCTION`: it takes the machine of the testbench on a die and returns a number, NaN
-where the metric is not defined. If it is annotated to return a `bool`, its mean is told as a share of the
-dies.
+a function, named `MODULE:FUNCTION` or `FILE.py:FUNCTION`: it takes the machine of the testbench on a die and
+returns a number, NaN where the metric is not defined. If it is annotated to return a `bool`, its mean is told
+as a share of the dies.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.units import unit_of_name
 from system.options.block import Choice
+from system.options.code import code_of, load_code
 from system.study.measure import is_measure, measure_metrics, measure_name
 
 MEASURED = "measured"
@@ -177,7 +178,8 @@ def _loaded(name: str) -> Callable[[Machine], float]:
     """
     sys.path.insert(0, "")
     try:
-        function: Callable[[Machine], float] = loaded(name)
+        code = code_of(name)
+        function: Callable[[Machine], float] = loaded(name) if code is None else load_code(code)
     except Exception as error:  # noqa: BLE001 - a module may raise anything
         told = " ".join(str(error).split()) or type(error).__name__
         raise ParameterError(f"metric: {name}, {told}; give MODULE:FUNCTION of a machine") from None

@@ -59,7 +59,8 @@ class Subject:
     Attributes
     ----------
     target
-        Name of a block, a chip or a system, or a file of the user's (`system.options.target`).
+        Name of a block, a chip or a system, or a file of the user's (`system.options.target`). In Python also
+        an object as it names: a circuit, a testbench, a block; such a study is not kept in a folder.
     metrics
         Names of what is measured.
     params, biases, bias_set, bias_kind, stimuli
@@ -76,7 +77,7 @@ class Subject:
         What solves a block's testbench.
     """
 
-    target: str
+    target: Any
     metrics: tuple[str, ...]
     params: tuple[str, ...] = ()
     biases: tuple[str, ...] = ()
@@ -180,11 +181,31 @@ def _opened(text: str) -> Target:
     return _open(_read_subject(text))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Same:
+    """An object that is another's equal where both are one."""
+
+    it: object
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and other.it is self.it
+
+    def __hash__(self) -> int:
+        return id(self.it)
+
+
+@lru_cache(maxsize=8)
+def _opened_object(same: _Same, text: str) -> Target:
+    return _open(replace(_read_subject(text), target=same.it))
+
+
 def open_target(subject: Subject) -> Target:
     """Give the target of a subject; each process makes it once and keeps it.
 
     Raises `UnknownNameError` and `ParameterError` naming the option that is wrong.
     """
+    if not isinstance(subject.target, str):
+        return _opened_object(_Same(subject.target), _write_subject(replace(subject, target="")))
     return _opened(_write_subject(hashed(subject)))
 
 
@@ -205,7 +226,7 @@ def _read_subject(text: str) -> Subject:
 
 
 def _open(subject: Subject) -> Target:
-    if subject.target in SYSTEMS or subject.target in system_names():
+    if isinstance(subject.target, str) and subject.target in {*SYSTEMS, *system_names()}:
         return SystemTarget(subject)
     return BlockTarget(subject)
 

@@ -5,10 +5,19 @@ from pathlib import Path
 
 import pytest
 
+from circuits.circuit import Circuit, Port
+from circuits.devices import Resistor, Source, Transistor
+from circuits.devices.source import Constant
 from circuits.errors import CircuitError
+from circuits.testbench import Testbench
 from system.cli.command_line import main
-from system.study.manifest import FILE, read_study
+from system.options.silicon import SiliconChoice
+from system.study.engine import on_threads, run_study
+from system.study.manifest import FILE, Study, read_study
+from system.study.plan import Plan
 from system.study.replay import die_of
+from system.study.table import Condition
+from system.study.target import Subject, open_target
 from tests.refusals import command_refusals
 from tests.system.options.mine import FOLLOWER
 
@@ -96,3 +105,29 @@ test_code_that_is_not_the_study_s_is_refused = command_refusals(
 def _in_a_folder_with_a_study(request: pytest.FixtureRequest) -> None:
     if "arguments" in request.fixturenames:
         request.getfixturevalue("folder")
+
+
+def test_an_object_is_studied_without_a_folder(tmp_path: Path) -> None:
+    diode = Transistor("m", "n", "v", "v", "0", "0", 6e-6, 3e-6)
+    circuit = Circuit("diode", (Port("a", "supply"),), (Resistor("r", "a", "v", 1e6), diode))
+    bench = Testbench("diode", circuit, (Source("a", "a", Constant(5.0)),), 1e-6)
+    subject = Subject(bench, ("v_last_V",), silicon=SiliconChoice())
+    study = Study(subject, Plan("random", 0, 1000, 3), (Condition("random", 27.0, 0),), 2)
+    assert open_target(subject) is open_target(subject)
+    with on_threads(1) as workers:
+        values = run_study(study, workers=workers).table.values
+        assert values == pytest.approx(0.9, abs=0.2)
+        assert len(set(values.ravel())) == 3
+        with pytest.raises(CircuitError, match="target: of type Testbench, which a manifest cannot have"):
+            run_study(study, tmp_path / "study", workers=workers)
+    assert not (tmp_path / "study").exists()
+
+
+def test_a_metric_is_a_function_of_a_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "from circuits.solver.operating_point import operating_point\n\n\n"
+    Path("mine_metric.py").write_text(
+        text + "def rest(machine):\n    return operating_point(machine)['v_out']\n"
+    )
+    words = "montecarlo mine.py:follower --samples 2 --threads 1 --metric mine_metric.py:rest --json"
+    assert main(words.split()) == 0
+    assert "rest" in capsys.readouterr().out
