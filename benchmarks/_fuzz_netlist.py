@@ -86,7 +86,9 @@ LINES = (
     ".model nch nmos (level=8)", ".tran 0 0",
     "vz 1 0 pulse(0 1 0 1n 1n 1n 2n)", "vy 1 0 sin(0 1 1e30)", "vx 1 0 pwl(0 0 0 1)", ".ic v(nowhere)=1",
     "x1 x2 x3", "= = =", "{", "}", "'", '"', "()", "r99 in 0 1k", "c99 out 0 1p", "* a comment",
-    "r=1k", "c=1p", "g=1", "i a=1", ".step param w0 1u 2u 1u", ".options scale=1u",
+    "r=1k", "c=1p", "g=1", "i a=1", ".func f(x) {f(x)}", ".func g(x) {g2(x)+g2(x)}", ".elseif (1)", ".else",
+    ".lib typical", ".endl", "vw 2 3 0", "e1 1 0 2 0 2", "d1 1 2 nch", ".param a(x)={x}",
+    ".step param w0 1u 2u 1u", ".options scale=1u",
 )  # fmt: skip
 
 

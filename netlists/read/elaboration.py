@@ -25,6 +25,7 @@ from netlists.read.element import Context, read_element
 from netlists.read.expression.scope import Scope
 from netlists.read.limits import Limits
 from netlists.read.note import Notes
+from netlists.read.number import read_number
 from netlists.read.text.name import circuit_name, is_ground, original_name
 from netlists.read.text.section import Deck, Section, duplicate
 from netlists.read.waveform import Span, negated, read_waveform, vertex_count
@@ -94,6 +95,7 @@ class Elaboration:
     expanded: dict[bool, int] = field(default_factory=lambda: {False: 0, True: 0})
     vertices: int = 0
     models: set[Card] = field(default_factory=set)  # that transistors use
+    moved: dict[str, None] = field(default_factory=dict)  # sources with an AC value, in order
     turned: set[str] = field(default_factory=set)  # sources that the circuit sees from their other end
 
     def top(self) -> Top:
@@ -305,6 +307,8 @@ class Elaboration:
         waveform = read_waveform(card, words[2:], context.scope, left, self.notes)
         self.vertices += vertex_count(waveform)
         own = circuit_name(name)
+        if _has_ac(words[2:]):
+            self.moved[own] = None
         if name[0] == "v":
             if (plus == GROUND) == (minus == GROUND):
                 raise card.foreign(f"{shown(name)}: no end at ground, or both; tie one to 0")
@@ -320,6 +324,14 @@ class Elaboration:
                 self.turned.add(own)
             return [Source(own, *ends[0], "current")]
         return [Source(f"{own}[{k}]", n, w, "current") for k, (n, w) in enumerate(ends)]
+
+
+def _has_ac(words: list[str]) -> bool:
+    """Whether the words of a source give it an AC value other than 0."""
+    if "ac" not in words:
+        return False
+    after = words[words.index("ac") + 1 :]
+    return not after or read_number(after[0]) != 0.0
 
 
 def _lift(card: Card, part: Part, name: str, connected: dict[str, str], contents: _Contents) -> None:

@@ -59,7 +59,7 @@ def foreign_element(card: Card, section: Section, used: set[Card]) -> ForeignErr
 
     Raises `DataError` for one that ngspice cannot have either.
     """
-    name, *words = element_words(card)
+    name, *words = element_words(card) or [card.text.lower()]
     letter = name[0]
     kind = KINDS.get(letter)
     if kind is None:

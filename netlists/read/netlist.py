@@ -70,6 +70,8 @@ class Imported:
         Measures that it asks for, as expressions of `circuits.measure`.
     turned
         Sources whose sign is turned, since the circuit has them from ground to a node.
+    moved
+        Sources with an AC value, in the order of their cards.
     """
 
     testbench: Testbench
@@ -86,6 +88,7 @@ class Imported:
     foreign: tuple[Foreign, ...] = ()
     measures: tuple[Measured, ...] = ()
     turned: frozenset[str] = frozenset()
+    moved: tuple[str, ...] = ()
 
     @property
     def circuit(self) -> Circuit:
@@ -184,6 +187,7 @@ def _read(
         foreign=notes.foreign(),
         measures=tuple(controls.measures),
         turned=frozenset(elaboration.turned),
+        moved=tuple(elaboration.moved),
     )
 
 

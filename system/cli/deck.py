@@ -22,7 +22,7 @@ from circuits.testbench import Testbench
 from netlists.ngspice.deck import Ran, run_deck
 from netlists.ngspice.run import Waveforms
 from netlists.read import Imported, read_netlist
-from netlists.read.analysis import Sweep
+from netlists.read.analysis import NoiseSpectrum, SmallSignals, Sweep
 from netlists.read.foreign import REMEDY
 from netlists.read.text.name import circuit_name
 from system.cli.block_choice import choose_block
@@ -84,6 +84,32 @@ def op_deck(asked: Op) -> None:
     """Solve a deck's operating point in ngspice as it stands."""
     found = _as_it_stands(asked.block, "op", None, None)
     _tell(asked.block, asked.engine, found, asked.csv, as_json=asked.as_json)
+
+
+def with_own_spectrum(asked: Simulate) -> Simulate:
+    """What is asked for of small signals or noise; a deck's own `.ac` or `.noise` says the rest."""
+    deck = deck_of(asked.block)
+    if deck is None or asked.analysis not in {"ac", "noise"}:
+        return asked
+    with implausible_allowed(asked.silicon.allow_implausible):
+        found = read_netlist(deck.path)
+    kind = SmallSignals if asked.analysis == "ac" else NoiseSpectrum
+    card = next((a for a in found.analyses if isinstance(a, kind)), None)
+    source, node = asked.source, asked.node
+    if isinstance(card, NoiseSpectrum):
+        source, node = source or circuit_name(card.source), node or (circuit_name(card.output),)
+    elif found.moved:
+        source = source or found.moved[0]
+    spectrum = card.spectrum if isinstance(card, NoiseSpectrum) else card
+    given = replace(asked, source=source, node=node)
+    if spectrum is None or spectrum.scale != "dec" or spectrum.low == 0.0:
+        return given
+    return replace(
+        given,
+        low=asked.low or f"{spectrum.low!r}Hz",
+        high=asked.high or f"{spectrum.high!r}Hz",
+        points=asked.points or spectrum.points,
+    )
 
 
 def _ran(analysis: str) -> Ran:

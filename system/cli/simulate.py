@@ -21,7 +21,7 @@ from netlists.ngspice.raw import write_raw
 from system.cli.beginning_output import told, told_lines
 from system.cli.block_choice import choose_block
 from system.cli.deadline import deadline_of
-from system.cli.deck import is_foreign, refuse_foreign, simulate_deck
+from system.cli.deck import is_foreign, refuse_foreign, simulate_deck, with_own_spectrum
 from system.cli.measure_output import measured_document
 from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
 from system.cli.simulate_verb import Simulate, check_options
@@ -49,7 +49,7 @@ def simulate_command(asked: Simulate) -> None:
         return
     refuse_foreign(asked.block)
     if asked.analysis != "tran":
-        loaded(_COMMANDS[asked.analysis])(asked)
+        loaded(_COMMANDS[asked.analysis])(with_own_spectrum(asked))
         return
     check_picture(asked.plot)
     if asked.begin.begin == "at_rest" and asked.engine != "native":

@@ -111,6 +111,10 @@ class Functions:
         if name in self.open:
             raise ExpressionError(f"{name[:40]}(): a function that calls itself; break the cycle")
         if name not in self.parsed:
+            if len(self.open) == limits.expression_depth:
+                raise ExpressionError(
+                    f"more than {limits.expression_depth} functions in one another; shorten it"
+                )
             self.open.append(name)
             try:
                 parser = _Parser(_tokens(bare(self.known[name].text)), limits, self)

@@ -28,7 +28,7 @@ from netlists.read.expression.arithmetic import Function
 from netlists.read.expression.scope import Condition
 from netlists.read.note import Notes
 
-_NESTING = 16  # sections inside sections
+_NESTING = 16  # sections inside sections, and .if inside .if
 _BRANCHES = {".if", ".elseif", ".else", ".endif"}
 _ASSIGNED = re.compile(r"(?P<name>[^\s=,()]+)\s*=(?!=)")
 _EQUAL = re.compile(r"(?<![<>=!])=(?!=)")  # which in a condition compares
@@ -221,6 +221,8 @@ def declare(deck: Deck, here: Section, card: Card, notes: Notes) -> None:
 def _branch(branches: list[Conditions], card: Card, word: str) -> None:
     """Open, turn or close an `.if`."""
     if word == ".if":
+        if len(branches) == _NESTING:
+            raise card.error(f".if: deeper than {_NESTING}, the limit; join the conditions")
         branches.append((_condition(card),))
         return
     if not branches:

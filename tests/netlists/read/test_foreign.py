@@ -78,6 +78,7 @@ test_what_ngspice_cannot_have_either_is_refused = refusals(
         ("t\nq1 c b 0 q", "netlist:2: q1: model q: unknown; add its .model card of type npn or pnp"),
         ("t\n.model q d\nq1 c b 0 q", "netlist:3: q1: model q: type d, must be npn or pnp"),
         ("t\nd1 a 0", "netlist:2: d1: 2 words, a diode has more"),
+        ("t\n, ,\nr1 a 0 1", "netlist:2: "),
         ("t\nhello world", "netlist:2: hello: 1 words, a voltage source that a current controls has more"),
         ("t\na1 [a b] c gate", "netlist:2: a1: model gate: unknown"),
         ("t\nm1 d g s none", "netlist:2: m1: 4 words, must be 4 nodes and a model"),

@@ -150,3 +150,19 @@ def test_a_deck_of_ours_runs_on_the_silicon_that_its_notes_are_of(
     assert main(["op", path, "--die", "1004", "--temperature", "50", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["die"], found["temperature_C"]) == (1004, 50.0)
+
+
+def test_small_signals_and_noise_are_those_of_the_deck(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "low.cir"
+    text = "a low-pass\nv0 q 0 1\nvin in 0 dc 1 ac 1\nr1 in out 1meg\nr2 out q 1g\nc1 out 0 1p\n"
+    path.write_text(text + ".ac dec 5 100 100meg\n.noise v(out) vin dec 5 1 1meg\n")
+    assert main(["simulate", str(path), "--analysis", "ac", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["source"], found["frequency_Hz"][0], found["frequency_Hz"][-1]) == ("vin", 100.0, 100e6)
+    assert len(found["frequency_Hz"]) == 31
+    assert main(["simulate", str(path), "--analysis", "ac", "--from", "1kHz", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["frequency_Hz"][0] == 1e3
+    assert main(["simulate", str(path), "--analysis", "noise", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["source"] == "vin"

@@ -57,9 +57,12 @@ def test_functions_that_call_themselves_or_each_other_too_often_are_refused() ->
     loop = Functions({"f": Function(("x",), "g(x)"), "g": Function(("x",), "f(x)")})
     with pytest.raises(ExpressionError, match="calls itself"):
         parse("f(1)", functions=loop)
-    tower = {f"f{k}": Function(("x",), f"f{k + 1}(x) + f{k + 1}(x)") for k in range(40)}
+    chain = {f"f{k}": Function(("x",), f"f{k + 1}(x)") for k in range(300)}
+    with pytest.raises(ExpressionError, match="more than 32 functions in one another"):
+        parse("f0(1)", functions=Functions(chain))
+    tower = {f"f{k}": Function(("x",), f"f{k + 1}(x) + f{k + 1}(x)") for k in range(20)}
     with pytest.raises(ExpressionError, match="more than 1000 calls"):
-        parse("f0(1)", functions=Functions({**tower, "f40": Function(("x",), "x")}))
+        parse("f0(1)", functions=Functions({**tower, "f20": Function(("x",), "x")}))
 
 
 test_refused = refusals(

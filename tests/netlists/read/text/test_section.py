@@ -73,6 +73,7 @@ test_refused = refusals(
         (".model n nmos\n.model n pmos", "duplicate name, also at netlist:2"),
         (".if (1)", ".if without .endif"),
         (".endif", ".endif without .if"),
+        (".if (1)\n" * 17, "netlist:18: .if: deeper than 16, the limit"),
         (".if", "no condition"),
         ("\n".join(f".subckt s{k} a" for k in range(17)), "deeper than 16 sub-circuits, the limit"),
     ],
