@@ -31,8 +31,7 @@ from circuits.api import (
     sweep,
     to_kernel,
 )
-from circuits.solver.sweep.continuation import trace
-from circuits.solver.sweep.direct_current import with_source
+from circuits.solver.sweep.continuation import trace, with_source
 from netlists.ngspice.sweep import solve_line
 
 POINTS = 1000
@@ -78,7 +77,7 @@ def rows(celsius: float, repeats: int) -> Iterator[Row]:
     theirs = least(lambda: solve_line(machine, plus, values, None, None), repeats)
     two = least(lambda: solve_line(machine, plus, values[:2], None, None), repeats)
     line = solve_line(machine, plus, values, None, None)
-    apart = np.abs(trace(machine, plus, values, first)[0][:, machine.column] - line.voltage).max()
+    apart = np.abs(trace(machine, plus, values, first)[:, machine.column] - line.voltage).max()
     said = f"largest difference {1e6 * apart:.2f} uV, at most {1e6 * CONVERGED:g}"
     met = 1.0 if apart <= CONVERGED else 0.0  # what is not converged counts for nothing
     for name, one, other, claim in (

@@ -10,11 +10,10 @@ import numpy as np
 from circuits.arrays import F64, Bools
 from circuits.errors import SolverError
 from circuits.lowering.kernel import Machine
-from circuits.measure.current import static_currents
+from circuits.measure.current import current_names, static_currents
 from circuits.solver.operating_point import OperatingPoint, operating_point, solve_near
 from circuits.solver.outcome import Outcome
-from circuits.solver.sweep.continuation import are_stable, trace
-from circuits.solver.sweep.direct_current import with_source
+from circuits.solver.sweep.continuation import are_stable, trace, with_source
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,13 +47,12 @@ def solve_line(
     """Solve for operating points along a source with the native solver; parameters as of `Solve`."""
     here = machine if source is None else with_source(machine, source, float(values[0]))
     first = _first(here, near, start)
-    if first is None:
-        found, count = np.empty((0, machine.kernel.columns)), 0
-    elif source is None:
-        found, count = first.voltage[None], 1
+    v = None if first is None else first.voltage
+    if source is not None:
+        found = trace(machine, source, values, v)
     else:
-        found, count = trace(machine, source, values, first.voltage)
-    return _line(machine, found[:count], values, _failure(machine, source, values, count))
+        found = np.full((1, machine.kernel.columns), np.nan) if v is None else v[None]
+    return _line(machine, source, values, found)
 
 
 def _first(machine: Machine, near: F64 | None, start: Mapping[str, float] | None) -> OperatingPoint | None:
@@ -68,26 +66,27 @@ def _first(machine: Machine, near: F64 | None, start: Mapping[str, float] | None
         return None
 
 
-def _failure(machine: Machine, source: int | None, values: F64, count: int) -> str:
-    if count == values.size:
-        return ""
-    at = ""
+def _failure(machine: Machine, source: int | None, missing: F64) -> str:
+    """What has no operating point: the first of the values of the source, and how many more."""
+    at = machine.testbench.title
     if source is not None:
         unit = "V" if machine.source_quantities[source] == "voltage" else "A"
-        at = f".{machine.source_names[source]}: {values[count]:g} {unit}"
-    return f"{machine.testbench.title}{at}: {Outcome.NO_OPERATING_POINT.value}"
+        more = f" and {missing.size - 1} more" if missing.size > 1 else ""
+        at += f".{machine.source_names[source]}: {missing[0]:g} {unit}{more}"
+    return f"{at}: {Outcome.NO_OPERATING_POINT.value}"
 
 
-def _line(machine: Machine, found: F64, values: F64, failure: str) -> Line:
-    missing = values.size - len(found)
-    voltage = np.pad(found[:, machine.column], ((0, missing), (0, 0)), constant_values=np.nan)
-    currents = {
-        name: np.pad(current, (0, missing), constant_values=np.nan)
-        for name, current in static_currents(machine, found).items()
-    }
-    stable = np.pad(are_stable(machine, found), (0, missing), constant_values=False)
-    ends = found[0] if len(found) else None, found[-1] if len(found) and not missing else None
-    return Line(voltage, currents, stable, ends, failure)
+def _line(machine: Machine, source: int | None, values: F64, found: F64) -> Line:
+    solved: Bools = np.asarray(np.isfinite(found).all(axis=1))
+    there = found[solved]
+    currents = {name: np.full(len(found), np.nan) for name in current_names(machine)}
+    for name, current in static_currents(machine, there).items():
+        currents[name][solved] = current
+    stable = np.zeros(len(found), np.bool_)
+    stable[solved] = are_stable(machine, there)
+    failure = "" if solved.all() else _failure(machine, source, values[~solved])
+    ends = (found[k] if solved[k] else None for k in (0, -1))
+    return Line(found[:, machine.column], currents, stable, (next(ends), next(ends)), failure)
 
 
 def joined(lines: Sequence[Line]) -> Line:

@@ -23,7 +23,7 @@ from circuits.measure.measure import Measure, Reading, read_measures
 from circuits.measure.scope import Scope, TableRecord, TransientRecord, scope_of
 from circuits.measure.unit import unit_named
 from circuits.silicon.silicon import Silicon
-from circuits.solver.sweep.direct_current import with_source
+from circuits.solver.sweep.continuation import with_source
 from circuits.solver.transient import simulate
 from circuits.sweep.axis import Axis, Way, axes_of
 from circuits.sweep.dataset import measures_dataset, points_dataset
@@ -82,8 +82,8 @@ def sweep(
     target
         A testbench, or a function that makes one of its parameters.
     over
-        Values by name, the innermost first: of a source (V or A), a bias port's included, of `temperature`
-        (degC), `die` or `corner`, or of a parameter of the function.
+        Values, float64[N], by name, the innermost first: of a source (V or A), a bias port's included, of
+        `temperature` (degC), of a parameter of the function; whole numbers of `die`, words of `corner`.
     silicon
         The nominal process at 27 degC unless given.
     measures

@@ -16,8 +16,7 @@ from circuits.circuit import GROUND
 from circuits.devices.source import Constant, Source
 from circuits.errors import SimulatorError
 from circuits.lowering.kernel import Machine, complete_sources
-from circuits.solver.sweep.continuation import are_stable
-from circuits.solver.sweep.direct_current import with_source
+from circuits.solver.sweep.continuation import are_stable, with_source
 from circuits.sweep.line import Line
 from circuits.testbench import Testbench
 from netlists.dialects.ngspice import format_testbench

@@ -42,7 +42,13 @@ class Kind:
 
 
 KINDS = (
-    Kind("blocks", block_names, block_line, "show, op, simulate, export, montecarlo, centre NAME", BLOCKS),
+    Kind(
+        "blocks",
+        block_names,
+        block_line,
+        "show, op, sweep, simulate, export, montecarlo, centre NAME",
+        BLOCKS,
+    ),
     Kind("chips", chip_names, chip_line, "show, simulate, export NAME; a block's place: --at NAME/PART[0]"),
     Kind("calibrations", calibration_names, calibration_line, "calibrate NAME --die K -o FILE"),
     Kind("systems", system_names, system_line, "run, montecarlo NAME; options: run NAME --help"),

@@ -7,10 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from circuits.measure.measure import Reading
+from circuits.measure.scope import TransientRecord
+from circuits.measure.unit import value_text
+from circuits.solver.transient import Result
 from circuits.units import parse_quantity
 from system.cli.beginning_output import told, told_lines
 from system.cli.deadline import deadline_of
 from system.cli.exit_status import DONE, NO
+from system.cli.measure_output import measured_document
 from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
 from system.cli.simulate import engine_named, print_stimuli, write_run
 from system.cli.study_verbs import Replay
@@ -18,6 +23,7 @@ from system.notice import say
 from system.options.block import Choice, describe_die
 from system.options.temperature import temperature_text
 from system.plot import check_picture, save_picture
+from system.study.measure import is_measure, measures_of
 from system.study.replay import Replay as Sample
 from system.study.replay import replay
 from system.study.table import FAILED
@@ -43,7 +49,7 @@ def replay_command(asked: Replay) -> int:
             choice, extra = None, {}
         else:
             choice = found.choice()
-            extra = _waveforms(asked, choice, deadline_s)
+            extra = _waveforms(asked, found, choice, deadline_s)
     if asked.as_json:
         print_json(_document(found) | extra)
     else:
@@ -65,7 +71,14 @@ def _draw_run(found: Sample, system: SystemTarget, plot: str | None) -> None:
         save_picture(plot, lambda figure: system.draw(trace, figure))
 
 
-def _waveforms(asked: Replay, choice: Choice, deadline_s: float) -> dict[str, Any]:
+def _readings(found: Sample, choice: Choice, result: Result) -> list[Reading]:
+    """The study's measures in a run of the testbench, whichever engine it is by."""
+    texts = [name for name in found.study.subject.metrics if is_measure(name)]
+    record = TransientRecord(result)
+    return [each.of(record) for each in measures_of(choice, texts)]
+
+
+def _waveforms(asked: Replay, found: Sample, choice: Choice, deadline_s: float) -> dict[str, Any]:
     result = engine_named(asked.engine, None, deadline_s)(choice.testbench(), choice.silicon)
     write_run(asked, choice, result)
     return {
@@ -74,6 +87,7 @@ def _waveforms(asked: Replay, choice: Choice, deadline_s: float) -> dict[str, An
         "testbench_outcome": choice.block.outcome(result),
         "spikes_s": {port: times.tolist() for port, times in result.spikes.items()},
         "measures": plain(choice.block.measured(result)),
+        "measured": [measured_document(each) for each in _readings(found, choice, result)],
         **told(result),
         "told": told_lines(result),
     }
@@ -120,6 +134,9 @@ def _print(found: Sample, choice: Choice | None, extra: dict[str, Any]) -> None:
         print_stimuli(choice)
     for port, times in extra.get("spikes_s", {}).items():
         print_line(f"{port}, {extra['engine']}: {' '.join(f'{t:.9g} s' for t in times) or 'no spike'}")
+    for each in extra.get("measured", ()):
+        said = each["reason"] or value_text(each["value"], each["unit"])
+        print_line(f"{each['name']}, {extra['engine']}: {said}")
     for line in extra.get("told", ()):
         print_line(line)
 

@@ -240,7 +240,7 @@ def _print(found: _Found) -> None:
         if unstable:
             print_line(f"{unstable} points are not stable: a real circuit leaves them")
     for failure in data.attrs["failures"][:_SHOWN]:
-        print_line(f"no solution from here on: {failure}")
+        print_line(f"no solution: {failure}")
 
 
 def _place(choice: Choice, swept: Sequence[Swept]) -> str:

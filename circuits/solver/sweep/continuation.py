@@ -8,15 +8,19 @@ the switching of a latch) is left by the circuit's own dynamics, as on a bench.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from circuits.arrays import F64, Bools
 from circuits.compiled import compiled
+from circuits.devices.source import vertices
+from circuits.errors import SolverError
 from circuits.lowering.factor import factor_and_solve
 from circuits.lowering.kernel import Kernel, Machine
 from circuits.solver.modes import ROUNDING, all_natural_rates
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, set_base
-from circuits.solver.operating_point import FAR, rest_state, settled, write_dense
+from circuits.solver.operating_point import FAR, operating_point, rest_state, settled, write_dense
 
 _ITERATIONS = 12
 _LAST_UPDATE = 1e-9  # V, of a solve that has converged, as of an operating point
@@ -26,8 +30,11 @@ _STRAYED = 0.1  # V, ours: correction beyond the tangent above which a step is h
 _LEAST = 2.0**-24  # share of the distance between two points below which a branch has ended; ours
 
 
-def trace(machine: Machine, position: int, values: F64, v: F64) -> tuple[F64, int]:
+def trace(machine: Machine, position: int, values: F64, v: F64 | None) -> F64:
     """Follow a branch over the values of a source.
+
+    Where the branch ends and the dynamics lead to no rest state, one is looked for anew, and the branch that
+    it is on is followed.
 
     Parameters
     ----------
@@ -38,16 +45,41 @@ def trace(machine: Machine, position: int, values: F64, v: F64) -> tuple[F64, in
     values
         Values of the source, float64[N], V or A.
     v
-        An operating point of the circuit at the first value, float64[columns], V; not changed.
+        An operating point of the circuit at the first value, float64[columns], V; not changed. None where
+        none is known.
 
     Returns
     -------
-    The vectors of voltages, float64[N, columns], V, and how many of them were found.
+    The vectors of voltages, float64[N, columns], V; NaN where there is no operating point.
     """
     k = machine.kernel
-    found = np.empty((values.size, k.columns))
-    count = _follow(k, v.copy(), k.unknowns + position, values, allocate(k), found)
-    return found, int(count)
+    found, w, column = np.empty((values.size, k.columns)), allocate(k), k.unknowns + position
+    count = 0
+    while count < values.size:
+        if v is None:
+            v = _anew(machine, position, float(values[count]))
+        if v is None:
+            found[count] = np.nan
+            count += 1
+        else:
+            count += int(_follow(k, v.copy(), column, values[count:], w, found[count:]))
+            v = None
+    return found
+
+
+def _anew(machine: Machine, position: int, value: float) -> F64 | None:
+    """An operating point at a value of a source that no branch leads to; None where there is none."""
+    try:
+        return operating_point(with_source(machine, position, value)).voltage
+    except SolverError:
+        return None
+
+
+def with_source(machine: Machine, position: int, value: float) -> Machine:
+    """Hold one source of a machine, by its number, at a value, V or A."""
+    lines = list(machine.polylines)
+    lines[position] = vertices(machine.source_names[position], (0.0,), (value,))
+    return replace(machine, polylines=tuple(lines))
 
 
 def are_stable(machine: Machine, v: F64) -> Bools:

@@ -8,18 +8,17 @@ up and one down show hysteresis.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from circuits.arrays import F64, Bools
-from circuits.devices.source import vertices
 from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.outcome import Outcome
-from circuits.solver.sweep.continuation import are_stable, trace
+from circuits.solver.sweep.continuation import are_stable, trace, with_source
 from circuits.testbench import Testbench
 
 
@@ -99,11 +98,12 @@ def dc_sweep(
         raise ParameterError(f"{source}: values of a sweep must be numbers, at least one")
     position = machine.source_names.index(source)
     first = _first(with_source(machine, position, float(swept[0])), start)
-    found, count = (np.empty(0), 0) if first is None else trace(machine, position, swept, first.voltage)
-    if count < swept.size:
+    found = np.full((1, 1), np.nan) if first is None else trace(machine, position, swept, first.voltage)
+    missing = np.isnan(found).any(axis=1)
+    if missing.any():
         unit = "V" if machine.source_quantities[position] == "voltage" else "A"
         raise SolverError(
-            f"{machine.testbench.title}.{source}: {swept[count]:g} {unit}, no operating point;"
+            f"{machine.testbench.title}.{source}: {swept[missing.argmax()]:g} {unit}, no operating point;"
             f" {Outcome.NO_OPERATING_POINT.value}, or sweep in smaller steps"
         )
     stable = are_stable(machine, found)
@@ -115,10 +115,3 @@ def _first(machine: Machine, start: Mapping[str, float] | None) -> OperatingPoin
         return operating_point(machine, start=start)
     except SolverError:
         return None
-
-
-def with_source(machine: Machine, position: int, value: float) -> Machine:
-    """Hold one source of a machine, by its number, at a value, V or A."""
-    lines = list(machine.polylines)
-    lines[position] = vertices(machine.source_names[position], (0.0,), (value,))
-    return replace(machine, polylines=tuple(lines))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from system.cli.keys.transient import TOLD_KEYS
+from system.cli.keys.transient import MEASURED_KEYS, TOLD_KEYS
 from system.meaning import meanings
 from system.options.block import DIE_KEYS, SILICON_KEYS
 from system.options.cards import CARDS_KEYS
@@ -138,7 +138,7 @@ rare.detail             string    -     how it went, in a line
 """)
 SAMPLE_KEYS = """
 class   string   -  what happened, in a word
-reason  string   -  why it could not be measured; empty where it was
+reason  string   -  why it, or a metric of it, could not be measured; empty where there is nothing to say
 *       number?  -  each metric in its unit
 """
 REPLAY = {
@@ -161,6 +161,7 @@ measures           number?{}   -  what was measured of it, in the unit that its 
 told               string[]    -  what the run reports by itself
 """),
     **meanings(TOLD_KEYS),
+    **meanings(MEASURED_KEYS),
     **meanings(SAMPLE_KEYS, "kept"),
     **meanings(SAMPLE_KEYS, "again"),
 }

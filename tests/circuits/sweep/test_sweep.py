@@ -146,3 +146,13 @@ def test_what_is_refused() -> None:
         sweep(low_pass(Constant(1.0), 1e-6), {"a": [1.0]}, analysis="tran")
     with pytest.raises(ParameterError, match="way: both"):
         sweep(low_pass(Constant(1.0), 1e-6), {"a": [1.0]}, analysis="tran", measures=["max(y)"], way="both")
+
+
+def test_points_beyond_one_without_a_solution_are_found() -> None:
+    circuit = Circuit("r", (GATE,), (Resistor("r", "a", "0", 1e3),))
+    bench = Testbench("bench", circuit, (Source("i", "a", Constant(0.0), "current"),), 1.0)
+    found = sweep(bench, {"i": [1.0, 1e-3, 2.0, 2e-3]})
+    np.testing.assert_allclose(found.voltage.sel(node="a"), [np.nan, 1.0, np.nan, 2.0])
+    np.testing.assert_allclose(found.current.sel(device="r"), [np.nan, 1e-3, np.nan, 2e-3])
+    assert found.stable.values.tolist() == [False, True, False, True]
+    assert found.attrs["failures"][0].startswith("bench.i: 1 A and 1 more: ")

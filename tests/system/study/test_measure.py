@@ -62,6 +62,7 @@ def test_a_study_keeps_its_measures_and_is_replayed(
     assert main(["replay", study, "--die", "1001", "--json"]) == 0
     again = json.loads(capsys.readouterr().out)
     assert again["identical"]
+    assert again["measured"][0]["value"] == again["again"]["v_top"]
     assert again["again"]["v_top"] == found["values"]["v_top"][1]
 
 
