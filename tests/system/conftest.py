@@ -9,8 +9,10 @@ from typing import Any
 
 import pytest
 
+from circuits.errors import ParameterError
 from system.cli.command_line import main
 from system.codes import find
+from system.options import rolls_power
 
 CALIBRATING = "noctule: calibrating "  # begins the line that tells of a chip whose codes are not known yet
 Run = Callable[..., tuple[int, str, str]]
@@ -25,6 +27,16 @@ def codes_kept(pytestconfig: pytest.Config) -> Iterator[None]:
             folder = Path(pytestconfig.cache.mkdir("codes"))
             patch.setattr(find, "codes_folder", lambda: folder)
         yield
+
+
+@pytest.fixture
+def unmeasured_power(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The power of a ROLLS chip is not told, as where it cannot be measured, for what is not about it."""
+
+    def refuse(*_: Any) -> None:
+        raise ParameterError("power: not measured in this test")
+
+    monkeypatch.setattr(rolls_power, "run_power", refuse)
 
 
 @pytest.fixture

@@ -106,6 +106,7 @@ def test_a_robot_that_stands_touches_nothing_and_fails() -> None:
     assert found["reason"] == "time of 2 s over"
 
 
+@pytest.mark.usefixtures("unmeasured_power")
 @pytest.mark.parametrize(
     ("name", "options"),
     [

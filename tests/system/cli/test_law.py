@@ -47,6 +47,7 @@ def test_rolls_is_shown_under_the_full_law(
     assert np.min(shown["fi_rate_Hz"]) > 0.0
 
 
+@pytest.mark.usefixtures("unmeasured_power")
 def test_rolls_is_run_under_both_laws(run_json: RunJson) -> None:
     given = ("run", "rolls", "--duration", "0.12s", "--law")
     rates = [np.mean(run_json(*given, law)["rates_Hz"]) for law in ("ideal", "full")]

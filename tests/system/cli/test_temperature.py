@@ -24,6 +24,7 @@ SHORT = {
 }
 
 
+@pytest.mark.usefixtures("unmeasured_power")
 @pytest.mark.parametrize("system", SHORT)
 def test_a_run_follows_a_course_and_says_it(run_json: RunJson, system: str) -> None:
     found: dict[str, Any] = run_json("run", system, *SHORT[system], "--temperature", WARMING)
