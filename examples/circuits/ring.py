@@ -35,6 +35,6 @@ def ring(stages: int = 3):
     return Circuit("ring", ports, mirror, tuple(inside), biases=(bias,))
 
 
-def run(stages: int = 3, *, duration: Annotated[float, "s"] = 50e-6, v_dd=5.0):
+def run(stages: int = 3, *, duration: Annotated[float, "s"] = 30e-6, v_dd=5.0):
     """One stage is held at 0 V until time 0: the rest state is stable on some dies."""
     return Testbench("ring", ring(stages), powered(v_dd), duration, ("v[0]",), initial={"v[0]": 0.0})

@@ -9,6 +9,7 @@ from typing import Any
 from chips.registry import Chip
 from circuits.bias import bias_voltages
 from circuits.circuit import Bias, Port
+from circuits.errors import ParameterError
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.lowering.graph import describe_device
 from system.cli.block_choice import choose_block
@@ -37,6 +38,8 @@ _SIZE_UNITS = {
 
 def show_command(asked: Show) -> None:
     """Print what a block is made of, and draw its graph where a picture is asked for."""
+    if asked.block == ROLLS and asked.metrics:
+        raise ParameterError(f"--metrics: {ROLLS} has no testbench as one circuit; leave it out")
     if asked.block == ROLLS:
         show_rolls(asked)
         return
@@ -47,7 +50,7 @@ def show_command(asked: Show) -> None:
     if isinstance(found, Chip):
         given = {
             "--param": values.param, "--bias": values.bias, "--bias-set": values.bias_set,
-            "--bias-kind": values.bias_kind, "--plot": asked.plot,
+            "--bias-kind": values.bias_kind, "--plot": asked.plot, "--metrics": asked.metrics,
             "--die and --temperature": silicon != SiliconChoice(),
         }  # fmt: skip
         show_chip(found, [option for option, value in given.items() if value], as_json=asked.as_json)

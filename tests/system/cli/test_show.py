@@ -18,3 +18,9 @@ def test_metrics_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert listed["supply_power_W"]["nominal"] > 0.0
     assert main(["show", "axon-delay"]) == 0
     assert "--metrics" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("chip", ["rolls", "nef-chip"])
+def test_a_chip_without_a_testbench_measures_nothing(chip: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["show", chip, "--metrics"]) == 2
+    assert capsys.readouterr().err.startswith("noctule: --metrics: ")
