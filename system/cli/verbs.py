@@ -100,7 +100,7 @@ class Import:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Compare:
-    """Compare the circuits of two netlists or blocks; status 1 if they differ."""
+    """Compare netlists or blocks; status 1 if they differ."""
 
     first: str = argument("A", "A netlist, a block, or FILE.py:NAME")
     second: str = argument("B", "What it is compared with, likewise")
