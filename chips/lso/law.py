@@ -21,8 +21,9 @@ With a = I_exc - I_inh, b = I_inh and y = e^(V / U_T) this is U_T C dy/dt = a y 
     y(t) = (y_0 + b / a) e^(a t / (U_T C)) - b / a,    t = (U_T C / a) ln((y + b / a) / (y_0 + b / a))
 
 I_inh is what a mirror makes of the sum of the inhibitory currents, by the law of its two transistors. A
-membrane from which more is taken than it is given rests at y = b / (b - I_exc). It spikes at V_ref = Q / C,
-is at ground for a dead time, and begins anew. The mirror takes nothing before its own gate is charged.
+membrane from which more is taken than it is given rests at y = b / (b - I_exc). It reaches V_ref = Q / C,
+spikes when its comparator has turned, as a level unit's on the ramp C dV/dt that goes on, is at ground for
+a dead time, and begins anew. The mirror takes nothing before its own gate is charged.
 """
 
 from __future__ import annotations
@@ -49,10 +50,26 @@ class Steps(NamedTuple):
     current: F64
 
 
+class Comparator(NamedTuple):
+    """What ends a membrane's charge: charge of its output, C, current of its tail, A, kappa of its pair.
+
+    lag: of what follows the pair, s.
+    """
+
+    charge: float
+    current: float
+    kappa: float
+    lag: float
+
+
+AT_ONCE = Comparator(0.0, 1.0, 1.0, 0.0)
+
+
 class Membrane(NamedTuple):
     """A membrane with its comparator: capacitance (F), reference voltage (V), dead time after a spike (s).
 
-    u_t: thermal voltage, V; turn: charge of the inhibitory mirror's gate, C, before which it takes nothing.
+    u_t: thermal voltage, V; turn: charge of the inhibitory mirror's gate, C, before which it takes nothing;
+    comparator: what delays a spike.
     """
 
     capacitance: float
@@ -60,6 +77,7 @@ class Membrane(NamedTuple):
     dead: float
     u_t: float
     turn: float
+    comparator: Comparator = AT_ONCE
 
 
 def ramp_delay(slope: ArrayLike, charge: float, current: ArrayLike, kappa: float, u_t: float) -> F64:
@@ -107,6 +125,19 @@ def rise_time(membrane: Membrane, volts: float, given: float, taken: float) -> f
     return scale / net * math.log((end + taken / net) / (x + taken / net))
 
 
+def spike_delay(membrane: Membrane, given: float, taken: float) -> float:
+    """Return the time from when a membrane passes its reference to its spike, s.
+
+    It is that of a membrane that goes on as it rises there; arguments as of `rise_time`.
+    """
+    end = math.exp(-membrane.reference / membrane.u_t)
+    slope = (given - taken * (1.0 - end)) / membrane.capacitance
+    if slope <= 0.0:
+        return math.inf
+    c = membrane.comparator
+    return c.lag + float(ramp_delay(slope, c.charge, c.current, c.kappa, membrane.u_t))
+
+
 def moved(membrane: Membrane, volts: float, given: float, taken: float, time: float) -> float:
     """Return the membrane's voltage, V, after a time (s) in which it does not spike."""
     net, scale = given - taken, membrane.u_t * membrane.capacitance
@@ -130,8 +161,9 @@ def lso_spikes(excitation: Steps, inhibition: Steps, membrane: Membrane, mirror:
             if reached > end:
                 volts = moved(membrane, volts, exc, inh, end - now)
                 break
-            spikes.append(reached)
-            volts, free = 0.0, reached + membrane.dead
+            spike = reached + spike_delay(membrane, exc, inh)
+            spikes.append(spike)
+            volts, free = 0.0, spike + membrane.dead
             now = free
     return np.array(spikes)
 

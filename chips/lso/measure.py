@@ -5,26 +5,30 @@ polarity share, with ideal currents:
 
     timer, membrane     Q of a synapse's step and of a spike, C, threshold and parasitics in it
     onset, dead         charges (C) over the comparator's current: from an event to its current on the
-                        membrane with the spike's own delay, and of the membrane at ground after a spike
+                        membrane, and of the membrane at ground after a spike
+    spike, lag          charge (C) that the pair of the membrane's comparator brings up, and over the
+                        comparator's current how much later it spikes
     mirror              what an inhibitory current takes over what the same excitatory one gives
     turn                charge of the mirror's gate, before which it takes nothing, C
     level_offset        of a level unit's threshold, V
     level_charge        Q of its axon's input, C
 
-From the first spikes t(n) of n equal inputs and the interval after, `t(n) = Q / (n I) + t_onset`, `Q / (n I)
-+ t_dead`; mirror and turn from two inputs against one, and of a level unit on ramps of two slopes, by the
-laws of `chips.lso.law`. And over temperature `comparator`, d ln Q / dx of each device's x, V_T0 (V) and ln
-beta, of the comparator that ends all charges, and `level`, slopes of level_offset by the level unit's own.
+From when the membrane passes the reference with one input and with two, `t = Q / (n I) + t_onset`, how much
+later it spikes with one input and with one of `STRONG` times its current, and from the interval of two, `Q /
+(2 I) + t_spike + t_dead`; mirror and turn from two inputs against one, and of a level unit on ramps of two
+slopes, by the laws of `chips.lso.law`. And over temperature `comparator`, d ln Q / dx of each device's x,
+V_T0 (V) and ln beta, of the comparator that ends all charges, and `level`, slopes of level_offset by the
+level unit's own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.optimize import brentq
 
-from chips.lso.law import Membrane, ramp_delay, rise_time
+from chips.lso.law import Comparator, Membrane, ramp_delay, rise_time, spike_delay
 from chips.measured.perturbation import deviating, deviations_of, slopes
 from chips.measured.table_record import TEMPERATURES, Quantities, measure_over, shifts
 from chips.measured.timer import PARAMETERS, STEPS, timer_slopes
@@ -51,7 +55,10 @@ from circuits.testbench import Testbench
 LEVELS = 10  # level units of an ear, and synapses of either side of an LSO neuron; ours
 SHIFTS = shifts(3)  # V
 LEVEL_COMPARATOR = ("mc1", "mc2", "mc4", "mc5")
-QUANTITIES = ("timer", "membrane", "onset", "dead", "mirror", "turn", "level_offset", "level_charge")
+QUANTITIES = (
+    "timer", "membrane", "onset", "dead", "spike", "lag", "mirror", "turn", "level_offset", "level_charge",
+)  # fmt: skip
+STRONG = 12.0  # times the usual current, of an input on whose ramp the comparator's pair turns at once; ours
 SLOW, FAST = 200.0, 5e3  # V/s, of a level unit's ramps; an echo's edge has 600 to 30,000
 FROM, TO = -0.05, 1.0  # V about the threshold, of a ramp
 THRESHOLD = 0.6  # V, of the level unit that is measured: offset and charge do not depend on it
@@ -86,26 +93,32 @@ def quantities(silicon: Silicon) -> Quantities:
     lso, level = (rebias(c, {}, "ideal") for c in circuits())
     current, comparator, step = (own_current(lso, name, silicon) for name in ("i_exc", "i_cmp", "i_step"))
     at = 0.5e-3
-    one = _heard(lso, silicon, excite_1=at)
-    two = _heard(lso, silicon, excite_1=at, excite_2=at)
-    turned = _heard(lso, silicon, excite_1=at, excite_2=at, inhibit_1=at)
+    one = heard(lso, silicon, excite_1=at)
+    two = heard(lso, silicon, excite_1=at, excite_2=at)
+    turned = heard(lso, silicon, excite_1=at, excite_2=at, inhibit_1=at)
     first, second, slow = (r.spikes["spike"] for r in (one, two, turned))
     if min(first.size, second.size - 1, slow.size - 1) < 1:
         raise SolverError("sonar_head.membrane: too few spikes in the run; give it stronger currents")
-    charge = 2.0 * current * float(first[0] - second[0])
-    half = charge / (2.0 * current)
-    dead = float(second[1] - second[0]) - half
-    membrane = Membrane(charge / REFERENCE, REFERENCE, dead, silicon.thermal_voltage, 0.0)
+    strong = rebias(lso, {"i_exc": STRONG * float(np.ravel(lso.bias("i_exc").value)[0])})
+    other = heard(strong, silicon, excite_1=at)
+    reached = [passed(r) - START - at for r in (one, two)]
+    charge = 2.0 * current * (reached[0] - reached[1])
+    onset = reached[1] - charge / (2.0 * current)
+    late = [float(r.spikes["spike"][0]) - passed(r) for r in (one, other)]
+    ends = current, own_current(strong, "i_exc", silicon)
+    membrane = _membrane(silicon, charge, comparator, ends, late)
+    dead = float(second[1] - second[0]) - _risen(membrane, 2.0 * current, 0.0)
     taken = _taken(membrane, 2.0 * current, float(slow[1] - slow[0]) - dead)
-    onset = float(second[0]) - START - at - half
-    turned_on = float(slow[0]) - START - at - onset - rise_time(membrane, 0.0, 2.0 * current, taken)
+    turned_on = float(slow[0]) - START - at - onset - _risen(membrane, 2.0 * current, taken)
     lasted = lso_neuron.measures(one)["step_s"] or np.nan
     offset, axon = level_numbers(level, silicon, lambda s: level_delay(level, silicon, s))
     return {
         "timer": (lasted - WIDTH) * step,
-        "membrane": charge,
+        "membrane": membrane.capacitance * REFERENCE,
         "onset": onset * comparator,
         "dead": dead * comparator,
+        "spike": membrane.comparator.charge,
+        "lag": membrane.comparator.lag * comparator,
         "mirror": taken / current,
         # without its gate's charge the first spike would be later, at 2 I - 0 in the place of 2 I - I
         "turn": -turned_on * (2.0 * current - taken),
@@ -114,11 +127,49 @@ def quantities(silicon: Silicon) -> Quantities:
     }
 
 
+def _risen(membrane: Membrane, given: float, taken: float) -> float:
+    """Time from ground to a spike, s; given, taken: A."""
+    return rise_time(membrane, 0.0, given, taken) + spike_delay(membrane, given, taken)
+
+
+def passed(result: Result) -> float:
+    """Return when a run's membrane first passes the reference, s."""
+    v = result["v_mem"]
+    k = int(np.argmax((v[1:] >= REFERENCE) & (v[:-1] < REFERENCE)))
+    part = (REFERENCE - v[k]) / (v[k + 1] - v[k])
+    return float(result.time[k] + part * (result.time[k + 1] - result.time[k]))
+
+
+def _membrane(
+    silicon: Silicon, charge: float, tail: float, currents: tuple[float, float], late: Sequence[float]
+) -> Membrane:
+    """The membrane of a charge (C) that spikes so late (s) after its reference at two currents, A."""
+    kappa, u_t = spike_kappa(silicon), silicon.thermal_voltage
+    slopes = [i * REFERENCE / charge for i in currents]
+
+    def turned(spike: float) -> list[float]:
+        return [float(ramp_delay(s, spike, tail, kappa, u_t)) for s in slopes]
+
+    def apart(spike: float) -> float:
+        first, last = turned(spike)
+        return first - last - (late[0] - late[1])
+
+    spike = float(brentq(apart, 1e-16, 2e-12, xtol=1e-20))
+    comparator = Comparator(spike, tail, kappa, late[0] - turned(spike)[0])
+    return Membrane(charge / REFERENCE, REFERENCE, 0.0, u_t, 0.0, comparator)
+
+
+def spike_kappa(silicon: Silicon) -> float:
+    """Return kappa of the comparator's pair of an LSO neuron where its gates are, as `pair_kappa`."""
+    law = silicon.law("n")
+    return float(pinched(terms_of(law, 1.0, 1.0, 1.0, law.v_t0), REFERENCE)[1])
+
+
 def _taken(membrane: Membrane, given: float, time: float) -> float:
-    """Inhibitory current (A) with which the membrane rises from ground to the reference in a time (s)."""
+    """Inhibitory current (A) with which the membrane spikes in a time (s)."""
 
     def later(taken: float) -> float:
-        return rise_time(membrane, 0.0, given, taken) - time
+        return _risen(membrane, given, taken) - time
 
     return float(brentq(later, 0.01 * given, 0.99 * given, xtol=1e-18))
 
@@ -201,7 +252,8 @@ def crossing(slope: float) -> float:
     return 0.2e-3 - FROM / slope
 
 
-def _heard(lso: Circuit, silicon: Silicon, **stimuli: float) -> Result:
+def heard(lso: Circuit, silicon: Silicon, **stimuli: float) -> Result:
+    """Run an LSO neuron with the given stimuli of its block's testbench, s, and no other."""
     quiet: dict[str, float | None] = {s.name: None for s in lso_neuron.BLOCK.stimuli}
     bench = lso_neuron.testbench(lso, quiet | stimuli | {"duration": STOP}, silicon.process.v_dd)
     return simulate(bench, silicon, rtol=RTOL)

@@ -13,9 +13,10 @@ of its own side and inhibited by those of the other. Behavioural and event-drive
 Currents are the transistor law's own for the devices of this die, in saturation; charges, delays and the
 mirror's m are the record's (`chips.lso.measure`), with the offsets of the comparators that end them.
 Everything deviates as the transistor level's devices do at `sonar_head/ear[side]/level[k]` and
-`sonar_head/lso[side]`. Left out: mismatch of switches, inverters and of what makes a spike's dead time, and
-the mirror's few microseconds of delay. On a die whose capacitors deviate each charge has its own
-capacitor's; that of a level unit is its axon's input, without one.
+`sonar_head/lso[side]`. A spike comes after the membrane's comparator has turned, which takes the longer the
+slower the membrane rises, and a dead time follows; both by the die's own copies of the comparators' current.
+Left out: mismatch of switches and inverters, and the mirror's few microseconds of delay. On a die whose
+capacitors deviate each charge has its own capacitor's; that of a level unit is its axon's input, without one.
 """
 
 from __future__ import annotations
@@ -25,8 +26,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.lso.law import Membrane, Steps, lso_spikes, ramp_delay, rest_depth
-from chips.lso.measure import LEVEL_COMPARATOR, LEVELS, QUANTITIES, THRESHOLD, circuits, pair_kappa
+from chips.lso.law import Comparator, Membrane, Steps, lso_spikes, ramp_delay, rest_depth
+from chips.lso.measure import (
+    LEVEL_COMPARATOR,
+    LEVELS,
+    QUANTITIES,
+    THRESHOLD,
+    circuits,
+    pair_kappa,
+    spike_kappa,
+)
 from chips.lso.place import NAME, Currents, line_volts
 from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from chips.measured.timer import COMPARATOR
@@ -47,8 +56,10 @@ SIDES = 2  # left, right
 LEAST_AREA = 1.0 / 16.0  # of the circuits' devices, down to which the model was measured
 _PART = "generator.comparator"  # of a level unit
 _TAIL = "cell.threshold.mc0"  # of an LSO neuron's comparator
+_STAGE = "cell.threshold.mc6"  # what its second stage falls by
+_STARVED = "cell.mds"  # what a spike's end is slowed by
 _LSO = (
-    "md", "mk", *(f"cell.threshold.{d}" for d in COMPARATOR),
+    "md", "mk", _STARVED, *(f"cell.threshold.{d}" for d in COMPARATOR),
     *(f"{name}{k}.{d}" for name in ("excite", "inhibit") for k in range(LEVELS)
       for d in ("me", "mt", *(f"timer.{c}" for c in COMPARATOR))),
 )  # fmt: skip
@@ -61,7 +72,8 @@ class Head(NamedTuple):
     """Numbers of a head on a die, for sides s and level units or synapses k; A, C and s.
 
     excite, inhibit: currents of the LSO neurons' synapses, [s, k]; excite_step, inhibit_step: how long they
-    last, [s, k]; charge: of a spike, [s]; onset, dead: delay of an event, and time at ground after a spike;
+    last, [s, k]; charge: of the membrane, [s]; onset: delay of an event; spike_charge, spike_current [s],
+    spike_kappa, lag [s]: of its comparator, as of `Comparator`; dead: time at ground after a spike, [s];
     turn: charge of the mirror's gate; mirror_in, mirror_out, mirror_shift: fields of a `Mirror`, [s]; offset:
     of a level unit's threshold, V, [s, k]; rest: how far below it an input at rest must be, V, [s, k];
     level_current: of a level unit's comparator, [s, k]; level_charge: of its axon's input; kappa, u_t: of the
@@ -74,7 +86,11 @@ class Head(NamedTuple):
     inhibit_step: F64
     charge: F64
     onset: float
-    dead: float
+    spike_charge: float
+    spike_current: F64
+    spike_kappa: float
+    lag: F64
+    dead: F64
     turn: float
     mirror_in: F64
     mirror_out: F64
@@ -135,7 +151,11 @@ def side_inputs(
     excitation = Steps(level[side] + head.onset, head.excite_step[side], head.excite[side])
     inhibition = Steps(far + head.onset, head.inhibit_step[side], head.inhibit[side])
     charge = float(head.charge[side])
-    membrane = Membrane(charge / REFERENCE, REFERENCE, head.dead, head.u_t, head.turn)
+    comparator = Comparator(
+        head.spike_charge, float(head.spike_current[side]), head.spike_kappa, float(head.lag[side])
+    )
+    dead = float(head.dead[side])
+    membrane = Membrane(charge / REFERENCE, REFERENCE, dead, head.u_t, head.turn, comparator)
     mirror = Mirror(head.mirror_in[side], head.mirror_out[side], head.mirror_shift[side])
     return excitation, inhibition, membrane, mirror
 
@@ -173,7 +193,11 @@ class _Maker:
             inhibit_step=steps["inhibit"],
             charge=(q["membrane"] + self.more(_MEMBRANE)) * np.exp(ends @ self.slopes("comparator")),
             onset=q["onset"] / comparator,
-            dead=q["dead"] / comparator,
+            spike_charge=q["spike"],
+            spike_current=self.current(self.sides, self.lso, _TAIL),
+            spike_kappa=spike_kappa(self.silicon),
+            lag=q["lag"] / self.current(self.sides, self.lso, _STAGE),
+            dead=q["dead"] / self.current(self.sides, self.lso, _STARVED),
             turn=q["turn"],
             mirror_in=np.asarray(mirror.given),
             mirror_out=np.asarray(q["mirror"] * mirror.taken),

@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from chips.lines.wander import Reach, WanderDraws, joined, wander_draws, wander_of
-from chips.lso.law import Membrane, Steps, mirrored, moved, rise_time, segments
+from chips.lso.law import Membrane, Steps, mirrored, moved, rise_time, segments, spike_delay
 from chips.lso.measure import circuits, pair_kappa
 from chips.lso.model import RECORD, SIDES, Head, side_inputs
 from chips.lso.place import NAME, Currents, biased
@@ -242,8 +242,9 @@ def noisy_spikes(
             if reached > end:
                 volts, variance = moved(membrane, volts, exc, taken, end - now), variance + rate * (end - now)
                 break
-            spikes.append(reached)
-            volts, free, variance, normal = 0.0, reached + membrane.dead, emptied, drawn(len(spikes))
+            spike = reached + spike_delay(membrane, exc, taken)
+            spikes.append(spike)
+            volts, free, variance, normal = 0.0, spike + membrane.dead, emptied, drawn(len(spikes))
             now = free
     return np.array(spikes)
 

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from chips.lso.law import (
+    Comparator,
     Membrane,
     Steps,
     lso_spikes,
@@ -15,6 +16,7 @@ from chips.lso.law import (
     ramp_delay,
     rest_depth,
     rise_time,
+    spike_delay,
 )
 from chips.lso.law import turned as charged
 from circuits.lowering.on_die import Mirror
@@ -98,3 +100,18 @@ def test_a_copy_that_is_too_weak_is_deaf() -> None:
     # far in weak inversion the pair splits by e^(kappa x / U_T)
     assert found[0] == pytest.approx(26e-3 / 0.75 * math.log(160.0 / 90.0), rel=0.02)
     assert found[1] == math.inf
+
+
+@pytest.mark.parametrize("given", [6e-9, 60e-9])
+def test_a_spike_comes_when_the_pair_has_brought_up_its_charge(given: float) -> None:
+    comparator = Comparator(0.1e-12, 50e-9, 0.7, 3e-6)
+    membrane = M._replace(comparator=comparator)
+    slope, late = given / M.capacitance, spike_delay(membrane, given, 0.0) - comparator.lag
+    t = np.linspace(0.0, late, 20001)
+    brought = np.trapezoid(comparator.current * np.tanh(0.7 * slope * t / (2.0 * M.u_t)), t)
+    assert brought == pytest.approx(comparator.charge, rel=1e-6)
+    assert spike_delay(M, given, 0.0) == 0.0
+    assert spike_delay(membrane, given, 0.9 * given) > spike_delay(membrane, given, 0.0)
+    assert spike_delay(membrane, given, 1.1 * given) == math.inf
+    plain, later = (lso_spikes(steps((1e-3, 4e-3, given)), NEVER, m, EQUAL) for m in (M, membrane))
+    assert later[:2] - plain[:2] == pytest.approx(np.array([1.0, 2.0]) * (late + comparator.lag))

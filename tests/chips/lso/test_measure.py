@@ -3,20 +3,26 @@
 import numpy as np
 import pytest
 
+from chips.lso.law import Comparator, Membrane, spike_delay
 from chips.lso.measure import (
     FAST,
     LEVEL_COMPARATOR,
     SLOW,
     circuits,
+    heard,
     level_delay,
     level_numbers,
+    own_current,
+    passed,
+    spike_kappa,
 )
 from chips.measured.perturbation import deviations_of
 from chips.measured.timer import COMPARATOR
 from chips.record import kept_record
 from circuits.bias import rebias
+from circuits.blocks.latency.synapse import REFERENCE
 from circuits.errors import SolverError
-from circuits.silicon.process import AMI_1500_IDEAL
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 
@@ -51,3 +57,18 @@ def test_a_mirror_takes_what_it_is_given() -> None:
 def test_a_ramp_without_a_spike_is_named() -> None:
     with pytest.raises(SolverError, match=r"sonar_head\.level: no spike in the run"):
         level_delay(rebias(circuits()[1], {}, "ideal"), Silicon(AMI_1500_IDEAL), FAST, "mc7.v_t0", -0.2)
+
+
+@pytest.mark.parametrize(("times", "tail"), [(2.0, 50e-9), (6.0, 50e-9), (1.0, 10e-9), (6.0, 10e-9)])
+def test_a_membrane_s_comparator_is_as_late_as_its_law(times: float, tail: float) -> None:
+    """Ramps and tails between and beyond those of the record: from 10 to 50 us, 15 % apart at most."""
+    silicon, data = Silicon(AMI_1500), kept_record("lso_neuron", AMI_1500)
+    at = data.numbers("temperature").index(27.0), 0, data.numbers("shift").index(0.0)
+    charge, spike, lag = (float(data[name][at]) for name in ("membrane", "spike", "lag"))
+    lso = rebias(circuits()[0], {"i_exc": 6e-9 * times, "i_cmp": tail}, "ideal")
+    run = heard(lso, silicon, excite_1=0.5e-3)
+    current = own_current(lso, "i_cmp", silicon)
+    comparator = Comparator(spike, current, spike_kappa(silicon), lag / current)
+    membrane = Membrane(charge / REFERENCE, REFERENCE, 0.0, silicon.thermal_voltage, 0.0, comparator)
+    found = float(run.spikes["spike"][0]) - passed(run)
+    assert spike_delay(membrane, own_current(lso, "i_exc", silicon), 0.0) == pytest.approx(found, rel=0.15)
