@@ -166,7 +166,7 @@ def transistor_arrays(
     """
     n = width.size
     full = np.ones(n)
-    law = law.of_size(width, length)
+    law = law.of_any_size(width, length)
     square = law.square_current * multiplicity * width / length
     leakage, induced = (x * width * multiplicity for x in (law.junction_leakage, law.gate_induced_leakage))
     early = 1.0 / (law.early_field * length) if np.any(law.early_field) else 0.0 * full

@@ -290,6 +290,10 @@ def _arrays(network: Network, silicon: Silicon, deviation: Deviation, terminals:
     width, length, multiplicity = (
         network.of_transistors(name).ravel() for name in ("width", "length", "multiplicity")
     )
+    for device in devices:
+        size = silicon.process.model(device.polarity).size
+        if size is not None:
+            size.check(device.width, device.length, f"bias generator.{device.name}")
     at = terminals.transpose(2, 1, 0).reshape(4, -1).astype(np.int32)
     each = {
         p: transistor_arrays(at, p, silicon.law(p), width, length, multiplicity, *deviation)

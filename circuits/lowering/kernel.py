@@ -287,6 +287,11 @@ def _transistor_table(flat: FlatCircuit, column: I64, silicon: Silicon) -> Trans
         [np.zeros(0, np.bool_), *(np.full(g.nodes.shape[1], d.polarity == "n") for g, d in groups)]
     )
     paths = [(*g.path, (d.name, ())) for g, d in groups]
+    for path, (group, device) in zip(paths, groups, strict=True):
+        size = silicon.process.model(device.polarity).size
+        if size is not None:
+            owner = ".".join(name for name, _ in path)
+            size.check(group.parameters["width"], group.parameters["length"], owner)
     area, polarities = width * length * multiplicity, [d.polarity for _, d in groups]
     v_t0, beta = silicon.deviations(flat.circuit.name, paths, area, polarities)
     arrays = {

@@ -351,6 +351,12 @@ class TransistorAtTemperature:
 
         Raises `ParameterError` for a size that the process does not hold for.
         """
+        if self.size is not None:
+            self.size.check(width, length)
+        return self.of_any_size(width, length)
+
+    def of_any_size(self, width: F64 | float, length: F64 | float) -> TransistorAtTemperature:
+        """The same for sizes (m) that somebody has looked at, or of which the numbers are thrown away."""
         if self.size is None:
             return self
         more = self.size.at(width, length)

@@ -81,11 +81,7 @@ class SizeTerms:
             object.__setattr__(self, name, tuple(map(float, given)))
 
     def at(self, width: F64 | float, length: F64 | float) -> dict[str, Any]:
-        """What each number gets for a device's size, float64 of the shape of width and length (m).
-
-        Raises `ParameterError` for a size for which the terms do not hold.
-        """
-        self.check(width, length)
+        """What each number gets for a device's size, float64 of the shape of width and length (m)."""
         across, along = (1.0 / np.asarray(side, dtype=np.float64) for side in (width, length))
         powers = (along, along**2, across, across * along)
         found: dict[str, Any] = {}
@@ -94,15 +90,16 @@ class SizeTerms:
             found[name] = total if across.ndim or along.ndim else float(total)
         return found
 
-    def check(self, width: F64 | float, length: F64 | float) -> None:
-        """Raise `ParameterError` for a size (m) for which the terms do not hold."""
+    def check(self, width: F64 | float, length: F64 | float, owner: str = "") -> None:
+        """Raise `ParameterError` for a size (m) for which no terms hold; owner: path of the device."""
         for axis, value in (("width", width), ("length", length)):
             low, high = getattr(self, f"least_{axis}"), getattr(self, f"most_{axis}")
             sizes = np.atleast_1d(np.asarray(value, dtype=np.float64))
             out = sizes[(sizes < low * (1.0 - _ROUNDING)) | (sizes > high * (1.0 + _ROUNDING))]
             if out.size:
+                name = f"{owner}.{axis}" if owner else axis
                 raise ParameterError(
-                    f"{axis}: {1e6 * out[0]:g} um, must be within {1e6 * low:g} to {1e6 * high:g} um, the"
+                    f"{name}: {1e6 * out[0]:g} um, must be within {1e6 * low:g} to {1e6 * high:g} um, the"
                     " sizes that this process was fitted to; change the size, or extract over a wider range"
                 )
 

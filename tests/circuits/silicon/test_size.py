@@ -46,6 +46,9 @@ def test_a_size_outside_of_the_terms_is_refused_with_their_limits() -> None:
     law = Silicon(SIZED).law("n")
     with pytest.raises(ParameterError, match=r"length: 0\.3 um, must be within 0\.5 to 10 um"):
         law.of_size(1e-6, 0.3e-6)
+    with pytest.raises(ParameterError, match=r"^a\.m\.length: 0\.3 um"):
+        TERMS.check(1e-6, 0.3e-6, "a.m")
+    assert law.of_any_size(1e-6, 0.3e-6).v_t0 > law.v_t0
     with pytest.raises(ParameterError, match="width: 30 um"):
         law.of_size(np.array([1e-6, 30e-6]), np.array([1e-6, 1e-6]))
 
