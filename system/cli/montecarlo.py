@@ -213,7 +213,9 @@ def _contributions(asked: Montecarlo, result: Result) -> tuple[tuple[Breakdown, 
         return (), ()
     name = check_breakdown(result.study, result.target, asked.contributions)
     with working(f"measuring gradients of {name}"):
-        found, refused = breakdowns(result.study, result.target, result.table, name, asked.threads)
+        found, refused = breakdowns(
+            result.study, result.target, result.table, name, asked.threads, asked.gradients
+        )
     if asked.pareto is not None and found:
         save_pareto(asked.pareto, found)
     return found, refused

@@ -57,6 +57,9 @@ class Montecarlo:
     contributions: str | None = option(
         None, "What its variance comes from, by device and so on", metavar="METRIC", names=METRICS
     )
+    gradients: Literal["adjoint", "dies"] = option(
+        "adjoint", "Of contributions: one run backwards where the metric has one, or two dies a draw"
+    )
     pareto: str | None = shared.file_option("Draw contributions into a .png, .svg or .pdf file")
     rare: Literal["scaled-sigma", "mean-shift"] | None = option(
         None, "Estimate how seldom a die fails --spec, by this method"

@@ -1,8 +1,9 @@
 """Contributions to the variance of a metric in a finished study, at each condition and over its temperatures.
 
 The standard normals z are the draws of the study's own dies. The response y is the metric, or its logarithm
-where all its values are positive. The gradient is measured about the nominal die (`sensitivity`). Where that
-is not defined, or explains too little, a regression takes its place (`contribution`).
+where all its values are positive. The gradient about the nominal die is that of one run backwards (`adjoint`)
+or of two dies a draw (`sensitivity`). Where that is not defined, or explains too little, a regression takes
+its place (`contribution`).
 
 Over several temperatures of a corner, T is one more factor, standardised over the samples. Its gradient is
 the slope of the nominal die's metric on it, that of a draw the mean over the temperatures.
@@ -13,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
 
@@ -21,6 +23,7 @@ from circuits.errors import ParameterError, unknown_name
 from system.options.block import read_die
 from system.study.engine import dies_of
 from system.study.manifest import Study
+from system.study.search.adjoint import adjoint_sensitivity
 from system.study.search.sensitivity import Sensitivity, sensitivity, varying_labels
 from system.study.statistics.contribution import (
     Contributions,
@@ -38,6 +41,7 @@ from system.study.statistics.regression import SAMPLES_A_TERM, enough
 from system.study.table import Condition, Table, place_text, select
 from system.study.target import BlockTarget, Target
 
+Gradients = Literal["adjoint", "dies"]
 FEWEST = 20  # defined samples, ours: R^2 of fewer is known to no better than +-0.1 or so
 TEMPERATURE = "temperature"
 BY: Mapping[str, Key] = MappingProxyType(
@@ -82,6 +86,7 @@ class _Part:
     z: F64
     y: F64
     about: Sensitivity
+    why: str = ""  # gradients are not from one run backwards
 
 
 def check_breakdown(study: Study, target: Target, metric: str) -> str:
@@ -102,7 +107,12 @@ def check_breakdown(study: Study, target: Target, metric: str) -> str:
 
 
 def breakdowns(
-    study: Study, target: Target, table: Table, metric: str, threads: int | None = None
+    study: Study,
+    target: Target,
+    table: Table,
+    metric: str,
+    threads: int | None = None,
+    by: Gradients = "adjoint",
 ) -> tuple[tuple[Breakdown, ...], tuple[str, ...]]:
     """Break the variance of a metric down at every condition, then over the temperatures of a corner.
 
@@ -113,6 +123,7 @@ def breakdowns(
     table : its samples.
     metric : name of the metric in the table.
     threads : number of threads that measure gradients; all cores unless given.
+    by : whether gradients come from one run backwards where the metric has them, or from moved dies always.
 
     Returns
     -------
@@ -121,7 +132,7 @@ def breakdowns(
     found: list[Breakdown] = []
     refused: list[str] = []
     for corner in dict.fromkeys(c.corner for c in study.conditions):
-        parts = list(_parts(study, target, table, metric, corner, threads))
+        parts = list(_parts(study, target, table, metric, corner, threads, by))
         for group in [[part] for part in parts] + ([parts] if len(parts) > 1 else []):
             try:
                 found.append(_breakdown(metric, group))
@@ -146,7 +157,7 @@ def share_rows(shares: Sequence[VarianceShare], most: int) -> list[tuple[str, st
 
 
 def _parts(
-    study: Study, target: Target, table: Table, metric: str, corner: str, threads: int | None
+    study: Study, target: Target, table: Table, metric: str, corner: str, threads: int | None, by: Gradients
 ) -> Iterator[_Part]:
     labels, everything = varying_labels(target, corner), target.labels()
     columns = [everything.index(label) for label in labels]
@@ -155,8 +166,11 @@ def _parts(
         part = select(table, (own & (table.temperature_c == celsius)).astype(np.bool_))
         draws = np.array([target.draws(die)[columns] for die in dies_of(study, _numbers(part))])
         condition = Condition(corner, celsius, 0)
-        about = sensitivity(target, read_die(study.subject.silicon), condition, threads)
-        yield _Part(condition, draws.reshape(len(part), len(labels)), part.column(metric), about)
+        die, why = read_die(study.subject.silicon), ""
+        about = adjoint_sensitivity(target, die, condition, metric) if by == "adjoint" else ""
+        if isinstance(about, str):
+            why, about = about, sensitivity(target, die, condition, threads)
+        yield _Part(condition, draws.reshape(len(part), len(labels)), part.column(metric), about, why)
 
 
 def _numbers(part: Table) -> range:
@@ -222,6 +236,9 @@ def _notes(names: Sequence[str], gradient: F64, parts: list[_Part]) -> Iterator[
     if unknown_of:
         more = f" and {len(unknown_of) - 1} more" if len(unknown_of) > 1 else ""
         yield f"no gradient by {unknown_of[0]}{more} about the nominal die, so by regression"
+    whys = [part.why for part in parts if part.why]
+    if whys:
+        yield f"gradients from two dies a draw: {whys[0]}"
     failures = [f for part in parts for f in part.about.failures]
     if failures:
         yield f"{len(failures)} dies measured for gradients failed, as {failures[0]}"

@@ -44,6 +44,9 @@ class Sensitivity:
         Values with a draw moved by +0.5 sigma, float64[labels, metrics], in SI units.
     failures
         Reason of each measurement that failed, with the draw that was moved.
+    slopes
+        Change of each metric with one sigma of a draw, float64[labels, metrics], where that was not found by
+        moving draws; None else.
     """
 
     labels: tuple[str, ...]
@@ -52,10 +55,13 @@ class Sensitivity:
     below: F64
     above: F64
     failures: tuple[str, ...]
+    slopes: F64 | None = None
 
     @property
     def gradient(self) -> F64:
         """Change of each metric with one sigma of a draw, float64[labels, metrics]; NaN where not defined."""
+        if self.slopes is not None:
+            return self.slopes
         return np.asarray((self.above - self.below) / (2.0 * STEP))
 
     @property
@@ -64,6 +70,8 @@ class Sensitivity:
 
         It is NaN where a value is not defined or not positive.
         """
+        if self.slopes is not None:
+            return np.asarray(self.slopes / np.where(self.nominal > 0.0, self.nominal, np.nan))
         below, above = (np.where(x > 0.0, x, np.nan) for x in (self.below, self.above))
         return np.asarray((np.log(above) - np.log(below)) / (2.0 * STEP))
 
