@@ -109,8 +109,10 @@ def json_option() -> Any:
 
 def of_study(chosen: SiliconChoice) -> SiliconChoice:
     """With the die that a file states, or the one under the plan of a study's folder, where one was named."""
-    if isinstance(chosen.die, str):
-        chosen = loaded("system.options.die_file:with_die")(chosen)
+    if isinstance(chosen.die, str) and chosen.die.isdecimal():
+        chosen = replace(chosen, die=int(chosen.die))
+    elif isinstance(chosen.die, str):
+        chosen = loaded("system.options.die_file:with_die")(chosen)  # which numerical libraries come with
     if chosen.study is None:
         return chosen
     if chosen.die is None:

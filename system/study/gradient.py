@@ -14,7 +14,7 @@ from circuits.blocks.metric import Metric
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
-from circuits.solver.adjoint.gradient import Gradients, gradients_of
+from circuits.solver.adjoint.gradient import GRADIENT_RTOL, Gradients, gradients_of
 from circuits.solver.adjoint.measure import (
     Crossing,
     Extreme,
@@ -24,7 +24,7 @@ from circuits.solver.adjoint.measure import (
     SpikeTime,
     Voltage,
 )
-from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
+from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
 from circuits.units import parse_quantity, unit_of_name
 from system.options.block import Choice
@@ -45,7 +45,7 @@ def gradients(
     metrics: Sequence[Measure | str],
     silicon: Silicon | None = None,
     *,
-    rtol: float = DEFAULT_RTOL,
+    rtol: float = GRADIENT_RTOL,
 ) -> xr.Dataset:
     """Return the gradients of measures by all devices and parameters, from one run and one run backwards.
 

@@ -171,9 +171,10 @@ def test_a_title_cannot_end_its_line() -> None:
         Silicon(replace(AMI_1500_IDEAL, n=TransistorModel(0.5, 0.6, 1e-4, "ekv-gamma"))),
         Silicon(replace(AMI_1500_IDEAL, variation=Variation(0.1, 0.2))),
         Silicon(AMI_1500_IDEAL, die=Die("B", 1003, variation="full")),
+        Silicon(AMI_1500_IDEAL, die=Die("B", 3).only("a[2,3]", "b.*").healed("b.m1").with_("c", "beta", 0.1)),
         Silicon(replace(AMI_1500_IDEAL, components=None)),
     ],
-    ids=["nominal", "die", "place", "process", "variation", "components", "none stated"],
+    ids=["nominal", "die", "place", "process", "variation", "components", "edited", "none stated"],
 )  # fmt: skip
 def test_silicon_comes_back(silicon: Silicon) -> None:
     assert to_silicon(read(format_annotation(note)) for note in silicon_notes(silicon)) == silicon

@@ -1,0 +1,101 @@
+"""Claim: gradients of a metric by all devices take at most 3 runs, and are within 1 % of central differences.
+
+The first spike of each block that spikes, else a port's voltage at 70 % of the run, on the nominal die and
+dies 1000 to 1002. `ours` is the CPU time of the gradients, their run included, `peer` that of the run alone
+at the same tolerance, best of three. The accuracy is the largest difference to a central difference at rtol
+1e-9, times the sigma of what is moved, in the metric's sigma over dies: of the two devices that move it most
+and of three others.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from _report import Row, parser_of, report
+from circuits.blocks.block import Block
+from circuits.lowering.kernel import Machine, to_kernel
+from circuits.registry import block_names, load_block
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
+from circuits.solver.adjoint.gradient import GRADIENT_RTOL, Gradients, gradients_of
+from circuits.solver.adjoint.measure import Measure, SpikeTime, Voltage
+from circuits.solver.transient import simulate
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from tests.circuits.solver.adjoint.differences import by_deviation
+
+DIES = (None, 1000, 1001, 1002)
+STEP = 0.01  # sigma, of a central difference
+LEAST = 1e-9  # of the metric, below which its spread over dies is rounding
+CLAIMED = {"rebound-neuron"}  # 34 transistors
+
+
+def main() -> int:
+    """Measure and print a row a block and die."""
+    options = parser_of(__doc__, "two blocks on the nominal die").parse_args()
+    names = ("rebound-neuron", "winner-take-all") if options.quick else block_names()
+    return report(rows(names, DIES[:1] if options.quick else DIES), options)
+
+
+def rows(names: tuple[str, ...] | list[str], dies: tuple[int | None, ...]) -> Iterator[Row]:
+    """A row a block and die."""
+    for name in names:
+        block = load_block(name)
+        for number in dies:
+            machine = to_kernel(block.bench(), Silicon(block.process, 27.0, Die(number=number)))
+            measure = measure_of(block, machine)
+            if measure is None:
+                continue
+            found = gradients_of(machine, (measure,))
+            ours = best_of(lambda m=machine, of=measure: gradients_of(m, (of,)))
+            peer = best_of(lambda m=machine: simulate(m, rtol=GRADIENT_RTOL))
+            label = f"{name}, die {'nominal' if number is None else number}, {measure.name}"
+            most = 3.0 if name in CLAIMED else float("inf")
+            yield Row(label, ours, peer, ours / peer, accuracy(machine, measure, found), most=most)
+
+
+def measure_of(block: Block, machine: Machine) -> Measure | None:
+    """The first spike, or the voltage of a port that the circuit drives; None where there is none."""
+    result = simulate(machine)
+    spiking = [port for port, times in result.spikes.items() if times.size]
+    if spiking:
+        return SpikeTime(spiking[0])
+    ports = [p.elements()[0] for p in machine.testbench.circuit.ports if p.kind in ("analog", "event")]
+    free = [node for node in ports if machine.column_of(node) < machine.kernel.unknowns]
+    return Voltage(free[0], 0.7 * block.bench().stop) if free else None
+
+
+def best_of(work: Callable[[], object]) -> float:
+    """CPU time, s, least of three."""
+    taken = []
+    for _ in range(3):
+        start = time.process_time()
+        work()
+        taken.append(time.process_time() - start)
+    return min(taken)
+
+
+def accuracy(machine: Machine, measure: Measure, found: Gradients) -> str:
+    """The largest difference to a central difference, in words."""
+    moved, total = np.abs(found.by[0] * found.sigma), float(found.spread[0])
+    own = [k for k in np.argsort(-moved) if moved[k] > 0.0 and "process" not in found.labels[k]]
+    if not total > LEAST * abs(float(found.values[0])) or len(own) < 2:
+        return "nothing of it varies over dies"
+    worst, where = 0.0, ""
+    for k in dict.fromkeys([*own[:2], *(own[len(own) * q // 4] for q in (1, 2, 3))]):
+        other = by_deviation(machine, measure, found.labels[k], STEP * found.sigma[k])
+        off = abs(other - found.by[0, k]) * found.sigma[k] / total
+        if not off < worst:
+            worst, where = off, found.labels[k]
+    return (
+        f"off by {100.0 * worst:.2g} % of the metric's sigma at most, {where}; {found.notes[0] or 'smooth'}"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
