@@ -214,8 +214,9 @@ def describe_run(scenario: OnSilicon) -> dict[str, Any]:
     follows a course, and a ripple of the supply where there is one.
     """
     said = str(Course(scenario.course)) if scenario.course else scenario.temperature_c
+    die = describe_die(scenario.die)
     return {
-        **describe_die(scenario.die),
+        **{name: value for name, value in die.items() if name != "edits" or value},
         "law": scenario.law,
         "bias_kind": scenario.bias_kind,
         "temperature_C": said,
