@@ -35,8 +35,8 @@ from system.statement import Statement
 from system.study.cluster import on_cluster
 from system.study.engine import on_threads, run_study
 from system.study.folder import study_table
-from system.study.gradient import gradients
 from system.study.manifest import Study, read_study
+from system.study.metrics.gradient import gradients
 from system.study.plan import Plan
 from system.study.replay import Replay, die_of, replay
 from system.study.report.picture import draw_study

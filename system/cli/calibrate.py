@@ -23,7 +23,7 @@ from system.codes.find import calibrated_anew, codes_found, shipped_file
 from system.codes.table import load_calibration
 from system.files.writing import check_folder
 from system.options.block import describe_silicon, read_die, silicon_line
-from system.options.edited import check_drawn
+from system.options.die.edited import check_drawn
 
 
 def calibrate_command(asked: Calibrate) -> int:

@@ -26,8 +26,8 @@ from system.plot import COLOURS, INK, check_picture, save_picture
 from system.registry import system_names
 from system.study.engine import on_threads, run_study
 from system.study.manifest import Study
-from system.study.measure import named_measures
-from system.study.metric import with_named
+from system.study.metrics.measure import named_measures
+from system.study.metrics.metric import with_named
 from system.study.plan import Plan
 from system.study.report.result import judge_table
 from system.study.search.behavioural_target import BehaviouralTarget, has_model

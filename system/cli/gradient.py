@@ -22,7 +22,7 @@ from system.cli.study_verbs import Gradient
 from system.files.writing import write_text_atomic
 from system.options.block import Choice, describe_silicon, silicon_line
 from system.plot import check_picture, save_picture
-from system.study.gradient import FORMS, draw_gradients, measures_of
+from system.study.metrics.gradient import FORMS, draw_gradients, measures_of
 
 LISTED = 12  # parameters of a printed table
 

@@ -39,8 +39,8 @@ from system.registry import check_target, load_system, system_names
 from system.study.campaign import Workers
 from system.study.engine import Outcome, on_threads, run_study
 from system.study.manifest import Study, check_samples
-from system.study.measure import named_measures
-from system.study.metric import default_metrics, with_named
+from system.study.metrics.measure import named_measures
+from system.study.metrics.metric import default_metrics, with_named
 from system.study.plan import Plan
 from system.study.report.picture import draw_study
 from system.study.report.report import write_report

@@ -23,7 +23,7 @@ from system.notice import say
 from system.options.block import Choice, describe_die
 from system.options.temperature import temperature_text
 from system.plot import check_picture, save_picture
-from system.study.measure import is_measure, measures_of
+from system.study.metrics.measure import is_measure, measures_of
 from system.study.replay import Replay as Sample
 from system.study.replay import replay
 from system.study.table import FAILED

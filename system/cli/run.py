@@ -17,7 +17,7 @@ from system.cli.output import print_json, print_line, progress_bar
 from system.cli.run_output import print_cautions, print_run
 from system.cli.verbs import Run
 from system.options.block import describe_die, read_die
-from system.options.edited import check_drawn, check_known
+from system.options.die.edited import check_drawn, check_known
 from system.options.silicon import SiliconChoice
 from system.options.temperature import COURSE, read_course, temperature_fields
 from system.plot import check_picture, save_picture

@@ -112,7 +112,7 @@ def of_study(chosen: SiliconChoice) -> SiliconChoice:
     if isinstance(chosen.die, str) and chosen.die.isdecimal():
         chosen = replace(chosen, die=int(chosen.die))
     elif isinstance(chosen.die, str):
-        chosen = loaded("system.options.die_file:with_die")(chosen)  # which numerical libraries come with
+        chosen = loaded("system.options.die.file:with_die")(chosen)  # which numerical libraries come with
     if chosen.study is None:
         return chosen
     if chosen.die is None:

@@ -23,7 +23,7 @@ from system.options.target import load_target
 from system.plot import check_picture, draw_circuit, save_picture
 from system.rolls.options import NAME as ROLLS
 from system.rolls.options import refuse_bias_file
-from system.study.metric import Listed, listed
+from system.study.metrics.metric import Listed, listed
 
 _SIZE_UNITS = {
     "capacitance": "F",

@@ -30,7 +30,7 @@ from system.files.writing import replace_atomic, write_text_atomic
 from system.options.block import Choice, describe_silicon, law_text, silicon_line
 from system.options.cards import cards_lines, describe_cards
 from system.plot import check_picture, draw_waveforms, save_picture, silicon_text
-from system.study.measure import measures_of
+from system.study.metrics.measure import measures_of
 
 # loaded when asked for: labelled arrays are slow to import, and a transient must not wait for them
 _COMMANDS = {

@@ -32,8 +32,8 @@ from system.meaning import meanings
 from system.options.assignment import split_assignment
 from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
-from system.options.die_file import edits_of
-from system.options.edited import check_edits
+from system.options.die.edited import check_edits
+from system.options.die.file import edits_of
 from system.options.on_silicon import OnSilicon
 from system.options.silicon import SiliconChoice
 from system.options.target import Target, load_target, own_silicon, split_place

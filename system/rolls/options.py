@@ -12,7 +12,7 @@ from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.units import parse_quantity
 from system.options.block import read_die
-from system.options.edited import check_edits
+from system.options.die.edited import check_edits
 from system.options.silicon import SiliconChoice
 
 NAME = "rolls"

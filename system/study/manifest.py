@@ -24,7 +24,7 @@ from circuits.brief import stated
 from circuits.errors import DataError, ParameterError
 from system.files.document import document_bytes, from_json
 from system.files.writing import write_text_atomic
-from system.study.metric import is_own
+from system.study.metrics.metric import is_own
 from system.study.plan import Plan
 from system.study.source import named_source, place_beside
 from system.study.table import MOST, Condition

@@ -37,13 +37,13 @@ from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
 from system.options.block import Choice, choose, read_die
 from system.options.cards import NGSPICE
-from system.options.edited import check_drawn, check_known
+from system.options.die.edited import check_drawn, check_known
 from system.options.silicon import SiliconChoice
 from system.options.target import file_of
 from system.options.temperature import COURSE
 from system.registry import SYSTEMS, load_system, system_names
 from system.study.in_ngspice import Draws, Engine, cards_digest, choice_on_cards, metrics_in_ngspice
-from system.study.metric import MEASURED, OUTSIDE, measurements, metrics_of, runs_testbench
+from system.study.metrics.metric import MEASURED, OUTSIDE, measurements, metrics_of, runs_testbench
 from system.study.source import check_source, digest_of
 from system.study.specification import Specification, Success
 from system.study.table import FAILED, Condition

@@ -16,7 +16,7 @@ import numpy as np
 from circuits.arrays import F64
 from system.options.code import code_of
 from system.study.manifest import Study
-from system.study.metric import is_own
+from system.study.metrics.metric import is_own
 from system.study.report.result import judge_table
 from system.study.specification import Limits, Specification
 from system.study.table import FAILED, Table

@@ -10,8 +10,8 @@ from circuits.errors import CircuitError
 from circuits.lowering.kernel import on_die
 from circuits.silicon.die import Die
 from circuits.solver.adjoint.gradient import gradients_of
-from system.study.gradient import measured_by
-from system.study.metric import measurements
+from system.study.metrics.gradient import measured_by
+from system.study.metrics.metric import measurements
 from system.study.search.sensitivity import Sensitivity, varying_labels
 from system.study.table import Condition
 from system.study.target import BlockTarget, Target

@@ -25,7 +25,7 @@ from system.cli import montecarlo
 from system.cli.command_line import main
 from system.cli.study_verbs import Montecarlo
 from system.options.block import choose
-from system.study.metric import metrics_of
+from system.study.metrics.metric import metrics_of
 from system.study.target import Subject, open_target
 from tests.killed import wait_until
 from tests.refusals import command_refusals

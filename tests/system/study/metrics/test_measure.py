@@ -10,8 +10,8 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.cli.command_line import main
 from system.options.block import choose
-from system.study.measure import is_measure, measure_metrics, measure_name, named_measures
-from system.study.metric import metrics_of, with_named
+from system.study.metrics.measure import is_measure, measure_metrics, measure_name, named_measures
+from system.study.metrics.metric import metrics_of, with_named
 from system.study.table import Condition
 from system.study.target import BlockTarget, Subject
 

@@ -29,7 +29,7 @@ from circuits.testbench import Testbench
 from circuits.units import parse_quantity, unit_of_name
 from system.options.block import Choice
 from system.plot import COLOURS
-from system.study.metric import metrics_of
+from system.study.metrics.metric import metrics_of
 
 FORMS = (
     "spike_time(PORT,K), voltage(NODE,TIME), rise(NODE,V,K), fall(NODE,V,K), maximum(NODE), minimum(NODE),"

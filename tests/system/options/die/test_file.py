@@ -6,7 +6,7 @@ from circuits.errors import DataError, ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.sampling import Sampling
 from system.options.block import read_die
-from system.options.die_file import read_die_file, with_die, write_die_file
+from system.options.die.file import read_die_file, with_die, write_die_file
 from system.options.silicon import SiliconChoice
 
 EDITED = (

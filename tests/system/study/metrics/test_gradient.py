@@ -8,7 +8,7 @@ from circuits.lowering.kernel import to_kernel
 from circuits.solver.adjoint.gradient import gradients_of
 from circuits.solver.adjoint.measure import Crossing, Extreme, Integral, SpikeTime, Voltage
 from system.options.block import choose
-from system.study.gradient import gradients, measure_of, measures_of, shares
+from system.study.metrics.gradient import gradients, measure_of, measures_of, shares
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 A metric is a number that is measured on every die. There are four kinds. A registered metric
 (`circuits.registry`) belongs to the circuits that it names. What a block's testbench measures is read from
-one run of that testbench, and so is a measure, an expression (`system.study.measure`). A user's own metric is
+one run of that testbench, and so is a measure, an expression (`system.study.metrics.measure`). A user's own metric is
 a function, named `MODULE:FUNCTION` or `FILE.py:FUNCTION`: it takes the machine of the testbench on a die and
 returns a number, NaN where the metric is not defined. If it is annotated to return a `bool`, its mean is told
 as a share of the dies.
@@ -30,7 +30,7 @@ from circuits.solver.transient import Result, simulate
 from circuits.units import unit_of_name
 from system.options.block import Choice
 from system.options.code import code_of, load_code
-from system.study.measure import is_measure, measure_metrics, measure_name
+from system.study.metrics.measure import is_measure, measure_metrics, measure_name
 
 MEASURED = "measured"
 OUTSIDE = "outside the box"  # measured too, where a chip's model was not held against its transistors

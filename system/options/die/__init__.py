@@ -1,0 +1,1 @@
+"""Dies as files, and dies that are edited."""

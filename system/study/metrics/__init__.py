@@ -1,0 +1,1 @@
+"""What a study measures: registered metrics, expressions, and the gradients of both."""
