@@ -45,7 +45,8 @@ def test_types_of_fields_are_those_of_json() -> None:
     assert kind_of(tuple[float, float], nullable=False) == "number[]"
     assert kind_of(tuple[tuple[int, int], ...], nullable=False) == "integer[][]"
     assert kind_of(Literal["a", "b"], nullable=False) == "string"
-    assert kind_of(Meaning, nullable=False) == "any"
+    assert kind_of(Meaning, nullable=True) == "string?"  # a thing of its own is in words
+    assert kind_of(object, nullable=False) == "any"
 
 
 def test_what_is_untold_or_of_another_type_is_found() -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from circuits.errors import ParameterError, UnknownNameError
+from circuits.generator.ripple import Ripple
 from circuits.silicon.die import Die
 from system.car.numbers import OpenspaceNumbers, Robot
 from system.head.numbers import Motion, SonarHead
@@ -18,7 +19,10 @@ from system.registry import SYSTEMS, load_system
 from system.rover.body import Rover
 from system.worlds.sound.targets import default_scene
 
-DIE = {"die": Die(number=1003), "seed": 3, "law": "ideal", "bias_kind": "gate", "outside": "warn"}
+DIE = {
+    "die": Die(number=1003), "seed": 3, "law": "ideal", "bias_kind": "gate", "outside": "warn",
+    "ripple": Ripple(10e-3, 50.0),
+}  # fmt: skip
 WARM = {**DIE, "temperature_c": 30.0, "course": ((0.0, 27.0), (60.0, 44.0))}
 CODED = {**WARM, "codes": "default", "calibrated_c": 20.0}
 
@@ -84,8 +88,9 @@ NEEDED: dict[str, dict[str, Any]] = {
     "pushbot": {},
     "rolls": {},
 }
-# a map has its own obstacles, and a unit at transistor level no other area
+# a map has its own obstacles, a unit at transistor level no other area, and fixed gates no ripple
 APART = {("forest", "obstacles"), ("spiking-bat", "obstacles"), ("spiking-bat", "units")}
+APART |= {(name, "ripple") for name in FIELDS}
 EACH = [(name, field) for name in FIELDS for field in FIELDS[name]]
 
 
