@@ -2,10 +2,10 @@
 
 A metric is a number that is measured on every die. There are four kinds. A registered metric
 (`circuits.registry`) belongs to the circuits that it names. What a block's testbench measures is read from
-one run of that testbench, and so is a measure, an expression (`system.study.metrics.measure`). A user's own metric is
-a function, named `MODULE:FUNCTION` or `FILE.py:FUNCTION`: it takes the machine of the testbench on a die and
-returns a number, NaN where the metric is not defined. If it is annotated to return a `bool`, its mean is told
-as a share of the dies.
+one run of that testbench, and so is a measure, an expression (`system.study.metrics.measure`). A user's own
+metric is a function, named `MODULE:FUNCTION` or `FILE.py:FUNCTION`: it takes the machine of the testbench on
+a die and returns a number, NaN where the metric is not defined. If it is annotated to return a `bool`, its
+mean is told as a share of the dies.
 """
 
 from __future__ import annotations
