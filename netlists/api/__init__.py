@@ -6,7 +6,7 @@ ngspice are in `netlists.api.ngspice`, and PySpice, which is slow to import, in 
 
 from netlists.compare.circuits import Comparison, Difference, compare
 from netlists.dialects.spice import Syntax, analysis_card, spice_dialect
-from netlists.foundry.deck import format_foundry, map_circuit
+from netlists.foundry.deck import map_circuit
 from netlists.foundry.process import DeviceMapping, read_mapping
 from netlists.naming import Naming, make_naming
 from netlists.parasitics import read_parasitics
@@ -50,5 +50,4 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "read_mapping",
     "DeviceMapping",
     "map_circuit",
-    "format_foundry",
 ]

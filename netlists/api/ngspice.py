@@ -1,7 +1,7 @@
 """Runs in ngspice: its library, decks, testbenches, and the comparison with the solver."""
 
 from netlists.foundry.engine import operating_point, simulate
-from netlists.ngspice.agreement import USUAL, Agreement, Allowance, Difference, compare
+from netlists.ngspice.agreement import Agreement, Allowance, Difference, compare
 from netlists.ngspice.library import NoOperatingPointError, find_library, version
 from netlists.ngspice.raw import write_raw
 from netlists.ngspice.run import Waveforms, run
@@ -27,5 +27,4 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "Agreement",
     "Difference",
     "Allowance",
-    "USUAL",
 ]
