@@ -121,6 +121,11 @@ class Simulator:
             An ensemble of the network.
         points
             Vectors at which they are wanted, in the unit of the ensemble, float64[..., dimensions].
+
+        Raises
+        ------
+        UnknownNameError
+            The ensemble is not of the network.
         """
         if ensemble not in self._plan.names:
             raise UnknownNameError(f"{ensemble}: not an ensemble of the network")

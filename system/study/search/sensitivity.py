@@ -45,8 +45,8 @@ class Sensitivity:
     failures
         Reason of each measurement that failed, with the draw that was moved.
     slopes
-        Change of each metric with one sigma of a draw, float64[labels, metrics], where that was not found by
-        moving draws; None else.
+        Change of each metric with one sigma of a draw, float64[labels, metrics], in SI units, where that was
+        not found by moving draws; None else.
     """
 
     labels: tuple[str, ...]
