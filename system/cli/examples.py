@@ -26,7 +26,7 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ),
     ("montecarlo",): ("noctule montecarlo rebound-neuron -n 50 --metric best_delay --csv dies.csv",),
     ("gradient",): (
-        'noctule gradient rebound-neuron --metric "spike_time(spike,0)" --die 1003 --plot gradient.png',
+        'noctule gradient rebound-neuron --metric "spike_time(spike,0)" --die 1003',
     ),
     ("replay",): (
         "noctule montecarlo rebound-neuron -n 50 -o dies",
