@@ -98,7 +98,7 @@ class Replay:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gradient:
-    """Show what each device moves a metric by, from one run backwards."""
+    """Show what each device moves a metric by: one run backwards."""
 
     block: str = shared.block_argument()
     metric: tuple[str, ...] = option(
