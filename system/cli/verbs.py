@@ -123,7 +123,7 @@ class Characterise:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Extract:
-    """Fit our law to a foundry's cards, or to currents; takes a minute."""
+    """Fit our transistor law to a foundry's cards, or to currents."""
 
     output: str = required("Process's file to write, for --process", short="o", metavar="FILE.toml")
     process: str | None = option(None, "A foundry's process, whose cards ngspice runs", metavar="NAME")
