@@ -87,7 +87,7 @@ def test_an_account_in_a_line() -> None:
 def test_turning_round_again_and_again_is_no_success() -> None:
     system = load_system("forest")
     sensing = Sensing(ranges="chip", selection="chip")
-    scenario = Scenario(sensing=sensing, die=Die(number=1003), pings=500, **FIXED_GATES)
+    scenario = Scenario(sensing=sensing, die=Die(number=1003), pings=500, escape=0, **FIXED_GATES)
     found = system.summarise(system.run(scenario))
     assert (found["succeeded"], found["emergency_share"], found["collided"]) == (False, 1.0, 0.0)
     assert found["distance_m"] == pytest.approx(200.0)  # 100 s at 2 m/s, to and fro
