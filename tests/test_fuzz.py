@@ -17,6 +17,7 @@ CASES = {"netlist": 300}
 FEW = 40  # cases of another kind
 FIRST = 1_000_000  # cases that the benchmark does not reach
 BRACKETS = "[" * 50_000
+MAPPING = (ROOT / "tests" / "netlists" / "foundry" / "data" / "half.toml").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +50,6 @@ def test_whatever_is_damaged_gives_a_result_or_one_line(fuzz: Any) -> None:
         ("scene", (93, 3408)),
         ("ROLLS biases", (114,)),
         ("ROLLS program", (435,)),
-        ("mapping", (110,)),
         ("process", (63, 138)),
         ("record", (3161,)),
         ("columns", (57, 281)),
@@ -103,6 +103,8 @@ FILES = {
     "key.jsonl": '{"campaign": "latency-dies", "mark": "x"}\n{"key": ["a", 1e999], "found": {}}\n',
     "deep.toml": f"summary = {BRACKETS}",
     "long.toml": f"duration = {'9' * 5000}",
+    "infinite.toml": MAPPING.replace("v_dd = 3.3", "v_dd = 1e999"),
+    "huge.toml": MAPPING.replace("v_dd = 3.3", f"v_dd = {'9' * 400}"),
 }
 RESUMED = ("reproduce", "latency-dies", "--param", "dies=1", "--resume", "-o")
 HUGE = str(2**65)
@@ -125,6 +127,8 @@ HUGE = str(2**65)
         ("run", "pushbot", "--scene", "long.toml"),
         ("export", "rebound-neuron", "-o", "x.cir", "--mapping", "deep.toml"),
         ("export", "rebound-neuron", "-o", "x.cir", "--mapping", "long.toml"),
+        ("export", "rebound-neuron", "-o", "x.cir", "--mapping", "infinite.toml"),
+        ("export", "rebound-neuron", "-o", "x.cir", "--mapping", "huge.toml"),
         ("show", "rebound" * 5000),
         ("montecarlo", "rebound-neuron", "--spec", "best_delay\nin\n1ms"),
     ],

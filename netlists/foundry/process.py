@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import functools
 import re
+import sys
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -428,10 +429,9 @@ def _number(path: str, table: Mapping[str, Any], key: str) -> float:
     value = table.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise DataError(f"{path}: {key}, must be a number; see the shipped processes")
-    try:
+    if abs(value) <= sys.float_info.max:  # neither NaN nor what no float holds
         return float(value)
-    except OverflowError:
-        raise DataError(f"{path}: {key}, too large for a number; see the shipped processes") from None
+    raise DataError(f"{path}: {key}, must be a finite number; see the shipped processes")
 
 
 def _section(path: Path, section: str) -> Iterable[str]:
