@@ -20,7 +20,11 @@ _VOLTAGE = re.compile(r"v\s*\(\s*([^\s(),]+)\s*\)\s*=\s*('[^']*'|\{[^{}]*\}|[^\s
 _NOISE = re.compile(r"v\s*\(\s*(?P<node>[^\s(),]+)\s*(?:[\s,]\s*(?P<reference>[^\s(),]+)\s*)?\)")
 _OUTPUT = {".save", ".print", ".plot", ".probe", ".four", ".width", ".post", ".graph", ".csparam", ".title"}
 _OTHER = {".disto", ".pz", ".sens", ".tf", ".sp", ".pss", ".hb"}
-_VARIED = {".step", ".data", ".mc"}  # several circuits in one netlist
+VARIED = frozenset({".step", ".data", ".mc"})  # several circuits in one netlist; ngspice has none of them
+_ONE_CIRCUIT = (
+    "one netlist is one circuit, here and in ngspice: take the card out, and step sources, temperature or"
+    " dies with noctule sweep"
+)
 # options about output, convergence and accuracy; any other is taken to be about the circuit
 _NUMERICAL = {
     "acct", "noacct", "list", "nolist", "node", "nonode", "opts", "noopts", "page", "nopage", "nomod",
@@ -186,8 +190,8 @@ def _read_control(controls: Controls, card: Card, scope: Scope, notes: Notes) ->
         notes.add(f"{word} card", card.place)
     elif word in _OTHER:
         notes.add(f"{word} analysis", card.place)
-    elif word in _VARIED:
-        notes.leave_out(card, word, word, "one netlist is one circuit, write its values as .param")
+    elif word in VARIED:
+        notes.leave_out(card, word, word, _ONE_CIRCUIT)
     else:
         raise card.error(f"{shown(word)}: unknown card; write one of {', '.join(sorted(_READERS))}")
 

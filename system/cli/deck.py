@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -22,8 +22,9 @@ from circuits.testbench import Testbench
 from netlists.ngspice.deck import Ran, run_deck
 from netlists.ngspice.run import Waveforms
 from netlists.read import Imported, read_netlist
-from netlists.read.analysis import NoiseSpectrum, SmallSignals, Sweep
+from netlists.read.analysis import VARIED, NoiseSpectrum, SmallSignals, Sweep
 from netlists.read.foreign import REMEDY
+from netlists.read.note import Foreign
 from netlists.read.text.name import circuit_name
 from system.cli.block_choice import choose_block
 from system.cli.deadline import deadline_of
@@ -47,7 +48,9 @@ def is_foreign(target: str, engine: Engine) -> bool:
     if deck is None or engine != "ngspice" or not deck.path.is_file():
         return False
     with implausible_allowed():
-        return bool(read_netlist(deck.path, foreign="kept").foreign)
+        foreign = read_netlist(deck.path, foreign="kept").foreign
+    _refuse_varied(foreign)
+    return bool(foreign)
 
 
 def refuse_foreign(target: str) -> None:
@@ -58,10 +61,18 @@ def refuse_foreign(target: str) -> None:
     with implausible_allowed():
         foreign = read_netlist(deck.path, foreign="kept").foreign
     if foreign:
+        _refuse_varied(foreign)
         first, more = foreign[0], len(foreign) - 1
         others = f" ({more} more: noctule import {target})" if more else ""
         reason = first.reason.removesuffix(f"; {REMEDY}")
         raise DataError(f"{first.place}: {reason}{others}; run it with --engine ngspice")
+
+
+def _refuse_varied(foreign: Sequence[Foreign]) -> None:
+    """Raise `DataError` for a card of several circuits, which ngspice has not either."""
+    for card in foreign:
+        if card.text.split()[0].lower() in VARIED:
+            raise DataError(f"{card.place}: {card.reason}")
 
 
 def simulate_deck(asked: Simulate) -> None:

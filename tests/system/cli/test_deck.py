@@ -166,3 +166,18 @@ def test_small_signals_and_noise_are_those_of_the_deck(
     assert json.loads(capsys.readouterr().out)["frequency_Hz"][0] == 1e3
     assert main(["simulate", str(path), "--analysis", "noise", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["source"] == "vin"
+
+
+@pytest.mark.parametrize("engine", ["native", "ngspice"])
+def test_a_step_card_is_told_of_noctule_sweep_since_ngspice_has_none(
+    engine: str, ours: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = Path(ours)
+    path.write_text(OURS.replace(".temp 60", ".step temp 0 60 30"))
+    assert main(["op", ours, "--engine", engine]) != 0
+    said = capsys.readouterr().err
+    assert "ours.cir:14: .step: not honoured" in said
+    assert "noctule sweep" in said
+    assert "--engine" not in said
+    path.write_text(OURS)
+    assert main(["sweep", ours, "--over", "temperature=0,60", "--json"]) == 0
