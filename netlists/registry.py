@@ -62,7 +62,7 @@ class Settings:
     ----------
     models
         What transistors are: `ekv` writes our equations as behavioural currents, `bsim3` M elements that
-        name BSIM3 cards.
+        name BSIM3 cards, `sweepable` our equations in sub-circuits of temperature and size (ngspice alone).
     analysis
         `tran` is a transient up to the testbench's stop time; `op` is the operating point with the sources
         as they are at time 0.

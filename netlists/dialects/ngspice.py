@@ -1,7 +1,8 @@
 """The ngspice dialect, which is also what the engine `ngspice` runs.
 
 Each definition is a `.subckt`. Transistors are B sources with the EKV law, its constants folded into numbers,
-or M elements with BSIM3 cards.
+or M elements with BSIM3 cards, or calls of sub-circuits that follow temperature and size
+(`netlists.dialects.sweepable`).
 
 Names. ngspice ignores case, and a node array has no form of its own: `v_mem[3]` is written `v_mem#3`,
 `w[1,2]` is `w#1#2`. Our names have no `#`, so nothing collides. Names that
@@ -29,6 +30,7 @@ from netlists.dialects.spice import (
     spice_dialect,
     tolerances,
 )
+from netlists.dialects.sweepable import CELLS, sweepable
 from netlists.naming import make_naming
 from netlists.registry import DEFAULT_RELTOL, Analysis, Method, Settings
 from netlists.write import deck
@@ -55,7 +57,7 @@ def _control(control: Control) -> list[str]:
     ]
 
 
-_NAMING = make_naming("hash", _RESERVED)
+_NAMING = make_naming("hash", _RESERVED | frozenset(CELLS.values()))
 _SYNTAX = Syntax("ngspice", _NAMING, _current, _control, runs=True, case=str.lower)
 _WRITER = make_writer(_SYNTAX)
 
@@ -63,6 +65,7 @@ DIALECT = spice_dialect(
     _SYNTAX,
     "B sources or BSIM3; run here",
     mos_form(_NAMING, "level=8", "version=3.3.0", instance=True),
+    {"sweepable": sweepable(_SYNTAX)},
 )
 format_device = DIALECT.devices["ekv"]
 node_name = _NAMING.node

@@ -9,8 +9,9 @@ tag (`netlists.naming`): its capacitances `gb`, its junctions' leakage `db`.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,7 @@ from netlists.write.traversal import Definition
 TERMINALS = "dgsb"
 # A, by models. BSIM3's currents are noisier: of 52 runs of the rebound neuron (26 dies, two settings) 7 ended
 # with a timestep too small at 1e-15, none from 1e-14 to 1e-12; at 1e-13 spikes are within 0.5 us of 1e-14.
-_ABSTOL = {"ekv": "1e-15", "bsim3": "1e-13"}
+_ABSTOL = {"ekv": "1e-15", "bsim3": "1e-13", "sweepable": "1e-15"}
 _CACHED = 1 << 14
 
 
@@ -72,7 +73,12 @@ class Syntax:
     capacitor: Callable[[str, str, str, float], str] = _capacitor
 
 
-def spice_dialect(syntax: Syntax, summary: str, bsim3: Form | None = None) -> Dialect:
+def spice_dialect(
+    syntax: Syntax,
+    summary: str,
+    bsim3: Form | None = None,
+    more: Mapping[str, tuple[Transistors, Cards]] = MappingProxyType({}),
+) -> Dialect:
     """Make a dialect of the SPICE family.
 
     Parameters
@@ -83,6 +89,8 @@ def spice_dialect(syntax: Syntax, summary: str, bsim3: Form | None = None) -> Di
         What the list of dialects says about it.
     bsim3
         How it writes BSIM3 cards; unless given, transistors are EKV currents alone.
+    more
+        What else transistors are in it, by name.
     """
     others = _others(syntax)
     ekv = make_formatter(syntax.dialect, ekv_transistors(syntax), others)
@@ -90,6 +98,8 @@ def spice_dialect(syntax: Syntax, summary: str, bsim3: Form | None = None) -> Di
     if bsim3 is not None:
         with_cards = make_formatter(syntax.dialect, make_transistors(bsim3), others)
         models["bsim3"] = (with_cards, make_cards(bsim3))
+    for name, (transistors, cards) in more.items():
+        models[name] = (make_formatter(syntax.dialect, transistors, others), cards)
     return make_dialect(make_writer(syntax), summary, models)
 
 
@@ -146,7 +156,7 @@ def open_definition(naming: Naming, name: str, definition: Definition) -> list[s
 
 def ekv_transistors(syntax: Syntax) -> Transistors:
     """Make the formatter of transistors as currents of the law, and capacitances."""
-    naming, between = syntax.naming, difference(syntax.naming)
+    naming = syntax.naming
 
     @functools.lru_cache(_CACHED)
     def charges(device: Transistor, model: TransistorModel) -> tuple[str, ...]:
@@ -157,28 +167,36 @@ def ekv_transistors(syntax: Syntax) -> Transistors:
 
     def transistor(device: Transistor, silicon: Silicon, deviation: Deviation) -> list[str]:
         at = _law_of(silicon, device, deviation)
-        drain, source, bulk = map(naming.node, (device.drain, device.source, device.bulk))
-        turn = device.polarity == "p"
-
-        def current(name: str, start: str, end: str, expression: str) -> list[str]:
-            return syntax.current(name, *((end, start) if turn else (start, end)), expression)
-
-        def held(tag: str) -> str:
-            return f"v({naming.part(device.name, tag)})"
-
-        channel = law.channel_current(device, at, between, held)
-        lines = current(naming.plain(device.name), drain, source, channel.current)
-        for tag, value in channel.terms.items():
-            # a current of the node's own voltage, so that it needs no other element
-            node = naming.part(device.name, tag)
-            lines += syntax.current(node, GROUND, node, f"{value}-{held(tag)}")
-        if at.junction_leakage > 0.0 or at.gate_induced_leakage > 0.0:
-            for terminal, node, letter in ((device.drain, drain, "d"), (device.source, source, "s")):
-                leak = law.junction_current(device, at, terminal, between)
-                lines += current(naming.part(device.name, f"{letter}b"), node, bulk, leak)
+        leaks = at.junction_leakage > 0.0 or at.gate_induced_leakage > 0.0
+        lines = law_lines(syntax, device, at, leaks=leaks)
         return [*lines, *charges(device, silicon.process.model(device.polarity))]
 
     return transistor
+
+
+def law_lines(syntax: Syntax, device: Transistor, at: TransistorAtTemperature, *, leaks: bool) -> list[str]:
+    """Currents of a transistor by its law: the channel's, and the junctions' where it leaks."""
+    naming, between = syntax.naming, difference(syntax.naming)
+    drain, source, bulk = map(naming.node, (device.drain, device.source, device.bulk))
+    turn = device.polarity == "p"
+
+    def current(name: str, start: str, end: str, expression: str) -> list[str]:
+        return syntax.current(name, *((end, start) if turn else (start, end)), expression)
+
+    def held(tag: str) -> str:
+        return f"v({naming.part(device.name, tag)})"
+
+    channel = law.channel_current(device, at, between, held)
+    lines = current(naming.plain(device.name), drain, source, channel.current)
+    for tag, value in channel.terms.items():
+        # a current of the node's own voltage, so that it needs no other element
+        node = naming.part(device.name, tag)
+        lines += syntax.current(node, GROUND, node, f"{value}-{held(tag)}")
+    if leaks:
+        for terminal, node, letter in ((device.drain, drain, "d"), (device.source, source, "s")):
+            leak = law.junction_current(device, at, terminal, between)
+            lines += current(naming.part(device.name, f"{letter}b"), node, bulk, leak)
+    return lines
 
 
 def format_amplifier(syntax: Syntax, device: OperationalAmplifier) -> list[str]:

@@ -136,6 +136,6 @@ def _pinch_off(law: TransistorAtTemperature, u_gate: str) -> str:
     return f"({v_x}-{gamma!r}*sqrt({v_x}+{0.25 * gamma**2!r}){_signed(0.5 * gamma**2 - phi)})"
 
 
-def _signed(value: float) -> str:
-    """A number with its sign, for a sum."""
-    return f"+{value!r}" if value >= 0.0 else repr(value)
+def _signed(value: object) -> str:
+    """A number with its sign, for a sum; one that is text has its sign inside."""
+    return repr(value) if isinstance(value, float) and value < 0.0 else f"+{value!r}"

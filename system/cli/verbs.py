@@ -62,7 +62,9 @@ class Export:
     dialect: str = option(
         "ngspice", "What to write, as spectre; see noctule list", metavar="NAME", names=DIALECTS
     )
-    models: Literal["ekv", "bsim3"] = option("ekv", "What transistors are")
+    models: Literal["ekv", "bsim3", "sweepable"] = option(
+        "ekv", "What transistors are; sweepable: ngspice's temperature and sizes move them"
+    )
     begin: BeginChoice = shared.begin_part("at_rest")
     parasitics: str | None = shared.file_option("CSV of node and capacitance, merged in")
     mapping: str | None = option(None, "A foundry's process, as gf180mcu, or a TOML file", metavar="NAME")

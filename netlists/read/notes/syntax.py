@@ -136,13 +136,13 @@ class SpiceSyntax(Syntax):
 
     def called(self, card: Card) -> tuple[str, str] | None:
         """See `Syntax`."""
-        words = card.text.split()
+        words = [word for word in card.text.split() if "=" not in word]
         return (words[0], words[-1].lower()) if card.text[0] in "xX" else None
 
     def simple(self, card: Card) -> Device | None:
         """See `Syntax`."""
         name, *words = card.text.split()
-        if name[0].lower() not in _MAKERS or not words or "'" in card.text:
+        if name[0].lower() not in _MAKERS or not words or set("'{") & set(card.text):
             return None
         begin = words.pop().partition("=")[2] if words[-1].lower().startswith("ic=") else None
         return self._device(card, name, words[:-1], words[-1] if words else "", begin)
