@@ -34,7 +34,7 @@ from circuits.silicon.process import BOLTZMANN, ELEMENTARY_CHARGE, Polarity, Pro
 
 # Gauss-Legendre on 0 to 1: the mean of L^2 (1 - e^-L) is off by 1e-6 of itself at L = 20, by less below
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-_SHARE, _WEIGHT = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
+CHANNEL_SHARE, CHANNEL_WEIGHT = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,9 +102,9 @@ def channel_noise(a: TransistorArrays, w: TransistorWork, out: F64) -> None:
     for i in range(n):
         forward, reverse = w.value[i], w.value[n + i]
         total = 0.0
-        for j in range(_SHARE.size):
-            x = reverse + (forward - reverse) * _SHARE[j]
-            total -= _WEIGHT[j] * x * x * np.expm1(-x)
+        for j in range(CHANNEL_SHARE.size):
+            x = reverse + (forward - reverse) * CHANNEL_SHARE[j]
+            total -= CHANNEL_WEIGHT[j] * x * x * np.expm1(-x)
         scale = 8.0 * ELEMENTARY_CHARGE * a.specific_current[i] * w.factor[i]
         both = forward + reverse
         out[i] = scale * total / both if both > 0.0 else 0.0

@@ -1,15 +1,18 @@
 """The laws of devices as Verilog-A modules: transistors of both polarities, amplifier, linear devices.
 
 A transistor's module has the process's figures as defaults of its parameters and applies the temperature laws
-itself. `temperature_c` is the temperature of the netlist (degC); a value below absolute zero stands for the
-temperature of the simulator. `gamma` above 0 chooses the law with body effect (`ekv-gamma`), 0 the one with a
-constant kappa. `delta_v_t0` and `delta_beta` are the deviations of one device from the nominal. Equations:
+itself, at the simulator's `$temperature`, unless `temperature_c` (degC) holds one that is not below absolute
+zero. Its noise is that of `circuits.devices.noise`: of the channel, white and, through the gate's
+transconductance, flicker, and of both junctions; a resistor's is `4 k T / R`. `gamma` above 0 chooses the law
+with body effect (`ekv-gamma`), 0 the one with a constant kappa. `delta_v_t0` and `delta_beta` are the
+deviations of one device from the nominal. Equations:
 `circuits.devices.transistor` and `circuits.devices.operational_amplifier`; every charge is a capacitance
 times a voltage, under `ddt`.
 """
 
 from __future__ import annotations
 
+from circuits.devices.noise import CHANNEL_SHARE, CHANNEL_WEIGHT, noise_model
 from circuits.devices.operational_amplifier import LEAST_HEADROOM
 from circuits.devices.transistor import INDUCED_LIMIT
 from circuits.silicon.process import BOLTZMANN, ELEMENTARY_CHARGE, ZERO_CELSIUS, Polarity
@@ -43,10 +46,11 @@ module {name}(d, g, s, b);
   parameter real m = 1 from (0:inf); // parallel devices
   parameter real delta_v_t0 = 0; // V, of the magnitude
   parameter real delta_beta = 0; // relative
-  parameter real temperature_c = {temperature_c};
+  parameter real temperature_c = -1000; // degC; below absolute zero the simulator's temperature holds
 {parameters}
   real t, rise, u_t, mobility, specific, threshold, v_g, v_s, v_d, v_x, v_p;
-  real forward, backward, early, v_m, channel, leakage;
+  real forward, backward, early, v_m, factor, channel, leakage, leak_d, leak_s;
+  real spread, white, transconductance, flicker, shot_d, shot_s;
 
 {softplus}
   analog function real junction;
@@ -56,6 +60,15 @@ module {name}(d, g, s, b);
       junction = 1.0 - exp(20.0) * (y - 19.0);
     else
       junction = 1.0 - exp(y);
+  endfunction
+
+  analog function real share; // x^2 (1 - e^-x)
+    input x;
+    real x;
+    if (x < 1e-4)
+      share = x * x * x * (1.0 - 0.5 * x * (1.0 - x / 3.0));
+    else
+      share = x * x * (1.0 - exp(-x));
   endfunction
 
   analog function real induced;
@@ -85,12 +98,27 @@ module {name}(d, g, s, b);
     if (early_field > 0.0)
       early = abs(v_d - v_s) / (early_field * l * (1.0 + early_rise * (forward + backward)));
     v_m = 0.5 * (v_p + sqrt(v_p * v_p + 2.0 * u_t * u_t));
-    channel = specific * (forward * forward - backward * backward) * (1.0 + early)
-      / (1.0 + mobility_reduction * v_m);
+    factor = (1.0 + early) / (1.0 + mobility_reduction * v_m);
+    channel = specific * (forward * forward - backward * backward) * factor;
     leakage = junction_leakage * pow(2.0, rise / leakage_doubling) * w * m;
+    leak_d = leakage + w * m * induced(v_d - v_g);
+    leak_s = leakage + w * m * induced(v_s - v_g);
     I(d, s) <+ {sign} * channel;
-    I(d, b) <+ {sign} * (leakage + w * m * induced(v_d - v_g)) * junction(-v_d / u_t);
-    I(s, b) <+ {sign} * (leakage + w * m * induced(v_s - v_g)) * junction(-v_s / u_t);
+    I(d, b) <+ {sign} * leak_d * junction(-v_d / u_t);
+    I(s, b) <+ {sign} * leak_s * junction(-v_s / u_t);
+
+    // noise, A^2/Hz: the mean of x^2 (1 - e^-x) from backward to forward, by Gauss and Legendre
+    spread = {spread};
+    white = 8.0 * {charge} * specific * factor * spread / max(forward + backward, 1e-300);
+    transconductance = ddx(channel, V(g));
+    flicker = flicker_coefficient / (oxide_capacitance * w * l * m) * transconductance * transconductance;
+    shot_d = 2.0 * {charge} * leak_d * (2.0 - junction(-v_d / u_t));
+    shot_s = 2.0 * {charge} * leak_s * (2.0 - junction(-v_s / u_t));
+    I(d, s) <+ white_noise(white, "channel");
+    I(d, s) <+ flicker_noise(flicker, flicker_exponent, "flicker");
+    I(d, b) <+ white_noise(shot_d, "drain_junction");
+    I(s, b) <+ white_noise(shot_s, "source_junction");
+
     I(g, b) <+ ddt(gate_bulk_fraction * oxide_capacitance * w * l * m * V(g, b));
     I(g, d) <+ ddt(overlap_capacitance * w * m * V(g, d));
     I(g, s) <+ ddt(overlap_capacitance * w * m * V(g, s));
@@ -131,7 +159,10 @@ module {RESISTOR}(a, b);
   inout a, b;
   electrical a, b;
   parameter real r = 1e3 from (0:inf); // ohm
-  analog I(a, b) <+ V(a, b) / r;
+  analog begin
+    I(a, b) <+ V(a, b) / r;
+    I(a, b) <+ white_noise(4.0 * {BOLTZMANN!r} * $temperature / r, "thermal");
+  end
 endmodule
 """,
     TRANSCONDUCTOR: f"""\
@@ -161,17 +192,28 @@ def _transistor_module(silicon: Silicon, polarity: Polarity) -> str:
     figures["gamma"] = model.gamma if model.law == "ekv-gamma" else 0.0
     figures["gate_induced_from"] = silicon.process.v_dd
     figures["nominal_temperature_c"] = silicon.process.nominal_temperature_c
+    noise = noise_model(silicon.process)
+    figures |= {"flicker_coefficient": noise.flicker(polarity), "flicker_exponent": noise.exponent}
     return _TRANSISTOR.format(
         name=TRANSISTORS[polarity],
-        temperature_c=repr(silicon.temperature_c),
         parameters="\n".join(f"  parameter real {name} = {value!r};" for name, value in figures.items()),
         zero=repr(ZERO_CELSIUS),
         limit=repr(INDUCED_LIMIT),
         boltzmann=repr(BOLTZMANN),
         charge=repr(ELEMENTARY_CHARGE),
+        spread=_spread(),
         sign="1.0" if polarity == "n" else "-1.0",
         softplus=softplus_text(37.0, 12.0, "exp(x) * (1.0 - 0.5 * exp(x))"),
     )
+
+
+def _spread() -> str:
+    """Text of the mean of `share` between `backward` and `forward`."""
+    terms = (
+        f"{float(weight)!r} * share(backward + (forward - backward) * {float(at)!r})"
+        for at, weight in zip(CHANNEL_SHARE, CHANNEL_WEIGHT, strict=True)
+    )
+    return "\n      + ".join(terms)
 
 
 def softplus_text(above: float, below: float, small: str) -> str:

@@ -5,7 +5,8 @@ instances are instances of modules, with literal parameters. All
 devices have notes, their values and names as we have them. The module `testbench` drives the circuit: a
 source with vertices holds its last one and its slope, renewed by a timer at each. Ground is `gnd`, declared
 `ground` in each module that has it. A testbench's start voltages and its analysis have no text here but the
-note: they belong to the simulator. Written to the Verilog-AMS Language Reference Manual 2.4. Not run here.
+note: they belong to the simulator, as the temperature does; the head says so. Written to the Verilog-AMS
+Language Reference Manual 2.4. Not run here.
 """
 
 from __future__ import annotations
@@ -191,6 +192,10 @@ def _module_of(device: Device) -> str:
     return _MODULE_OF[type(device)]
 
 
+_HEAD = (
+    "// transistors take the simulator's $temperature, or a temperature_c of their own; sources of biases",
+    "// stay those of the temperature above; channels, junctions and resistors make noise",
+)
 _MODULE_OF: dict[type[Device], str] = {
     Capacitor: CAPACITOR,
     Resistor: RESISTOR,
@@ -206,7 +211,7 @@ _WRITER = Writer(
     open=_open,
     close=_close,
     call=_call,
-    head=lambda: ['`include "disciplines.vams"'],
+    head=lambda: [*_HEAD, '`include "disciplines.vams"'],
     control=_control,
     top=_top,
 )

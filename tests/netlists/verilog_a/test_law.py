@@ -3,15 +3,31 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from circuits.circuit import Circuit, Port
+from circuits.devices import Source, Transistor
+from circuits.devices.noise import resistor_noise
+from circuits.devices.source import Constant
 from circuits.devices.transistor import capacitances, drain_current
-from circuits.silicon.process import AMI_1500_IDEAL, POLARITIES, Polarity, Process
+from circuits.silicon.process import (
+    AMI_1500,
+    AMI_1500_IDEAL,
+    POLARITIES,
+    ROLLS_180,
+    Polarity,
+    Process,
+    kelvin,
+)
 from circuits.silicon.silicon import Silicon
+from circuits.solver.noise.analysis import noise_sources
+from circuits.solver.operating_point import operating_point
+from circuits.testbench import Testbench
 from netlists.verilog_a.law import MODULES, TRANSISTORS, module_text
 
 WIDTH, LENGTH, MULTIPLICITY = 3e-6, 1.5e-6, 2.0
@@ -29,6 +45,29 @@ PROCESSES = {
     "ekv-gamma": varied(law="ekv-gamma"),
     "leaking": varied(early_field=5e6, junction_leakage=1e-6, leakage_doubling=8.0),
 }
+
+
+SIZE = {"w": WIDTH, "l": LENGTH, "m": MULTIPLICITY}
+
+
+def compiled_residuals(
+    text: str, v: Mapping[str, float], parameters: Mapping[str, float], temperature_c: float, folder: Path
+) -> list[tuple[float, float]]:
+    """Residuals (current, charge) of a module's nodes, by the compiler, at voltages of its nodes."""
+    compiler = pytest.importorskip("openvaf_py", reason="no Verilog-A compiler: pip install openvaf-py")
+    path = folder / "law.va"
+    path.write_text('`include "disciplines.vams"\n' + text)
+    (module,) = compiler.compile_va(str(path))
+    branches = {
+        name: v[name[2]] - (v[name[4]] if "," in name else 0.0)
+        for name, kind in zip(module.param_names, module.param_kinds, strict=True)
+        if kind == "voltage"
+    }
+    given = {"mfactor": 1.0, "$temperature": temperature_c + 273.15}
+    found: list[tuple[float, float]] = module.run_init_eval(
+        module.get_param_defaults() | branches | dict(parameters) | given
+    )[0]
+    return found
 
 
 @pytest.mark.parametrize("name", sorted(MODULES))
@@ -54,7 +93,8 @@ def test_parameters_are_the_process_s(polarity: Polarity) -> None:
     model = PROCESSES["ekv-gamma"].model(polarity)
     assert float(given["v_t0"]) == model.v_t0
     assert float(given["gamma"]) == model.gamma
-    assert float(given["temperature_c"]) == 40.0
+    assert float(given["temperature_c"]) < -273.15  # the simulator's holds
+    assert text == module_text(TRANSISTORS[polarity], Silicon(PROCESSES["ekv-gamma"], 80.0))
     assert "parameter real gamma = 0.0;" in module_text(TRANSISTORS[polarity], Silicon(AMI_1500_IDEAL))
 
 
@@ -65,20 +105,12 @@ def test_compiled_modules_have_our_currents_and_charges(
     polarity: Polarity, process: str, voltage: tuple[float, ...], tmp_path: Path
 ) -> None:
     """OpenVAF's residuals: currents into d, g, s, b and their charges. Digits: ln(1 + y) loses 2e-11."""
-    compiler = pytest.importorskip("openvaf_py", reason="no Verilog-A compiler: pip install openvaf-py")
     silicon = Silicon(PROCESSES[process], 40.0)
-    path = tmp_path / "law.va"
-    path.write_text('`include "disciplines.vams"\n' + module_text(TRANSISTORS[polarity], silicon))
-    (module,) = compiler.compile_va(str(path))
     sign = 1.0 if polarity == "n" else -1.0
     v = dict(zip("dgsb", (sign * x for x in voltage), strict=True))
-    branches = {
-        name: v[name[2]] - v[name[4]]
-        for name, kind in zip(module.param_names, module.param_kinds, strict=True)
-        if kind == "voltage"
-    }
-    own = {"w": WIDTH, "l": LENGTH, "m": MULTIPLICITY, "delta_v_t0": 0.01, "delta_beta": -0.1, "mfactor": 1.0}
-    residuals, _ = module.run_init_eval(module.get_param_defaults() | branches | own | {"$temperature": 1.0})
+    own = {"delta_v_t0": 0.01, "delta_beta": -0.1}
+    text = module_text(TRANSISTORS[polarity], silicon)
+    residuals = compiled_residuals(text, v, SIZE | own, 40.0, tmp_path)
     law = silicon.law(polarity)
     law = replace(law, v_t0=law.v_t0 + 0.01, square_current=law.square_current * 0.9)
     into_d, into_s = (
@@ -97,6 +129,45 @@ def test_compiled_modules_have_our_currents_and_charges(
         charge[i] += q
         charge[j] -= q
     assert [q for _, q in residuals] == pytest.approx(charge, rel=1e-12)
+
+
+@pytest.mark.parametrize("degrees", [-20.0, 27.0, 85.0])
+@pytest.mark.parametrize("voltage", VOLTAGES)
+@pytest.mark.parametrize("process", [AMI_1500_IDEAL, AMI_1500, ROLLS_180], ids=["ideal", "ami", "rolls"])
+@pytest.mark.parametrize("polarity", POLARITIES)
+def test_noise_is_the_solver_s_at_the_simulator_s_temperature(
+    polarity: Polarity, process: Process, voltage: tuple[float, ...], degrees: float, tmp_path: Path
+) -> None:
+    """The compiler names noise and does not evaluate it: each density contributes as a current instead."""
+    sign, top = (1.0 if polarity == "n" else -1.0), process.v_dd / 5.0
+    v = dict(zip("dgsb", (sign * top * x for x in voltage), strict=True))
+    device = Transistor("m", polarity, *"dgsb", WIDTH, LENGTH, MULTIPLICITY)
+    ports = tuple(Port(n, "analog") for n in "dgsb")
+    bench = Testbench(
+        "t", Circuit("lone", ports, (device,)), tuple(Source(n, n, Constant(x)) for n, x in v.items()), 1e-3
+    )
+    found = noise_sources(operating_point(bench, Silicon(process, degrees)))
+    expected = [*found.white.tolist(), found.flicker[0]]
+    text = module_text(TRANSISTORS[polarity], Silicon(process))
+    names = ["white", "shot_d", "shot_s"][: len(found.white)]
+    for name, density in zip([*names, "flicker"], expected, strict=True):
+        alone, count = re.subn(rf"<\+ \w+_noise\({name}\b[^;]*;", f"<+  {name};", text)
+        assert count == 1
+        alone = re.sub(r"\n    I\(\w, \w\) <\+ [^ ][^;]*;", "", alone)
+        into_d, _, into_s, _ = (r for r, _ in compiled_residuals(alone, v, SIZE, degrees, tmp_path))
+        assert (into_s if name == "shot_s" else into_d) == pytest.approx(density, rel=1e-6, abs=0.0)
+    assert expected[0] > 0.0
+
+
+def test_a_resistor_makes_its_noise(tmp_path: Path) -> None:
+    text = (
+        module_text("noctule_resistor", Silicon(AMI_1500))
+        .replace("I(a, b) <+ white_noise(", "I(a, b) <+ (")
+        .replace(', "thermal")', ")")
+    )
+    (into_a, _), (into_b, _) = compiled_residuals(text, {"a": 0.0, "b": 0.0}, {"r": 2e6}, 85.0, tmp_path)
+    assert into_a == pytest.approx(resistor_noise(np.array(2e6), kelvin(85.0)), rel=1e-9, abs=0.0)
+    assert into_b == -into_a
 
 
 def test_both_polarities_have_a_module() -> None:
