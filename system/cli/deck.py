@@ -145,7 +145,9 @@ def _swept(asked: Simulate) -> Waveforms:
     """The deck's first `.dc` card, solved natively; the innermost source moves first."""
     deck = deck_of(asked.block)
     if deck is None or deck.name:
-        raise ParameterError("--analysis: dc, is that of a deck's own .dc card; name a deck")
+        raise ParameterError(
+            "--analysis: dc, is that of a deck's own .dc card; name a deck, or use noctule sweep"
+        )
     with implausible_allowed(asked.silicon.allow_implausible):
         found = read_netlist(deck.path)
     sweep = next((a for a in found.analyses if isinstance(a, Sweep)), None)

@@ -25,9 +25,7 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
         "noctule compare left.cir right.cdl",
     ),
     ("montecarlo",): ("noctule montecarlo rebound-neuron -n 50 --metric best_delay --csv dies.csv",),
-    ("gradient",): (
-        'noctule gradient rebound-neuron --metric "spike_time(spike,0)" --die 1003',
-    ),
+    ("gradient",): ('noctule gradient rebound-neuron --metric "spike_time(spike,0)" --die 1003',),
     ("replay",): (
         "noctule montecarlo rebound-neuron -n 50 -o dies",
         "noctule replay dies --die 1000 --plot die.png",

@@ -106,15 +106,18 @@ def test_an_unknown_process_lists_the_known_ones(capsys: pytest.CaptureFixture[s
     assert "one of ami-1500, rolls-180, gf180mcu, sky130, or" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("option", "value"), [("--die", "3"), ("--corner", "ss"), ("--temperature", "30")])
+@pytest.mark.parametrize(
+    ("option", "value", "told"),
+    [("--die", "3", "die A/3"), ("--corner", "ss", "ss"), ("--temperature", "30", "30")],
+)
 def test_a_drawing_has_neither_die_nor_temperature(
-    option: str, value: str, capsys: pytest.CaptureFixture[str]
+    option: str, value: str, told: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Else a reader would take the drawing for that die."""
     assert main(["export", "rebound-neuron", "--dialect", "cdl", option, value, "-o", "-"]) == 2
     out, err = capsys.readouterr()
     assert out == ""
-    assert f"{option}: {value}" in err
+    assert f"{option}: {told}" in err
     assert "choose another --dialect" in err
     assert err.count("\n") == 1
 

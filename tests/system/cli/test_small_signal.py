@@ -90,7 +90,7 @@ test_wrong_options_are_refused_in_one_line = command_refusals(
         ("--from 1", "--from: not of --analysis tran"),
         ("--analysis noise --trials 3 --node v_amp", "--trials: not of --analysis noise"),
         ("--analysis tran-noise --points 3", "--points: not of --analysis tran-noise"),
-        ("--analysis dc", "is not one of"),
+        ("--analysis tf", "is not one of"),
     ],
 )
 
