@@ -133,12 +133,14 @@ class Output(Generic[T]):
     help, metavar : of the option.
     check : refuses a path before the run, by a `ParameterError`.
     write : writes the file, and tells the share that is done.
+    refuse : says why a scenario's run has nothing to write, "" where it has; None: every run has.
     """
 
     help: str
     check: Callable[[str], None]
     write: Callable[[str, T, Progress], None]
     metavar: str = "FILE"
+    refuse: Callable[[Any], str] | None = None
 
 
 @final

@@ -64,7 +64,8 @@ IMPORTS_BY_NAME = {
     "circuits.catalogue": None,
     "chips.rolls.program.nir": "nir",
     "netlists.ngspice.library": "PySpice.Spice.NgSpice.Shared",
-    "system.worlds.camera.file": "faery",
+    "system.files.aedat4": "faery",
+    "system.spikes.neo_file": "neo",
 }
 MOST_MODULES = 15  # in a folder
 LONGER_FOLDERS = {"system/cli"}  # one file a verb

@@ -2,14 +2,13 @@
 
 from netlists.foundry.engine import operating_point, simulate
 from netlists.ngspice.agreement import Agreement, Allowance, Difference, compare
-from netlists.ngspice.library import NoOperatingPointError, find_library, version
+from netlists.ngspice.library import NoOperatingPointError, version
 from netlists.ngspice.raw import write_raw
 from netlists.ngspice.run import Waveforms, run
 from netlists.ngspice.small_signal import Decades, ac, noise
 
 __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its headings
     # The library
-    "find_library",
     "version",
     "NoOperatingPointError",
     # Decks

@@ -31,6 +31,7 @@ from system.rule import (
     within_share,
 )
 from system.scenario import scenario_of
+from system.spikes.file import write_spikes
 from system.statement import Statement
 from system.study.cluster import on_cluster
 from system.study.engine import on_threads, run_study
@@ -148,6 +149,8 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "within_share",
     "unjudged",
     "nulls_of",
+    # Spikes as files
+    "write_spikes",
     # Pictures
     "save_picture",
     "draw_waveforms",

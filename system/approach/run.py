@@ -41,6 +41,7 @@ from system.approach.trace import (
     draw,
     draw_beside,
     estimated_range,
+    spike_trains,
     summarise,
     title,
 )
@@ -48,6 +49,7 @@ from system.loop import Loop, Round
 from system.meaning import of_run
 from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
+from system.spikes.output import spikes_output
 from system.system import System
 from system.worlds.sound.targets import describe, range_at
 
@@ -203,5 +205,8 @@ SYSTEM = System(
     meanings=of_run(SUMMARY, DOCUMENT),
     title=title,
     before=lambda trace: [describe(target) for target in trace.scenario.targets],
+    outputs={
+        "spikes": spikes_output("the spikes of the ranging chip and of both hearing neurons", spike_trains)
+    },
     circuits=circuits,
 )

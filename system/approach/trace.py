@@ -21,6 +21,7 @@ from system.options.codes import described
 from system.options.noise import NOISELESS
 from system.options.temperature import temperature_text
 from system.plot import COLOURS, INK, PALE
+from system.spikes.output import trains_of
 from system.system import Account, RunTrace
 from system.worlds.sound.acoustics import speed_of_sound
 from system.worlds.sound.microphone import Microphone
@@ -196,6 +197,14 @@ def document(trace: Trace) -> dict[str, Any]:
         "spikes": [{"time_s": time, "neuron": neuron} for time, neuron in trace.spikes],
         "counts": trace.counts,
     }
+
+
+def spike_trains(trace: Trace) -> tuple[dict[str, F64], float]:
+    """Return the spikes of the range-tuned neurons, then those of both hearing neurons, s; and the end, s."""
+    times = np.array([time for time, _ in trace.spikes])
+    neurons = np.array([neuron for _, neuron in trace.spikes], dtype=np.int64)
+    trains = trains_of("neuron", ranging_chip.NEURONS, times, neurons)
+    return {**trains, "high_threshold": trace.pulses, "onset": trace.echoes}, trace.scenario.duration
 
 
 def title(trace: Trace) -> str:

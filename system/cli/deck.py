@@ -78,6 +78,8 @@ def _refuse_varied(foreign: Sequence[Foreign]) -> None:
 def simulate_deck(asked: Simulate) -> None:
     """Run a deck's `.tran` or `.dc` in ngspice as it stands, or its `.dc` in the native solver."""
     check_picture(asked.plot)
+    if asked.spikes is not None:
+        raise ParameterError("--spikes: not of a deck as it stands, which watches no node; write --csv")
     if is_foreign(asked.block, asked.engine):
         found = _as_it_stands(asked.block, _ran(asked.analysis), asked.deadline, asked.raw)
     elif asked.engine == "ngspice":

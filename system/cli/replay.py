@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from circuits.errors import ParameterError
 from circuits.measure.measure import Reading
 from circuits.measure.scope import TransientRecord
 from circuits.measure.unit import value_text
@@ -17,12 +18,13 @@ from system.cli.deadline import deadline_of
 from system.cli.exit_status import DONE, NO
 from system.cli.measure_output import measured_document
 from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
-from system.cli.simulate import engine_named, print_stimuli, write_run
+from system.cli.simulate import check_watched, engine_named, print_stimuli, write_run
 from system.cli.study_verbs import Replay
 from system.notice import say
 from system.options.block import Choice, describe_die
 from system.options.temperature import temperature_text
 from system.plot import check_picture, save_picture
+from system.spikes.file import check_spikes
 from system.study.metrics.measure import is_measure, measures_of
 from system.study.replay import Replay as Sample
 from system.study.replay import replay
@@ -36,6 +38,8 @@ def replay_command(asked: Replay) -> int:
     Returns the exit status, `NO` where it differs or could not be measured.
     """
     check_picture(asked.plot)
+    if asked.spikes is not None:
+        check_spikes(asked.spikes)
     folder, die, given = asked.study, asked.die, asked.temperature
     celsius = None if given is None else parse_quantity(given, "degC", "--temperature")
     deadline_s = deadline_of(asked.deadline, asked.engine)
@@ -45,6 +49,9 @@ def replay_command(asked: Replay) -> int:
             changed=asked.changed,
         )  # fmt: skip
         if isinstance(found.target, SystemTarget):
+            if asked.spikes is not None:
+                name = found.study.subject.target
+                raise ParameterError(f"--spikes: not of a replayed robot; noctule run {name} writes them")
             _draw_run(found, found.target, asked.plot)
             choice, extra = None, {}
         else:
@@ -79,6 +86,7 @@ def _readings(found: Sample, choice: Choice, result: Result) -> list[Reading]:
 
 
 def _waveforms(asked: Replay, found: Sample, choice: Choice, deadline_s: float) -> dict[str, Any]:
+    check_watched(asked.spikes, choice)
     result = engine_named(asked.engine, None, deadline_s)(choice.testbench(), choice.silicon)
     write_run(asked, choice, result)
     return {

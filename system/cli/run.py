@@ -43,6 +43,10 @@ def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[
     for key, path in files.items():
         system.outputs[key].check(path)
     scenario = scenario_of(system, asked, texts)
+    for key in files:
+        refuse = system.outputs[key].refuse
+        if refuse is not None and (reason := refuse(scenario)):
+            raise ParameterError(f"{key}: {reason}")
     other = _beside(system, asked, texts)
     with progress_bar(name) as progress:
         trace = system.run(scenario, progress)

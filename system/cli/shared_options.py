@@ -92,6 +92,11 @@ def file_option(about: str, **stated: Any) -> Any:
     return option(None, about, metavar="FILE", **stated)
 
 
+def spikes_option() -> Any:
+    """Make the field for the file of spikes at the watched nodes."""
+    return file_option("Write spikes at watched nodes: .csv, .npz, .aedat4, .nwb or .nix")
+
+
 def plot_option() -> Any:
     """Make the field for the file of a picture."""
     return file_option("Draw into a .png, .svg or .pdf file")

@@ -30,6 +30,7 @@ from system.files.writing import replace_atomic, write_text_atomic
 from system.options.block import Choice, describe_silicon, law_text, silicon_line
 from system.options.cards import cards_lines, describe_cards
 from system.plot import check_picture, draw_waveforms, save_picture, silicon_text
+from system.spikes.file import check_spikes, write_spikes
 from system.study.metrics.measure import measures_of
 
 # loaded when asked for: labelled arrays are slow to import, and a transient must not wait for them
@@ -52,11 +53,14 @@ def simulate_command(asked: Simulate) -> None:
         loaded(_COMMANDS[asked.analysis])(with_own_spectrum(asked))
         return
     check_picture(asked.plot)
+    if asked.spikes is not None:
+        check_spikes(asked.spikes)
     if asked.begin.begin == "at_rest" and asked.engine != "native":
         raise ParameterError(
             f"--at-rest: {asked.engine} leaves such a state by its rounding; only native stays there"
         )
     choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
+    check_watched(asked.spikes, choice)
     run = engine_named(asked.engine, asked.rtol, deadline_s)
     measures = measures_of(choice, asked.measure)
     with working(f"simulating {asked.block}"):
@@ -80,11 +84,19 @@ def write_run(asked: Simulate | Replay, choice: Choice, result: Result) -> None:
     if asked.raw is not None:
         with replace_atomic(asked.raw) as temporary:
             write_raw(result, temporary)
+    if asked.spikes is not None:
+        write_spikes(asked.spikes, result.spikes, float(result.time[-1]))
     shown = choice.block.plotted or tuple(result.spikes) or result.nodes[1:5]
     silicon = choice.silicon
     title = f"{choice.block.name}, {silicon_text(silicon.die, silicon.temperature_c)}{law_text(silicon)}"
     title += f", outcome: {choice.block.outcome(result)}"
     save_picture(asked.plot, lambda figure: draw_waveforms(result, shown, figure, title))
+
+
+def check_watched(spikes: str | None, choice: Choice) -> None:
+    """Raise `ParameterError` where a file of spikes is asked for and the testbench watches no node."""
+    if spikes is not None and not choice.testbench().watch:
+        raise ParameterError(f"--spikes: {choice.block.name} watches no node for them; write --csv")
 
 
 def _waveform_table(result: Result, currents: Sequence[str] = ()) -> str:

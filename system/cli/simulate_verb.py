@@ -52,6 +52,7 @@ class Simulate:
     csv: str | None = shared.file_option("Write all waveforms, or the table")
     netcdf: str | None = shared.file_option("ac, noise, tran-noise: write a netCDF file")
     raw: str | None = shared.file_option("Write all waveforms as ngspice's rawfile")
+    spikes: str | None = shared.spikes_option()
     as_json: bool = shared.json_option()
 
 
@@ -61,7 +62,7 @@ TAKEN_BY: dict[str, tuple[str, ...]] = {  # options that not every analysis has
     "netcdf": ("ac", "noise", "tran-noise"),
     "flicker": ("noise", "tran-noise"),
     **dict.fromkeys(("seed", "trials", "step", "workers"), ("tran-noise",)),
-    **dict.fromkeys(("rtol", "raw", "at_rest", "current"), ("tran",)),
+    **dict.fromkeys(("rtol", "raw", "spikes", "at_rest", "current"), ("tran",)),
     "measure": ("tran", "ac"),
     **dict.fromkeys(("ic", "uic"), ("tran", "tran-noise")),
     "engine": ("tran", "dc", "ac"),

@@ -93,6 +93,7 @@ class Replay:
     plot: str | None = shared.plot_option()
     csv: str | None = shared.file_option("Write all waveforms")
     raw: str | None = shared.file_option("Write all waveforms as ngspice's rawfile")
+    spikes: str | None = shared.spikes_option()
     as_json: bool = shared.json_option()
 
 

@@ -17,8 +17,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from chips.lso.measure import circuits
-from chips.lso.model import RECORD, Head
+from chips.lso.model import RECORD, SIDES, Head
 from chips.record import current_record
+from circuits.arrays import F64
 from circuits.silicon.course import along
 from system.head.ear import hearing
 from system.head.loop import COUNTS, LOST, Log, follow
@@ -31,6 +32,7 @@ from system.options.codes import described
 from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
+from system.spikes.output import spikes_output, trains_of
 from system.system import PROGRAMS, Account, RunTrace, System
 
 SUMMARY = meanings("""
@@ -147,6 +149,13 @@ def document(trace: Trace) -> dict[str, Any]:
     }
 
 
+def spike_trains(trace: Trace) -> tuple[dict[str, F64], float]:
+    """Return the spikes of the LSO neurons of both sides, s, and the end of the run, s."""
+    times, side = trace.log.spikes.T
+    left, right = trains_of("side", SIDES, times, side.astype(np.int64)).values()
+    return {"left": left, "right": right}, trace.scenario.duration
+
+
 def unanswered(trace: Trace) -> tuple[str, ...]:
     """Return a line on pings without an answer, where there are any."""
     lost = {name: trace.log.counts[name] for name in LOST if trace.log.counts[name]}
@@ -182,5 +191,6 @@ SYSTEM = System(
     meanings=of_run(SUMMARY, DOCUMENT),
     title=lambda trace: f"{trace.scenario.motion}, {trace.scenario.wiring}",
     after=unanswered,
+    outputs={"spikes": spikes_output("the spikes of both LSO neurons", spike_trains)},
     circuits=circuits,
 )

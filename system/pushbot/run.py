@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from chips.rolls import circuit as rolls_circuit
 from chips.rolls.chip import TEMPERATURE_STEP
+from chips.rolls.program.address import NEURONS
 from circuits.arrays import F64
 from circuits.silicon.course import beginning_of, course_through
 from circuits.silicon.process import ROLLS_180
@@ -33,6 +34,7 @@ from system.pushbot.loop import Brain, Record, all_events, all_spikes, open_loop
 from system.pushbot.picture import draw_run
 from system.pushbot.readout import LOOK, Readout
 from system.pushbot.scenario import Scenario, check_scene, scene_of
+from system.spikes.output import spikes_output, trains_of
 from system.system import PROGRAMS, SUCCEEDED, Account, Output, RunTrace, System
 from system.worlds.arena.geometry import clearance
 from system.worlds.arena.scene import Scene
@@ -340,7 +342,11 @@ SYSTEM = System(
             help="Write events that arrived, at their times there, into a .aedat4, .npz or .txt.",
             check=check_events,
             write=lambda path, trace, _: write_events(path, all_events(trace.record)),
-        )
+        ),
+        "spikes": spikes_output(
+            "the spikes that left the chip's bus",
+            lambda trace: (trains_of("neuron", NEURONS, *all_spikes(trace.record)), trace.drive.time),
+        ),
     },
     circuits=lambda: (rolls_circuit.row(),),
 )

@@ -36,6 +36,7 @@ from system.plot import COLOURS, INK
 from system.rolls.codes import HOT, off_of, table_at
 from system.rolls.drive import program_of, regular_events
 from system.rolls.scenario import SETTLING, STUDY_DURATION, Scenario, check_table
+from system.spikes.output import spikes_output, trains_of
 from system.system import Account, RunTrace, System
 
 SHOWN = 0.5  # s, of the picture
@@ -202,5 +203,14 @@ SYSTEM = System(
     document=document,
     meanings=of_run(SUMMARY, DOCUMENT),
     title=title,
+    outputs={
+        "spikes": spikes_output(
+            "the spikes that left the chip's bus",
+            lambda trace: (
+                trains_of("neuron", NEURONS, trace.spikes.times, trace.spikes.neurons),
+                trace.scenario.duration,
+            ),
+        )
+    },
     circuits=lambda: (chip(),),
 )

@@ -29,7 +29,7 @@ from circuits.circuit import BiasKind
 from circuits.silicon.course import Course, told_when
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
-from system.openspace.law import DIRECTIONS, Arcs, Bat, arcs_of
+from system.openspace.law import ARCS, DIRECTIONS, Arcs, Bat, arcs_of
 from system.spiking_bat.brain import check_timing
 from system.spiking_bat.maps import Blocking, blocking, echo_delay, nearest_place, places
 from system.spiking_bat.numbers import Numbers
@@ -40,6 +40,7 @@ _SHARED = (
     "taps", "integration", "race", "goal", "goal_sigma", "direction", "pulse", "suppression",
     "suppression_sigma", "emergency",
 )  # fmt: skip  # numbers of the network that the chip has under the same names
+EMERGENCY = ARCS  # address of the emergency neuron among the spikes, after the arcs
 _EARLIER = 3.3e-3  # s, from the integrating neuron's spike to the memory's in the network; measured
 
 
@@ -73,6 +74,8 @@ class ChipBrain:
     targets : for each direction and place, the arcs that an obstacle there blocks and their delays, s.
     now : time of the next ping, s.
     pinged : time of the last ping in each direction, float64[DIRECTIONS], s.
+    sent : of each ping, times (s) after the first one and addresses of the chip's spikes: the arc that won,
+        or `EMERGENCY`.
     """
 
     chip: LatencyChip
@@ -84,6 +87,7 @@ class ChipBrain:
     now: float
     pinged: F64
     lost: int = 0
+    sent: list[tuple[F64, I64]] = field(default_factory=list, repr=False)
     temperature: Course | None = None
 
     @property
@@ -104,6 +108,7 @@ class ChipBrain:
         times, addresses = self._events(head, goal, seen)
         response = self.chip.ping(self.memory, self.now, times, addresses)
         self.lost += response.lost_in + response.lost_out
+        self._keep(response)
         groups = np.array(self.chip.design.group)[response.paths]
         recent = self.now + response.times - self.pinged[groups] < _RECENT
         turned = float(response.times[recent][0]) if recent.any() else None
@@ -125,6 +130,19 @@ class ChipBrain:
         if wanted != self.chip.silicon.temperature_c:
             with told_when(time):
                 self.chip = self.chip.moved(self.memory, wanted, self.now)
+
+    def _keep(self, response: PingResponse) -> None:
+        """Keep the spikes of a ping; its time counts from the first ping, which comes after a period."""
+        alarm = np.array([response.emergency]) if math.isfinite(response.emergency) else np.empty(0)
+        paths = np.append(response.paths, np.full(alarm.size, EMERGENCY))
+        late = np.append(response.times, alarm)
+        self.sent.append((self.now - self.numbers.ping_period + late, paths))
+
+    def spikes(self) -> tuple[F64, I64]:
+        """All spikes of the chip: times after the first ping, s, and addresses, `EMERGENCY` the last."""
+        none = np.empty(0), np.empty(0, dtype=np.int64)
+        times, paths = zip(none, *self.sent, strict=True)
+        return np.concatenate(times), np.concatenate(paths)
 
     def counts(self) -> dict[str, int]:
         """Events lost on the bus or for want of a synapse, and detectors that the model could not decide."""

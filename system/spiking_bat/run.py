@@ -21,7 +21,8 @@ from chips.latency.design import Design
 from chips.latency.measure import circuits
 from chips.latency.model import usual_biases
 from chips.latency.unit_level import TransistorUnit
-from circuits.arrays import F64
+from circuits.arrays import F64, I64
+from circuits.errors import ParameterError
 from circuits.silicon.course import course_through
 from system.meaning import meanings, of_run
 from system.openspace.flight import (
@@ -41,8 +42,9 @@ from system.options.codes import described
 from system.options.noise import NOISELESS, silicon_noise
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
+from system.spikes.output import spikes_output, trains_of
 from system.spiking_bat.brain import Brain, check_timing, network_brain
-from system.spiking_bat.chip_brain import ChipBrain, brain_with, design_of
+from system.spiking_bat.chip_brain import EMERGENCY, ChipBrain, brain_with, design_of
 from system.spiking_bat.flight import Flown, fly
 from system.spiking_bat.lif import all_lif
 from system.spiking_bat.scenario import Scenario, make, no_silicon
@@ -81,6 +83,7 @@ class Trace(RunTrace[Scenario]):
 
     start : where it began, m.
     flown : the flight.
+    spikes : of its chip, times (s) and addresses (`ChipBrain.spikes`); None without a chip.
     outside : sides of its chip's validity box that it left, a sentence each.
     """
 
@@ -88,6 +91,7 @@ class Trace(RunTrace[Scenario]):
     start: tuple[float, float]
     flown: Flown = field(repr=False)
     counts: Mapping[str, int] = field(default_factory=dict)
+    spikes: tuple[F64, I64] | None = field(default=None, repr=False)
     outside: tuple[str, ...] = ()
 
 
@@ -102,8 +106,9 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     brain = brain_of(scenario, arcs)
     forest, start = place(scenario, arcs)
     flown = fly(brain, arcs, forest, start, scenario.pings, progress=progress)
-    counts = brain.counts() if isinstance(brain, ChipBrain) else {}
-    return Trace(scenario, forest, start, flown, counts)
+    if not isinstance(brain, ChipBrain):
+        return Trace(scenario, forest, start, flown)
+    return Trace(scenario, forest, start, flown, brain.counts(), brain.spikes())
 
 
 def brain_of(scenario: Scenario, arcs: Arcs) -> Brain:
@@ -222,6 +227,20 @@ def told(trace: Trace) -> tuple[str, ...]:
     return () if trace.flown.collided else ("`pings=N` flies on",)
 
 
+def spike_trains(trace: Trace) -> tuple[dict[str, F64], float]:
+    """Return the spikes of the arcs that won and of the emergency neuron, s, and the end of the run, s."""
+    if trace.spikes is None:
+        raise ParameterError(f"spikes: {_no_spikes(trace.scenario)}")
+    *arcs, alarm = trains_of("arc", EMERGENCY + 1, *trace.spikes).items()
+    return {**dict(arcs), "emergency": alarm[1]}, trace.flown.time_s
+
+
+def _no_spikes(scenario: Scenario) -> str:
+    """Why no spikes of a run are recorded."""
+    remedy = no_silicon(scenario)
+    return f"only those of a chip are recorded; {remedy}, or leave it out" if remedy else ""
+
+
 def draw(trace: Trace, figure: Figure) -> None:
     """Fill `figure` with the path in its forest."""
     s, said = trace.scenario, account(trace)
@@ -255,5 +274,6 @@ SYSTEM = System(
     title=title,
     before=where,
     after=told,
+    outputs={"spikes": spikes_output("the spikes of the latency chip", spike_trains, refuse=_no_spikes)},
     circuits=circuits,
 )

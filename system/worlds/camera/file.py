@@ -1,7 +1,6 @@
 """Files of events: AEDAT4 for jAER and the dv tools, plain text, and numpy's npz.
 
-Times are int64 microseconds; x counts from the left and y from the top, as these tools do. AEDAT4 is written
-by `faery` (LGPL), an optional extra that is imported here alone.
+Times are int64 microseconds; x counts from the left and y from the top, as these tools do.
 """
 
 from __future__ import annotations
@@ -10,18 +9,19 @@ import io
 import warnings
 import zipfile
 import zlib
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from circuits.errors import DataError, ParameterError, SimulatorError
-from system.files.writing import check_folder, replace_atomic, write_bytes_atomic, write_text_atomic
+from circuits.errors import DataError, ParameterError
+from system.files import aedat4
+from system.files.writing import check_folder, write_bytes_atomic, write_text_atomic
 from system.worlds.camera.event import Events
 
-SUFFIXES = (".aedat4", ".npz", ".txt")
+SUFFIXES = (aedat4.SUFFIX, ".npz", ".txt")
+_OTHER = ".txt or .npz"  # which need nothing
 HEADER = "# t_us x y on"
 _MICRO = 1e6
 # What numpy, zipfile and zlib raise for a file that is damaged, which may say that arrays are endless.
@@ -46,8 +46,8 @@ def check_events(path: str) -> None:
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise ParameterError(f"{path}: must end with {', '.join(SUFFIXES)}; choose one of them")
-    if suffix == ".aedat4":
-        _faery()
+    if suffix == aedat4.SUFFIX:
+        aedat4.check_aedat4(_OTHER)
     check_folder(path)
 
 
@@ -74,8 +74,8 @@ def write_events(path: str, events: Events, columns: int = 128, rows: int = 128)
     check_events(path)
     suffix = Path(path).suffix.lower()
     t, x, y, on = _in_file_order(events, rows)
-    if suffix == ".aedat4":
-        _write_aedat4(path, t, x, y, on, (columns, rows))
+    if suffix == aedat4.SUFFIX:
+        aedat4.write_aedat4(path, t, x, y, on, (columns, rows), _OTHER)
     elif suffix == ".npz":
         buffer = io.BytesIO()
         np.savez_compressed(buffer, t=t, x=x, y=y, on=on)
@@ -116,26 +116,4 @@ def read_events(path: str, rows: int = 128) -> Events:
 
 
 def _in_file_order(events: Events, rows: int) -> tuple[NDArray[Any], ...]:
-    t = np.rint(events.time * _MICRO).astype(np.int64)
-    return t, events.x, rows - 1 - events.y, events.on
-
-
-def _write_aedat4(
-    path: str, t: NDArray[Any], x: NDArray[Any], y: NDArray[Any], on: NDArray[Any], size: tuple[int, int]
-) -> None:
-    faery = _faery()
-    if len(t) == 0:
-        raise ParameterError(f"{path}: no events, an AEDAT4 file needs at least one; write .txt or .npz")
-    packed = np.zeros(len(t), dtype=faery.EVENTS_DTYPE)
-    packed["t"], packed["x"], packed["y"], packed["on"] = t, x, y, on
-    with replace_atomic(path) as temporary:
-        faery.events_stream_from_array(packed, dimensions=size).to_file(temporary)
-
-
-def _faery() -> Any:
-    try:
-        return import_module("faery")
-    except ImportError:
-        raise SimulatorError(
-            "faery: not installed, AEDAT4 needs it; pip install faery, or write .txt or .npz"
-        ) from None
+    return aedat4.microseconds(events.time), events.x, rows - 1 - events.y, events.on

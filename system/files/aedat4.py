@@ -1,0 +1,65 @@
+"""AEDAT4, the event files of jAER and the dv tools, written by `faery` (LGPL), an optional extra.
+
+It is imported here alone. Times are whole microseconds.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.arrays import F64, I64
+from circuits.errors import ParameterError, SimulatorError
+from system.files.writing import replace_atomic
+
+SUFFIX = ".aedat4"
+WIDEST = 65_535  # the file has 16 bits for a column
+_MICRO = 1e6
+
+
+def microseconds(time: F64) -> I64:
+    """Times (s) as whole microseconds."""
+    return np.rint(time * _MICRO).astype(np.int64)
+
+
+def check_aedat4(other: str) -> None:
+    """Raise `SimulatorError` where `faery` is not installed; other: what to write instead."""
+    _faery(other)
+
+
+def write_aedat4(
+    path: str, t: I64, x: I64, y: I64, on: NDArray[Any], size: tuple[int, int], other: str
+) -> None:
+    """Write events, whole or not at all.
+
+    t : microseconds, in order; x, y : column and row; on : polarity; each one entry an event.
+    size : columns and rows; other : what to write instead where this cannot be.
+
+    Raises
+    ------
+    ParameterError
+        There is no event, which the format's reader refuses.
+    SimulatorError
+        `faery` is not installed.
+    DataError
+        The file cannot be written.
+    """
+    faery = _faery(other)
+    if len(t) == 0:
+        raise ParameterError(f"{path}: no events, an AEDAT4 file needs at least one; write {other}")
+    packed = np.zeros(len(t), dtype=faery.EVENTS_DTYPE)
+    packed["t"], packed["x"], packed["y"], packed["on"] = t, x, y, on
+    with replace_atomic(path) as temporary:
+        faery.events_stream_from_array(packed, dimensions=size).to_file(temporary)
+
+
+def _faery(other: str) -> Any:
+    try:
+        return import_module("faery")
+    except ImportError:
+        raise SimulatorError(
+            f"faery: not installed, AEDAT4 needs it; pip install faery, or write {other}"
+        ) from None

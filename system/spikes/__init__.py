@@ -1,0 +1,1 @@
+"""Spikes of circuits and chips as files that other programs open."""
