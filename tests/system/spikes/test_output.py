@@ -35,6 +35,16 @@ def test_a_simulation_writes_the_spikes_that_it_tells(run_json: RunJson, tmp_pat
     assert found["spikes_s"]
 
 
+def test_a_replay_writes_those_of_its_die(run_json: RunJson, run: Run, tmp_path: Path) -> None:
+    path, study = tmp_path / "a.npz", str(tmp_path / "study")
+    run_json("montecarlo", "axon-delay", "-n", "1", "--metric", "unit_delay", "--output", study)
+    found = run_json("replay", study, "--die", "1000", "--spikes", str(path))
+    assert _trains(path) == found["spikes_s"]
+    assert any(found["spikes_s"].values())
+    status, out, err = run("replay", study, "--die", "1000", "--spikes", str(tmp_path / "a.dat"))
+    assert (status, out, err.count("\n")) == (2, "", 1)
+
+
 def test_the_bat_writes_spikes_of_its_chip(run_json: RunJson, tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
     words = ("run", "spiking-bat", "--codes", "default", "--pings", "6")
