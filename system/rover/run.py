@@ -14,15 +14,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from chips.wavefront.calibration import NAME, Design, cell_codes
 from chips.wavefront.chip import ChipCells
-from circuits.arrays import I64
+from circuits.arrays import F64, I64
 from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
 from circuits.errors import ParameterError
@@ -42,6 +43,7 @@ from system.rover.picture import draw_map, draw_scale_bar, draw_ways
 from system.rover.planner import Plan, Planner, plan_path, planner_named
 from system.rover.scenario import Scenario, no_silicon
 from system.rover.wave_planner import ChipPlanner
+from system.spikes.output import spikes_output
 from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, part
 from system.worlds.standing import SLOW, evenly, share_standing
 
@@ -104,12 +106,16 @@ class Trace(RunTrace[Scenario]):
         The true map, as the need sees it.
     trips
         Plan and drive of every trip, in their order.
+    waves
+        When every cell of the chip fired in each trip's wave, float64[rows, columns] each, s after the trip
+        began, inf where it did not; empty without a chip.
     outside
         Sides of its chip's validity box that it left, a sentence each.
     """
 
     cost_map: CostMap
     trips: tuple[Trip, ...]
+    waves: tuple[F64, ...] = field(default=(), repr=False)
     outside: tuple[str, ...] = ()
 
 
@@ -131,7 +137,8 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
             trips.append(_trip(scenario, cost_map, planner, learnt, k))
         if progress is not None:
             progress((k + 1) / scenario.trips)
-    return Trace(scenario, cost_map, tuple(trips))
+    waves = planner.arrivals if isinstance(planner, ChipPlanner) else ()
+    return Trace(scenario, cost_map, tuple(trips), tuple(waves))
 
 
 def planner_of(scenario: Scenario, cost_map: CostMap) -> Planner:
@@ -327,6 +334,20 @@ def told(trace: Trace) -> Iterator[str]:
         yield f"trip {k}: {costs}, map error {trip.map_error:.3g}"
 
 
+def spike_trains(trace: Trace) -> tuple[dict[str, F64], float]:
+    """Return the spikes of all cells in the waves of all trips, s, and the end of the last trip, s.
+
+    Raises `ParameterError` for a run without a chip.
+    """
+    if not trace.waves:
+        raise ParameterError("spikes: only those of a chip are recorded; run it on one")
+    lasted = [float(trip.drive.time[-1]) for trip in trace.trips]
+    begins = np.cumsum([0.0, *lasted[:-1]])
+    fired = np.stack([begin + wave for begin, wave in zip(begins, trace.waves, strict=True)], axis=-1)
+    cells = ((f"cell[{row},{column}]", fired[row, column]) for row, column in np.ndindex(fired.shape[:2]))
+    return {name: times[np.isfinite(times)] for name, times in cells}, sum(lasted)
+
+
 def title(trace: Trace) -> str:
     """Return the heading of the table of a run's numbers."""
     s = trace.scenario
@@ -357,5 +378,6 @@ SYSTEM = System(
     meanings=of_run(SUMMARY, DOCUMENT),
     title=title,
     before=told,
+    outputs={"spikes": spikes_output("the spikes of the wavefront chip", spike_trains, no_silicon)},
     circuits=lambda: (axon_delay.build(), wavefront_cell.build()),
 )

@@ -7,13 +7,13 @@ the goal back to the start, on either. Costs above 31 have no code and are refus
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from chips.wavefront.chip import ChipCells, WavefrontChip
 from chips.wavefront.kernel import integer_wave
 from chips.wavefront.paper_walk import plan_in_two_passes
 from chips.wavefront.readout import UnreachableError, pointer_path
-from circuits.arrays import I64
+from circuits.arrays import F64, I64
 from circuits.blocks.wavefront.axon_delay import UNIT
 from circuits.errors import ParameterError
 
@@ -52,12 +52,13 @@ class ChipPlanner:
     """A planner by a wavefront chip that is as large as the map.
 
     cells : the cells of a die; unit : delay of a unit of cost, s; number : of the plan, by which its noise is
-    drawn.
+    drawn; arrivals : of each wave so far, when every cell fired, s after its start, inf where it did not.
     """
 
     cells: ChipCells
     unit: float = UNIT
     number: int = 0
+    arrivals: list[F64] = field(default_factory=list, repr=False, compare=False)
 
     def __call__(self, costs: I64, start: Cell, goal: Cell) -> I64 | None:
         """Path of the chip, int64[n, 2], start first; None where the goal does not fire.
@@ -65,7 +66,9 @@ class ChipPlanner:
         Raises `ParameterError` for a cost without a code, and for silicon outside the chip's record.
         """
         chip = WavefrontChip(*costs.shape, cells=self.cells, unit=self.unit)
+        wave = chip.plan(chip.program(costs), start, goal, number=self.number)
+        self.arrivals.append(wave.arrivals)
         try:
-            return chip.plan(chip.program(costs), start, goal, number=self.number).path()
+            return wave.path()
         except UnreachableError:
             return None

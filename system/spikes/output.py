@@ -18,7 +18,7 @@ HELP = f"Write {{}} into a {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}."
 def spikes_output(
     what: str,
     found: Callable[[T], tuple[Mapping[str, F64], float]],
-    refuse: Callable[[Any], str] | None = None,
+    no_silicon: Callable[[Any], str] | None = None,
 ) -> Output[T]:
     """Give the output that writes a system's spikes.
 
@@ -28,9 +28,15 @@ def spikes_output(
         Whose spikes they are, for the help of the option.
     found
         Gives the spike trains (s, by the name of their address) of a trace, and the end of the run, s.
-    refuse
-        Why a scenario's run records no spikes, "" where it does; all do unless given.
+    no_silicon
+        What puts the chip whose spikes they are into the loop of a scenario, "" where it is in it; it always
+        is unless given.
     """
+
+    def refuse(scenario: Any) -> str:
+        remedy = "" if no_silicon is None else no_silicon(scenario)
+        return f"only those of a chip are recorded; {remedy}, or leave it out" if remedy else ""
+
     return Output(
         help=HELP.format(what),
         check=check_spikes,

@@ -230,15 +230,9 @@ def told(trace: Trace) -> tuple[str, ...]:
 def spike_trains(trace: Trace) -> tuple[dict[str, F64], float]:
     """Return the spikes of the arcs that won and of the emergency neuron, s, and the end of the run, s."""
     if trace.spikes is None:
-        raise ParameterError(f"spikes: {_no_spikes(trace.scenario)}")
+        raise ParameterError("spikes: only those of a chip are recorded; run it on one")
     *arcs, alarm = trains_of("arc", EMERGENCY + 1, *trace.spikes).items()
     return {**dict(arcs), "emergency": alarm[1]}, trace.flown.time_s
-
-
-def _no_spikes(scenario: Scenario) -> str:
-    """Why no spikes of a run are recorded."""
-    remedy = no_silicon(scenario)
-    return f"only those of a chip are recorded; {remedy}, or leave it out" if remedy else ""
 
 
 def draw(trace: Trace, figure: Figure) -> None:
@@ -274,6 +268,6 @@ SYSTEM = System(
     title=title,
     before=where,
     after=told,
-    outputs={"spikes": spikes_output("the spikes of the latency chip", spike_trains, refuse=_no_spikes)},
+    outputs={"spikes": spikes_output("the spikes of the latency chip", spike_trains, no_silicon)},
     circuits=circuits,
 )

@@ -12,7 +12,7 @@ from system.registry import load_system, system_names
 from system.spikes.output import trains_of
 from tests.system.conftest import Run, RunJson
 
-WITH_SPIKES = {"approach", "head", "pushbot", "rolls", "spiking-bat"}
+WITH_SPIKES = {"approach", "head", "pushbot", "rolls", "rover", "spiking-bat"}
 
 
 def _trains(path: Path) -> dict[str, list[float]]:
@@ -59,6 +59,19 @@ def test_the_bat_writes_spikes_of_its_chip(run_json: RunJson, tmp_path: Path) ->
     assert first == pytest.approx(turned, abs=1e-9)
 
 
+def test_the_rover_writes_its_waves(run_json: RunJson, tmp_path: Path) -> None:
+    path = tmp_path / "a.npz"
+    (tmp_path / "map.txt").write_text("1 1 1\n1 9 1\n1 1 1\n")
+    words = ("run", "rover", "--codes", "default", "--map", str(tmp_path / "map.txt"))
+    found = run_json(*words, "--start", "0,0", "--goal", "2,2", "--spikes", str(path))
+    trains = _trains(path)
+    assert list(trains)[:2] == ["cell[0,0]", "cell[0,1]"]
+    assert len(trains) == 9
+    fired = [trains[f"cell[{row},{column}]"][0] for row, column in found["planned_path"]]
+    assert fired == sorted(fired)  # the wave came along the path that was read from it
+    assert fired[0] < fired[-1]
+
+
 def test_the_head_writes_as_many_as_it_counts(run_json: RunJson, tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
     words = ("run", "head", "--codes", "default", "--duration", "1s")
@@ -102,6 +115,7 @@ def test_each_robot_has_the_option_or_refuses_it_in_one_line(run: Run, tmp_path:
     path = tmp_path / "a.npz"
     refused = {
         ("bug",): "No such option: --spikes",
+        ("rover", "--ideal"): "--spikes: only those of a chip are recorded; add --cells chip",
         ("spiking-bat", "--ideal"): "--spikes: only those of a chip are recorded; add --brain chip",
     }
     for words, told in refused.items():
