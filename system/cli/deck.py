@@ -148,7 +148,7 @@ def _swept(asked: Simulate) -> Waveforms:
     deck = deck_of(asked.block)
     if deck is None or deck.name:
         raise ParameterError(
-            "--analysis: dc, is that of a deck's own .dc card; name a deck, or use noctule sweep"
+            "--analysis: dc, that of a deck's own .dc card; name a deck, or use noctule sweep"
         )
     with implausible_allowed(asked.silicon.allow_implausible):
         found = read_netlist(deck.path)
