@@ -4,11 +4,12 @@
     :lines: 12
     ```
 
-The page shows the command, what it printed and the picture of each `--plot FILE`, `--pareto FILE` and
-`--animate FILE`; where another status than 0 is right, what it said on stderr and the status too. Commands
-are run by `make docs` alone (`noctule_run`), in a folder of the page's own, so that one may read what another
-wrote; a status that is not the stated one fails the build. What a command gave is kept, and taken again as
-long as the command, those before it on the page, what it needs and the packages' texts are the same.
+The page shows the command, what it printed and the picture of each `--plot FILE`, `--schematic FILE`,
+`--pareto FILE` and `--animate FILE`; where another status than 0 is right, what it said on stderr and the
+status too. Commands are run by `make docs` alone (`noctule_run`), in a folder of the page's own, so that one
+may read what another wrote; a status that is not the stated one fails the build. What a command gave is kept,
+and taken again as long as the command, those before it on the page, what it needs and the packages' texts are
+the same.
 
 The directive `script` holds Python instead, which runs in the same folder and may read what commands wrote.
 """

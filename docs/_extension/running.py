@@ -24,7 +24,7 @@ from sphinx.util.docutils import SphinxDirective
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("circuits", "chips", "netlists", "system")
-DRAWN = ("--plot", "--pareto", "--animate")
+DRAWN = ("--plot", "--schematic", "--pareto", "--animate")
 DEADLINE = 900.0  # s of wall clock for one command; ours
 
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ("list",): ("noctule list --json",),
-    ("show",): ("noctule show rebound-neuron --plot graph.png",),
+    ("show",): ("noctule show nef-neuron --schematic neuron.svg --op",),
     ("op",): ("noctule op rebound-neuron --temperature 60 --csv devices.csv",),
     ("simulate",): ("noctule simulate rebound-neuron --die 7 --plot neuron.png",),
     ("sweep",): ("noctule sweep rebound-neuron --over v_rest=0V..5V:101 --plot sweep.png",),

@@ -14,6 +14,7 @@ from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.lowering.graph import describe_device
 from system.cli.block_choice import choose_block
 from system.cli.output import print_json, print_line, print_table, quantity_cell
+from system.cli.schematic_file import save_schematic
 from system.cli.show_chip import show_chip
 from system.cli.show_rolls import show_rolls
 from system.cli.verbs import Show
@@ -40,17 +41,23 @@ def show_command(asked: Show) -> None:
     """Print what a block is made of, and draw its graph where a picture is asked for."""
     if asked.block == ROLLS and asked.metrics:
         raise ParameterError(f"--metrics: {ROLLS} has no testbench as one circuit; leave it out")
+    if asked.op and asked.schematic is None:
+        raise ParameterError("--op: no schematic to write into; add --schematic FILE, or see noctule op")
+    if asked.block == ROLLS and asked.schematic is not None:
+        raise ParameterError(f"--schematic: {ROLLS} is no single circuit; name a block, as rolls-neuron")
     if asked.block == ROLLS:
         show_rolls(asked)
         return
     values, silicon = asked.values, asked.silicon
     refuse_bias_file(asked.block, values.bias_file)
     check_picture(asked.plot)
+    check_picture(asked.schematic)
     found = load_target(asked.block)
     if isinstance(found, Chip):
         given = {
             "--param": values.param, "--bias": values.bias, "--bias-set": values.bias_set,
             "--bias-kind": values.bias_kind, "--plot": asked.plot, "--metrics": asked.metrics,
+            "--schematic": asked.schematic,
             "--die and --temperature": silicon != SiliconChoice(),
         }  # fmt: skip
         show_chip(found, [option for option, value in given.items() if value], as_json=asked.as_json)
@@ -58,6 +65,8 @@ def show_command(asked: Show) -> None:
     choice = choose_block(asked.block, values, silicon)
     document = _describe(choice, listed(choice, run=asked.metrics))
     save_picture(asked.plot, lambda figure: draw_circuit(choice.circuit, figure))
+    if asked.schematic is not None:
+        save_schematic(asked.schematic, asked.block, choice, solved=asked.op)
     if asked.as_json:
         print_json(document)
     else:

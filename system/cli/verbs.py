@@ -32,6 +32,8 @@ class Show:
     silicon: SiliconChoice = shared.silicon_part()
     metrics: bool = option(default=False, about="Run the testbench, and list all that it measures")
     plot: str | None = shared.plot_option()
+    schematic: str | None = shared.file_option("Draw the schematic into a .svg, .png or .pdf file")
+    op: bool = option(default=False, about="Write the operating point into the schematic")
     as_json: bool = shared.json_option()
 
 

@@ -1,0 +1,134 @@
+"""The picture of a circuit as a schematic, by matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
+
+from circuits.circuit import GROUND, Circuit
+from circuits.devices import Source
+from circuits.errors import ParameterError
+from circuits.units import format_quantity
+from system.plot import COLOURS, INK, entitle
+from system.schematic.geometry import FONT, Layout, Rail, Symbol, lay_out
+from system.schematic.part import cells_of, parts_of, rails_of, source_part
+from system.schematic.placement import place
+from system.schematic.symbol import shape_of
+
+_POINTS = 72.0  # to an inch
+_RIM, _LEAST = 8.0, 144.0  # points: about all; of a figure
+_WIDTH = 1.1  # points, of lines
+_NET, _PORT = COLOURS[0], COLOURS[1]
+
+
+@dataclass(frozen=True, slots=True)
+class Solved:
+    """What is written into a schematic: V by node, magnitudes in A by device, and a note below the title."""
+
+    voltages: Mapping[str, float] = field(default_factory=dict)
+    currents: Mapping[str, float] = field(default_factory=dict)
+    note: str = ""
+
+
+def layout_of(circuit: Circuit, sources: Sequence[Source] = (), solved: Solved = Solved()) -> Layout:
+    """Lay a circuit out.
+
+    Parameters
+    ----------
+    circuit
+        The circuit.
+    sources
+        Sources of a testbench that are to be drawn with it.
+    solved
+        Voltages and currents, nothing where nothing is solved.
+
+    Raises
+    ------
+    ParameterError
+        The circuit has no device.
+    """
+    rails = rails_of(circuit)
+    parts = (*parts_of(circuit, solved.currents), *(source_part(s) for s in sources))
+    if not parts:
+        raise ParameterError(f"{circuit.name}: 0 devices, a schematic must have one; add a device")
+    inputs = [p.name for p in circuit.ports if p.direction == "in" and p.kind not in {"supply", "bias"}]
+    volts = solved.voltages
+
+    def written(net: str) -> str:
+        if net not in volts:
+            return net
+        volt = round(float(f"{volts[net]:.4g}"), 6)  # below a microvolt only the solver's tolerance is seen
+        return f"{net} {format_quantity(volt + 0.0, 'V')}"
+
+    return lay_out(parts, place(parts, rails, inputs), rails, written)
+
+
+def draw_schematic(
+    circuit: Circuit, figure: Figure, sources: Sequence[Source] = (), solved: Solved = Solved()
+) -> None:
+    """Fill `figure`, whose size follows, with the schematic of a circuit; the rest is that of `layout_of`."""
+    layout = layout_of(circuit, sources, solved)
+    ports = {p.name for p in circuit.ports}
+    ax = figure.subplots()
+    for wire in layout.wires:
+        ax.plot((wire.x0, wire.x1), (wire.y0, wire.y1), color=INK, linewidth=_WIDTH, solid_capstyle="round")
+    for symbol in layout.symbols:
+        _draw_symbol(symbol, ax)
+    for rail in layout.rails:
+        _draw_rail(rail, ax)
+    for x, y in layout.dots:
+        ax.add_patch(Circle((x, y), 1.9, color=INK))
+    for label in layout.labels:
+        base = label.net.partition("[")[0]
+        colour = INK if not label.net else _PORT if base in ports else _NET
+        middle = 0.5 * (label.box.bottom + label.box.top)
+        ax.text(
+            label.box.left, middle, label.text, family="DejaVu Sans Mono", fontsize=FONT, color=colour,
+            va="center_baseline",
+        )  # fmt: skip
+    _fit(layout, ax, figure)
+    entitle(_title(circuit, solved.note), ax)
+
+
+def _title(circuit: Circuit, note: str) -> str:
+    cells = [f"{path} x{count}" for path, count in cells_of(circuit).items()]
+    first = [f"one cell of each array: {', '.join(cells)}"] if cells else []
+    return "\n".join([circuit.name.replace("_", " "), *first, *([note] if note else [])])
+
+
+def _draw_symbol(symbol: Symbol, ax: Axes) -> None:
+    shape, turn = shape_of(symbol.part), -1.0 if symbol.flipped else 1.0
+    for line in shape.lines:
+        ax.plot(
+            [symbol.x + turn * x for x, _ in line], [symbol.y + y for _, y in line], color=INK,
+            linewidth=_WIDTH, solid_capstyle="round",
+        )  # fmt: skip
+    for x, y, radius in shape.circles:
+        ax.add_patch(
+            Circle((symbol.x + turn * x, symbol.y + y), radius, fill=False, color=INK, linewidth=_WIDTH)
+        )
+    for corners in shape.filled:
+        ax.add_patch(Polygon([(symbol.x + turn * x, symbol.y + y) for x, y in corners], color=INK))
+
+
+def _draw_rail(rail: Rail, ax: Axes) -> None:
+    """A bar; for ground at the bottom three, each shorter than the last."""
+    ground = rail.net == GROUND and not rail.above
+    for n, half in enumerate((8.0, 5.0, 2.0) if ground else (8.0,)):
+        y = rail.y - (2.2 * n if ground else 0.0)
+        ax.plot((rail.x - half, rail.x + half), (y, y), color=INK, linewidth=1.3 * _WIDTH)
+
+
+def _fit(layout: Layout, ax: Axes, figure: Figure) -> None:
+    box = layout.extent
+    width, height = box.right - box.left + 2.0 * _RIM, box.top - box.bottom + 2.0 * _RIM
+    title = 40.0
+    figure.set_layout_engine("none")
+    figure.set_size_inches(max(width, _LEAST) / _POINTS, (height + title) / _POINTS)
+    ax.set_position((0.0, 0.0, min(1.0, width / _LEAST), height / (height + title)))
+    ax.set(xlim=(box.left - _RIM, box.right + _RIM), ylim=(box.bottom - _RIM, box.top + _RIM))
+    ax.set_axis_off()
