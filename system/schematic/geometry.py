@@ -95,8 +95,13 @@ class Layout:
     def extent(self) -> Box:
         """The box about all."""
         boxes = [t.box for t in self.symbols] + [t.box for t in self.labels] + [t.box for t in self.rails]
+        boxes += [_box_of(w) for w in self.wires]
         lefts, bottoms, rights, tops = zip(*boxes, strict=True)
         return Box(min(lefts), min(bottoms), max(rights), max(tops))
+
+
+def _box_of(w: Wire) -> Box:
+    return Box(min(w.x0, w.x1), min(w.y0, w.y1), max(w.x0, w.x1), max(w.y0, w.y1))
 
 
 def width_of(text: str) -> float:

@@ -18,7 +18,7 @@ from system.schematic.part import Part, Rails
 
 WIDEST = 12
 """Columns beyond which a schematic goes on in another band below; ours."""
-_BAND, _TORN = 3, 8  # cost of another band, and of parting a pair or mirror, in nets cut; ours
+_BAND, _TORN, _NARROW = 3, 8, 32  # what bands cost, in nets cut; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +153,17 @@ def _order(
         link(i, j, 2.0 * len(nets - fixed) + len(driven - fixed))
     far = 1 + max(distance.values(), default=0)
     keys = [_key(parts, branch, distance, far) for branch in branches]
-    return [branches[c] for line in _lines(len(branches), links, keys) for c in line]
+    drives = [_drives(parts, branch, fixed) for branch in branches]
+    return [branches[c] for line in _lines(links, keys, drives) for c in line]
+
+
+def _drives(
+    parts: Sequence[Part], branch: list[int], fixed: frozenset[str]
+) -> tuple[frozenset[str], frozenset[str]]:
+    """Nets that a branch has at its sides' inputs, and nets that its current flows through."""
+    inputs = frozenset(n for k in branch for n in parts[k].left) - fixed
+    ends = frozenset(n for k in branch for n in (parts[k].top, parts[k].bottom, *parts[k].right)) - fixed
+    return inputs - ends, ends
 
 
 def _key(parts: Sequence[Part], branch: list[int], distance: Mapping[str, int], far: int) -> float:
@@ -161,9 +171,22 @@ def _key(parts: Sequence[Part], branch: list[int], distance: Mapping[str, int], 
     return sum(distance[n] for n in nets) / len(nets) if nets else float(far)
 
 
-def _lines(count: int, links: Mapping[tuple[int, int], float], keys: Sequence[float]) -> list[list[int]]:
-    """Join branches to lines, the strongest link first, and order the lines and their ends by the keys."""
-    lines = {c: [c] for c in range(count)}  # by either end
+def _lines(
+    links: Mapping[tuple[int, int], float],
+    keys: Sequence[float],
+    drives: Sequence[tuple[frozenset[str], frozenset[str]]],
+) -> list[list[int]]:
+    """Join branches to lines, the strongest link first, and order the lines by the keys.
+
+    A line is turned so that most branches drive the gates of those at their right, else by the keys.
+    """
+
+    def rightward(line: list[int]) -> tuple[int, float]:
+        forth = sum(len(drives[a][1] & drives[b][0]) for a, b in pairwise(line))
+        back = sum(len(drives[b][1] & drives[a][0]) for a, b in pairwise(line))
+        return forth - back, keys[line[-1]] - keys[line[0]]
+
+    lines = {c: [c] for c in range(len(keys))}  # by either end
     for (a, b), weight in sorted(links.items(), key=lambda link: (-link[1], link[0])):
         if weight <= 0.0 or a not in lines or b not in lines or lines[a] is lines[b]:
             continue
@@ -173,7 +196,7 @@ def _lines(count: int, links: Mapping[tuple[int, int], float], keys: Sequence[fl
         joined = left + right
         lines[joined[0]] = lines[joined[-1]] = joined
     found = [line for end, line in lines.items() if line[0] == end]
-    turned = [line if keys[line[0]] <= keys[line[-1]] else line[::-1] for line in found]
+    turned = [line if rightward(line) >= rightward(line[::-1]) else line[::-1] for line in found]
     return sorted(turned, key=lambda line: (sum(keys[c] for c in line) / len(line), line))
 
 
@@ -213,11 +236,10 @@ def _beside(
     """
     last = max((rows[k] for column in columns for k in column), default=0)
     anchors = [(c, min(row, last)) for c, row in _anchors(parts, columns, rows, part, fixed)]
-    for c, row in anchors:
-        for at in (c + 1, c):
-            sides = columns[at - 1 : at + 1] if 0 < at < len(columns) else []
-            if len(sides) < 2 or not any(frozenset((i, j)) in bound for i in sides[0] for j in sides[1]):
-                return at, row
+    for at, row in (*((c + 1, row) for c, row in anchors), *anchors):  # at the right, else at the left
+        sides = columns[at - 1 : at + 1] if 0 < at < len(columns) else []
+        if len(sides) < 2 or not any(frozenset((i, j)) in bound for i in sides[0] for j in sides[1]):
+            return at, row
     return (anchors[0][0] + 1, anchors[0][1]) if anchors else (len(columns), last)
 
 
@@ -239,7 +261,8 @@ def _anchors(
 def _cut(parts: Sequence[Part], order: list[list[int]], fixed: frozenset[str]) -> list[list[list[int]]]:
     """Cut the columns into bands of at most `WIDEST`, there where neighbours have least in common.
 
-    A band costs `_BAND`, a cut one a net that both sides have, and `_TORN` where it parts a pair or mirror.
+    A band costs `_BAND`, and the square of the columns that it lacks over `_NARROW`; a cut one a net that
+    both sides have, and `_TORN` where it parts a pair or mirror.
     """
     bound = pairs(parts, fixed)
 
@@ -253,7 +276,10 @@ def _cut(parts: Sequence[Part], order: list[list[int]], fixed: frozenset[str]) -
 
     best: list[tuple[int, list[int]]] = [(0, [0])]  # to end a band after so many columns: cost, and the cuts
     for end in range(1, len(order) + 1):
-        ways = (best[start] for start in range(max(end - WIDEST, 0), end))
+        ways = (
+            (best[start][0] + (WIDEST - end + start) ** 2 // _NARROW, best[start][1])
+            for start in range(max(end - WIDEST, 0), end)
+        )
         least, cuts = min(ways)
         best.append((least + _BAND + cost(end), [*cuts, end]))
     return [order[a:b] for a, b in pairwise(best[-1][1])]

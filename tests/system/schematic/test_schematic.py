@@ -105,6 +105,22 @@ def test_nothing_overlaps_and_each_net_is_drawn_or_named(name: str) -> None:
         assert unnamed(layout) == []
 
 
+def test_what_overlaps_or_is_lost_would_be_found() -> None:
+    layout = layout_of(follower())
+    first = layout.symbols[0]
+    layout.symbols.append(first._replace(x=first.x + 5.0, box=Box(*(v + 5.0 for v in first.box))))
+    assert overlaps(layout) != []
+    layout = layout_of(follower())
+    layout.labels = [label for label in layout.labels if label.net != "v_s"]
+    assert {net for _, net in unnamed(layout)} == {"v_s"}
+    layout = layout_of(follower())
+    at = layout.symbols[0]
+    layout.wires.append(Wire("v_in", at.x - 9.0, at.y + 3.0, at.x + 9.0, at.y + 3.0))
+    assert len(struck(layout)) == 2  # the transistor, and its size
+    layout.wires.append(Wire("v_in", at.x - 9.0, at.y + HALF, at.x + 9.0, at.y + HALF))
+    assert {b.net for _, b in shorts(layout)} | {a.net for a, _ in shorts(layout)} == {"v_in", "v_s"}
+
+
 @pytest.mark.parametrize("name", block_names())
 def test_each_device_is_drawn_or_counted(name: str) -> None:
     block = load_block(name)
