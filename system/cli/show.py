@@ -43,6 +43,8 @@ def show_command(asked: Show) -> None:
         raise ParameterError(f"--metrics: {ROLLS} has no testbench as one circuit; leave it out")
     if asked.op and asked.schematic is None:
         raise ParameterError("--op: no schematic to write into; add --schematic FILE, or see noctule op")
+    if asked.stimulus and not (asked.op or asked.metrics):
+        raise ParameterError("--stimulus: nothing is solved; add --op with --schematic FILE, or --metrics")
     if asked.block == ROLLS and asked.schematic is not None:
         raise ParameterError(f"--schematic: {ROLLS} is no single circuit; name a block, as rolls-neuron")
     if asked.block == ROLLS:
@@ -62,7 +64,7 @@ def show_command(asked: Show) -> None:
         }  # fmt: skip
         show_chip(found, [option for option, value in given.items() if value], as_json=asked.as_json)
         return
-    choice = choose_block(asked.block, values, silicon)
+    choice = choose_block(asked.block, values, silicon, asked.stimulus)
     document = _describe(choice, listed(choice, run=asked.metrics))
     save_picture(asked.plot, lambda figure: draw_circuit(choice.circuit, figure))
     if asked.schematic is not None:

@@ -30,6 +30,7 @@ class Show:
     block: str = shared.block_argument()
     values: BlockValues = shared.values_part()
     silicon: SiliconChoice = shared.silicon_part()
+    stimulus: tuple[str, ...] = shared.stimulus_option()
     metrics: bool = option(default=False, about="Run the testbench, and list all that it measures")
     plot: str | None = shared.plot_option()
     schematic: str | None = shared.file_option("Draw the schematic into a .svg, .png or .pdf file")

@@ -4,12 +4,14 @@ from collections.abc import Iterator
 from itertools import combinations
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from circuits.blocks.drive import current_into
 from circuits.blocks.mos import mos
 from circuits.circuit import Circuit, Port
-from circuits.devices import Capacitor
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor
+from circuits.devices.device import Device
 from circuits.errors import ParameterError
 from circuits.registry import block_names, load_block
 from system.cli.command_line import main
@@ -201,6 +203,7 @@ def test_the_command_writes_it_with_the_operating_point(
     ("arguments", "said"),
     [
         (("nef-neuron", "--op"), "--op"),
+        (("nef-neuron", "--schematic", "s.svg", "--stimulus", "current=1nA"), "--stimulus"),
         (("rolls", "--schematic", "s.svg"), "--schematic"),
         (("nef-chip", "--schematic", "s.svg"), "--schematic"),
         (("nef-neuron", "--schematic", "s.gif"), "s.gif"),
@@ -233,3 +236,34 @@ def test_large_arrays_are_drawn_by_one_cell() -> None:
     assert len(parts) < MANY
     assert cells_of(circuit) == {"cell": 9}
     assert "x9 in all" in {line for part in parts for line in part.lines}
+
+
+def random_circuit(seed: int) -> Circuit:
+    """Devices of every type between random nets: circles of current, shorted and upside down ones too."""
+    draw = np.random.default_rng(seed)
+    nets = ["0", "vdd", *(f"n{k}" for k in range(draw.integers(2, 9)))]
+    devices: list[Device] = []
+    for k in range(draw.integers(1, 20)):
+        a, b, c, d = (nets[j] for j in draw.integers(len(nets), size=4))
+        devices.append(
+            (
+                mos(f"d{k}", "n", a, b, c, 6, 6),
+                mos(f"d{k}", "p", a, b, c, 6, 6),
+                Resistor(f"d{k}", a, b, 1e6),
+                Capacitor(f"d{k}", a, b, 1e-12),
+                ControlledSource(f"d{k}", a, b, c, d, 1e-6),
+                OperationalAmplifier(f"d{k}", a, b, c, "vdd"),
+            )[draw.choice(6, p=[0.3, 0.3, 0.1, 0.1, 0.1, 0.1])]
+        )
+    ports = (Port("vdd", "supply"), Port("n0", "analog"), Port("n1", "event", "out"))
+    return Circuit("random", ports, tuple(devices))
+
+
+@pytest.mark.parametrize("seed", range(0, 30, 3))
+def test_circuits_that_nobody_designed_are_drawn_too(seed: int) -> None:
+    for k in range(seed, seed + 3):
+        layout = layout_of(random_circuit(k))
+        assert overlaps(layout) == []
+        assert shorts(layout) == []
+        assert struck(layout) == []
+        assert unnamed(layout) == []
