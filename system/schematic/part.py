@@ -86,8 +86,14 @@ class Part:
 
 
 def rails_of(circuit: Circuit) -> Rails:
-    """Supplies at the top, and ground with supplies whose name says so at the bottom."""
-    supplies = {p.name for p in circuit.ports if p.kind == "supply"}
+    """Supplies at the top, and ground with supplies whose name says so at the bottom.
+
+    A net that nothing draws current from, such as a gate that a netlist's source drives, is no rail.
+    """
+    flat = flatten(circuit)
+    names = flat.node_names()
+    drawing = {names[int(group.nodes[t, 0])] for group in flat.groups for t in _feeding(group.device)}
+    supplies = {p.name for p in circuit.ports if p.kind == "supply"} & drawing
     low = frozenset(name for name in supplies if name.lower().startswith(_LOW))
     return Rails(frozenset(supplies - low), low | {GROUND})
 
@@ -145,6 +151,12 @@ def _part(group: DeviceGroup, k: int, nets: list[str], rails: Rails, currents: M
         small = 0.0 < ampere < 1e-18  # for which there is no prefix
         lines += (f"{ampere:.2e}A" if small else format_quantity(float(f"{ampere:.3g}"), "A"),)
     return replace(part, name=name, lines=lines)
+
+
+def _feeding(device: Device) -> tuple[int, ...]:
+    """Terminals of a device that may take current from a supply."""
+    kinds = {Transistor: (0, 2, 3), OperationalAmplifier: (3, 4), ControlledSource: (0, 1)}
+    return kinds.get(type(device), tuple(range(len(device.terminals()))))
 
 
 @singledispatch

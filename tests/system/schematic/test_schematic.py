@@ -224,6 +224,13 @@ def test_a_source_of_a_testbench_is_drawn() -> None:
     assert overlaps(layout) == []
 
 
+def test_a_supply_that_only_gates_are_at_is_no_rail() -> None:
+    ports = (Port("vdd", "supply"), Port("a", "supply"), Port("vss", "supply"))
+    circuit = Circuit("one", ports, (mos("m", "p", "vss", "a", "vdd", 6, 6),))
+    assert rails_of(circuit).high == {"vdd"}
+    assert rails_of(circuit).low == {"0", "vss"}
+
+
 def test_a_circuit_without_devices_is_refused() -> None:
     with pytest.raises(ParameterError, match="0 devices"):
         layout_of(Circuit("empty"))
