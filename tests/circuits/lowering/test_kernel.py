@@ -111,7 +111,7 @@ def test_device_currents_add_to_nothing() -> None:
     v = np.random.default_rng(2).uniform(0.0, 5.0, (20, k.columns))
     v[:, -1] = 0.0
     out = np.zeros_like(v)
-    _conduction(k, v, allocate(k), out)
+    _conduction(k, v, allocate(k), np.empty((len(v), k.transistors.sign.size)), out)
     assert np.abs(out.sum(axis=1) / np.abs(out).max(axis=1)).max() <= 1e-14
 
 
