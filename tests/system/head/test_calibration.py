@@ -10,6 +10,7 @@ import pytest
 from chips.codes import Codes
 from chips.lso.calibration import Design, calibrate, currents_of, designed
 from chips.lso.model import head_on
+from chips.validity import OutsideBoxError
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
@@ -54,9 +55,10 @@ def test_deaf_level_units_are_told() -> None:
     assert [text for text in found.unmended if "level unit 0" in text]
 
 
-def test_a_chip_outside_its_record_cannot_be_used() -> None:
+def test_a_chip_outside_of_its_record_is_refused_and_none_that_failed() -> None:
     hot = replace(SILICON, temperature_c=120.0)
-    assert calibrate(hot, "generator", DESIGN).failed
+    with pytest.raises(OutsideBoxError, match="120 degC, must be -10 to 65 degC"):
+        calibrate(hot, "generator", DESIGN)
 
 
 def test_it_is_calibrated_for_the_usual_head() -> None:
