@@ -429,7 +429,8 @@ def _number(path: str, table: Mapping[str, Any], key: str) -> float:
     value = table.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise DataError(f"{path}: {key}, must be a number; see the shipped processes")
-    if abs(value) <= sys.float_info.max:  # neither NaN nor what no float holds
+    unlimited = key == "most_width" and value == inf
+    if unlimited or abs(value) <= sys.float_info.max:  # neither NaN nor what no float holds
         return float(value)
     raise DataError(f"{path}: {key}, must be a finite number; see the shipped processes")
 
