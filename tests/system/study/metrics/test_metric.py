@@ -13,7 +13,7 @@ from circuits.solver.transient import Result, simulate
 from system.cli.command_line import main
 from system.options.block import choose
 from system.registry import load_system, system_names
-from system.study import metric
+from system.study.metrics import metric
 from system.study.metrics.metric import default_metrics
 from system.study.table import Condition
 from system.study.target import BlockTarget, Subject, SystemTarget
