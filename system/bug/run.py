@@ -78,9 +78,8 @@ SUCCESS = "it reaches the goal, or says that none can be reached where no way le
 _BRAINS = {"reference": "program", "ideal": "ideal neurons"}  # beside the chip
 _SIGN_OF_LIFE = 100  # steps
 _DRIFT = (
-    "what the published Bug 2 stores drifts on the chip: a direction by 3 to 20 degrees in a run, its length"
-    " by up to 16 %, the distance too, so that it may miss the place to leave a wall; `design=improved` holds"
-    " them"
+    "what the published Bug 2 stores drifts on the chip, a direction, its length and a distance, so that it"
+    " may miss the place to leave a wall; `design=improved` holds them"
 )
 
 

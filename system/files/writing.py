@@ -15,11 +15,11 @@ import secrets
 import shutil
 import stat
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from circuits.errors import DataError
+from circuits.errors import DataError, ParameterError
 from system.files.claim import claimed, sweep, take
 
 if TYPE_CHECKING:
@@ -37,6 +37,14 @@ _REASONS = {
     errno.EPERM: "permission denied; choose a folder that you may write to",
     errno.EROFS: "the disk is read-only; choose another one",
 }
+
+
+def checked_suffix(path: Path | str, suffixes: Sequence[str]) -> str:
+    """Give the suffix of a path in small letters; raises `ParameterError` for none of `suffixes`."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in suffixes:
+        raise ParameterError(f"{path}: must end with {', '.join(suffixes)}; choose one of them")
+    return suffix
 
 
 def check_folder(path: Path | str) -> None:

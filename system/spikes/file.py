@@ -23,7 +23,7 @@ import numpy as np
 from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
 from system.files import aedat4
-from system.files.writing import check_folder, write_bytes_atomic, write_text_atomic
+from system.files.writing import check_folder, checked_suffix, write_bytes_atomic, write_text_atomic
 from system.spikes.neo_file import NEEDS, TIME_BASE, check_neo, write_neo
 
 SUFFIXES = (aedat4.SUFFIX, ".npz", ".csv", *NEEDS)
@@ -43,9 +43,7 @@ def check_spikes(path: str) -> None:
     DataError
         There is no such folder.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise ParameterError(f"{path}: must end with {', '.join(SUFFIXES)}; choose one of them")
+    suffix = checked_suffix(path, SUFFIXES)
     if suffix == aedat4.SUFFIX:
         aedat4.check_aedat4(_OTHER)
     elif suffix in NEEDS:

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from circuits.errors import DataError, ParameterError
+from circuits.errors import DataError
 from system.files import aedat4
-from system.files.writing import check_folder, write_bytes_atomic, write_text_atomic
+from system.files.writing import check_folder, checked_suffix, write_bytes_atomic, write_text_atomic
 from system.worlds.camera.event import Events
 
 SUFFIXES = (aedat4.SUFFIX, ".npz", ".txt")
@@ -43,9 +43,7 @@ def check_events(path: str) -> None:
     DataError
         There is no such folder.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise ParameterError(f"{path}: must end with {', '.join(SUFFIXES)}; choose one of them")
+    suffix = checked_suffix(path, SUFFIXES)
     if suffix == aedat4.SUFFIX:
         aedat4.check_aedat4(_OTHER)
     check_folder(path)

@@ -76,6 +76,20 @@ def test_the_deck_says_its_temperature_and_the_user_another(
         assert json.loads(capsys.readouterr().out)["temperature_C"] == degrees
 
 
+def test_a_deck_s_own_measures_are_told_and_one_of_no_node_is_left_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "measured.cir"
+    cards = ".measure tran most max v(out)\n.measure tran lost max v(nowhere)\n.measure dc other max v(out)\n"
+    path.write_text("a divider\nv1 in 0 pwl(0 0 1m 3)\nr1 in out 1k\nr2 out 0 2k\n.tran 1u 1m\n" + cards)
+    assert main(["simulate", str(path), "--measure", "half = most / 2", "--json"]) == 0
+    said = capsys.readouterr()
+    found = {each["name"]: each["value"] for each in json.loads(said.out)["measured"]}
+    assert found == pytest.approx({"most": 2.0, "half": 1.0})
+    assert "node nowhere: unknown" in said.err
+    assert said.err.count("\n") == 1
+
+
 def test_a_deck_of_other_devices_is_refused_natively_and_runs_in_ngspice(
     theirs: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
