@@ -34,14 +34,14 @@ LOAD_NGSPICE = $(BIN)/python -c 'import ctypes, ctypes.util, os; \
 
 SITE = $(KEEP_BYTE_CODE) $(BIN)/sphinx-build -q -W --keep-going -b html
 
-.PHONY: run test lint wheel ngspice docs docs-pages bench clean
+.PHONY: run test lint wheel ngspice browser docs docs-pages bench clean
 .DELETE_ON_ERROR:
 
 run: $(RUN_READY)
 	$(BIN)/noctule run approach --beside nominal --plot $(PICTURE)
 	@echo "The picture is $(CURDIR)/$(PICTURE)"
 
-test: ngspice lint docs-pages
+test: ngspice browser lint docs-pages
 	$(PYTEST)
 
 lint: $(TEST_READY)
@@ -62,6 +62,15 @@ ngspice: $(TEST_READY)
 			"or set NGSPICE_LIBRARY_PATH to the full path of libngspice.so" >&2; \
 		if [ "$$CI" = true ]; then echo "in CI this is a failure" >&2; exit 1; fi; \
 		echo "going on: what needs ngspice is skipped" >&2; }
+
+# Debian's browser and what drives it open the pages of runs.
+browser:
+	@command -v chromium chromedriver >/dev/null || { $(HAS_APT) \
+		&& $(APT) update && $(APT) install -y --no-install-recommends chromium chromium-driver; } || true
+	@command -v chromium chromedriver >/dev/null || { \
+		echo "chromium and chromedriver were not found: install Debian's chromium and chromium-driver" >&2; \
+		if [ "$$CI" = true ]; then echo "in CI this is a failure" >&2; exit 1; fi; \
+		echo "going on: what needs a browser is skipped" >&2; }
 
 docs: ngspice
 	$(BIN)/noctule run approach --beside nominal --plot docs/approach.png

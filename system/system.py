@@ -6,7 +6,7 @@ the system's own follow. `METRICS` are the entries that a study can measure.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, final
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from circuits.circuit import BiasKind, Circuit
+    from system.view.film import Film
 
 ENTRIES = meanings("""
 succeeded        boolean   -  whether the run did what the system is for, by its own sentence `success`
@@ -166,6 +167,9 @@ class System(Generic[S, T]):
     draw_beside
         Draws over the picture of a run what another run's differs in, with the name of its die; None for a
         system whose pictures have no room for it.
+    film
+        What a run shows over time, with what is inside the neurons of the names that are given, None for
+        those that it chooses; title, headline and facts are added (`filmed`). None for a system without.
     metrics
         Names of the numbers that a study can ask of a run, `METRICS` among them; all numbers that `meanings`
         tells of, unless given.
@@ -211,6 +215,7 @@ class System(Generic[S, T]):
     draw: Callable[[T, Figure], None]
     metrics: tuple[str, ...] = ()
     draw_beside: Callable[[T, Figure], None] | None = None
+    film: Callable[[T, tuple[str, ...] | None], Film] | None = None
     yes_no: tuple[str, ...] = (SUCCEEDED,)
     usual: Callable[[Mapping[str, Any]], Mapping[str, Any]] = _nothing
     ideal: Mapping[str, Any] = field(default_factory=dict)
@@ -274,6 +279,35 @@ class System(Generic[S, T]):
         """Return the entries of the account of the run `trace`, and its numbers, by their names."""
         return summary_of(self.account(trace), self.numbers(trace))
 
+    def filmed(self, trace: T, inside: Sequence[str] | None = None, command: str = "") -> Film:
+        """Return the film of a run, with what the run says of itself.
+
+        Parameters
+        ----------
+        trace
+            What the run left.
+        inside
+            Names of neurons to look into; those that the system chooses unless given.
+        command
+            The command that makes the run again.
+
+        Raises
+        ------
+        ParameterError
+            The system has no film, or no neuron of a name.
+        """
+        if self.film is None:
+            raise ParameterError(f"{self.name}: it has no film; draw a picture of it")
+        account = self.account(trace)
+        facts = {name.replace("_", " "): told(value) for name, value in account.ran_on.items()}
+        return replace(
+            self.film(trace, None if inside is None else tuple(inside)),
+            title=f"{self.name}, {self.title(trace)}",
+            headline=account.headline,
+            command=command,
+            facts={**facts, **account.parts},
+        )
+
     def study_options(
         self, level: str, bias_kind: BiasKind | None, given: Mapping[str, Any]
     ) -> dict[str, Any]:
@@ -314,6 +348,13 @@ class System(Generic[S, T]):
         found = {**on_chips, **self.study(on_chips), **asked}
         self.check_study(self.scenario(**found))
         return found
+
+
+def told(value: object) -> str:
+    """A number, a name, or a yes or no, as a reader is told it."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:g}" if isinstance(value, float) else "none" if value is None else str(value)
 
 
 def headline(*, succeeded: bool, reason: str) -> str:

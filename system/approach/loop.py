@@ -190,17 +190,17 @@ def _isolation(scenario: Scenario, silicon: Silicon) -> Part[Any]:
     if scenario.level_of("isolation") == "behavioural":
         return _isolation_model(scenario, silicon)
     latch = first_target_isolation.build(first_target_isolation.Params())
-    trimmed = _trimmed(scenario)
-    latch = latch if trimmed is None else rebias(latch, {"v_ex_max_set": trimmed})
+    volts = trimmed(scenario)
+    latch = latch if volts is None else rebias(latch, {"v_ex_max_set": volts})
     start = first_target_isolation.rest(silicon.process.v_dd)
     return Cell(latch, silicon, ("v_ex_max",), rtol=BOARD_RTOL, start=start)
 
 
 def _isolation_model(scenario: Scenario, silicon: Silicon) -> IsolationModel:
-    return IsolationModel(silicon, v_ex_max=_trimmed(scenario))
+    return IsolationModel(silicon, v_ex_max=trimmed(scenario))
 
 
-def _trimmed(scenario: Scenario) -> float | None:
+def trimmed(scenario: Scenario) -> float | None:
     """V_ex,max to which the board is trimmed for the chip, V; None for the board's own."""
     codes = scenario.ranging_codes
     return None if codes is None else codes.trims["v_ex_max"][0]

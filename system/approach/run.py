@@ -29,6 +29,7 @@ from circuits.arrays import F64
 from circuits.silicon.course import course_through, told_when
 from system.approach import kernel
 from system.approach.behavioural import Flight, fly_behavioural
+from system.approach.film import film
 from system.approach.loop import all_behavioural, build, circuits, models_of, move
 from system.approach.scenario import Scenario
 from system.approach.trace import (
@@ -198,6 +199,7 @@ SYSTEM = System(
     numbers=summarise,
     draw=draw,
     draw_beside=draw_beside,
+    film=film,
     ideal=IDEAL_CHIP,
     study_metrics=("held_fraction", "range_error_mean_m"),
     study=lambda _: {"duration": STUDY_DURATION},

@@ -39,6 +39,7 @@ from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.plot import silicon_text
 from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, part
+from system.view.film import Film, Shape, Stage, Track, circles, corners, signal
 from system.worlds.standing import SLOW, share_standing
 
 SUMMARY = meanings("""
@@ -363,6 +364,30 @@ def draw(trace: Trace, figure: Figure) -> None:
     draw_run(trace.world, trace.path, trace.shortest, title, figure)
 
 
+def film(trace: Trace, _: tuple[str, ...] | None) -> Film:
+    """Return the film of a run: walls, start, goal, the robot's way and what it was doing."""
+    path, where = trace.path, trace.world.map
+    time = STEP * np.arange(len(path), dtype=np.float64)
+    shapes = []
+    for polygon in trace.world.obstacles.geoms:
+        shapes.append(Shape(role="obstacle", points=corners(np.array(polygon.exterior.coords)[:-1])))
+        shapes += [Shape(role="floor", points=corners(np.array(h.coords)[:-1])) for h in polygon.interiors]
+    shapes += circles("start", np.array(where.starts)) + circles("goal", np.array(where.goals))
+    if trace.shortest is not None:
+        told = "shortest path of a point"
+        shapes.append(Shape(role="way", points=corners(trace.shortest), closed=False, name=told))
+    steps = np.diff(path, axis=0)
+    heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+    robot = Track(
+        name=trace.scenario.agent, time=time, x=path[:, 0], y=path[:, 1],
+        heading=np.append(heading, heading[-1:]) if heading.size else None, radius=0.15,
+    )  # fmt: skip
+    states = ", ".join(f"{k} {name}" for k, name in enumerate(STATES))
+    doing = signal("what it does", "", time[1:], trace.state.astype(np.float64), states)
+    stage = Stage(unit="map units", shapes=tuple(shapes), tracks=(robot,))
+    return Film(title="", headline="", duration=trace.time, panels=(doing,), world=stage)
+
+
 def _usual(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options of a run on silicon: Bug 2 in the design whose memories hold on a chip."""
     agent = given.get("agent", "bug2")
@@ -381,6 +406,7 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
+    film=film,
     yes_no=(SUCCEEDED, "reached", "unreachable"),
     study_metrics=("reached", "time_s", "path_length", "path_ratio"),
     usual=_usual,

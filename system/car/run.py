@@ -21,7 +21,7 @@ from circuits.silicon.course import beginning_of
 from system.car.arcs import Arcs, arcs_of
 from system.car.drive import COUNTS, Drive, SonarAt, drive
 from system.car.localiser import trained
-from system.car.numbers import DIRECTIONS
+from system.car.numbers import DIRECTIONS, PIPE_RADIUS
 from system.car.picture import draw_robot
 from system.car.scenario import Scenario, check_pipes, no_silicon
 from system.car.sonar import SPEED, Sonar, noise_of
@@ -38,6 +38,7 @@ from system.options.noise import silicon_noise
 from system.options.outside import inside_boxes
 from system.plot import entitle, silicon_text
 from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, part
+from system.view.film import Film, Stage, Track, circles, signal
 from system.worlds.standing import SLOW, evenly, share_standing
 
 ENDS = ("through", "out", "collided", "undecided")
@@ -255,6 +256,26 @@ def draw(trace: Trace, figure: Figure) -> None:
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
 
 
+def film(trace: Trace, _: tuple[str, ...] | None) -> Film:
+    """Return the film of a drive: pipes, the car's way, and what it decided at each ping."""
+    d, s = trace.drive, trace.scenario
+    log, path, pipes = d.log, trace.path, trace.forest.place
+    shapes = circles("shade", pipes, s.robot.zone) + circles("obstacle", pipes, PIPE_RADIUS)
+    car = Track(
+        name="car", time=np.append(log[:, 0], d.time), x=path[:, 0], y=path[:, 1],
+        heading=np.unwrap(np.append(log[:, 3], d.end[2])), radius=s.robot.radius,
+    )  # fmt: skip
+    angle = np.degrees(trace.arcs.direction[log[:, 4].astype(np.int64)])
+    decided = (
+        signal("direction of the ping, left above", "deg", log[:, 0], angle, "ping"),
+        signal("chosen arc", "", log[:, 0], log[:, 5], "arc"),
+        signal("scans", "", log[:, 0], log[:, 6]),
+        signal("soft ping", "", log[:, 0], log[:, 7]),
+    )
+    stage = Stage(unit="m", shapes=tuple(shapes), tracks=(car,))
+    return Film(title="", headline="", duration=d.time, world=stage, panels=decided)
+
+
 SYSTEM = System(
     name="car",
     summary="car with a narrow sonar among pipes, by a choice of 15 arcs (Wen & Horiuchi 2022)",
@@ -264,6 +285,7 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
+    film=film,
     yes_no=(SUCCEEDED, *ENDS),
     study_metrics=("collided", "through", "side_share"),
     usual=lambda _: {"ranges": "chip"},

@@ -44,6 +44,7 @@ from system.cli.verbs import (
     Op,
     Reproduce,
     Show,
+    View,
 )
 from system.notice import say, warnings_in_a_line
 
@@ -95,6 +96,7 @@ _VERBS = {
     "export": verb("export:export_command", Export),
     "import": verb("import_netlist:import_command", Import),
     "compare": verb("compare:compare_command", Compare),
+    "view": verb("view:view_command", View),
     "sweep": verb("sweep:sweep_command", Sweep),
     "montecarlo": verb("montecarlo:montecarlo_command", Montecarlo),
     "gradient": verb("gradient:gradient_command", Gradient),

@@ -24,6 +24,10 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
         "noctule export rebound-neuron --dialect cdl -o right.cdl",
         "noctule compare left.cir right.cdl",
     ),
+    ("view",): (
+        "noctule run pushbot --scene single-block -o drive.nc",
+        "noctule view drive.nc -o drive.html",
+    ),
     ("montecarlo",): ("noctule montecarlo rebound-neuron -n 50 --metric best_delay --csv dies.csv",),
     ("gradient",): ('noctule gradient rebound-neuron --metric "spike_time(spike,0)" --die 1003',),
     ("replay",): (

@@ -16,6 +16,7 @@ from system.cli.option_names import as_options
 from system.cli.output import print_json, print_line, progress_bar
 from system.cli.run_output import print_cautions, print_run
 from system.cli.verbs import Run
+from system.cli.view import check_page, check_run, leave, this_command
 from system.options.block import describe_die, read_die
 from system.options.die.edited import check_drawn, check_known
 from system.options.silicon import SiliconChoice
@@ -47,6 +48,7 @@ def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[
         refuse = system.outputs[key].refuse
         if refuse is not None and (reason := refuse(scenario)):
             raise ParameterError(f"{key}: {reason}")
+    _check_film(system, asked)
     other = _beside(system, asked, texts)
     with progress_bar(name) as progress:
         trace = system.run(scenario, progress)
@@ -61,6 +63,7 @@ def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[
     for key, path in files.items():
         with progress_bar(path) as progress:
             system.outputs[key].write(path, trace, progress)
+    _leave_film(system, trace, asked)
     if asked.as_json:
         entries = {**described(system, scenario), **system.document(trace)}
         print_json({"system": name, **entries, "summary": summary})
@@ -97,6 +100,26 @@ def scenario_of(system: System[Any, Any], asked: Run, texts: Mapping[str, Any]) 
     for key in sorted(about | {k for k, v in on_chip.items() if v}) if remedy else ():
         raise ParameterError(f"{key}: no chip is in the loop; {remedy}, or leave it out")
     return scenario
+
+
+def _check_film(system: System[Any, Any], asked: Run) -> None:
+    """Refuse before the run what cannot be filmed, or written."""
+    if asked.view is not None:
+        check_page(asked.view)
+    if asked.output is not None:
+        check_run(asked.output)
+    if asked.view is None and asked.output is None:
+        if asked.inside is not None:
+            raise ParameterError(f"inside: {asked.inside}, no page is made; give view, or leave it out")
+    elif system.film is None:
+        raise ParameterError(f"view: {system.name} has no film; give plot, or leave it out")
+
+
+def _leave_film(system: System[Any, Any], trace: Any, asked: Run) -> None:
+    """Write the page and the kept run, where they are asked for."""
+    if asked.view is not None or asked.output is not None:
+        names = None if asked.inside is None else asked.inside.split(",")
+        leave(system.filmed(trace, names, this_command()), asked.view, asked.output)
 
 
 def _beside(system: System[Any, Any], asked: Run, texts: Mapping[str, Any]) -> Any:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from system.cli.output import print_line, print_table
-from system.system import ENTRIES, METRICS, System, headline
+from system.system import ENTRIES, METRICS, System, headline, told
 
 
 def print_run(title: str, system: System[Any, Any], summary: Mapping[str, Any]) -> None:
@@ -37,8 +37,4 @@ def _said(name: str, value: object) -> str:
     shown = name.replace("_", " ")
     if name == "die" and value is None:
         return "die nominal"
-    if isinstance(value, bool):
-        return f"{shown} {'yes' if value else 'no'}"
-    if isinstance(value, float):
-        return f"{shown} {value:g}"
-    return f"{shown} {'none' if value is None else value}"
+    return f"{shown} {told(value)}"

@@ -114,6 +114,16 @@ class Compare:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """Play a kept run in a browser, or two beside each other."""
+
+    run: str = argument("RUN", "A run that noctule run SYSTEM -o RUN.nc has kept")
+    beside: str | None = option(None, "Another run, beside it", metavar="RUN.nc")
+    output: str = required("Page to write", short="o", metavar="FILE.html")
+    open: bool = option(default=False, about="Show it in the browser")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Characterise:
     """Measure a block's behavioural model; takes minutes."""
 
@@ -211,6 +221,11 @@ class Run:
     seed: int = option(0, "Of noise and worlds")
     plot: str | None = shared.plot_option()
     beside: str | None = option(None, "Run on this die too, and draw it beside", metavar="NUMBER|nominal")
+    view: str | None = option(None, "Page that plays the run, for a browser", metavar="FILE.html")
+    inside: str | None = option(
+        None, "Neurons that the page looks into; eight that spike most", metavar="NAME,..."
+    )
+    output: str | None = option(None, "Keep the run, for noctule view", short="o", metavar="RUN.nc")
     as_json: bool = shared.json_option()
 
     @property

@@ -35,8 +35,9 @@ from system.openspace.flight import (
     gets_on,
     planter,
 )
+from system.openspace.law import arcs_of
 from system.openspace.moving import Moving, along_readers
-from system.openspace.picture import draw_view_of_run
+from system.openspace.picture import draw_view_of_run, film_of_flight
 from system.openspace.senses import IDEAL, Sensing, senses_of
 from system.openspace.senses_kernel import Senses
 from system.option import Option
@@ -45,6 +46,7 @@ from system.options.codes import described
 from system.options.outside import inside_boxes
 from system.plot import silicon_text
 from system.system import PROGRAMS, SUCCEEDED, Account, Output, Progress, RunTrace, System, part
+from system.view.film import Film
 
 SUMMARY = meanings("""
 avoided        number  -  obstacles that were detected and not collided with
@@ -195,6 +197,13 @@ def draw(trace: Trace, figure: Figure) -> None:
     draw_view_of_run(trace.first.forest.place, s.bat.zone, trace.path, figure, title, succeeded=succeeded)
 
 
+def film(trace: Trace, _: tuple[str, ...] | None) -> Film:
+    """Return the film of the first run."""
+    first, sample, s = trace.first, trace.sample, trace.scenario
+    last = sample.time_s if sample.runs == 1 else (float(first.log[-1, 0]) if len(first.log) else 0.0)
+    return film_of_flight(first.forest.place, s.bat.zone, first.log, first.end, last, arcs_of(s.bat))
+
+
 def _of_senses(scenario: Scenario) -> str:
     sensing = scenario.sensing
     if sensing == IDEAL:
@@ -266,6 +275,7 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
+    film=film,
     yes_no=(SUCCEEDED, "collided"),
     study_metrics=("avoided", "collided"),
     usual=lambda _: {"ranges": "chip", "selection": "chip"},

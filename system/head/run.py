@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from chips.lso.measure import circuits
+from chips.lso.measure import LEVELS, circuits
 from chips.lso.model import RECORD, SIDES, Head
 from chips.record import current_record
 from circuits.arrays import F64
@@ -34,6 +34,7 @@ from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.spikes.output import spikes_output, trains_of
 from system.system import PROGRAMS, Account, RunTrace, System
+from system.view.film import Film, Group, Line, Panel, Raster, Shape, Stage, Track
 
 SUMMARY = meanings("""
 error_rms_deg    number  deg  rms angle between head and target
@@ -176,6 +177,43 @@ def draw(trace: Trace, figure: Figure) -> None:
     figure.suptitle(title, fontsize=9)
 
 
+def film(trace: Trace, _: tuple[str, ...] | None) -> Film:
+    """Return the film of a run: where target and head point, and the spikes of both ears."""
+    log = trace.log
+    x, y = log.distance * np.cos(log.target), log.distance * np.sin(log.target)
+    zero, far = np.zeros(log.time.size), float(np.max(log.distance))
+    across = Shape(role="way", points=((0.0, -far), (0.0, far)), closed=False)
+    tracks = (
+        Track(name="head", time=log.time, x=zero, y=zero, heading=log.head, radius=0.03 * far),
+        Track(name="target", time=log.time, x=x, y=y, radius=0.02 * far, role="moving"),
+    )
+    azimuths = tuple(
+        Line(name=name, time=log.time, value=np.degrees(value), step=name == "head")
+        for name, value in (("target", log.target), ("head", log.head))
+    )
+    return Film(
+        title="",
+        headline="",
+        duration=trace.scenario.duration,
+        world=Stage(unit="m", shapes=(across,), tracks=tracks),
+        panels=(
+            Panel(title="azimuth", unit="deg", lines=azimuths),
+            Panel(title="LSO neurons", raster=_raster(log.spikes, 1)),
+            Panel(title="level units of the ears", raster=_raster(log.levels, LEVELS)),
+        ),
+    )
+
+
+def _raster(spikes: F64, count: int) -> Raster:
+    """Spikes (s, side, and unit where a side has `count` of them) of both sides."""
+    times, *where = spikes[np.argsort(spikes[:, 0], kind="stable")].T
+    row = (where[0] * count + (where[1] if count > 1 else 0.0)).astype(np.int64)
+    sides = ("left", "right")
+    rows = tuple(f"{side} {k}" if count > 1 else side for side in sides for k in range(count))
+    groups = tuple(Group(f"{side} ear", k * count, count) for k, side in enumerate(sides) if count > 1)
+    return Raster(time=times, row=row, rows=rows, groups=groups)
+
+
 SYSTEM = System(
     name="head",
     summary="sonar head that turns to a moving target by its two ears (Cheely & Horiuchi 2003)",
@@ -185,6 +223,7 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
+    film=film,
     ideal=IDEAL_CHIP,
     study_metrics=("error_rms_deg", "lost"),
     document=document,

@@ -15,6 +15,7 @@ from circuits.arrays import F64
 from system.openspace.law import ARCS, Arcs, Bat, arc_point, detectable
 from system.openspace.map import SIDE
 from system.plot import COLOURS, INK, PALE, entitle, mark_end
+from system.view.film import Film, Shape, Stage, Track, circles, signal
 
 _BEARINGS = np.linspace(-np.pi, np.pi, 361)
 _STEPS = 60  # points of a drawn arc
@@ -149,3 +150,41 @@ def placed(pose: tuple[float, float, float], ahead: F64, left: F64) -> tuple[F64
     x, y, heading = pose
     cos, sin = np.cos(heading), np.sin(heading)
     return x + cos * ahead - sin * left, y + sin * ahead + cos * left
+
+
+def film_of_flight(
+    place: F64, zone: float, log: F64, end: tuple[float, float], time_s: float, arcs: Arcs
+) -> Film:
+    """Return the film of a flight: the forest, the bat's way, and what it decided at each ping.
+
+    Parameters
+    ----------
+    place
+        Obstacles, float64[n, 2], m.
+    zone
+        Radius of their zones of collision, m.
+    log
+        As `system.openspace.state` has it, float64[pings, 8].
+    end
+        Where it ended, m.
+    time_s
+        When it ended, s.
+    arcs
+        Its arcs.
+    """
+    pings = log[:, 0]
+    shapes = [Shape(role="floor", points=((0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)))]
+    shapes += circles("obstacle", place, zone)
+    bat = Track(
+        name="bat", time=np.append(pings, max(time_s, *pings[-1:])), x=np.append(log[:, 1], end[0]),
+        y=np.append(log[:, 2], end[1]), heading=np.unwrap(np.append(log[:, 3], log[-1:, 3])), radius=0.05,
+        longest=0.5 * SIDE,
+    )  # fmt: skip
+    seen = np.degrees(arcs.direction[log[:, 4].astype(np.int64)])
+    decided = (
+        signal("direction of the ping, left above", "deg", pings, seen, "ping"),
+        signal("chosen arc, 0 to the left", "", pings, log[:, 5], "arc"),
+        signal("only the head turns", "", pings, log[:, 7], "scanning"),
+    )
+    stage = Stage(unit="m", shapes=tuple(shapes), tracks=(bat,))
+    return Film(title="", headline="", duration=float(bat.time[-1]), panels=decided, world=stage)

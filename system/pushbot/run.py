@@ -30,12 +30,14 @@ from system.pushbot.body import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot.brain import brain_of
 from system.pushbot.course import Course, course_of, passage
 from system.pushbot.drive import Run, begin_run
+from system.pushbot.film import film_of
 from system.pushbot.loop import Brain, Record, all_events, all_spikes, open_loop, rates, step
 from system.pushbot.picture import draw_run
 from system.pushbot.readout import LOOK, Readout
 from system.pushbot.scenario import Scenario, check_scene, scene_of
 from system.spikes.output import spikes_output, trains_of
 from system.system import PROGRAMS, SUCCEEDED, Account, Output, RunTrace, System
+from system.view.film import Film
 from system.worlds.arena.geometry import clearance
 from system.worlds.arena.scene import Scene
 from system.worlds.camera.file import check_events, write_events
@@ -321,6 +323,11 @@ def draw(trace: Trace, figure: Figure) -> None:
     draw_run(trace.scene, trace.drive, trace.brain, trace.record, said, figure, course)
 
 
+def film(trace: Trace, asked: tuple[str, ...] | None) -> Film:
+    """Return the film of a run, with what is inside the neurons that are asked for."""
+    return film_of(trace.scene, trace.drive, trace.brain, trace.record, asked)
+
+
 SYSTEM = System(
     name="pushbot",
     summary="robot with an event camera, steered by the ROLLS chip (Milde et al. 2017)",
@@ -330,6 +337,7 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
+    film=film,
     yes_no=(SUCCEEDED, "collided", "crossed", "between"),
     ideal=IDEAL_CHIP,
     study_metrics=("collided", "distance_cm"),

@@ -48,7 +48,7 @@ def draw_scene(scene: Scene, ax: Axes, time: float = 0.0) -> None:
         outline = np.array(outline_at(obstacles, k, time).exterior.coords)
         high = not obstacles.solid[k]
         ax.add_patch(
-            Patch(outline, closed=True, facecolor="none" if high else _ink(body.reflectance), edgecolor=INK,
+            Patch(outline, closed=True, facecolor="none" if high else ink_of(body.reflectance), edgecolor=INK,
                   linewidth=0.5, linestyle=":" if high else "-", zorder=3)
         )  # fmt: skip
         if body.motion is not None:
@@ -137,6 +137,7 @@ def draw_key(about: Axes, ax: Axes) -> None:
     key.set_in_layout(False)  # a long line must not make the panels narrow
 
 
-def _ink(reflectance: float) -> str:
+def ink_of(reflectance: float) -> str:
+    """Return the colour in which a body of a reflectance is drawn."""
     name = min(REFLECTANCES, key=lambda n: abs(REFLECTANCES[n] - reflectance))
     return _INKS[name]

@@ -38,6 +38,8 @@ from system.rolls.drive import program_of, regular_events
 from system.rolls.scenario import SETTLING, STUDY_DURATION, Scenario, check_table
 from system.spikes.output import spikes_output, trains_of
 from system.system import Account, RunTrace, System
+from system.view.film import Film, Line, Panel, Raster, busiest
+from system.view.rolls import neuron_inside
 
 SHOWN = 0.5  # s, of the picture
 SUMMARY = meanings(
@@ -63,6 +65,9 @@ SUCCESS = (
     "with events no neuron is silent, hot, or fires without them, and no event or spike is lost;"
     " without events no neuron fires"
 )
+
+
+BIN = 20e-3  # s, of the mean rate in a film; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,6 +192,24 @@ def title(trace: Trace) -> str:
     return f"{s.die}, {temperature_text(s.temperature_c, s.course)} degC, {s.input_rate:g} events/s a neuron"
 
 
+def film(trace: Trace, asked: tuple[str, ...] | None) -> Film:
+    """Return the film of a run: spikes of all neurons, and devices of those that are asked for."""
+    order = np.argsort(trace.spikes.times, kind="stable")
+    times, rows = trace.spikes.times[order], trace.spikes.neurons[order]
+    names = tuple(f"neuron[{k}]" for k in range(NEURONS))
+    edges = np.arange(0.0, trace.scenario.duration + 0.5 * BIN, BIN)
+    mean = np.histogram(times, edges)[0] / (BIN * NEURONS)
+    lines = (Line(name="all neurons", time=edges[:-1], value=mean, step=True),)
+    return Film(
+        title="", headline="", duration=trace.scenario.duration,
+        panels=(
+            Panel(title="neurons", raster=Raster(time=times, row=rows, rows=names)),
+            Panel(title="mean rate of a neuron", unit="Hz", lines=lines),
+        ),
+        neurons=tuple(neuron_inside(trace.chip, name) for name in busiest(names, rows, asked)),
+    )  # fmt: skip
+
+
 SYSTEM = System(
     name="rolls",
     summary="rates of all neurons of a ROLLS die under equal input",
@@ -196,6 +219,7 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
+    film=film,
     ideal=IDEAL_CHIP,
     study_metrics=("population_rate", "rate_cv", "silent", "hot"),
     study=lambda _: {"duration": STUDY_DURATION},

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from circuits.arrays import F64
 from system.plot import COLOURS, INK
 from system.rover.cost_map import MAX_CODE, CostMap
+from system.view.film import Shape
 
 _SCALE_BAR = 10.0  # m, as in the paper's Figures 7 to 10
 _BLOCKED = "#4A4A4A"
@@ -45,11 +47,12 @@ def draw_map(cost_map: CostMap, figure: Figure | None, ax: Axes) -> None:
     ax.set_aspect("equal")
 
 
-def _shade(cost: int) -> tuple[float, ...] | str:
+def _shade(cost: int) -> tuple[float, float, float, float] | str:
     """Colour of a cost: its logarithm, up to the largest code of a chip."""
     if cost == 0:
         return _BLOCKED
-    return tuple(colormaps["YlOrBr"](0.03 + 0.8 * min(math.log(cost) / math.log(MAX_CODE), 1.0)))
+    red, green, blue, alpha = colormaps["YlOrBr"](0.03 + 0.8 * min(math.log(cost) / math.log(MAX_CODE), 1.0))
+    return red, green, blue, alpha
 
 
 def draw_ways(planned: F64, driven: Sequence[F64], ax: Axes, reach: float | None = None) -> None:
@@ -93,3 +96,18 @@ def _covering(limits: tuple[float, float], values: F64) -> tuple[float, float]:
 def _extent(cost_map: CostMap) -> tuple[float, float, float, float]:
     rows, columns = cost_map.shape
     return 0.0, columns * cost_map.cell_width, 0.0, rows * cost_map.cell_height
+
+
+def map_shapes(cost_map: CostMap) -> list[Shape]:
+    """Return a map's costs as areas for a film: cells beside each other of one cost are one."""
+    rows, _ = cost_map.shape
+    wide, high = cost_map.cell_width, cost_map.cell_height
+    found = []
+    for row in range(rows):
+        costs, low = cost_map.costs[row], (rows - 1 - row) * high
+        edges = np.concatenate([[0], np.flatnonzero(np.diff(costs)) + 1, [costs.size]])
+        for begin, end in pairwise(edges.tolist()):
+            left, right = begin * wide, end * wide
+            corners = ((left, low), (right, low), (right, low + high), (left, low + high))
+            found.append(Shape(role="shade", points=corners, colour=to_hex(_shade(int(costs[begin])))))
+    return found

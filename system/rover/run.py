@@ -39,12 +39,13 @@ from system.rover.cost_map import Cell, CostMap, check_codes, for_need, load_map
 from system.rover.drive import Drive, drive, polyline, scatter_obstacles, turn_away
 from system.rover.frechet import discrete_frechet
 from system.rover.online_map import OnlineMap, unknown_map
-from system.rover.picture import draw_map, draw_scale_bar, draw_ways
+from system.rover.picture import draw_map, draw_scale_bar, draw_ways, map_shapes
 from system.rover.planner import Plan, Planner, plan_path, planner_named
 from system.rover.scenario import Scenario, no_silicon
 from system.rover.wave_planner import ChipPlanner
 from system.spikes.output import spikes_output
 from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, part
+from system.view.film import Film, Shape, Stage, Track, circles, corners, signal
 from system.worlds.standing import SLOW, evenly, share_standing
 
 SUMMARY = meanings("""
@@ -82,6 +83,9 @@ trips.arrived        boolean      -    whether it arrived
 trips.map_error      number?      -    mean error of the learnt costs after it
 """)
 SUCCESS = "on every trip a fix lies within the rover's reach of the goal before its patience is over"
+
+
+LONGEST = 20.0  # m in a second, beyond which a rover was put back to its start; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,6 +296,25 @@ def draw(trace: Trace, figure: Figure) -> None:
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
 
 
+def film(trace: Trace, _: tuple[str, ...] | None) -> Film:
+    """Return the film of all trips, one after the other: the map, what was planned and what was driven."""
+    cells, trips = trace.cost_map, trace.trips
+    ways = [polyline(cells, trip.plan.path) for trip in trips]
+    lengths = [float(trip.drive.time[-1]) + 1.0 for trip in trips]
+    begun = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
+    time = np.concatenate([b + trip.drive.time for b, trip in zip(begun, trips, strict=True)])
+    place, fix = (np.concatenate([getattr(t.drive, name) for t in trips]) for name in ("place", "fix"))
+    shapes = map_shapes(cells) + [Shape(role="way", points=corners(w), closed=False) for w in ways]
+    shapes += circles("goal", ways[0][-1:], trace.scenario.rover.reach) + circles("start", ways[0][:1])
+    rover = Track(name="rover", time=time, x=place[:, 0], y=place[:, 1], radius=1.0, longest=LONGEST)
+    told = (
+        signal("distance to the goal", "m", time, np.hypot(*(place - ways[0][-1]).T), "distance"),
+        signal("error of the GPS", "m", time, np.hypot(*(fix - place).T), "last fix"),
+    )
+    stage = Stage(unit="m", shapes=tuple(shapes), tracks=(rover,))
+    return Film(title="", headline="", duration=float(time[-1]), world=stage, panels=told)
+
+
 def document(trace: Trace) -> dict[str, Any]:
     """Return the entries that only this system's JSON document has, by their keys.
 
@@ -369,6 +392,7 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
+    film=film,
     yes_no=(SUCCEEDED, "arrived"),
     study_metrics=("regret_share", "frechet_m"),
     usual=usual,

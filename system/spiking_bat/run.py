@@ -9,7 +9,7 @@ compared on the same forests. A run is one flight: until a collision, or so many
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -36,7 +36,7 @@ from system.openspace.flight import (
 )
 from system.openspace.law import Arcs, arcs_of
 from system.openspace.map import SIDE, Forest
-from system.openspace.picture import draw_view_of_run
+from system.openspace.picture import draw_view_of_run, film_of_flight
 from system.options.block import describe_run
 from system.options.codes import described
 from system.options.noise import NOISELESS, silicon_noise
@@ -49,6 +49,7 @@ from system.spiking_bat.flight import Flown, fly
 from system.spiking_bat.lif import all_lif
 from system.spiking_bat.scenario import Scenario, make, no_silicon
 from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, metrics_with, part
+from system.view.film import Film, Panel, Raster, merged
 
 _BRAINS = {"network": "ideal neurons", "lif": "integrate-and-fire neurons"}  # beside the chip
 COUNTED = ("collided", "avoided", "laps", "pings", "time_s", "distance_m", "emergencies", "scans")
@@ -247,6 +248,18 @@ def draw(trace: Trace, figure: Figure) -> None:
     draw_view_of_run(place, s.bat.zone, path, figure, heading, succeeded=said.succeeded)
 
 
+def film(trace: Trace, _: tuple[str, ...] | None) -> Film:
+    """Return the film of a flight, with the spikes of the chip where it is on one."""
+    flown, s = trace.flown, trace.scenario
+    found = film_of_flight(trace.forest.place, s.bat.zone, flown.log, flown.end, flown.time_s, arcs_of(s.bat))
+    if trace.spikes is None:
+        return found
+    trains = spike_trains(trace)[0]
+    times, rows = merged(list(trains.values()))
+    raster = Raster(time=times, row=rows, rows=tuple(trains))
+    return replace(found, panels=(Panel(title="arcs that win", raster=raster), *found.panels))
+
+
 SYSTEM = System(
     name="spiking-bat",
     summary="bat in a dense forest by spike latencies, network or chip (Wen & Horiuchi 2022)",
@@ -256,6 +269,7 @@ SYSTEM = System(
     account=account,
     numbers=summarise,
     draw=draw,
+    film=film,
     metrics=metrics_with(SUMMARY),
     yes_no=(SUCCEEDED, "collided"),
     study_metrics=("avoided", "collided"),

@@ -1,0 +1,52 @@
+"""The verb `noctule view`: a page of one kept run, or of two beside each other."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import webbrowser
+from pathlib import Path
+
+from circuits.errors import ParameterError
+from system.cli.output import print_line
+from system.cli.verbs import View
+from system.files.writing import check_folder, checked_suffix
+from system.view.film import Film
+from system.view.kept import keep, kept
+from system.view.page import write_page
+
+PAGE, RUN = ".html", ".nc"
+
+
+def view_command(asked: View) -> None:
+    """Write the page of kept runs, and show it in the browser if asked to."""
+    check_page(asked.output)
+    write_page(asked.output, [kept(path) for path in (asked.run, asked.beside) if path is not None])
+    print_line(f"{asked.output}: {Path(asked.output).stat().st_size / 1e6:.2f} MB")
+    if asked.open and not webbrowser.open(Path(asked.output).resolve().as_uri()):
+        raise ParameterError(f"open: there is no browser; open {asked.output} where there is one")
+
+
+def check_page(path: str) -> None:
+    """Raise `ParameterError` or `DataError` for what cannot be the path of a page."""
+    checked_suffix(path, (PAGE,))
+    check_folder(path)
+
+
+def check_run(path: str) -> None:
+    """Raise `ParameterError` or `DataError` for what cannot be the path of a kept run."""
+    checked_suffix(path, (RUN,))
+    check_folder(path)
+
+
+def leave(film: Film, page: str | None, run: str | None) -> None:
+    """Write the page and the kept run of a film where they are asked for."""
+    if page is not None:
+        write_page(page, [film])
+    if run is not None:
+        keep(run, film)
+
+
+def this_command() -> str:
+    """Return the command line that runs now."""
+    return shlex.join(["noctule", *sys.argv[1:]])
