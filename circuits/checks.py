@@ -99,6 +99,15 @@ def require_positive(params: Any, *names: str) -> None:
             raise ParameterError(f"{each.name}: {value:g}{' ' if unit else ''}{unit}, must be > 0")
 
 
+def require_no_less(params: Any, *names: str, least: float = 0.0) -> None:
+    """Raise `ParameterError`, with the field's unit, unless the named fields of a dataclass reach `least`."""
+    for each in fields(params):
+        value = getattr(params, each.name)
+        if each.name in names and not value >= least:
+            unit = f" {each.metadata['unit']}" if each.metadata.get("unit") else ""
+            raise ParameterError(f"{each.name}: {value:g}{unit}, must be {least:g}{unit} or more")
+
+
 def require_choice(label: str, value: object, known: Iterable[object]) -> None:
     """Raise `ParameterError`, which lists what is known, unless `value` is one of `known`."""
     names = list(known)

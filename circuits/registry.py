@@ -43,6 +43,11 @@ BLOCKS: dict[str, str] = {
     "nef-neuron": "circuits.blocks.nef.neuron:BLOCK",
     "nef-synapse": "circuits.blocks.nef.synapse:BLOCK",
     "nef-encoder": "circuits.blocks.nef.encoder:BLOCK",
+    "test-nfet": "circuits.blocks.bench.transistor:NFET",
+    "test-pfet": "circuits.blocks.bench.transistor:PFET",
+    "differential-pair": "circuits.blocks.bench.differential_pair:BLOCK",
+    "wide-range-transamp": "circuits.blocks.bench.wide_range_transamp:BLOCK",
+    "follower-integrator": "circuits.blocks.bench.follower_integrator:BLOCK",
 }
 
 METRICS: dict[str, str] = {
@@ -89,6 +94,11 @@ BLOCK_LINES: dict[str, str] = {
     "nef-neuron": "integrate-and-fire neuron of the NEF chip: constant leak, threshold, refractory reset",
     "nef-synapse": "synapse of the NEF chip: DPI low-pass about a middle current, and its signal's line",
     "nef-encoder": "encoder stage of the NEF chip: a signed copy of 8 bits of a signal's current",
+    "test-nfet": "the teaching chip's nFET of 4 um by 4 um between two ammeters' shunts",
+    "test-pfet": "the teaching chip's pFET of 4 um by 4 um between two ammeters' shunts",
+    "differential-pair": "nFET pair on a tail current: a tanh of the difference of two voltages",
+    "wide-range-transamp": "transconductance amplifier whose output reaches both rails",
+    "follower-integrator": "wide-range amplifier as a follower on 1 pF: low-pass and slew rate",
 }
 
 METRIC_LINES: dict[str, str] = {

@@ -16,7 +16,12 @@ Wave = Waveform | float  # a number is a level that stays, in V or A
 
 def powered(v_dd: float, waves: Mapping[str, Wave] | None = None) -> tuple[Source, ...]:
     """The supply of `v_dd` (V) at the port `vdd`, and behind it a voltage source at each node of `waves`."""
-    return tuple(Source(node, node, _wave(wave)) for node, wave in {"vdd": v_dd, **(waves or {})}.items())
+    return driven({"vdd": v_dd, **(waves or {})})
+
+
+def driven(waves: Mapping[str, Wave]) -> tuple[Source, ...]:
+    """A voltage source at each node of `waves`, in V."""
+    return tuple(Source(node, node, _wave(wave)) for node, wave in waves.items())
 
 
 def current_into(node: str, wave: Wave) -> Source:

@@ -1,0 +1,67 @@
+"""Curves of the bench: slow ramps of a voltage over time, and what is read off them.
+
+A ramp has as many vertices as a laboratory's sweep has points: the solver stops at each of them, so that a
+curve is known there however little moves. It is slow enough for displacement currents not to show.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from circuits.arrays import F64, Bools
+from circuits.devices.source import PiecewiseLinear
+from circuits.errors import ParameterError
+from circuits.event import rising_crossing
+from circuits.silicon.silicon import Silicon
+from circuits.solver.transient import Result
+
+
+def ramp(begin: float, end: float, first: float, last: float, points: int) -> PiecewiseLinear:
+    """A straight ramp with as many vertices as points.
+
+    Parameters
+    ----------
+    begin, end
+        When it begins and ends, s.
+    first, last
+        The level before and after it, V.
+    points
+        How many steps it has.
+    """
+    time, level = np.linspace(begin, end, points + 1), np.linspace(first, last, points + 1)
+    return PiecewiseLinear(tuple(map(float, time)), tuple(map(float, level)))
+
+
+def within_supply(name: str, v_dd: float, *levels: float) -> None:
+    """Raise `ParameterError` for levels (V) of a sweep called `name` that leave ground or the supply, V."""
+    for level in levels:
+        if not 0.0 <= level <= v_dd:
+            raise ParameterError(
+                f"{name}: {level:g} V, must be within 0 V and the supply of {v_dd:g} V; sweep less far"
+            )
+
+
+def slope(x: F64, y: F64, chosen: Bools) -> float | None:
+    """Slope of the best straight line through chosen points, in y's unit a unit of x; None below three.
+
+    x, y: float64[T]; chosen: bool[T].
+    """
+    if int(chosen.sum()) < 3:
+        return None
+    return float(np.polyfit(x[chosen] - x[chosen].mean(), y[chosen], 1)[0])
+
+
+def crossing(x: F64, y: F64, level: float) -> float | None:
+    """The first x at which y passes a level, up or down; None where it never does.
+
+    x, y: float64[T], in any order of x; level: in y's unit.
+    """
+    up, down = rising_crossing(x, y, level), rising_crossing(x, -y, -level)
+    found = [each for each in (up, down) if each is not None]
+    return min(found, key=lambda at: abs(at - x[0])) if found else None
+
+
+def thermal_voltage(result: Result) -> float:
+    """U_T of a run, V."""
+    silicon: Silicon = result.machine.silicon
+    return silicon.thermal_voltage
