@@ -48,6 +48,10 @@ BLOCKS: dict[str, str] = {
     "differential-pair": "circuits.blocks.bench.differential_pair:BLOCK",
     "wide-range-transamp": "circuits.blocks.bench.wide_range_transamp:BLOCK",
     "follower-integrator": "circuits.blocks.bench.follower_integrator:BLOCK",
+    "bump-antibump": "circuits.blocks.bench.bump_antibump:BLOCK",
+    "transamp-n": "circuits.blocks.bench.transamp:N",
+    "transamp-p": "circuits.blocks.bench.transamp:P",
+    "winner-take-all-ring": "circuits.blocks.bench.winner_take_all_ring:BLOCK",
 }
 
 METRICS: dict[str, str] = {
@@ -99,6 +103,10 @@ BLOCK_LINES: dict[str, str] = {
     "differential-pair": "nFET pair on a tail current: a tanh of the difference of two voltages",
     "wide-range-transamp": "transconductance amplifier whose output reaches both rails",
     "follower-integrator": "wide-range amplifier as a follower on 1 pF: low-pass and slew rate",
+    "bump-antibump": "similarity of two voltages: a bump of current where they are equal",
+    "transamp-n": "transconductance amplifier of five transistors, nFETs at its inputs",
+    "transamp-p": "transconductance amplifier of five transistors, pFETs at its inputs",
+    "winner-take-all-ring": "16 cells in a ring: the greatest current takes all tails, and keeps them",
 }
 
 METRIC_LINES: dict[str, str] = {

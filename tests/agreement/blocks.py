@@ -165,6 +165,11 @@ CASES: Mapping[str, Case] = {
     "vocalization-controller": Case(
         Form(kind="ideal", stop=0.06), reltol=3e-7, points=16_000, why=_REGENERATIVE
     ),
+    "winner-take-all-ring": Case(
+        Form({"cells": 4}, {"duration": 0.4}, "ideal"),
+        points=600,
+        why="four cells of the ring have all that sixteen have, and a regenerative switch each way tells",
+    ),
 }
 
 

@@ -20,7 +20,9 @@ STIMULI = (
 )
 
 
-def open_sweep(title: str, circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+def open_sweep(
+    title: str, circuit: Circuit, stimuli: Values, v_dd: float, held: tuple[str, ...] = ()
+) -> Testbench:
     """A sweep of `v_plus` from ground to the supply at one `v_minus`, with the output open.
 
     Raises `ParameterError` for a `v_minus` that leaves the supply.
@@ -32,13 +34,19 @@ def open_sweep(title: str, circuit: Circuit, stimuli: Values, v_dd: float) -> Te
     circuit
         An amplifier with ports v_plus and v_minus.
     stimuli
-        Values of `STIMULI`.
+        Values of `STIMULI`, and of `out` (V) where nodes are held.
     v_dd
         The supply, V.
+    held
+        Nodes that stand at `out`.
     """
     minus, duration = (stimuli[name] or 0.0 for name in ("v_minus", "duration"))
     within_supply("v_minus", v_dd, minus)
     waves: dict[str, Wave] = {"v_plus": ramp(0.0, duration, 0.0, v_dd, POINTS), "v_minus": minus}
+    for node in held:
+        out = stimuli["out"] or 0.0
+        within_supply("out", v_dd, out)
+        waves[node] = out
     return Testbench(title, circuit, powered(v_dd, waves), duration)
 
 

@@ -9,11 +9,15 @@ from __future__ import annotations
 import numpy as np
 
 from circuits.arrays import F64, Bools
+from circuits.blocks.block import Values
+from circuits.blocks.drive import Wave
 from circuits.devices.source import PiecewiseLinear
 from circuits.errors import ParameterError
 from circuits.event import rising_crossing
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result
+
+DIFFERENCE_POINTS = 240  # of a sweep of a difference: 2.5 mV apart at 0.3 V
 
 
 def ramp(begin: float, end: float, first: float, last: float, points: int) -> PiecewiseLinear:
@@ -39,6 +43,29 @@ def within_supply(name: str, v_dd: float, *levels: float) -> None:
             raise ParameterError(
                 f"{name}: {level:g} V, must be within 0 V and the supply of {v_dd:g} V; sweep less far"
             )
+
+
+def difference_sweep(stimuli: Values, v_dd: float, drains: tuple[str, ...]) -> tuple[dict[str, Wave], float]:
+    """Waves of a sweep of v1 - v2 from -span to +span about `common`, and its length, s.
+
+    Raises `ParameterError` for a sweep that leaves the supply.
+
+    Parameters
+    ----------
+    stimuli
+        Values of the knobs common, span, out (V) and duration (s).
+    v_dd
+        The supply, V.
+    drains
+        Nodes that are held at `out`.
+    """
+    common, span, out, duration = (stimuli[name] or 0.0 for name in ("common", "span", "out", "duration"))
+    low, high = common - 0.5 * span, common + 0.5 * span
+    within_supply("span", v_dd, low, high)
+    within_supply("out", v_dd, out)
+    held: dict[str, Wave] = dict.fromkeys(drains, out)
+    up, down = (ramp(0.0, duration, *ends, DIFFERENCE_POINTS) for ends in ((low, high), (high, low)))
+    return {"v1": up, "v2": down, **held}, duration
 
 
 def slope(x: F64, y: F64, chosen: Bools) -> float | None:

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.blocks.bench.bias import MASTERS, coded_bias
-from circuits.blocks.bench.curve import crossing, ramp, slope, thermal_voltage, within_supply
+from circuits.blocks.bench.curve import crossing, difference_sweep, slope, thermal_voltage
 from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.drive import Wave, driven
+from circuits.blocks.drive import driven
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import analog_in, analog_out, bias_ports
 from circuits.checks import require_positive
@@ -29,7 +29,6 @@ from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
 
-POINTS = 240  # of the sweep: 2.5 mV apart by default
 STRAIGHT = 0.15  # V of difference within which kappa is read
 
 
@@ -69,16 +68,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
 
     Raises `ParameterError` for a sweep that leaves the supply.
     """
-    common, span, out, duration = (stimuli[name] or 0.0 for name in ("common", "span", "out", "duration"))
-    low, high = common - 0.5 * span, common + 0.5 * span
-    within_supply("span", v_dd, low, high)
-    within_supply("out", v_dd, out)
-    waves: dict[str, Wave] = {
-        "v1": ramp(0.0, duration, low, high, POINTS),
-        "v2": ramp(0.0, duration, high, low, POINTS),
-        "i1": out,
-        "i2": out,
-    }
+    waves, duration = difference_sweep(stimuli, v_dd, ("i1", "i2"))
     return Testbench("differential pair", circuit, driven(waves), duration)
 
 

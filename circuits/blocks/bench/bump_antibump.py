@@ -1,0 +1,128 @@
+"""Bump-antibump circuit: a pair, and between its gates a middle branch that conducts where they are equal.
+
+Two nFETs in series, one at each gate, take their share of the tail where both voltages are alike. With r, how
+many times wider they are than the outer ones,
+
+    I_out = I_b / (1 + (4 / r) cosh^2(kappa (v_1 - v_2) / 2 U_T))        in weak inversion
+    width = (4 U_T / kappa) arccosh(sqrt(2 + r / 4))                      at half of the peak
+
+The outer currents are the antibumps, of which the two have the offset of their own pair.
+
+Source: topology, sizes and the bias's code are the laboratory's. The drains' voltage is ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from circuits.arrays import F64
+from circuits.blocks.bench.bias import MASTERS, coded_bias
+from circuits.blocks.bench.curve import crossing, difference_sweep
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.drive import driven
+from circuits.blocks.mos import mos
+from circuits.blocks.ports import analog_in, analog_out, bias_ports
+from circuits.checks import require_positive
+from circuits.circuit import Circuit
+from circuits.silicon.process import ROLLS_180
+from circuits.solver.power import drain_current
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Sizes, um. Raises `ParameterError` for a size that is not above zero."""
+
+    outer_width: float = quantity(1.0, "um")
+    outer_length: float = quantity(1.0, "um")
+    middle_width: float = quantity(16.0, "um")
+    middle_length: float = quantity(1.0, "um")
+    tail_width: float = quantity(3.0, "um")
+    tail_length: float = quantity(1.0, "um")
+
+    def __post_init__(self) -> None:
+        require_positive(self, "outer_width", "outer_length", "middle_width", "middle_length")
+        require_positive(self, "tail_width", "tail_length")
+
+
+BIASES = (coded_bias("tail", MASTERS[3], 12, "mb", (3.0, 1.0)),)
+
+
+def build(params: Params = Params()) -> Circuit:
+    """The circuit: ports v1, v2 (gates), i1, i2, i_out (currents in), v_tail (bias); params: sizes."""
+    outer, middle = (params.outer_width, params.outer_length), (params.middle_width, params.middle_length)
+    return Circuit(
+        "bump_antibump",
+        (*analog_in("v1", "v2"), *analog_out("i1", "i2", "i_out"), *bias_ports(BIASES)),
+        (
+            mos("m1", "n", "i1", "v1", "v_s", *outer),
+            mos("m2", "n", "i2", "v2", "v_s", *outer),
+            mos("m3", "n", "v_x", "v1", "v_s", *middle),
+            mos("m4", "n", "i_out", "v2", "v_x", *middle),
+            mos("mb", "n", "v_s", "v_tail", "0", params.tail_width, params.tail_length),
+        ),
+        biases=BIASES,
+    )
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """The difference from -span to +span about `common`, with all drains at `out`.
+
+    Raises `ParameterError` for a sweep that leaves the supply.
+    """
+    waves, duration = difference_sweep(stimuli, v_dd, ("i1", "i2", "i_out"))
+    return Testbench("bump-antibump", circuit, driven(waves), duration)
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """Numbers of a run: `centre_V`, `width_V`, `peak_share`, `antibump_offset_V` and `tail_A`.
+
+    centre: middle of the two v_1 - v_2 at which the middle current is half of its peak. width: between them.
+    peak_share: the peak over the sum of all three currents there. antibump_offset: where the outer currents
+    are equal. tail: the sum at the peak. None where the sweep does not get there.
+    """
+    i1, i2, middle = (drain_current(result, name) for name in ("m1", "m2", "m4"))
+    difference, top = result["v1"] - result["v2"], int(middle.argmax())
+    half = 0.5 * float(middle[top])
+    left = crossing(difference[: top + 1], middle[: top + 1], half)
+    right = crossing(difference[top:], middle[top:], half)
+    total = float((i1 + i2 + middle)[top])
+    found = left is not None and right is not None
+    return {
+        "centre_V": 0.5 * (left + right) if left is not None and right is not None else None,
+        "width_V": right - left if left is not None and right is not None else None,
+        "peak_share": float(middle[top]) / total if found else None,
+        "antibump_offset_V": crossing(difference, _log_ratio(i1, i2), 0.0),
+        "tail_A": total if found else None,
+    }
+
+
+def _log_ratio(one: F64, other: F64) -> F64:
+    return np.asarray(np.log(np.maximum(one, 1e-30) / np.maximum(other, 1e-30)))
+
+
+def outcome(result: Result) -> str:
+    """`bump` where the sweep shows both flanks of the middle current, else `flank`."""
+    return "flank" if measures(result)["width_V"] is None else "bump"
+
+
+BLOCK = Block(
+    name="bump-antibump",
+    summary="similarity of two voltages: a bump of current where they are equal",
+    build=build,
+    stimuli=(
+        Stimulus("common", "V", 0.9, "mean of both gates"),
+        Stimulus("span", "V", 0.5, "largest difference of the gates"),
+        Stimulus("out", "V", 1.2, "of all drains"),
+        Stimulus("duration", "s", 1.0, "length of the sweep"),
+    ),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("v1", "v2", "v_s"),
+    process=ROLLS_180,
+)
