@@ -52,6 +52,10 @@ BLOCKS: dict[str, str] = {
     "transamp-n": "circuits.blocks.bench.transamp:N",
     "transamp-p": "circuits.blocks.bench.transamp:P",
     "winner-take-all-ring": "circuits.blocks.bench.winner_take_all_ring:BLOCK",
+    "pulse-extender": "circuits.blocks.bench.pulse_extender:BLOCK",
+    "dpi-synapse-bench": "circuits.blocks.bench.dpi_synapse:BLOCK",
+    "axon-hillock": "circuits.blocks.bench.axon_hillock:BLOCK",
+    "adaptive-neuron": "circuits.blocks.bench.adaptive_neuron:BLOCK",
 }
 
 METRICS: dict[str, str] = {
@@ -107,6 +111,10 @@ BLOCK_LINES: dict[str, str] = {
     "transamp-n": "transconductance amplifier of five transistors, nFETs at its inputs",
     "transamp-p": "transconductance amplifier of five transistors, pFETs at its inputs",
     "winner-take-all-ring": "16 cells in a ring: the greatest current takes all tails, and keeps them",
+    "pulse-extender": "makes an event of microseconds as long as a small current says",
+    "dpi-synapse-bench": "DPI synapse of the teaching chip: pulse extender, one weight, the filter of ROLLS",
+    "axon-hillock": "neuron of two inverters and a feedback capacitor: slow pulses from a picoampere",
+    "adaptive-neuron": "integrate-and-fire neuron of the teaching chip: DPI leak, adaptation",
 }
 
 METRIC_LINES: dict[str, str] = {

@@ -165,6 +165,19 @@ CASES: Mapping[str, Case] = {
     "vocalization-controller": Case(
         Form(kind="ideal", stop=0.06), reltol=3e-7, points=16_000, why=_REGENERATIVE
     ),
+    "adaptive-neuron": Case(
+        Form(kind="ideal", stop=0.005),
+        reltol=1e-5,
+        points=2_000,
+        why=f"{_REGENERATIVE}; its first spikes tell",
+    ),
+    "axon-hillock": Case(
+        Form(kind="ideal", stop=2.2),
+        reltol=1e-5,
+        points=2_000,
+        hottest=30.0,
+        why="a spike and its end tell; hotter the switch of its reset leaks more than its input gives",
+    ),
     "winner-take-all-ring": Case(
         Form({"cells": 4}, {"duration": 0.4}, "ideal"),
         points=600,

@@ -149,12 +149,14 @@ def _inhibitory(params: Params) -> tuple[Device, ...]:
     )
 
 
-def _filter(params: Params) -> tuple[Device, ...]:
-    """The pair at `line`, v_syn, I_tau, and the gate voltage of I_th."""
+def _filter(params: Params, plate: str = "vdd") -> tuple[Device, ...]:
+    """The pair at `line`, v_syn with its capacitor to `plate`, I_tau, and the gate voltage of I_th."""
     pair = params.pair_width, params.pair_length
+    ends = ("v_syn", "0") if plate == "0" else ("vdd", "v_syn")
+    line = (Capacitor("c_line", "line", "0", params.line_capacitance),) if params.line_capacitance else ()
     return (
-        Capacitor("c_line", "line", "0", params.line_capacitance),
-        Capacitor("c_syn", "vdd", "v_syn", params.synapse_capacitance),
+        *line,
+        Capacitor("c_syn", *ends, params.synapse_capacitance),
         mos("md1", "n", "vdd", "v_thr", "line", *pair),
         mos("md2", "n", "v_syn", "v_syn", "line", *pair),
         mos("md3", "p", "v_syn", "v_tau", "vdd", params.tau_width, params.tau_length),
@@ -166,10 +168,18 @@ def _filter_ports(out: str) -> tuple[Port, ...]:
     return (SUPPLY, *analog_in("line"), *analog_out("v_syn", out), *bias_in("v_thr", "v_tau"))
 
 
-def excitatory_filter(params: Params) -> Circuit:
-    """The DPI filter whose output current flows into `i_out`; params: sizes and capacitors."""
+def excitatory_filter(params: Params, plate: str = "vdd") -> Circuit:
+    """The DPI filter whose output current flows into `i_out`.
+
+    Parameters
+    ----------
+    params
+        Sizes and capacitors.
+    plate
+        Rail at which the capacitor ends: `vdd` or `0`.
+    """
     output = mos("md5", "p", "i_out", "v_syn", "vdd", params.output_width, params.output_length)
-    return Circuit("excitatory_dpi", _filter_ports("i_out"), (*_filter(params), output))
+    return Circuit("excitatory_dpi", _filter_ports("i_out"), (*_filter(params, plate), output))
 
 
 def inhibitory_filter(params: Params) -> Circuit:

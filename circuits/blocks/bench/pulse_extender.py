@@ -1,0 +1,129 @@
+"""Pulse extender: an event charges a capacitor, and a small current decides how long the pulse lasts.
+
+    width = C_ext (V_dd - V_end) / I_tau
+
+The first inverter and `m3` charge C_ext to the supply, `m_tau` discharges it. The second inverter stands
+under a pFET diode, which lowers where it turns: C_ext falls far before the pulse ends. As its output rises
+`m_fb` empties C_ext, so that the end is an edge.
+
+Source: topology, sizes (C_ext is 14 um square, 0.40 pF) and the bias's code are the laboratory's. That `m_fb`
+is at the second inverter's output is ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from circuits.blocks.bench.bias import MASTERS, coded_bias
+from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.drive import powered
+from circuits.blocks.measure import fall, high_time, rise
+from circuits.blocks.mos import mos
+from circuits.blocks.ports import SUPPLY, analog_out, bias_ports, event_in
+from circuits.blocks.rest import started_at_rest
+from circuits.checks import require_positive
+from circuits.circuit import Circuit
+from circuits.devices import Capacitor
+from circuits.event import pulse
+from circuits.silicon.process import ROLLS_180
+from circuits.solver.transient import Result
+from circuits.testbench import Testbench
+from circuits.units import quantity
+
+BEGIN = 1e-3  # s, of the event
+
+
+@dataclass(frozen=True, slots=True)
+class Params:
+    """Capacitor (F) and sizes (um). Raises `ParameterError` for one that is not above zero."""
+
+    extender_capacitance: float = quantity(0.40e-12, "F")
+    logic_width: float = quantity(0.5, "um")
+    logic_length: float = quantity(0.5, "um")
+    tau_width: float = quantity(4.0, "um")
+    tau_length: float = quantity(4.0, "um")
+    diode_width: float = quantity(2.0, "um")
+    diode_length: float = quantity(2.0, "um")
+    feedback_width: float = quantity(0.22, "um")
+    feedback_length: float = quantity(2.0, "um")
+
+    def __post_init__(self) -> None:
+        require_positive(self, "extender_capacitance", "logic_width", "logic_length", "tau_width")
+        require_positive(self, "tau_length", "diode_width", "diode_length", "feedback_width")
+        require_positive(self, "feedback_length")
+
+
+BIASES = (coded_bias("tau", MASTERS[0], 10, "m_tau", (4.0, 4.0)),)
+
+
+def build(params: Params = Params()) -> Circuit:
+    """The extender: ports event (in), pulse (out), v_tau (bias), the supply; params: capacitor, sizes."""
+    logic = params.logic_width, params.logic_length
+    return Circuit(
+        "bench_pulse_extender",
+        (SUPPLY, *event_in("event"), *analog_out("pulse"), *bias_ports(BIASES)),
+        (
+            mos("m1p", "p", "quiet", "event", "vdd", *logic),
+            mos("m1n", "n", "quiet", "event", "0", *logic),
+            mos("m3", "p", "v_ext", "quiet", "vdd", *logic),
+            Capacitor("c_ext", "v_ext", "0", params.extender_capacitance),
+            mos("m_tau", "n", "v_ext", "v_tau", "0", params.tau_width, params.tau_length),
+            mos("m_d", "p", "under", "under", "vdd", params.diode_width, params.diode_length),
+            mos("m2p", "p", "over", "v_ext", "under", *logic),
+            mos("m2n", "n", "over", "v_ext", "0", *logic),
+            mos("m_fb", "n", "v_ext", "over", "0", params.feedback_width, params.feedback_length),
+            mos("m4p", "p", "pulse", "over", "vdd", *logic),
+            mos("m4n", "n", "pulse", "over", "0", *logic),
+        ),
+        biases=BIASES,
+    )
+
+
+def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
+    """One event at 1 ms."""
+    sources = powered(v_dd, {"event": pulse((BEGIN,), v_dd)})
+    bench = Testbench("pulse extender", circuit, sources, stimuli["duration"] or DURATION)
+    return started_at_rest(bench, ROLLS_180)
+
+
+DURATION = 0.15  # s
+
+
+def measures(result: Result) -> dict[str, float | None]:
+    """Numbers of a run: `pulse_width_s`, `end_V` and `discharge_V_per_s`.
+
+    end: v_ext where the pulse ends. discharge: its mean fall in the first half of the pulse. None without a
+    pulse that ends in the run.
+    """
+    begin, end = rise(result, "pulse"), fall(result, "pulse")
+    if begin is None or end is None:
+        return dict.fromkeys(("pulse_width_s", "end_V", "discharge_V_per_s"))
+    early, middle = begin + 0.1 * (end - begin), begin + 0.5 * (end - begin)
+    levels = np.interp((early, middle, end), result.time, result["v_ext"])
+    return {
+        "pulse_width_s": high_time(result, "pulse"),
+        "end_V": float(levels[2]),
+        "discharge_V_per_s": float((levels[0] - levels[1]) / (middle - early)),
+    }
+
+
+def outcome(result: Result) -> str:
+    """`pulse` where one begins and ends in the run, `long` where it does not end, else `silent`."""
+    if rise(result, "pulse") is None:
+        return "silent"
+    return "long" if fall(result, "pulse") is None else "pulse"
+
+
+BLOCK = Block(
+    name="pulse-extender",
+    summary="makes an event of microseconds as long as a small current says",
+    build=build,
+    stimuli=(Stimulus("duration", "s", DURATION, "length of the run"),),
+    testbench=testbench,
+    measures=measures,
+    outcome=outcome,
+    plotted=("event", "v_ext", "over", "pulse"),
+    process=ROLLS_180,
+)
