@@ -25,6 +25,7 @@ CHIPS: dict[str, str] = {
     "latency-chip": "chips.latency.circuit:CHIP",
     "nef-chip": "chips.nef.circuit:CHIP",
     "rolls": "chips.rolls.circuit:CHIP",
+    "coach": "chips.coach.chip:CHIP",
 }
 
 # What each is, as its own summary says: `noctule list` and a shell's completion load none of them.
@@ -35,6 +36,7 @@ CHIP_LINES: dict[str, str] = {
     "latency-chip": "33 latency memories, delay line, two racing layers; a part: paths=2, taps=2",
     "nef-chip": "8192 neurons whose curves a die sets, encoders, filters, a router of events",
     "rolls": "256 neurons, 256 x 256 synapses of eight levels, and virtual synapses",
+    "coach": "teaching chip: transistors, amplifiers, winner-take-all, synapse, neurons, and its bench",
 }
 
 

@@ -74,6 +74,19 @@ def gate_voltage(law: TransistorAtTemperature, device: Transistor, current: floa
     )
 
 
+def deviating_gate_voltage(
+    law: TransistorAtTemperature, device: Transistor, current: float, deviation: tuple[float, float]
+) -> float:
+    """Gate voltage (V, a magnitude above the bulk) of one device that deviates from its law.
+
+    deviation: of V_T0, V, and of beta, relative. Everything else, and what is raised, as of `gate_voltage`.
+    """
+    v_t0, beta = deviation
+    return (
+        gate_voltage(replace(law, square_current=law.square_current * (1.0 + beta)), device, current) + v_t0
+    )
+
+
 # each round leaves less than half of the error, and its own rounding, some 1e-15; ours
 _ROUNDS, _ROUNDING = 200, 1e-14
 
@@ -181,8 +194,7 @@ def _gates(circuit: str, bias: Bias, device: Transistor, current: F64, silicon: 
     scale = kelvin(silicon.temperature_c) / kelvin(reference)
 
     def copy(amperes: float, k: int) -> float:
-        own = replace(law, square_current=law.square_current * (1.0 + float(beta[k])))
-        return gate_voltage(own, device, amperes * scale) + float(v_t0[k])
+        return deviating_gate_voltage(law, device, amperes * scale, (float(v_t0[k]), float(beta[k])))
 
     return _each(copy, current)
 

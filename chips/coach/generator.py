@@ -1,0 +1,142 @@
+"""Bias lines of the teaching chip: a master, a fine code, and the output device of either type.
+
+    I = s_m (T / T_0) I_master sum_b (1 + e_b) w_b 2^b / 256
+
+A line of type N is the gate of a diode-connected nFET of 4 um by 12 um that carries I, and one of type P that
+of a pFET. So a line biases a device of any size by the ratio of its shape to that, and one of the other type
+parks a gate: P with code 0 is at the supply, N with code 0 at ground.
+
+w_b are what the splitter's bits are worth; e_b what each line's own splitter deviates on a die, by the area
+of its unit devices, `kappa dV_T / U_T` and the deviation of beta; the output device deviates too. s_m is a
+master's scale, which nobody has measured.
+
+Source: w_b relative to bits 2 to 4 is what calibrations of one chip show: bits 5 and 6 4 to 7 % and 4 to 10 %
+low, bits 0 and 1 5 to 18 % high; the middle of each is taken, and bit 7 is not known. The unit device of the
+splitter, 1 um by 6 um, is ours.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+
+import numpy as np
+
+from circuits.bias import deviating_gate_voltage
+from circuits.blocks.bench.bias import CODES, MASTERS, OUTPUT, code_current
+from circuits.checks import require_choice
+from circuits.devices import Transistor
+from circuits.errors import ParameterError
+from circuits.silicon.process import Polarity, kelvin
+from circuits.silicon.silicon import Silicon
+
+Kind = Literal["N", "P"]
+BITS = (1.12, 1.05, 1.0, 1.0, 1.0, 0.945, 0.93, 1.0)
+IDEAL_BITS = (1.0,) * 8
+CHIP = "coach"
+REFERENCE_C = 27.0  # degC
+_UNIT_AREA = 1e-6 * 6e-6  # m^2
+_UM = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """What a bias is set to.
+
+    Attributes
+    ----------
+    kind
+        Type of its output device, `N` or `P`.
+    master
+        The coarse current, A, one of the five masters.
+    fine
+        The fine code, 0 to 255.
+
+    Raises
+    ------
+    ParameterError
+        A type, master or code that the generator does not have.
+    """
+
+    kind: Kind
+    master: float
+    fine: int
+
+    def __post_init__(self) -> None:
+        require_choice("bias type", self.kind, get_args(Kind))
+        code_current(self.master, self.fine, *OUTPUT)
+
+
+@dataclass(frozen=True, slots=True)
+class Generator:
+    """What a chip's generator has beside its devices' deviations.
+
+    Attributes
+    ----------
+    bits
+        What each bit is worth of its nominal current, from bit 0 to bit 7.
+    scale
+        Of a master's current by its nominal one, A; 1 for those that are left out.
+    """
+
+    bits: tuple[float, ...] = BITS
+    scale: Mapping[float, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse another number of bits, and scales of masters that are none."""
+        if len(self.bits) != 8:
+            raise ParameterError(f"generator.bits: {len(self.bits)}, must be eight; bit 0 is first")
+        for master in self.scale:
+            code_current(master, 0, *OUTPUT)
+
+
+def line_current(generator: Generator, name: str, code: Code, silicon: Silicon) -> float:
+    """Current in the output device of the line `name` on a silicon, A; 0 for fine code 0."""
+    law = silicon.law("n")
+    share = 0.0
+    for bit, worth in enumerate(generator.bits):
+        if code.fine >> bit & 1:
+            v_t0, beta = _deviation(silicon, name, f"bit{bit}", _UNIT_AREA * 2.0**bit, "n")
+            error = (1.0 + beta) * math.exp(-law.kappa * v_t0 / law.u_t)
+            share += worth * error * 2.0**bit / CODES
+    warm = kelvin(silicon.temperature_c) / kelvin(REFERENCE_C)
+    return generator.scale.get(code.master, 1.0) * warm * code.master * share
+
+
+def line_voltage(generator: Generator, name: str, code: Code, silicon: Silicon) -> float:
+    """Voltage of the line `name` on a silicon, V, within ground and the supply."""
+    polarity: Polarity = "n" if code.kind == "N" else "p"
+    v_dd, current = silicon.process.v_dd, line_current(generator, name, code, silicon)
+    above = 0.0
+    if current > 0.0:
+        device = _output(polarity)
+        own = _deviation(silicon, name, "output", device.gate_area, polarity)
+        above = deviating_gate_voltage(silicon.law(polarity), device, current, own)
+    above = min(max(above, 0.0), v_dd)
+    return above if polarity == "n" else v_dd - above
+
+
+def _output(polarity: Polarity) -> Transistor:
+    bulk = "0" if polarity == "n" else "vdd"
+    return Transistor("output", polarity, "v", "v", bulk, bulk, OUTPUT[0] * _UM, OUTPUT[1] * _UM)
+
+
+def _deviation(
+    silicon: Silicon, line: str, device: str, area: float, polarity: Polarity
+) -> tuple[float, float]:
+    """Deviations of V_T0 (V) and of beta of one device of a line."""
+    path = (("bias generator", ()), (line, ()), (device, ()))
+    v_t0, beta = silicon.deviation(CHIP, path, area, polarity)
+    return float(np.ravel(v_t0)[0]), float(np.ravel(beta)[0])
+
+
+def master_named(text: str) -> float:
+    """The master that a text names, as `460pA`, A. Raises `ParameterError` for one that there is not."""
+    names = {"60pA": MASTERS[0], "460pA": MASTERS[1], "3.8nA": MASTERS[2], "30nA": MASTERS[3]}
+    names["240nA"] = MASTERS[4]
+    plain = text.replace(" ", "")
+    if plain not in names:
+        raise ParameterError(f"bias master: {text!r}, must be one of {', '.join(names)}")
+    return names[plain]
