@@ -36,7 +36,7 @@ CHIP_LINES: dict[str, str] = {
     "latency-chip": "33 latency memories, delay line, two racing layers; a part: paths=2, taps=2",
     "nef-chip": "8192 neurons whose curves a die sets, encoders, filters, a router of events",
     "rolls": "256 neurons, 256 x 256 synapses of eight levels, and virtual synapses",
-    "coach": "teaching chip: transistors, amplifiers, winner-take-all, synapse, neurons, and its bench",
+    "coach": "teaching chip: transistors, amplifiers, a synapse, neurons, and its bench",
 }
 
 

@@ -112,8 +112,8 @@ BLOCK_LINES: dict[str, str] = {
     "transamp-p": "transconductance amplifier of five transistors, pFETs at its inputs",
     "winner-take-all-ring": "16 cells in a ring: the greatest current takes all tails, and keeps them",
     "pulse-extender": "makes an event of microseconds as long as a small current says",
-    "dpi-synapse-bench": "DPI synapse of the teaching chip: pulse extender, one weight, the filter of ROLLS",
-    "axon-hillock": "neuron of two inverters and a feedback capacitor: slow pulses from a picoampere",
+    "dpi-synapse-bench": "DPI synapse of the teaching chip: pulse extender, weight, filter",
+    "axon-hillock": "two inverters and a feedback capacitor: slow pulses from a picoampere",
     "adaptive-neuron": "integrate-and-fire neuron of the teaching chip: DPI leak, adaptation",
 }
 

@@ -105,9 +105,9 @@ class CoachBench:
         self.select("NDP")
 
     def select(self, circuit: str) -> None:
-        """Let the multiplexers choose a circuit, whose pins and biases are set anew.
+        """Let the multiplexers choose a circuit, whose pins begin at 0 V; biases stay as they were set.
 
-        Raises `UnknownNameError` for a circuit that the chip does not have.
+        `circuit` is its name, as NDP. Raises `UnknownNameError` for a circuit that the chip does not have.
         """
         if circuit not in CIRCUITS:
             raise unknown_name("circuit of coach", circuit, CIRCUITS)
@@ -148,17 +148,20 @@ class CoachBench:
             raise ParameterError(f"{name}: {error}") from None
 
     def set_voltage(self, pin: str, volt: float) -> float:
-        """Set a pin to a voltage (V), and return what the DAC makes of it, V.
+        """Set a pin to a voltage, and return what the DAC makes of it, V.
 
-        Raises `UnknownNameError` for a pin that the chosen circuit does not have, and `ParameterError` for a
-        voltage that leaves the supply.
+        `pin` is its name, as AIN5; `volt` in V. Raises `UnknownNameError` for a pin that the chosen circuit
+        does not have, and `ParameterError` for a voltage that leaves the supply.
         """
         self._known("pin", pin, self.wiring.inputs)
         self._levels[pin] = set_level(self.board, pin, volt, self.silicon.process.v_dd)
         return self._levels[pin]
 
     def set_range(self, span: str) -> None:
-        """Choose the range of the transistors' ammeters: `low`, to 1 uA, or `high`, to 100 uA."""
+        """Choose the range of the transistors' ammeters.
+
+        `span` is low, to 1 uA, or high, to 100 uA. Raises `ParameterError` for another.
+        """
         require_choice("range", span, tuple(RANGES))
         self._span = span
         self._machine = self._point = None
@@ -166,25 +169,32 @@ class CoachBench:
     def read_voltage(self, pin: str) -> float:
         """What the ADC reads at a pin, V.
 
-        Raises `UnknownNameError` for a pin that the chosen circuit does not have, and `SolverError` where the
-        circuit comes to no rest.
+        `pin` is its name, as ADC13. Raises `UnknownNameError` for a pin that the chosen circuit does not
+        have, and `SolverError` where the circuit comes to no rest.
         """
         return float(read_level(self.board, self.exact(pin, self.wiring.outputs)))
 
     def read_current(self, pin: str) -> float:
-        """What the ammeter at a pin of a transistor reads, A; raises as `read_voltage`."""
+        """What the ammeter at a pin of a transistor reads, A.
+
+        `pin` is its name, as GO22. Raises as `read_voltage`.
+        """
         return read_ammeter(self.board, self.exact(pin, self.wiring.ammeters), RANGES[self._span])
 
     def read_counts(self, pin: str, time: float = 0.1) -> int:
-        """Events that a converter counts in a time (s), 0.1 s unless given; raises as `read_voltage`."""
+        """Number of events that a converter counts, a word of 16 bits.
+
+        `pin` is the channel's name, as C2F0; `time` in s. Raises as `read_voltage`, and `ParameterError` for
+        no time.
+        """
         current = self.exact(pin, self.wiring.counted)
         return read_counts(self.board, channel(_number(pin)), current, time, self._normal(pin))
 
     def exact(self, pin: str, among: Mapping[str, str] | None = None) -> float:
         """What stands at a pin, without the board: V of an output, A of what an ammeter or a converter gets.
 
-        among: nodes or devices by pin; all that the chosen circuit has unless given; raises as
-        `read_voltage`.
+        `pin` is its name, `among` the nodes or devices by pin that it is looked for in, all of the chosen
+        circuit unless given. Raises as `read_voltage`.
         """
         wiring = self.wiring
         known = {**wiring.outputs, **wiring.ammeters, **wiring.counted} if among is None else among

@@ -14,7 +14,7 @@ def circuits() -> tuple[Circuit, ...]:
 
 CHIP = Chip(
     "coach",
-    "teaching chip: transistors, amplifiers, winner-take-all, synapse, neurons, and its bench",
+    "teaching chip: transistors, amplifiers, a synapse, neurons, and its bench",
     circuits,
     "measure it with `noctule run bench SCRIPT.toml`, or take one of its circuits, as differential-pair",
 )

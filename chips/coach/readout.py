@@ -7,7 +7,7 @@
   is full.
 * converter (C2F): events of a charge Q each, with a dead time; counts of 16 bits in a time, not a frequency:
   `n = T / (Q / I + t_d)`, and dark counts beside. Two of the sixteen channels count each event twice. Above
-  some 10 nA the range switches, and readings scatter by 15 %.
+  some 30 nA the range switches, and readings scatter by 15 %.
 
 Source: steps, ranges, dead zone, charges and dead times are the laboratory's and what its data show; that the
 scatter above the range is normal, and the phase of the interference, are ours.
@@ -62,7 +62,7 @@ class Board:
     dead_zone: float = 66e-3
     interference: float = 1.5e-3
     dark_rate: float = 30.0
-    range_current: float = 10e-9
+    range_current: float = 30e-9
     scatter: float = 0.15
 
 
@@ -70,7 +70,7 @@ class Board:
 class Channel:
     """A current-to-frequency converter: charge of an event, C, dead time, s, and counts an event."""
 
-    charge: float = 0.135e-12
+    charge: float
     dead_time: float = 2.1e-6
     counts: int = 1
 
@@ -84,28 +84,33 @@ class Range:
 
 
 RANGES = {"low": Range(33e3, 1e-6), "high": Range(330.0, 100e-6)}
-# of the channels that calibrations of one chip reach, the charge on the scale of the nominal bias
+# Charges on the scale of bias currents of 3 W / L: three times those of calibrations with W / L alone;
+# of channels that only the winner-take-all reaches the charge of its calibration, and a usual dead time.
 CHANNELS = {
-    0: Channel(0.120e-12, 2.35e-6),
-    1: Channel(0.1454e-12, 2.7e-6),
-    5: Channel(0.1239e-12, 1.84e-6),
-    6: Channel(0.1403e-12, 2.29e-6, 2),
-    7: Channel(0.1421e-12, 2.06e-6),
-    11: Channel(0.1289e-12, 2.06e-6),
-    12: Channel(0.1623e-12, 2.19e-6),
-    13: Channel(0.1445e-12, 1.76e-6),
-    14: Channel(0.1071e-12, 1.53e-6, 2),
+    0: Channel(0.360e-12, 2.35e-6),
+    1: Channel(0.436e-12, 2.7e-6),
+    2: Channel(0.2332e-12),
+    3: Channel(0.2955e-12),
+    4: Channel(0.2653e-12),
+    5: Channel(0.372e-12, 1.84e-6),
+    6: Channel(0.421e-12, 2.29e-6, 2),
+    7: Channel(0.426e-12, 2.06e-6),
+    8: Channel(0.2798e-12),
+    9: Channel(0.2195e-12),
+    10: Channel(0.2036e-12),
+    11: Channel(0.387e-12, 2.06e-6),
+    12: Channel(0.487e-12, 2.19e-6),
+    13: Channel(0.434e-12, 1.76e-6),
+    14: Channel(0.321e-12, 1.53e-6, 2),
+    15: Channel(0.2151e-12),
 }
 
 
 def channel(number: int) -> Channel:
-    """The converter of a channel, 0 to 15; one of the usual charge where no calibration reaches it.
-
-    Raises `ParameterError` for another number.
-    """
+    """The converter of a channel, 0 to 15; raises `ParameterError` for another number."""
     if not 0 <= number < 16:
         raise ParameterError(f"C2F{number}: must be a channel from 0 to 15")
-    return CHANNELS.get(number, Channel())
+    return CHANNELS[number]
 
 
 def set_level(board: Board, pin: str, volt: float, v_dd: float) -> float:

@@ -29,6 +29,7 @@ COMMANDS = {
     ("chip", "wavefront-chip"): "show wavefront-chip",
     ("chip", "latency-chip"): "show latency-chip --param paths=2 --param taps=2",
     ("robot", "bug"): f"run bug --brain ideal --seed {SEED}",  # its program draws no neurons
+    ("chip", "coach"): "run bench examples/pair.toml --die 7",
     ("chip", "nef-chip"): "run bug --agent bug2 --brain chip --design improved --die 4001 --map bug-field",
 }
 STATUS = {

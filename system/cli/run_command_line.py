@@ -15,6 +15,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from circuits.catalogue import loaded
 from circuits.errors import CircuitError
+from system.cli import bench_verb
 from system.cli.examples import epilog_of
 from system.cli.given_once import App
 from system.cli.option_names import PARAM, option_of
@@ -26,6 +27,7 @@ from system.cli.verb import (
     keyword,
     made_of,
     parameters_of,
+    verb,
     with_parameters,
 )
 from system.cli.verbs import Run
@@ -41,7 +43,7 @@ class Systems(TyperGroup):
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Give the names of all systems, with the users' own."""
-        return system_names()
+        return [*system_names(), bench_verb.NAME]
 
     def shell_complete(self, ctx: Any, incomplete: str) -> Any:
         """Give what completes the name of a system, without loading one."""
@@ -50,21 +52,26 @@ class Systems(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Give the command of the system with this name."""
+        if cmd_name == bench_verb.NAME:
+            return _bench()
         return command_of(load_system(cmd_name), cmd_name)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the list of systems with a line on each, without loading any but the users' own."""
         with formatter.section("Commands"):
-            formatter.write_dl([(name, _line(name)) for name in system_names()])
+            formatter.write_dl([(name, _line(name)) for name in self.list_commands(ctx)])
 
     def _lines(self) -> TyperGroup:
         """A group whose commands have a name and a line each, and no options."""
-        lines: Any = {name: TyperCommand(name, help=_line(name)) for name in system_names()}
+        names = self.list_commands(None)
+        lines: Any = {name: TyperCommand(name, help=_line(name)) for name in names}
         return TyperGroup(name=self.name, commands=lines, params=self.params)
 
 
 def _line(name: str) -> str:
     """What a system does, or why it cannot be loaded, which must not hide the others."""
+    if name == bench_verb.NAME:
+        return _sentence(bench_verb.LINE)
     try:
         return _sentence(system_line(name))
     except CircuitError as error:
@@ -112,6 +119,14 @@ def command_of(system: System[Any, Any], name: str) -> Any:
     command.said = lambda _: said  # type: ignore[attr-defined]
     alone = App(rich_markup_mode=None, add_completion=False)
     alone.command(system.name, epilog=epilog_of("run", system.name))(command)
+    return typer.main.get_command(alone)
+
+
+def _bench() -> Any:
+    """Give the command that measures the teaching chip by a script."""
+    alone = App(rich_markup_mode=None, add_completion=False)
+    made = verb("bench:bench_command", bench_verb.Bench)
+    alone.command(bench_verb.NAME, epilog=epilog_of("run", bench_verb.NAME))(made)
     return typer.main.get_command(alone)
 
 

@@ -138,7 +138,7 @@ def _slope_within(time: F64, v: F64, begin: float, end: float) -> float | None:
 
 BLOCK = Block(
     name="axon-hillock",
-    summary="neuron of two inverters and a feedback capacitor: slow pulses from a picoampere",
+    summary="two inverters and a feedback capacitor: slow pulses from a picoampere",
     build=build,
     stimuli=(
         Stimulus("current", "A", 3e-12, "into the membrane"),

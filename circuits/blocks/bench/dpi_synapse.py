@@ -166,7 +166,7 @@ def outcome(result: Result) -> str:
 
 BLOCK = Block(
     name="dpi-synapse-bench",
-    summary="DPI synapse of the teaching chip: pulse extender, one weight, the filter of ROLLS",
+    summary="DPI synapse of the teaching chip: pulse extender, weight, filter",
     build=build,
     stimuli=STIMULI,
     testbench=testbench,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from system.cli.keys.bench import BENCH
 from system.cli.keys.block import OP, SHOW, SHOW_CHIP, SHOW_ROLLS
 from system.cli.keys.installed import CALIBRATE, CHARACTERISE, DOCTOR, EXTRACT, LIST, NEW, REPRODUCE
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
@@ -47,6 +48,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "reproduce": REPRODUCE,
     "new": NEW,
     "doctor": DOCTOR,
+    "run bench": BENCH,
 }
 EVERY_RUN = meanings("""
 system   string  -  name of the system

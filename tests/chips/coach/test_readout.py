@@ -65,7 +65,7 @@ def test_above_the_range_readings_scatter() -> None:
     low, high = (
         np.std([read_counts(BOARD, one, i, 0.1, z) for z in (-1.0, 0.0, 1.0)])
         / (0.1 / (one.charge / i + one.dead_time))
-        for i in (5e-9, 15e-9)
+        for i in (5e-9, 45e-9)
     )
     assert low < 0.01
     assert 0.1 < high < 0.2

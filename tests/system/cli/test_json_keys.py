@@ -56,6 +56,7 @@ FORMS = {
     "reproduce": ["reproduce cheely2003-fig4"],
     "new": ["new block my-sink"],
     "doctor": ["doctor"],
+    "run bench": ["run bench pair.toml"],
     "run approach": [],
     "run rover": ["run rover"],
     "run forest": ["run forest --pings 5"],
@@ -121,6 +122,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     found = tmp_path_factory.mktemp("forms")
     (found / "sweep.cir").write_text("t\nv1 a 0 1\nr1 a b 1k\nr2 b 0 1k\n.dc v1 0 1 1\n", encoding="utf-8")
     (found / "synapses.csv").write_text("post,pre,level\n5,3,1\n", encoding="utf-8")
+    (found / "pair.toml").write_bytes((ROOT / "examples" / "pair.toml").read_bytes())
     table(points(sizes=((2.0, 1.0),), celsius=(27.0,)), found / "currents.csv")
     return found
 

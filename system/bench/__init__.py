@@ -1,0 +1,1 @@
+"""Scripts for the teaching chip's bench: sweeps and records without code."""
