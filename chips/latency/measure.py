@@ -21,7 +21,7 @@ import numpy as np
 
 from chips.latency.swing import (
     detector_threshold,
-    idle_current,
+    halfway,
     idle_inhibition,
     swing_current,
     taken_at,
@@ -132,7 +132,7 @@ def _current(circuit: Circuit, bias: Bias, silicon: Silicon, idle: Sequence[str]
     if silicon.process.effects == "ideal":
         return die_current(circuit, bias, silicon)
     d = standing(circuit, silicon)
-    taken = np.asarray(idle_current(d, *idle))
+    taken = np.asarray(d.idle(*idle, drain=halfway("n", d.v_dd)))
     for part in circuit.instances:
         if part.name.startswith("inhibit"):
             taken = taken + idle_inhibition(d, f"{part.name}.", d.gate["v_inh"])

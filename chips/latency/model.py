@@ -43,7 +43,7 @@ from chips.latency.design import (
 from chips.latency.measure import QUANTITIES, SYNAPSES, circuits
 from chips.latency.swing import (
     detector_threshold,
-    idle_current,
+    halfway,
     idle_inhibition,
     swing_current,
     taken_at,
@@ -299,7 +299,7 @@ class _Maker:
 
     def idle(self, part: str, *devices: str) -> F64 | float:
         """What devices of a part that are off take, A."""
-        return idle_current(self.part[part], *devices)
+        return self.part[part].idle(*devices, drain=halfway("n", self.part[part].v_dd))
 
     def offset(self, part: str, comparator: str) -> F64:
         """Factor of a charge by the offset of the comparator that ends it."""

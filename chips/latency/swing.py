@@ -41,14 +41,6 @@ def swing_current(d: DieDevices, device: str, gate: F64, polarity: Polarity = "p
     return d.current(device, gate, halfway(polarity, d.v_dd)) if d.full else d.saturated(device, gate)
 
 
-def idle_current(d: DieDevices, *devices: str) -> F64 | float:
-    """Return what nFETs whose gates are at ground take from a capacitor, A; none under the ideal law.
-
-    Of the ideal law's, which is less, the record's charges have a share (`chips.latency.measure`).
-    """
-    return sum(d.current(name, 0.0, halfway("n", d.v_dd)) for name in devices) if d.full else 0.0
-
-
 def idle_inhibition(d: DieDevices, inside: str, gate: F64) -> F64 | float:
     """Return what an inhibition that is off takes from a membrane, A; none under the ideal law.
 

@@ -22,8 +22,8 @@ With a = I_exc - I_inh, b = I_inh and y = e^(V / U_T) this is U_T C dy/dt = a y 
 
 I_inh is what a mirror makes of the sum of the inhibitory currents, by the law of its two transistors. A
 membrane from which more is taken than it is given rests at y = b / (b - I_exc). It reaches V_ref = Q / C,
-spikes when its comparator has turned, as a level unit's on the ramp C dV/dt that goes on, is at ground for
-a dead time, and begins anew. The mirror takes nothing before its own gate is charged.
+spikes when its comparator has turned, as a level unit's on the ramp C dV/dt that goes on, is emptied for a
+dead time, and begins anew from what is left. The mirror takes nothing before its own gate is charged.
 """
 
 from __future__ import annotations
@@ -68,8 +68,9 @@ AT_ONCE = Comparator(0.0, 1.0, 1.0, 0.0)
 class Membrane(NamedTuple):
     """A membrane with its comparator: capacitance (F), reference voltage (V), dead time after a spike (s).
 
-    u_t: thermal voltage, V; turn: charge of the inhibitory mirror's gate, C, before which it takes nothing;
-    comparator: what delays a spike.
+    left: voltage after a spike, V; leak: what switches that are off take from it, A; u_t: thermal voltage, V;
+    turn: charge of the inhibitory mirror's gate, C, before which it takes nothing; comparator: what delays a
+    spike.
     """
 
     capacitance: float
@@ -78,6 +79,8 @@ class Membrane(NamedTuple):
     u_t: float
     turn: float
     comparator: Comparator = AT_ONCE
+    leak: float = 0.0
+    left: float = 0.0
 
 
 def ramp_delay(slope: ArrayLike, charge: float, current: ArrayLike, kappa: float, u_t: float) -> F64:
@@ -163,7 +166,7 @@ def lso_spikes(excitation: Steps, inhibition: Steps, membrane: Membrane, mirror:
                 break
             spike = reached + spike_delay(membrane, exc, inh)
             spikes.append(spike)
-            volts, free = 0.0, spike + membrane.dead
+            volts, free = membrane.left, spike + membrane.dead
             now = free
     return np.array(spikes)
 
@@ -192,7 +195,10 @@ def turned(inhibition: Steps, charge: float) -> Steps:
 def segments(
     excitation: Steps, inhibition: Steps, membrane: Membrane
 ) -> tuple[list[float], list[float], list[float]]:
-    """Return the edges (s) between which all currents are constant, and both sides' currents (A) there."""
+    """Return the edges (s) between which all currents are constant, and both sides' currents (A) there.
+
+    What leaks from the membrane is taken from what excites it.
+    """
     marks: list[tuple[float, float, float]] = []
     for k, steps in enumerate((excitation, turned(inhibition, membrane.turn))):
         on = np.isfinite(steps.start)
@@ -205,6 +211,6 @@ def segments(
     for at, more, less in marks:
         edges.append(at)
         exc, inh = exc + more, inh + less
-        given.append(exc if exc > LEAST else 0.0)
+        given.append(max(exc - membrane.leak, 0.0) if exc > LEAST else 0.0)
         taken.append(inh if inh > LEAST else 0.0)
     return edges, given[:-1], taken[:-1]

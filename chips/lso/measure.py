@@ -5,7 +5,9 @@ polarity share, with ideal currents:
 
     timer, membrane     Q of a synapse's step and of a spike, C, threshold and parasitics in it
     onset, dead         charges (C) over the comparator's current: from an event to its current on the
-                        membrane, and of the membrane at ground after a spike
+                        membrane, and of the membrane near ground after a spike
+    left                voltage of the membrane then, V: above ground where warm silicon of low thresholds
+                        ends the spike before its end
     spike, lag          charge (C) that the pair of the membrane's comparator brings up, and over the
                         comparator's current how much later it spikes
     mirror              what an inhibitory current takes over what the same excitatory one gives
@@ -13,12 +15,12 @@ polarity share, with ideal currents:
     level_offset        of a level unit's threshold, V
     level_charge        Q of its axon's input, C
 
-From when the membrane passes the reference with one input and with two, `t = Q / (n I) + t_onset`, how much
-later it spikes with one input and with one of `STRONG` times its current, and from the interval of two, `Q /
-(2 I) + t_spike + t_dead`; mirror and turn from two inputs against one, and of a level unit on ramps of two
-slopes, by the laws of `chips.lso.law`. And over temperature `comparator`, d ln Q / dx of each device's x,
-V_T0 (V) and ln beta, of the comparator that ends all charges, and `level`, slopes of level_offset by the
-level unit's own.
+From when the membrane passes the reference with one input and with two, `t = Q / (n I - I_off) + t_onset`,
+how much later it spikes with one input and with one of `STRONG` times its current, and from the interval of
+two, `Q / (2 I - I_off) + t_spike + t_dead`, where I_off is what switches that are off take; mirror and turn
+from two inputs against one, and of a level unit on ramps of two slopes, by the laws of `chips.lso.law`. And
+over temperature `comparator`, d ln Q / dx of each device's x, V_T0 (V) and ln beta, of the comparator that
+ends all charges, and `level`, slopes of level_offset by the level unit's own.
 """
 
 from __future__ import annotations
@@ -46,18 +48,21 @@ from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import SolverError
 from circuits.event import EDGE, WIDTH
 from circuits.lowering.kernel import to_kernel
-from circuits.lowering.on_die import on_die, transistor_of
+from circuits.lowering.on_die import DieDevices, on_die, standing, transistor_of
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
 
 LEVELS = 10  # level units of an ear, and synapses of either side of an LSO neuron; ours
-SHIFTS = shifts(3)  # V
+SHIFTS = shifts(5)  # V; `left` is 0 at all but the lowest
 LEVEL_COMPARATOR = ("mc1", "mc2", "mc4", "mc5")
 QUANTITIES = (
-    "timer", "membrane", "onset", "dead", "spike", "lag", "mirror", "turn", "level_offset", "level_charge",
+    "timer", "membrane", "onset", "dead", "left", "spike", "lag", "mirror", "turn", "level_offset",
+    "level_charge",
 )  # fmt: skip
+MEMBRANE_SWITCHES = ("cell.mz", "cell.mq")
+TIMER_SWITCHES = ("excite0.mr",)
 STRONG = 12.0  # times the usual current, of an input on whose ramp the comparator's pair turns at once; ours
 SLOW, FAST = 200.0, 5e3  # V/s, of a level unit's ramps; an echo's edge has 600 to 30,000
 FROM, TO = -0.05, 1.0  # V about the threshold, of a ramp
@@ -75,7 +80,7 @@ def circuits() -> tuple[Circuit, ...]:
 
 
 def measure(process: Process) -> Record:
-    """Measure the record in a process without its errors; it takes three minutes on one core."""
+    """Measure the record in a process without its errors; it takes five minutes on one core."""
     silicons = [Silicon(process, t) for t in TEMPERATURES]
     timer = np.array([_timer_slopes(s) for s in silicons])
     level = np.array([_level_slopes(s) for s in silicons])
@@ -92,6 +97,10 @@ def quantities(silicon: Silicon) -> Quantities:
     """Return the quantities of the circuits on a silicon, with ideal biases, by name."""
     lso, level = (rebias(c, {}, "ideal") for c in circuits())
     current, comparator, step = (own_current(lso, name, silicon) for name in ("i_exc", "i_cmp", "i_step"))
+    leak, held = (
+        float(np.ravel(idle(standing(lso, silicon), *names))[0])
+        for names in (MEMBRANE_SWITCHES, TIMER_SWITCHES)
+    )
     at = 0.5e-3
     one = heard(lso, silicon, excite_1=at)
     two = heard(lso, silicon, excite_1=at, excite_2=at)
@@ -102,34 +111,44 @@ def quantities(silicon: Silicon) -> Quantities:
     strong = rebias(lso, {"i_exc": STRONG * float(np.ravel(lso.bias("i_exc").value)[0])})
     other = heard(strong, silicon, excite_1=at)
     reached = [passed(r) - START - at for r in (one, two)]
-    charge = 2.0 * current * (reached[0] - reached[1])
-    onset = reached[1] - charge / (2.0 * current)
+    nets = [k * current - leak for k in (1.0, 2.0)]
+    charge = (reached[0] - reached[1]) / (1.0 / nets[0] - 1.0 / nets[1])
+    onset = reached[1] - charge / nets[1]
     late = [float(r.spikes["spike"][0]) - passed(r) for r in (one, other)]
     ends = current, own_current(strong, "i_exc", silicon)
-    membrane = _membrane(silicon, charge, comparator, ends, late)
-    dead = float(second[1] - second[0]) - _risen(membrane, 2.0 * current, 0.0)
-    taken = _taken(membrane, 2.0 * current, float(slow[1] - slow[0]) - dead)
+    membrane = _membrane(silicon, charge, comparator, [i - leak for i in ends], late)._replace(leak=leak)
+    left = emptied(two, float(second[0]), float(second[1]))
+    dead = float(second[1] - second[0]) - _risen(membrane, 2.0 * current, 0.0, left)
+    taken = _taken(membrane, 2.0 * current, float(slow[1] - slow[0]) - dead, left)
     turned_on = float(slow[0]) - START - at - onset - _risen(membrane, 2.0 * current, taken)
     lasted = lso_neuron.measures(one)["step_s"] or np.nan
     offset, axon = level_numbers(level, silicon, lambda s: level_delay(level, silicon, s))
     return {
-        "timer": (lasted - WIDTH) * step,
+        "timer": (lasted - WIDTH) * (step - held),
         "membrane": membrane.capacitance * REFERENCE,
         "onset": onset * comparator,
         "dead": dead * comparator,
+        "left": left,
         "spike": membrane.comparator.charge,
         "lag": membrane.comparator.lag * comparator,
         "mirror": taken / current,
         # without its gate's charge the first spike would be later, at 2 I - 0 in the place of 2 I - I
-        "turn": -turned_on * (2.0 * current - taken),
+        "turn": -turned_on * (nets[1] - taken),
         "level_offset": offset,
         "level_charge": axon,
     }
 
 
-def _risen(membrane: Membrane, given: float, taken: float) -> float:
-    """Time from ground to a spike, s; given, taken: A."""
-    return rise_time(membrane, 0.0, given, taken) + spike_delay(membrane, given, taken)
+def _risen(membrane: Membrane, given: float, taken: float, volts: float = 0.0) -> float:
+    """Time from a voltage (V) of the membrane to a spike, s; given, taken: A, but for what leaks."""
+    net = given - membrane.leak
+    return rise_time(membrane, volts, net, taken) + spike_delay(membrane, net, taken)
+
+
+def emptied(result: Result, begin: float, end: float) -> float:
+    """Return the lowest voltage of a run's membrane between two times (s), V, not below ground."""
+    between = (result.time > begin) & (result.time < end)
+    return max(0.0, float(result["v_mem"][between].min()))
 
 
 def passed(result: Result) -> float:
@@ -141,7 +160,7 @@ def passed(result: Result) -> float:
 
 
 def _membrane(
-    silicon: Silicon, charge: float, tail: float, currents: tuple[float, float], late: Sequence[float]
+    silicon: Silicon, charge: float, tail: float, currents: Sequence[float], late: Sequence[float]
 ) -> Membrane:
     """The membrane of a charge (C) that spikes so late (s) after its reference at two currents, A."""
     kappa, u_t = spike_kappa(silicon), silicon.thermal_voltage
@@ -159,17 +178,26 @@ def _membrane(
     return Membrane(charge / REFERENCE, REFERENCE, 0.0, u_t, 0.0, comparator)
 
 
+def idle(d: DieDevices, *names: str) -> F64 | float:
+    """Return what switches take from a capacitor that fills to the reference, A, where the drain is halfway.
+
+    The current of a leak depends on the drain by the Early effect, in a straight line, once the drain is some
+    U_T above ground.
+    """
+    return d.idle(*names, drain=0.5 * REFERENCE)
+
+
 def spike_kappa(silicon: Silicon) -> float:
     """Return kappa of the comparator's pair of an LSO neuron where its gates are, as `pair_kappa`."""
     law = silicon.law("n")
     return float(pinched(terms_of(law, 1.0, 1.0, 1.0, law.v_t0), REFERENCE)[1])
 
 
-def _taken(membrane: Membrane, given: float, time: float) -> float:
-    """Inhibitory current (A) with which the membrane spikes in a time (s)."""
+def _taken(membrane: Membrane, given: float, time: float, volts: float) -> float:
+    """Inhibitory current (A) with which the membrane spikes in a time (s) from a voltage (V)."""
 
     def later(taken: float) -> float:
-        return _risen(membrane, given, taken) - time
+        return _risen(membrane, given, taken, volts) - time
 
     return float(brentq(later, 0.01 * given, 0.99 * given, xtol=1e-18))
 

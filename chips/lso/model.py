@@ -5,7 +5,7 @@ logarithmically) and two LSO neurons (`circuits.blocks.lso.lso_neuron`): each is
 of its own side and inhibited by those of the other. Behavioural and event-driven, by the laws of
 `chips.lso.law`:
 
-    T_k = 10 us + Q_t (1 + g_k x_k) / I_step,k    of a synapse's step, from its event
+    T_k = 10 us + Q_t (1 + g_k x_k) / (I_step,k - I_off)    of a synapse's step, from its event
     I_k                                           of a synapse, of either side
     mirrored(sum I_k)                             of all inhibitory ones
     Q (1 + g x)                                   of a spike
@@ -15,8 +15,9 @@ mirror's m are the record's (`chips.lso.measure`), with the offsets of the compa
 Everything deviates as the transistor level's devices do at `sonar_head/ear[side]/level[k]` and
 `sonar_head/lso[side]`. A spike comes after the membrane's comparator has turned, which takes the longer the
 slower the membrane rises, and a dead time follows; both by the die's own copies of the comparators' current.
-Left out: mismatch of switches and inverters, and the mirror's few microseconds of delay. On a die whose
-capacitors deviate each charge has its own capacitor's; that of a level unit is its axon's input, without one.
+Under the full law switches that are off take I_off of this die from timers and membranes. Left out: other
+mismatch of switches and of inverters, and the mirror's few microseconds of delay. On a die whose capacitors
+deviate each charge has its own capacitor's; that of a level unit is its axon's input, without one.
 """
 
 from __future__ import annotations
@@ -30,9 +31,11 @@ from chips.lso.law import Comparator, Membrane, Steps, lso_spikes, ramp_delay, r
 from chips.lso.measure import (
     LEVEL_COMPARATOR,
     LEVELS,
+    MEMBRANE_SWITCHES,
     QUANTITIES,
     THRESHOLD,
     circuits,
+    idle,
     pair_kappa,
     spike_kappa,
 )
@@ -61,7 +64,8 @@ _STARVED = "cell.mds"  # what a spike's end is slowed by
 _LSO = (
     "md", "mk", _STARVED, *(f"cell.threshold.{d}" for d in COMPARATOR),
     *(f"{name}{k}.{d}" for name in ("excite", "inhibit") for k in range(LEVELS)
-      for d in ("me", "mt", *(f"timer.{c}" for c in COMPARATOR))),
+      for d in ("me", "mt", "mr", *(f"timer.{c}" for c in COMPARATOR))),
+    *MEMBRANE_SWITCHES,
 )  # fmt: skip
 _MEMBRANE = "cell.cm"
 _CAPACITORS = (_MEMBRANE, *(f"{name}{k}.ct" for name in ("excite", "inhibit") for k in range(LEVELS)))
@@ -72,12 +76,12 @@ class Head(NamedTuple):
     """Numbers of a head on a die, for sides s and level units or synapses k; A, C and s.
 
     excite, inhibit: currents of the LSO neurons' synapses, [s, k]; excite_step, inhibit_step: how long they
-    last, [s, k]; charge: of the membrane, [s]; onset: delay of an event; spike_charge, spike_current [s],
-    spike_kappa, lag [s]: of its comparator, as of `Comparator`; dead: time at ground after a spike, [s];
-    turn: charge of the mirror's gate; mirror_in, mirror_out, mirror_shift: fields of a `Mirror`, [s]; offset:
-    of a level unit's threshold, V, [s, k]; rest: how far below it an input at rest must be, V, [s, k];
-    level_current: of a level unit's comparator, [s, k]; level_charge: of its axon's input; kappa, u_t: of the
-    level units' law.
+    last, [s, k]; charge: of the membrane, [s]; leak: what switches take from it, [s]; onset: delay of an
+    event; spike_charge, spike_current [s], spike_kappa, lag [s]: of its comparator, as of `Comparator`; dead:
+    time after a spike, [s], in which the membrane is emptied to left, V; turn: charge of the mirror's gate;
+    mirror_in, mirror_out, mirror_shift: fields of a `Mirror`, [s]; offset: of a level unit's threshold, V,
+    [s, k]; rest: how far below it an input at rest must be, V, [s, k]; level_current: of a level unit's
+    comparator, [s, k]; level_charge: of its axon's input; kappa, u_t: of the level units' law.
     """
 
     excite: F64
@@ -85,12 +89,14 @@ class Head(NamedTuple):
     excite_step: F64
     inhibit_step: F64
     charge: F64
+    leak: F64
     onset: float
     spike_charge: float
     spike_current: F64
     spike_kappa: float
     lag: F64
     dead: F64
+    left: float
     turn: float
     mirror_in: F64
     mirror_out: F64
@@ -155,7 +161,8 @@ def side_inputs(
         head.spike_charge, float(head.spike_current[side]), head.spike_kappa, float(head.lag[side])
     )
     dead = float(head.dead[side])
-    membrane = Membrane(charge / REFERENCE, REFERENCE, dead, head.u_t, head.turn, comparator)
+    leak = float(head.leak[side])
+    membrane = Membrane(charge / REFERENCE, REFERENCE, dead, head.u_t, head.turn, comparator, leak, head.left)
     mirror = Mirror(head.mirror_in[side], head.mirror_out[side], head.mirror_shift[side])
     return excitation, inhibition, membrane, mirror
 
@@ -192,12 +199,14 @@ class _Maker:
             excite_step=steps["excite"],
             inhibit_step=steps["inhibit"],
             charge=(q["membrane"] + self.more(_MEMBRANE)) * np.exp(ends @ self.slopes("comparator")),
+            leak=np.zeros(SIDES) + idle(self.sides, *MEMBRANE_SWITCHES),
             onset=q["onset"] / comparator,
             spike_charge=q["spike"],
             spike_current=self.current(self.sides, self.lso, _TAIL),
             spike_kappa=spike_kappa(self.silicon),
             lag=q["lag"] / self.current(self.sides, self.lso, _STAGE),
             dead=q["dead"] / self.current(self.sides, self.lso, _STARVED),
+            left=max(0.0, q["left"]),
             turn=q["turn"],
             mirror_in=np.asarray(mirror.given),
             mirror_out=np.asarray(q["mirror"] * mirror.taken),
@@ -229,7 +238,10 @@ class _Maker:
         own = np.stack([self.more(f"{name}{k}.ct") for k in range(LEVELS)], axis=-1)
         drawn = np.exp(np.stack(ends, axis=1) @ self.slopes("comparator"))
         charges = (self.charge["timer"] + own) * drawn
-        return np.asarray(charges / self.synapses(name, "mt"))
+        taken = np.stack(
+            [idle(self.sides, f"{name}{k}.mr") + np.zeros(SIDES) for k in range(LEVELS)], axis=-1
+        )
+        return np.asarray(charges / (self.synapses(name, "mt") - taken))
 
     def more(self, name: str) -> F64:
         """What a capacitor takes beyond what is drawn until the comparator turns, C, [SIDES]."""

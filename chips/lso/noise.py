@@ -244,7 +244,7 @@ def noisy_spikes(
                 break
             spike = reached + spike_delay(membrane, exc, taken)
             spikes.append(spike)
-            volts, free, variance, normal = 0.0, spike + membrane.dead, emptied, drawn(len(spikes))
+            volts, free, variance, normal = membrane.left, spike + membrane.dead, emptied, drawn(len(spikes))
             now = free
     return np.array(spikes)
 

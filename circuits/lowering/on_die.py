@@ -215,6 +215,13 @@ class DieDevices(NamedTuple):
         _currents(terms_of(fet.law, 1.0, 1.0, 0.0, 0.0), np.stack(flat), found.reshape(-1))
         return found
 
+    def idle(self, *devices: str, drain: float) -> F64 | float:
+        """What nFETs whose gates and sources are at ground take at a drain (V), A; none under the ideal law.
+
+        Of the ideal law's, which is less, charges that are measured from transistors have a share.
+        """
+        return sum(self.current(name, 0.0, drain) for name in devices) if self.full else 0.0
+
     def channel(self, device: str, gate: F64 | float, drain: F64 | float) -> F64:
         """Channel current with the source at the bulk, A: `I_S [F(v_p / U_T) - F((v_p - v_d) / U_T)] E M`.
 

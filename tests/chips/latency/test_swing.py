@@ -7,7 +7,6 @@ from chips.latency.design import REFERENCE
 from chips.latency.swing import (
     detector_threshold,
     halfway,
-    idle_current,
     idle_inhibition,
     swing_current,
     taken_at,
@@ -32,7 +31,7 @@ def test_halfway_stands_for_the_whole_swing() -> None:
 
 def test_nothing_leaks_under_the_ideal_law() -> None:
     d = standing(CELL, Silicon(AMI_1500_IDEAL, 60.0))
-    assert idle_current(d, "mz", "mx") == 0.0
+    assert d.idle("mz", "mx", drain=1.0) == 0.0
     assert idle_inhibition(d, "inhibit0.", d.gate["v_inh"]) == 0.0
     assert swing_current(d, "mp", np.array(1.0)) == d.saturated("mp", np.array(1.0))
 

@@ -59,6 +59,15 @@ def test_spikes_of_one_input_come_with_the_charge_and_the_dead_time() -> None:
     assert found == pytest.approx([1e-3 + alone, 1e-3 + 2.0 * alone + M.dead])
 
 
+def test_what_leaks_slows_the_membrane_and_what_a_spike_leaves_shortens_the_next_interval() -> None:
+    leaking = M._replace(leak=1e-9, left=0.5)
+    found = lso_spikes(steps((1e-3, 6e-3, 6e-9)), NEVER, leaking, EQUAL)
+    alone = 10e-12 / 5e-9
+    assert found == pytest.approx(
+        [1e-3 + alone, 1e-3 + 1.75 * alone + M.dead, 1e-3 + 2.5 * alone + 2 * M.dead]
+    )
+
+
 def test_equal_inputs_cancel_and_an_early_one_does_not() -> None:
     near, far = steps((1e-3, 4e-3, 12e-9)), steps((1e-3, 4e-3, 12e-9))
     assert lso_spikes(near, far, M, EQUAL).size == 0
