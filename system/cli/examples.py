@@ -37,6 +37,11 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ("centre",): ('noctule centre rebound-neuron --spec "class is works"',),
     ("characterise",): ("noctule characterise lso-neuron -o lso.nc",),
     ("extract",): ("noctule extract --process gf180mcu -o mine.toml --plot fit.png",),
+    ("identify",): ("noctule identify --fit coach --only 'ndp_*' --process rolls-180 -o die.toml",),
+    ("predict",): (
+        "noctule identify --fit coach --only 'ndp_*' --process rolls-180 -o die.toml",
+        "noctule predict coach --process rolls-180 --die die.toml -o predicted",
+    ),
     ("calibrate",): ("noctule calibrate latency-chip --die 1003 -o codes.toml",),
     ("reproduce",): ("noctule reproduce cheely2003-fig4 --plot fig4.png",),
     ("new",): ("noctule new block my-sink",),

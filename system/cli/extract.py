@@ -1,4 +1,4 @@
-"""The verb `noctule extract`: our law's numbers from a foundry's cards, or from measured currents."""
+"""The verb `noctule extract`: our law from a foundry's cards, or from measurements."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from circuits.silicon.process import POLARITIES
 from circuits.silicon.process_file import format_process, process_of
 from netlists.foundry.extract import RANGE, extract
 from netlists.foundry.process import read_foundry
+from system.cli.chip_fit import extract_chip_command
 from system.cli.extract_picture import draw_extraction
 from system.cli.output import print_json, print_line, print_table, working
 from system.cli.verbs import Extract
@@ -25,12 +26,12 @@ from system.plot import check_picture, save_picture
 
 def extract_command(asked: Extract) -> None:
     """Fit a process, write its file and tell how far it is off, by size."""
-    if (asked.process is None) == (asked.points is None):
-        raise ParameterError("--process: or --points, one of them; name a foundry's process or a CSV file")
-    if asked.points is None and asked.base is not None:
-        raise ParameterError("--base: only with --points, a foundry's cards need none; leave it out")
+    _check(asked)
     check_picture(asked.plot)
     check_folder(asked.output)
+    if asked.fit is not None:
+        extract_chip_command(asked)
+        return
     source = asked.process or asked.points or ""
     with working(f"fitting our law to {source}"):
         found = _of_foundry(asked.process) if asked.process is not None else _of_points(asked)
@@ -45,6 +46,18 @@ def extract_command(asked: Extract) -> None:
         print_json(document)
     else:
         _print(found, asked.output)
+
+
+def _check(asked: Extract) -> None:
+    given = [source for source in (asked.process, asked.points, asked.fit) if source is not None]
+    if len(given) != 1:
+        raise ParameterError(
+            "--process: or --points or --fit, one of them; name a foundry's process, a CSV file or a folder"
+        )
+    if asked.process is not None and asked.base is not None:
+        raise ParameterError("--base: only with --points or --fit, a foundry's cards need none; leave it out")
+    if asked.fit is None and (asked.only or asked.conditions):
+        raise ParameterError("--only, --conditions: only with --fit; leave them out")
 
 
 def _of_foundry(name: str) -> Extraction:

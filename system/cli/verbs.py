@@ -138,15 +138,46 @@ class Characterise:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Extract:
-    """Fit our transistor law to a foundry's cards, or to currents."""
+    """Fit our transistor law to a foundry's cards, or to measurements."""
 
     output: str = required("Process's file to write, for --process", short="o", metavar="FILE.toml")
     process: str | None = option(None, "A foundry's process, whose cards ngspice runs", metavar="NAME")
     points: str | None = shared.file_option("CSV of measured drain currents, in its place")
+    fit: str | None = option(None, "Folder of a chip's measurements, or coach", metavar="FOLDER")
+    conditions: str | None = shared.file_option("What was set at each; the package's unless given")
+    only: tuple[str, ...] = option((), "Of --fit, those alone whose names match", metavar="PATTERN")
     base: str | None = option(
         None, "Process that says what points do not; rolls-180 unless given", metavar="NAME"
     )
     plot: str | None = shared.plot_option()
+    as_json: bool = shared.json_option()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Identify:
+    """Find the die that a chip is from measurements; takes minutes."""
+
+    output: str = required("Die's file to write, for --die", short="o", metavar="FILE.toml")
+    fit: str = required("Folder of its measurements, or coach", metavar="FOLDER")
+    process: str = required("Its process, as noctule extract makes it", metavar="NAME")
+    conditions: str | None = shared.file_option("What was set at each; the package's unless given")
+    only: tuple[str, ...] = option((), "Those alone whose names match", metavar="PATTERN")
+    as_json: bool = shared.json_option()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Predict:
+    """Predict a chip's measurements with their 95 % bands."""
+
+    chip: Literal["coach"] = argument("CHIP", "The chip: coach")
+    output: str = required("Folder to write", short="o", metavar="FOLDER")
+    process: str = required("Its process, as noctule extract makes it", metavar="NAME")
+    die: str = required("Its die, as noctule identify makes it", metavar="FILE")
+    conditions: str | None = shared.file_option("What was set at each; the package's unless given")
+    blank: str = option("coach", "Folder of files whose empty columns are filled", metavar="FOLDER")
+    fit: str = option("coach", "Folder of measurements that some are put in relation to", metavar="FOLDER")
+    only: tuple[str, ...] = option((), "Those alone whose names match", metavar="PATTERN")
+    draws: int = option(200, "Draws behind a band")
     as_json: bool = shared.json_option()
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from circuits.arrays import F64
 from circuits.bias import gate_voltage
 from circuits.devices import Transistor
 from circuits.errors import SolverError
-from circuits.extraction.coach.conditions import BiasSetting
+from circuits.extraction.coach.conditions import BiasSetting, Condition
 from circuits.extraction.coach.unknown import Theta, Unknown
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.measure.current import static_currents
@@ -97,6 +97,23 @@ def _model(theta: Mapping[str, float], polarity: Polarity, base: TransistorModel
         found[place] = theta[f"{polarity}.{name} {_POWER[place]}"] * length
         terms[name] = tuple(found)
     return replace(base, law="ekv-gamma", size=replace(size, **terms), **plain)
+
+
+def code_name(circuit: str, bias: BiasSetting) -> str:
+    """The unknown error of a code, which measurements of a circuit at that code share."""
+    return f"{circuit} {bias.name} {bias.master} code {bias.fine}"
+
+
+def code_unknowns(
+    circuit: str, conditions: Iterable[Condition], sd: float, without: Collection[str] = ()
+) -> Iterator[Unknown]:
+    """Errors of all codes of some measurements but those of biases that are named.
+
+    circuit: how their names begin; sd: of the logarithm of a current.
+    """
+    lines = (bias for each in conditions for bias in each.biases if bias.name not in without)
+    for name in dict.fromkeys(code_name(circuit, bias) for bias in lines):
+        yield Unknown(name, 0.0, sd, "ln", "nuisance", "error of the code")
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,8 @@ _STEP = 1e-2  # of an unknown's spread before the fit, for derivatives; ours
 _ROUNDS = 3  # of the factor of the noise
 _EVALUATIONS = 25  # of the residuals in one round
 _SLACK = 0.5  # of the cost, by a unit of an unknown, that a fit may leave; ours
+_FEWEST = 5  # residuals that say how large a noise is; ours
+_QUIETEST = 0.4  # factor of a noise that no fit goes below, as no model is that good; ours
 _FAR = 50.0  # residual where the solver finds nothing
 
 
@@ -210,7 +212,7 @@ def _solved(problem: _Problem, x: F64) -> tuple[F64, F64, F64]:
     """Unknowns at the minimum, residuals and their derivatives there."""
     problem.scale.clear()
     solved = least_squares(
-        problem.residuals, x, jac=problem.jacobian, max_nfev=_EVALUATIONS, xtol=1e-5, ftol=1e-5
+        problem.residuals, x, jac=problem.jacobian, max_nfev=_EVALUATIONS, xtol=1e-4, ftol=1e-4
     )
     files = ", ".join(m.condition.file for m in problem.measured)
     if solved.status < 0 or not np.isfinite(solved.fun).all():
@@ -245,6 +247,8 @@ def _rescale(problem: _Problem, residual: F64, jacobian: F64) -> None:
     covariance = np.linalg.inv(jacobian.T @ jacobian)
     used = np.einsum("ij,jk,ik->i", jacobian, covariance, jacobian)
     for key, rows in _slices(problem):
+        if rows.stop - rows.start < _FEWEST:
+            continue
         left = max(rows.stop - rows.start - float(used[rows].sum()), 1.0)
         spread = float(np.sqrt((residual[rows] ** 2).sum() / left))
-        problem.factors[key] *= max(spread, 0.1)
+        problem.factors[key] = max(problem.factors[key] * spread, _QUIETEST)

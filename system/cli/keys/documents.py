@@ -9,7 +9,18 @@ from typing import Any
 
 from system.cli.keys.bench import BENCH
 from system.cli.keys.block import OP, SHOW, SHOW_CHIP, SHOW_ROLLS
-from system.cli.keys.installed import CALIBRATE, CHARACTERISE, DOCTOR, EXTRACT, LIST, NEW, REPRODUCE
+from system.cli.keys.installed import (
+    CALIBRATE,
+    CHARACTERISE,
+    DOCTOR,
+    EXTRACT,
+    EXTRACT_FIT,
+    IDENTIFY,
+    LIST,
+    NEW,
+    PREDICT,
+    REPRODUCE,
+)
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
 from system.cli.keys.study import CENTRE, GRADIENT, MONTECARLO, RARE, REPLAY
 from system.cli.keys.sweep import SWEEP
@@ -44,6 +55,9 @@ DOCUMENTS: dict[str, Meanings] = {
     "centre": CENTRE,
     "characterise": CHARACTERISE,
     "extract": EXTRACT,
+    "extract --fit": EXTRACT_FIT,
+    "identify": IDENTIFY,
+    "predict": PREDICT,
     "calibrate": CALIBRATE,
     "reproduce": REPRODUCE,
     "new": NEW,

@@ -1,4 +1,4 @@
-"""Keys of `noctule list`, `doctor`, `characterise`, `extract`, `calibrate` and `reproduce`."""
+"""Keys of `noctule list`, `doctor`, `new`, `reproduce`, `calibrate` and what fits or predicts."""
 
 from __future__ import annotations
 
@@ -68,6 +68,12 @@ errors   number?{}  -  errors of the model on other dies, in the units of their 
 seconds  number     s  time that it took
 *        number?    -  what the model tells of itself, in the unit that its name ends with
 """)
+FITTED_KEYS = """
+measurement   string   -  its name
+column        string   -  its column
+points        integer  -  points that were fitted
+noise_factor  number   -  factor of the readings' noise, by their residuals
+"""
 EXTRACT = meanings("""
 process                        string    -     name of the process that was made
 source                         string    -     foundry's process, or table of currents, that it was fitted to
@@ -94,6 +100,72 @@ numbers.value                  number?   -     SI, of `mu_cox` the logarithm; nu
 numbers.error                  number?   -     its standard error
 notes                          string[]  -     what the process leaves out
 """)
+EXTRACT_FIT = {
+    **meanings("""
+process        string     -    name of the process that was made
+source         string     -    folder of measurements, or `coach`
+file           string     -    file that was written
+numbers        object[]   -    numbers of the process that can be fitted
+measurements   object[]   -    what was fitted, by measurement and column
+a_vt_Vm        number?    V m  A_VT of a pair; null where the measurements do not fix it
+a_vt_error_Vm  number?    V m  its standard error
+free           string[]   -    numbers that the measurements do not fix: as in the base
+correlation    number[][] -    of the errors of the numbers that are fixed, in their order
+"""),
+    **meanings(
+        """
+polarity  string   -  `n` or `p`
+name      string   -  number of the model, or its term of the size as `v_t0 1/L`
+unit      string   -  its unit; `ln` for a logarithm of SI
+value     number?  -  in that unit; null where it is free
+error     number?  -  its standard error
+""",
+        "numbers",
+    ),
+    **meanings(FITTED_KEYS, "measurements"),
+}
+IDENTIFY = {
+    **meanings("""
+process       string    -  name of the process
+source        string    -  folder of measurements, or `coach`
+file          string    -  file that was written
+unknowns      object[]  -  all that was not known, of the process, of devices and of the bench
+measurements  object[]  -  what was fitted, by measurement and column
+free          string[]  -  unknowns that the measurements do not fix
+"""),
+    **meanings(
+        """
+name         string  -  its name
+kind         string  -  `process`, `device` or `nuisance`
+unit         string  -  its unit; `ln` for a logarithm
+mean         number  -  mean after the fit, in that unit
+sd           number  -  standard deviation after it
+mean_before  number  -  mean before
+sd_before    number  -  standard deviation before
+""",
+        "unknowns",
+    ),
+    **meanings(FITTED_KEYS, "measurements"),
+}
+PREDICT = {
+    **meanings("""
+chip          string    -  the chip
+process       string    -  name of its process
+die           string    -  file of its die
+folder        string    -  folder that was written
+draws         integer   -  draws behind a band
+measurements  object[]  -  what was predicted
+"""),
+    **meanings(
+        """
+measurement  string   -  its name
+points       integer  -  rows of its file
+lost_draws   integer  -  draws for which the solver found no curve
+metrics      integer  -  numbers of it in `metrics.json`
+""",
+        "measurements",
+    ),
+}
 CALIBRATE = {
     **meanings("""
 chip             string       -     name of the calibration, which is that of its chip or of what is on it

@@ -14,6 +14,8 @@
     parameter = "v_t0"             # or beta, capacitance, resistance
     value = "12mV"                 # of the others relative, as "3%" or "0.03"
 
+A die that was identified from measurements has the table `posterior` too (`system.options.die.posterior`).
+
 Every key may be left out; it then is as `circuits.silicon.die.Die` has it. `circuits.silicon.edit` says what
 paths are.
 """
@@ -28,6 +30,7 @@ from typing import Any
 import msgspec
 
 from circuits.errors import DataError, ParameterError
+from circuits.extraction.coach.unknown import Posterior
 from circuits.silicon.components import Extent
 from circuits.silicon.die import Corner, Die
 from circuits.silicon.edit import DEVIATIONS, Edit
@@ -35,6 +38,7 @@ from circuits.units import parse_quantity
 from system.files.document import document_bytes, from_toml
 from system.files.writing import write_bytes_atomic
 from system.options.assignment import split_assignment
+from system.options.die.posterior import PosteriorTable, posterior_of
 from system.options.silicon import SiliconChoice
 from system.reader import whole
 
@@ -80,6 +84,8 @@ class DieFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
         Paths of devices that do not deviate.
     deviation : list
         Deviations that are set by hand.
+    posterior : table or None
+        What measurements left of the die, where it was identified from some.
     """
 
     lot: str = "A"
@@ -91,6 +97,7 @@ class DieFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     only: list[str] = []
     heal: list[str] = []
     deviation: list[_Deviation] = []
+    posterior: PosteriorTable | None = None
 
 
 def edits_of(only: Iterable[str], heal: Iterable[str], deviate: Iterable[str]) -> tuple[Edit, ...]:
@@ -163,7 +170,26 @@ def _document(path: Path) -> DieFile:
         raise DataError(f"{path}: no such file, must be a die's number or its file") from None
 
 
-def write_die_file(path: Path, die: Die) -> None:
+def read_posterior(path: Path) -> tuple[Posterior, dict[tuple[str, str], float]]:
+    """Read what measurements left of the die that a file states, and the factors of their noise.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Raises
+    ------
+    DataError
+        It cannot be read, is no die, or states none that was identified.
+    """
+    found = _document(path)
+    if found.posterior is None:
+        raise DataError(f"{path}: no posterior, must be a die of noctule identify; identify it first")
+    return posterior_of(found.posterior, str(path))
+
+
+def write_die_file(path: Path, die: Die, posterior: PosteriorTable | None = None) -> None:
     """Write a die, whole or not at all.
 
     Parameters
@@ -172,6 +198,8 @@ def write_die_file(path: Path, die: Die) -> None:
         The file.
     die
         The die, with its own draws.
+    posterior
+        What measurements left of it.
 
     Raises
     ------
@@ -182,7 +210,9 @@ def write_die_file(path: Path, die: Die) -> None:
     """
     if die.sampling is not None:
         raise ParameterError(f"{path}: {die}, must be a die of its own draws; name its study instead")
-    document: dict[str, Any] = msgspec.to_builtins(_stated(die))
+    stated = _stated(die)
+    stated.posterior = posterior
+    document: dict[str, Any] = msgspec.to_builtins(stated)
     write_bytes_atomic(path, msgspec.toml.encode(document))
 
 

@@ -46,9 +46,14 @@ def test_measured_currents_become_a_process_that_blocks_run_on(
 test_what_is_wrong_is_told_in_a_line = command_refusals(
     "extract",
     rows=[
-        ("-o x.toml", "--process: or --points, one of them"),
-        ("--process gf180mcu --points a.csv -o x.toml", "--process: or --points, one of them"),
+        ("-o x.toml", "--process: or --points or --fit, one of them"),
+        ("--process gf180mcu --points a.csv -o x.toml", "--process: or --points or --fit, one of them"),
         ("--process gf180mcu --base rolls-180 -o x.toml", "--base: only with --points"),
+        ("--points a.csv --only x -o x.toml", "--only, --conditions: only with --fit"),
+        ("--fit coach --only nothing -o x.toml", "coach: no measurement is called nothing"),
+        ("--fit none -o x.toml", "none: no CSV files, must be a folder of measurements"),
+        ("--fit coach --only ndp_run1 --only x --conditions none.toml -o x.toml", "none.toml: No such file"),
+        ("--fit coach --only dpi_base -o x.toml", "points for 22 numbers of the process, must be more"),
         ("--process sky90 -o x.toml", "process: sky90, must be one of gf180mcu, sky130"),
         ("--points none.csv -o x.toml", "none.csv: No such file"),
         ("--process gf180mcu -o none/x.toml", "none"),

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from circuits.errors import DataError, ParameterError
-from circuits.extraction.coach import fet
 from circuits.extraction.coach.bench import Bench, bench_unknowns, process_unknowns
 from circuits.extraction.coach.conditions import read_conditions
 from circuits.extraction.coach.joint import Measured, Model, fit
+from circuits.extraction.coach.readings import fet
 from circuits.extraction.coach.table import Table, read_folder
 from circuits.extraction.coach.unknown import Posterior, Theta, before
 from circuits.silicon.process import ROLLS_180

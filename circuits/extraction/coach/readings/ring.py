@@ -18,7 +18,7 @@ from circuits.blocks.mos import mos
 from circuits.devices.transistor import drain_current
 from circuits.extraction.coach.bench import ADC, V_DD, Bench, lowered
 from circuits.extraction.coach.conditions import Condition
-from circuits.extraction.coach.converter import count_noise
+from circuits.extraction.coach.readings.converter import count_noise
 from circuits.extraction.coach.table import Table
 from circuits.extraction.coach.unknown import Unknown
 from circuits.measure.current import static_currents
@@ -56,6 +56,7 @@ def unknowns(conditions: Mapping[str, Condition], a_vt: float) -> Iterator[Unkno
         yield Unknown(_cell(k, "mi"), 0.0, a_vt / math.sqrt(2.0 * _P_AREA), "V", "device", "area law")
         for device in ("m6", "m7"):
             yield Unknown(_cell(k, device), 0.0, a_vt / math.sqrt(2.0 * _N_AREA), "V", "device", "area law")
+    yield Unknown("ring gain", 0.0, 0.5, "ln", "nuisance", "output device of V_gain")
     yield Unknown("ring t_d", 4e-7, 3e-7, "s", "nuisance")
     for k in range(7):
         yield Unknown(f"WTA 460 pA bit {k}", 1.0, _CODE_SPREAD, "", "nuisance")
@@ -118,6 +119,8 @@ def predict(bench: Bench, condition: Condition, table: Table) -> dict[str, F64]:
     n, p = mos("mb", "n", "d", "g", "s", *_N), mos("m5", "p", "d", "g", "s", *_P)
     lines = {"WTA_VB_N": n, "WTA_VEX_N": n, "WTA_VGAIN_P": p, "WTA_VINH_P": p}
     gates = {name: bench.gate(condition.bias(name), device) for name, device in lines.items()}
+    line = condition.bias("WTA_VGAIN_P")
+    gates[line.name] = bench.gate(line, p, (line.fine or 0) * math.exp(bench.theta["ring gain"]))
     others = condition.voltages["v_in_others"] + shift
     waves: dict[str, Wave] = dict.fromkeys(_CIRCUIT.port("v_in").elements(), others)
     waves |= dict.fromkeys(_CIRCUIT.port("i_out").elements(), _READ_OUT)

@@ -15,7 +15,7 @@ from circuits.circuit import Circuit
 from circuits.devices import Transistor
 from circuits.extraction.coach.bench import ADC, V_DD, Bench, lowered, swept
 from circuits.extraction.coach.conditions import Condition
-from circuits.extraction.coach.converter import DRIFT, count_noise, counts, current_of, weighted
+from circuits.extraction.coach.readings.converter import DRIFT, count_noise, counts, current_of, weighted
 from circuits.extraction.coach.table import Table
 from circuits.extraction.coach.unknown import Unknown
 from circuits.testbench import Testbench
@@ -27,14 +27,14 @@ _OPEN: Mapping[str, tuple[Circuit, Transistor]] = {
     "transamp-p": (transamp.stage("p", transamp.Params()), _P_TAIL),
     "wide-range-transamp": (wide_range_transamp.build(), _N_TAIL),
 }
-_COPIES = transamp.with_nfets()
 _READ = 0.6  # V, at which a converter takes a current; ours
 _CALIBRATED = (0.7988, 0.1988)  # V of the inputs, of channel 11; those of channel 12 are turned round
 _NOISE = 1e-3  # V, of a reading
 
 
 def unknowns(conditions: Mapping[str, Condition]) -> Iterator[Unknown]:
-    """Drift of the copies' channels in each run."""
+    """Drift of the copies' channels in each run, and the size of what loads them."""
+    yield Unknown("copies load", 0.0, 0.5, "ln", "nuisance", "width of loads and mirrors, not told")
     for each in conditions.values():
         if each.circuit == "transamp-n-copies":
             for name in ("plus", "minus"):
@@ -70,8 +70,10 @@ def predict_copies(bench: Bench, condition: Condition, table: Table) -> dict[str
         "v_plus": 0.0, "v_minus": 0.0, "v_tail": _gate(bench, condition, _N_TAIL), "i_plus": _READ,
         "i_minus": _READ,
     }  # fmt: skip
-    testbench = Testbench(condition.circuit, _COPIES, powered(V_DD, waves), math.inf)
-    machine = lowered(testbench, bench.silicon(_COPIES.name))
+    wide = math.exp(bench.theta["copies load"])
+    circuit = transamp.with_nfets(transamp.Params(readout_n_width=wide, readout_p_width=3.4 * wide))
+    testbench = Testbench(condition.circuit, circuit, powered(V_DD, waves), math.inf)
+    machine = lowered(testbench, bench.silicon(circuit.name))
     high, low = _CALIBRATED
     plus = np.concatenate([[high, low], table["v1_V"]])
     minus = np.concatenate([[low, high], table["v2_V"]])

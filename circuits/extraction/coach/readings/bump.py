@@ -13,7 +13,7 @@ from circuits.blocks.drive import driven
 from circuits.blocks.mos import mos
 from circuits.extraction.coach.bench import Bench, lowered, swept
 from circuits.extraction.coach.conditions import Condition
-from circuits.extraction.coach.converter import DRIFT, count_noise, counts, current_of, weighted
+from circuits.extraction.coach.readings.converter import DRIFT, count_noise, counts, current_of, weighted
 from circuits.extraction.coach.table import Table
 from circuits.extraction.coach.unknown import Unknown
 from circuits.testbench import Testbench

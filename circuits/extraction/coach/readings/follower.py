@@ -12,7 +12,7 @@ from circuits.blocks.bench.follower_integrator import Params, build
 from circuits.blocks.drive import Wave, powered
 from circuits.blocks.mos import mos
 from circuits.devices.source import PiecewiseLinear
-from circuits.extraction.coach.bench import V_DD, Bench, lowered
+from circuits.extraction.coach.bench import V_DD, Bench, code_name, code_unknowns, lowered
 from circuits.extraction.coach.conditions import Condition
 from circuits.extraction.coach.table import Table
 from circuits.extraction.coach.unknown import Unknown
@@ -40,6 +40,8 @@ def unknowns(conditions: Mapping[str, Condition], a_vt: float) -> Iterator[Unkno
         if each.circuit == "follower-integrator":
             yield Unknown(f"{each.name} start", 0.0, 10e-6, "s", "nuisance", "of the step")
             yield Unknown(f"{each.name} drift", 0.0, 0.01, "ln", "nuisance", "of the bias")
+    own = [each for each in conditions.values() if each.circuit == "follower-integrator"]
+    yield from code_unknowns("foi", own, 0.03)
     yield Unknown("foi high", 1.007, 4e-3, "V", "nuisance", "small step's level")
     yield Unknown("foi read", 0.008, 0.003, "s", "nuisance", "from setting to reading; ours")
 
@@ -68,8 +70,8 @@ def _sine(bench: Bench, condition: Condition, table: Table) -> F64:
 
 def _run(bench: Bench, condition: Condition, wave: Wave, times: F64) -> F64:
     line = math.exp(bench.theta["foi line"])
-    scale = math.exp(bench.theta[f"{condition.name} drift"])
     bias = condition.bias(_BIAS)
+    scale = math.exp(bench.theta[f"{condition.name} drift"] + bench.theta[code_name("foi", bias)])
     gate = bench.gate(bias, _TAIL, scale * (bias.fine or 0))
     circuit = build(Params(line_capacitance=line))
     sources = powered(V_DD, {"v_in": wave, "v_tail": gate})
