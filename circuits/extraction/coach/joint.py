@@ -23,7 +23,7 @@ from circuits.extraction.coach.table import Table
 from circuits.extraction.coach.unknown import Posterior, Theta
 from circuits.silicon.process import Process
 
-_STEP = 1e-2  # of an unknown's spread before the fit, for derivatives; ours
+_STEP = 3e-2  # of an unknown's spread before the fit, for derivatives; ours
 _ROUNDS = 3  # of the factor of the noise
 _EVALUATIONS = 25  # of the residuals in one round
 _SLACK = 0.5  # of the cost, by a unit of an unknown, that a fit may leave; ours
@@ -212,7 +212,7 @@ def _solved(problem: _Problem, x: F64) -> tuple[F64, F64, F64]:
     """Unknowns at the minimum, residuals and their derivatives there."""
     problem.scale.clear()
     solved = least_squares(
-        problem.residuals, x, jac=problem.jacobian, max_nfev=_EVALUATIONS, xtol=1e-4, ftol=1e-4
+        problem.residuals, x, jac=problem.jacobian, max_nfev=_EVALUATIONS, xtol=1e-4, ftol=3e-4
     )
     files = ", ".join(m.condition.file for m in problem.measured)
     if solved.status < 0 or not np.isfinite(solved.fun).all():

@@ -19,20 +19,21 @@ from circuits.devices import Transistor
 from circuits.errors import SolverError
 from circuits.extraction.coach.bench import ADC, V_DD, Bench, code_name, code_unknowns, lowered
 from circuits.extraction.coach.conditions import Condition
-from circuits.extraction.coach.metrics import metrics_of
+from circuits.extraction.coach.metrics import Metric, metrics_of
 from circuits.extraction.coach.table import Table
 from circuits.extraction.coach.unknown import Unknown
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
 
 PHASES = 24  # of a period, at which a shape is fitted
-_FEATURES = ("jump_up_V", "jump_down_V", "threshold_up_V", "threshold_down_V", "rise_V_per_s", "fall_V_per_s")
-_SPREADS = (0.01, 0.01, 0.01, 0.01, 0.01, 0.02)  # of these, in their units; scaled by the fit
+_FEATURES = ("threshold_up_V", "top_V", "threshold_down_V", "bottom_V", "rise_V_per_s", "fall_V_per_s")
+_SPREADS = (0.008, 0.012, 0.012, 0.008, 0.01, 0.02)  # of these, in their units: half a sample's way, and ours
 _RESET = mos("m_pw", "n", "d", "g", "s", 3.4, 1.0)
 _SQUARE, _INPUT = mos("m", "n", "d", "g", "s", 4.0, 4.0), mos("m_dc", "p", "d", "g", "s", 3.4, 1.0)
 _RTOL = 1e-4
 _SHAPE, _ISI, _NOISE = 8e-3, 0.3, 1e-3  # V, samples, V
 _NAMES = {"axon-hillock": "ahn", "adaptive-neuron": "acn"}  # how their unknowns begin
+_EDGE = 3e-3  # s; ours
 _FALL = 0.2  # V, of a membrane that is reset
 
 
@@ -59,7 +60,7 @@ def _gate(bench: Bench, condition: Condition, name: str, device: Transistor, fac
 
 def predict(bench: Bench, condition: Condition, table: Table) -> dict[str, F64]:
     """The membrane at samples from some phase on; of a table of features, these."""
-    if "isi_samples" in table or "jump_up_V" in table:
+    if "isi_samples" in table or "top_V" in table:
         return _features(bench, condition)
     time, v, period = _period(bench, condition)
     sample = _sample(bench, condition)
@@ -84,23 +85,28 @@ def _features(bench: Bench, condition: Condition) -> dict[str, F64]:
             "isi_samples": np.full(PHASES, period / sample),
             "shape_V": bench.adc(np.interp(at, time, v)),
         }
-    count = condition.points
-    moment = (0.01 + sample * np.arange(count)) % period
-    found = metrics_of(
-        condition,
-        Table(
-            t_nominal_s=condition.settings["sample_s"] * np.arange(count),
-            v_mem_V=bench.adc(np.interp(moment, time, v)),
-        ),
+    # a jump begins and ends at most _EDGE from where the membrane moves most
+    inner = slice(1, -1)  # not the jump at which the period begins
+    rate = np.diff(v[inner]) / np.maximum(np.diff(time[inner]), 1e-12)
+    fall = float(time[inner][int(np.argmin(rate))])
+    moments = {
+        "threshold_up_V": period - _EDGE, "top_V": _EDGE, "threshold_down_V": fall - _EDGE,
+        "bottom_V": fall + _EDGE,
+    }  # fmt: skip
+    found = {name: float(np.interp(t, time, v)) for name, t in moments.items()}
+    scale = sample / condition.settings["sample_s"]
+    found["rise_V_per_s"] = (
+        scale * (found["threshold_up_V"] - found["bottom_V"]) / (period - fall - 2 * _EDGE)
     )
-    return {name: np.array([found[name].value]) for name in _FEATURES}
+    found["fall_V_per_s"] = scale * (found["threshold_down_V"] - found["top_V"]) / (fall - 2 * _EDGE)
+    return {name: np.array([found[name]]) for name in _FEATURES}
 
 
 def features(condition: Condition, table: Table) -> Table:
     """What is fitted of a record: numbers of one neuron's cycle, or the other's shape over its period."""
     found = metrics_of(condition, table)
     if condition.circuit == "axon-hillock":
-        return Table({name: np.array([found[name].value]) for name in _FEATURES})
+        return Table({name: np.array([value]) for name, value in _cycle(condition, found).items()})
     v, isi = table["v_mem_V"], found["isi_samples"].value
     begins = np.flatnonzero(np.diff(v) < -_FALL) + 1
     first = float(begins[0])
@@ -110,6 +116,18 @@ def features(condition: Condition, table: Table) -> Table:
     at = (np.arange(PHASES) + 0.5) / PHASES
     shape = [float(np.median(v[order][np.abs(phase[order] - p) < 0.5 / PHASES])) for p in at]
     return Table(isi_samples=np.full(PHASES, isi), shape_V=np.array(shape))
+
+
+def _cycle(condition: Condition, found: Mapping[str, Metric]) -> dict[str, float]:
+    """Where jumps begin and end: samples lie half a step before and after them on average."""
+    half = 0.5 * condition.settings["sample_s"]
+    rise, fall = found["rise_V_per_s"].value, found["fall_V_per_s"].value
+    up, down = found["threshold_up_V"].value, found["threshold_down_V"].value
+    values = (
+        up + half * rise, up + found["jump_up_V"].value - half * fall, down + half * fall,
+        down + found["jump_down_V"].value - half * rise, rise, fall,
+    )  # fmt: skip
+    return dict(zip(_FEATURES, values, strict=True))
 
 
 def _period(bench: Bench, condition: Condition) -> tuple[F64, F64, float]:
