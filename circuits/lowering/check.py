@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from circuits.arrays import I64
 from circuits.circuit import Circuit
-from circuits.devices import Transistor
+from circuits.devices import ControlledSource, Transistor
 from circuits.devices.source import Source
 from circuits.errors import TopologyError
 from circuits.lowering.flatten import FlatCircuit, flatten
@@ -97,10 +97,25 @@ def check_supplies(flat: FlatCircuit, sources: Sequence[Source]) -> list[tuple[i
 
 
 def _conducting_pairs(flat: FlatCircuit) -> tuple[I64, I64]:
-    a: list[I64] = [np.zeros(0, dtype=np.int64)]
-    b: list[I64] = [np.zeros(0, dtype=np.int64)]
+    a, b = _back_to_back(flat)
     for group in flat.groups:
         for i, j in group.device.conducting():
             a.append(group.nodes[i])
             b.append(group.nodes[j] if j >= 0 else np.zeros_like(group.nodes[i]))
     return np.concatenate(a), np.concatenate(b)
+
+
+def _back_to_back(flat: FlatCircuit) -> tuple[list[I64], list[I64]]:
+    """Ends of controlled sources that pass direct current: one that is a conductance, two that are a gyrator.
+
+    One alone is no path. Where its control are its own ends it is a conductance; where another one is
+    controlled by its ends and drives its control, each passes what the other asks for.
+    """
+    ends: dict[tuple[frozenset[int], frozenset[int]], tuple[int, int]] = {}
+    for group in flat.groups:
+        if isinstance(group.device, ControlledSource):
+            for p, n, high, low in group.nodes.T.tolist():
+                ends[frozenset((p, n)), frozenset((high, low))] = p, n
+    found = [pair for (own, control), pair in ends.items() if (control, own) in ends]
+    pairs = np.array(found, dtype=np.int64).reshape(-1, 2)
+    return [pairs[:, 0]], [pairs[:, 1]]

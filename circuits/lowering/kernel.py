@@ -377,7 +377,29 @@ def _order(flat: FlatCircuit, free: I64) -> I64:
         return free
     rows, columns = (np.concatenate(part) for part in zip(*pairs, strict=True))
     keep = (rows >= 0) & (columns >= 0)
-    return free[elimination_order(free.size, rows[keep], columns[keep])]
+    order = elimination_order(free.size, rows[keep], columns[keep])
+    rank = _rank(flat, local, free.size)
+    return free[order if rank is None else order[np.argsort(rank[order], kind="stable")]]
+
+
+def _rank(flat: FlatCircuit, local: I64, count: int) -> I64 | None:
+    """Which unknown nodes are eliminated early: 0 by an entry of their own, 1 by a source's, 2 without one.
+
+    None where no sources are controlled. A node that only controlled sources are at has no entry on the
+    diagonal, or a small one, until its neighbours are eliminated.
+    """
+    sources = [g for g in flat.groups if isinstance(g.device, ControlledSource)]
+    if not sources:
+        return None
+    rank = np.full(count + 1, 2, dtype=np.int64)  # the last takes what is no unknown
+    for group in sources:
+        nodes = local[group.nodes]
+        own = (nodes[0] == nodes[2]) & (nodes[1] == nodes[3])
+        rank[nodes[:2, own]] = 1
+    for group in flat.groups:
+        if not isinstance(group.device, ControlledSource):
+            rank[local[group.nodes]] = 0
+    return rank[:count]
 
 
 def _assemble(flat: FlatCircuit, parts: _Parts, unknowns: int, columns: int) -> Kernel:

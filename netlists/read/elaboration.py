@@ -6,8 +6,8 @@ ports, which every call connects to nodes of their own, `x1.node`. The top level
 ports are the nodes that sources drive, a `supply` under a constant voltage and else `analog`. Where it is one
 call of a sub-circuit and sources at its ports, that sub-circuit is the circuit, and its ports that nothing
 drives are outputs. Where it is empty, as in a library, the last sub-circuit that no other calls is the
-circuit. A current source between two nodes becomes two, one at each. Global nodes become ports all the way
-up.
+circuit. A current source between two nodes becomes two, one at each; a voltage source between two nodes
+drives a port of its own, which the circuit's voltage follows. Global nodes become ports all the way up.
 """
 
 from __future__ import annotations
@@ -17,9 +17,11 @@ from dataclasses import dataclass, field, replace
 
 from circuits.circuit import GROUND, Circuit, Instance, Port
 from circuits.devices import Device, Source
-from circuits.devices.source import Constant
+from circuits.devices.source import Constant, Waveform
 from circuits.errors import CircuitError, DataError, ParameterError
 from circuits.silicon.silicon import Deviation
+from netlists.read.branch.element import Branch, value_node
+from netlists.read.branch.wire import sensed, wires
 from netlists.read.card import Arguments, Card, ForeignError, element_arguments, element_words, shown
 from netlists.read.element import Context, read_element
 from netlists.read.expression.scope import Scope
@@ -29,7 +31,6 @@ from netlists.read.number import read_number
 from netlists.read.text.name import circuit_name, is_ground, original_name
 from netlists.read.text.section import Deck, Section, duplicate
 from netlists.read.waveform import Span, negated, read_waveform, vertex_count
-from netlists.read.wire import wires
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,7 +218,8 @@ class Elaboration:
     def _contents(self, section: Section, scope: Scope) -> _Contents:
         contents, card = _Contents(), section.card
         fixed = (*section.ports, *self.deck.global_nodes)
-        same, wired = wires(section.elements, fixed, scope)
+        taken = sensed(section.elements)
+        same, wired = wires(section.elements, fixed, scope, taken)
         for each in wired:
             self.notes.add("source of 0 V between two nodes, a wire in the circuit", each.place)
 
@@ -230,7 +232,7 @@ class Elaboration:
                 contents.lifted[name] = None
             return circuit_name(name)
 
-        context = Context(section, scope, node, self.notes, self.is_cdl, self.uses_ic, self.models)
+        context = Context(section, scope, node, self.notes, self.is_cdl, self.uses_ic, self.models, taken)
         for card in section.elements:
             if card in wired or not self._is_taken(card, section, scope):
                 continue
@@ -260,10 +262,10 @@ class Elaboration:
         if letter == "x":
             self._call(card, context, contents)
         elif letter in "vi":
-            contents.sources += self._sources(card, context)
+            contents.sources += self._sources(card, context, contents)
         else:
             element = read_element(card, context)
-            contents.devices.append(element.device)
+            contents.devices += (element.device, *element.more)
             if element.deviation is not None:
                 contents.deviations[element.device.name] = element.deviation
 
@@ -295,7 +297,7 @@ class Elaboration:
         contents.instances.append(Instance(circuit_name(name), part.circuit, connected))
         contents.parts[circuit_name(name)] = part
 
-    def _sources(self, card: Card, context: Context) -> list[Source]:
+    def _sources(self, card: Card, context: Context, contents: _Contents) -> list[Source]:
         name, *words = element_words(card)
         form = f"write {name[0]}name n+ n- VALUE"
         if len(words) < 2:
@@ -309,21 +311,30 @@ class Elaboration:
         own = circuit_name(name)
         if _has_ac(words[2:]):
             self.moved[own] = None
-        if name[0] == "v":
-            if (plus == GROUND) == (minus == GROUND):
-                raise card.foreign(f"{shown(name)}: no end at ground, or both; tie one to 0")
-            if minus == GROUND:
-                return [Source(own, plus, waveform)]
-            self.turned.add(own)
-            return [Source(own, minus, negated(waveform))]
-        ends = [(n, w) for n, w in ((minus, waveform), (plus, negated(waveform))) if n != GROUND]
         if plus == minus:
             raise card.foreign(f"{shown(name)}: both ends at one node; remove it")
+        if name[0] == "v":
+            is_branch = name in context.sensed or GROUND not in (plus, minus)
+            return [self._voltage(name, plus, minus, waveform, contents if is_branch else None)]
+        ends = [(n, w) for n, w in ((minus, waveform), (plus, negated(waveform))) if n != GROUND]
         if len(ends) == 1:
             if minus == GROUND:
                 self.turned.add(own)
             return [Source(own, *ends[0], "current")]
         return [Source(f"{own}[{k}]", n, w, "current") for k, (n, w) in enumerate(ends)]
+
+    def _voltage(
+        self, name: str, plus: str, minus: str, waveform: Waveform, branch_in: _Contents | None
+    ) -> Source:
+        """A source of voltage at a node of the circuit, or at a port of its own that the circuit follows."""
+        own = circuit_name(name)
+        if branch_in is not None:
+            branch_in.devices += Branch(name, plus, minus).follower(value_node(name), GROUND, 1.0)
+            return Source(own, value_node(name), waveform)
+        if minus == GROUND:
+            return Source(own, plus, waveform)
+        self.turned.add(own)
+        return Source(own, minus, negated(waveform))
 
 
 def _has_ac(words: list[str]) -> bool:

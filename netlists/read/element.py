@@ -3,6 +3,7 @@
     Rname a b value          Cname a b value [IC=]    Gname n+ n- c+ c- value
     Mname d g s b model W= L= [M=] [AD= AS= PD= PS= ...] [DELVTO=] [MULU0=]
     Bname n+ n- I=expression, linear in one voltage difference
+    L, E, F, H: `netlists.read.branch.element`
 
 A current of G and B leaves n+, passes the source and enters n-. `DELVTO` adds to the signed threshold, so
 that of a pFET it lowers the magnitude; `MULU0` multiplies the mobility. In CDL, which has no models, the
@@ -15,10 +16,12 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
+from circuits.circuit import GROUND
 from circuits.devices import Capacitor, ControlledSource, Device, Resistor, Transistor
 from circuits.errors import DataError
 from circuits.silicon.process import Polarity
 from circuits.silicon.silicon import Deviation
+from netlists.read.branch.element import TRANSCONDUCTANCE, Branch, branch_node
 from netlists.read.card import Arguments, Card, element_arguments, shown
 from netlists.read.expression.scope import Scope
 from netlists.read.foreign import REMEDY, foreign_element, foreign_transistor
@@ -56,6 +59,8 @@ class Context:
         Whether the run takes the capacitors' own initial voltages.
     models
         Cards of the models that elements have used so far.
+    sensed
+        Sources of voltage whose current has a node, since an F or H takes it.
     """
 
     section: Section
@@ -65,14 +70,16 @@ class Context:
     is_cdl: bool = False
     uses_ic: bool = False
     models: set[Card] = field(default_factory=set)
+    sensed: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)
 class Element:
-    """A device, and what its card adds to it on its die."""
+    """A device, what its card adds to it on its die, and the devices that it comes with."""
 
     device: Device
     deviation: Deviation | None = None
+    more: tuple[Device, ...] = ()
 
 
 def read_element(card: Card, context: Context) -> Element:
@@ -103,9 +110,7 @@ def _two_nodes(
 ) -> tuple[str, str, str, float]:
     model = next((w for w in words.positional[2:] if context.section.find_model(w)), None)
     if model is not None:
-        raise card.foreign(
-            f"{shown(name)}: a {what} by the model {shown(model)}; write its value, or {REMEDY}"
-        )
+        raise card.foreign(f"{shown(name)}: {what} by the model {shown(model)}; write its value, or {REMEDY}")
     nodes, word = _nodes_and_value(card, name, words, 2, key, "a b VALUE")
     _note_unused(card, name, words, what, context.notes)
     a, b = map(context.node, nodes)
@@ -161,6 +166,62 @@ def _behavioural_source(card: Card, context: Context) -> Element:
         raise card.foreign(f"{name}: slopes {slope:g} and {back:g} S, must be opposite; {supported}")
     a, b, c, d = map(context.node, (words[1], words[2], plus, minus))
     return Element(ControlledSource(circuit_name(words[0]), a, b, c, d, slope))
+
+
+def _inductor(card: Card, context: Context) -> Element:
+    name, words = element_arguments(card)
+    begins = words.named.pop("ic", None)
+    if begins is not None and context.uses_ic:
+        raise card.foreign(
+            f"{shown(name)}.ic: a current to begin with, which the native solver has not; {REMEDY}"
+        )
+    own, a, b, value = _two_nodes(card, name, words, context, "l", "inductor")
+    if not value > 0.0:
+        raise card.foreign(f"{own}.inductance: {value:g} H, must be > 0; {REMEDY}")
+    if begins is not None:
+        context.notes.add("ic of an inductor, which a run without uic does not use", card.place)
+    return _branch(card, Branch(name, a, b).inductor(value), "inductor", context)
+
+
+def _branch(card: Card, devices: tuple[Device, ...], what: str, context: Context) -> Element:
+    context.notes.add(f"{what} as a gyrator, which is the same", card.place)
+    return Element(devices[0], more=devices[1:])
+
+
+def _controlled_voltage(card: Card, context: Context) -> Element:
+    """E and H, whose voltage follows that between two nodes or a current."""
+    name, words = element_arguments(card)
+    is_plain = len(words.positional) == (5 if name[0] == "e" else 4) and not words.named
+    if not is_plain or set(words.positional) & {"poly", "table", "vcvs", "ccvs"}:
+        raise foreign_element(card, context.section, context.models)
+    *nodes, word = words.positional
+    gain = context.scope.number(card, shown(name), word)
+    branch = Branch(name, *map(context.node, nodes[:2]))
+    if name[0] == "h":
+        control, gain = (_sensed(card, nodes[2], context), GROUND), TRANSCONDUCTANCE * gain
+    else:
+        control = context.node(nodes[2]), context.node(nodes[3])
+    return _branch(card, branch.follower(*control, gain), "voltage that something controls", context)
+
+
+def _current_by_current(card: Card, context: Context) -> Element:
+    name, words = element_arguments(card)
+    if len(words.positional) != 4 or words.named or set(words.positional) & {"poly", "cccs"}:
+        raise foreign_element(card, context.section, context.models)
+    *nodes, other, word = words.positional
+    gain = context.scope.number(card, shown(name), word)
+    a, b = map(context.node, nodes)
+    control = _sensed(card, other, context)
+    return Element(ControlledSource(circuit_name(name), a, b, control, GROUND, TRANSCONDUCTANCE * gain))
+
+
+def _sensed(card: Card, name: str, context: Context) -> str:
+    """Node of the current of the source `name`, which must stand in the same section."""
+    if name not in context.sensed:
+        raise card.foreign(
+            f"{card.name()}: no source {shown(name)} beside it; name a V of the same sub-circuit"
+        )
+    return branch_node(name)
 
 
 def _transistor(card: Card, context: Context) -> Element:
@@ -239,4 +300,5 @@ def _note_unused(card: Card, name: str, words: Arguments, what: str, notes: Note
 
 _READERS: dict[str, Callable[[Card, Context], Element]] = {
     "r": _resistor, "c": _capacitor, "g": _controlled_source, "b": _behavioural_source, "m": _transistor,
+    "l": _inductor, "e": _controlled_voltage, "h": _controlled_voltage, "f": _current_by_current,
 }  # fmt: skip

@@ -8,6 +8,7 @@ from tests.refusals import refusals
 
 DECK = """t
 .model q npn (bf=100)
+.model sw sw
 .model m nmos (level=1 vto=0.7)
 .param x={agauss(1, 0.1, 3)}
 v1 in 0 5
@@ -16,11 +17,11 @@ q1 c b 0 q
 r1 in b 1meg
 r2 in b {1k*x}
 r3 in b r={1k*v(b)}
-l1 c d 1u ic=0
+k1 l1 l2 0.5
 b1 d 0 i=1m*v(d)^2
-e1 f 0 d 0 2
+e1 f 0 poly(1) d 0 0 2
 m1 d b 0 0 m w=1u l=1u
-v2 d f 1
+s1 d f d 0 sw
 .ic v(f)=1
 .options scale=2
 .step x 1 2 1
@@ -39,18 +40,18 @@ def test_each_card_is_in_the_circuit_or_kept_as_text_with_its_reason() -> None:
     assert [d.name for d in found.circuit.devices] == ["r1"]
     reasons = {f.text.split()[0]: f.reason for f in found.foreign}
     assert set(reasons) == {
-        "alter", ".param", ".options", ".step", ".ic", "q1", "r2", "r3", "l1", "b1", "e1", "m1", "v2"
+        "alter", ".param", ".options", ".step", ".ic", "q1", "r2", "r3", "k1", "b1", "e1", "m1", "s1"
     }  # fmt: skip
     assert (
         reasons["q1"] == "q1: a bipolar transistor, which the native solver has not; run the deck in ngspice"
     )
     assert "parameter with a value in ngspice alone" in reasons["r2"]
     assert "parameters level, vto: not honoured" in reasons["m1"]
-    assert [f.place for f in found.foreign if f.text.startswith("l1")] == ["netlist:11"]
+    assert [f.place for f in found.foreign if f.text.startswith("k1")] == ["netlist:12"]
 
 
 def test_such_cards_are_refused_unless_they_are_to_be_kept() -> None:
-    with pytest.raises(DataError, match=r"^netlist:4: .param x: .* a function of ngspice alone"):
+    with pytest.raises(DataError, match=r"^netlist:5: .param x: .* a function of ngspice alone"):
         read_netlist(DECK.partition(".control")[0])
     with pytest.raises(
         DataError, match=r"^netlist:3: q1: a bipolar transistor, which the native solver has not"

@@ -21,11 +21,15 @@ def test_a_port_keeps_its_name_and_two_ports_stay_two() -> None:
     part = found.circuit.instances[0].circuit
     assert part.ports == (Port("p", "analog"),)
     assert part.devices[0].terminals() == ("p", "0")
-    two = read_netlist("t\n.subckt s p q\nv1 p q 0\nr1 p q 1\n.ends\nx1 a b s\nr1 a b 1", foreign="kept")
-    assert [f.text for f in two.foreign] == ["v1 p q 0"]
+    two = read(".subckt s p q\nv1 p q 0\nr1 p q 1\n.ends\nx1 a b s\nr1 a b 1")
+    assert [s.node for s in two.testbench.sources] == ["x1_x2e_v1_x23_value"]
 
 
 def test_a_source_to_ground_or_with_a_waveform_stays_a_source() -> None:
-    found = read_netlist("t\nv1 a 0 0\nv2 a b pulse(0 1)\nv3 a b 0 ac 1\nr1 a b 1", foreign="kept")
-    assert [s.name for s in found.testbench.sources] == ["v1"]
-    assert len(found.foreign) == 2
+    found = read("v1 a 0 0\nv2 a b pwl(0 0 1u 1)\nv3 a b 0 ac 1\nr1 a b 1\n.tran 1u 2u")
+    assert [s.name for s in found.testbench.sources] == ["v1", "v2", "v3"]
+
+
+def test_a_source_whose_current_is_taken_stays_a_source() -> None:
+    found = read("v1 in 0 5\nva in a\nr1 a 0 1\nf1 0 b va 2\nr2 b 0 1")
+    assert [s.name for s in found.testbench.sources] == ["v1", "va"]

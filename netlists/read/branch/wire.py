@@ -1,7 +1,8 @@
 """Sources of 0 V between two nodes, as decks have them to measure a current: in a circuit they are wires.
 
 Both nodes become one, which has the name of a port where one of them is a port. A source between two ports,
-or between a port and ground, is no wire that a circuit could have, and stays a source.
+or between a port and ground, is no wire that a circuit could have, and stays a source, as does one whose
+current an F or H takes.
 """
 
 from __future__ import annotations
@@ -27,7 +28,18 @@ _WAVEFORMS = {
 }
 
 
-def wires(cards: Sequence[Card], fixed: Sequence[str], scope: Scope) -> tuple[dict[str, str], set[Card]]:
+def sensed(cards: Sequence[Card]) -> frozenset[str]:
+    """Names of the sources of voltage among elements whose current an F or H among them takes."""
+    taken: set[str] = set()
+    for card in cards:
+        words = element_words(card) if card.text[0] in "fFhH" else []
+        taken.update(words[3:4])
+    return frozenset(taken & {card.name() for card in cards if card.text[0] in "vV"})
+
+
+def wires(
+    cards: Sequence[Card], fixed: Sequence[str], scope: Scope, sources: frozenset[str] = frozenset()
+) -> tuple[dict[str, str], set[Card]]:
     """Names of nodes that are one by the node they become, and the cards that make them so.
 
     Parameters
@@ -38,12 +50,14 @@ def wires(cards: Sequence[Card], fixed: Sequence[str], scope: Scope) -> tuple[di
         Its ports and the global nodes, which keep their names.
     scope
         Parameters in reach.
+    sources
+        Names of sources that stay ones.
     """
     parent: dict[str, str] = {}
     taken: set[Card] = set()
     kept = set(fixed)
     for card in cards:
-        pair = _ends(card, scope)
+        pair = None if card.name() in sources else _ends(card, scope)
         if pair is None:
             continue
         a, b = (_root(parent, node) for node in pair)
