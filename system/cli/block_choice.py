@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 
 from circuits.lowering.coupling import coupled
 from system.cli.shared_options import BlockValues
 from system.options.begin import FREE, BeginChoice
 from system.options.block import Choice, choose
 from system.options.silicon import SiliconChoice
-from system.options.target import driven_deck
+from system.options.target import driven
 
 
 def choose_block(
@@ -33,8 +32,13 @@ def choose_block(
     stimuli : what the testbench applies, as texts `NAME=VALUE`.
     begin : state in which runs begin.
     """
-    target = name if values.testbench is None else driven_deck(name, Path(values.testbench))
     found = choose(
-        target, values.param, values.bias, values.bias_kind, silicon, stimuli, values.bias_set, begin
+        target_of(name, values), values.param, values.bias, values.bias_kind, silicon, stimuli,
+        values.bias_set, begin,
     )  # fmt: skip
     return replace(found, circuit=coupled(found.circuit, values.coupling))
+
+
+def target_of(name: str, values: BlockValues) -> str:
+    """Give the text of the block or chip that a verb asks for, with the testbench that its options name."""
+    return name if values.testbench is None else driven(name, values.testbench)

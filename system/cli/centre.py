@@ -13,6 +13,8 @@ from matplotlib.figure import Figure
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
+from system.cli.block_choice import target_of
+from system.cli.deck_measures import own_measures
 from system.cli.exit_status import DONE, NO
 from system.cli.option_names import words_of
 from system.cli.output import json_text, print_json, print_line, print_table, progress_bar, quantity_cell
@@ -124,12 +126,14 @@ def subject_of(asked: Centre) -> Subject:
     block, values = asked.block, asked.values
     if block in system_names():
         raise ParameterError(f"centre: {block} is a system, must be a block or chip; name one of its chips")
-    named = with_named((*asked.metric, *named_measures(asked.measure)), limited_metrics(asked.spec))
+    own = own_measures(block, values, asked.silicon, asked.stimulus)
+    measures = named_measures((*own, *asked.measure))
+    named = with_named((*asked.metric, *measures), limited_metrics(asked.spec))
     named = named or _default(block)
     return hashed(
         Subject(
-            block, named, values.param, values.bias, values.bias_set, values.bias_kind, asked.stimulus,
-            asked.silicon,
+            target_of(block, values), named, values.param, values.bias, values.bias_set, values.bias_kind,
+            asked.stimulus, asked.silicon,
         )
     )  # fmt: skip
 

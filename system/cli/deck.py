@@ -16,7 +16,6 @@ from circuits.checks import implausible_allowed
 from circuits.circuit import GROUND
 from circuits.devices.source import Constant
 from circuits.errors import DataError, ParameterError, unknown_name
-from circuits.measure.measure import Measure
 from circuits.solver.operating_point import operating_point
 from circuits.solver.sweep import dc_sweep
 from circuits.testbench import Testbench
@@ -34,11 +33,9 @@ from system.cli.shared_options import Engine
 from system.cli.simulate_verb import Simulate
 from system.cli.verbs import Op
 from system.files.writing import write_text_atomic
-from system.notice import say
 from system.options.block import Choice
 from system.options.target import deck_of
 from system.plot import COLOURS, check_picture, save_picture
-from system.study.metrics.measure import measures_of
 
 _SHOWN = 40  # vectors of a deck that are printed; CSV and JSON have all
 _DRAWN = len(COLOURS)
@@ -126,30 +123,6 @@ def with_own_spectrum(asked: Simulate) -> Simulate:
         high=asked.high or f"{spectrum.high!r}Hz",
         points=asked.points or spectrum.points,
     )
-
-
-def with_own_measures(asked: Simulate, choice: Choice) -> tuple[Measure, ...]:
-    """What is measured of a transient: a deck's own `.measure tran` cards, then what is asked for.
-
-    A card that names what the circuit does not have is told and left out.
-    """
-    taken: tuple[str, ...] = ()
-    for text in _own_measures(asked):
-        try:
-            measures_of(choice, (*taken, text))
-        except ParameterError as error:
-            say(f"simulate: {error}; this .measure card is left out")
-        else:
-            taken = (*taken, text)
-    return measures_of(choice, (*taken, *asked.measure))
-
-
-def _own_measures(asked: Simulate) -> list[str]:
-    deck = deck_of(asked.block)
-    if deck is None or deck.name:
-        return []
-    with implausible_allowed(asked.silicon.allow_implausible):
-        return [each.text for each in read_netlist(deck.path).measures if each.analysis == "tran"]
 
 
 def _ran(analysis: str) -> Ran:

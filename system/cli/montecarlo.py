@@ -17,8 +17,9 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result as Run
 from circuits.units import parse_quantity
 from system.cli.beginning_output import told, told_lines
-from system.cli.block_choice import choose_block
+from system.cli.block_choice import choose_block, target_of
 from system.cli.contributions import breakdown_document, check_pareto, print_breakdown, save_pareto
+from system.cli.deck_measures import own_measures
 from system.cli.exit_status import DONE, NO
 from system.cli.option_names import option_of, replay_of
 from system.cli.output import print_json, print_line, progress_bar, working
@@ -71,7 +72,8 @@ def subject_of(asked: Montecarlo) -> Subject:
     given = {} if asked.duration is None else {"duration": asked.duration}
     contributions = asked.contributions
     named = (*limited_metrics(asked.spec), *(() if contributions is None else (contributions,)))
-    asked_for = (*asked.metric, *named_measures(asked.measure))
+    own = own_measures(asked.target, values, silicon, asked.stimulus, begin)
+    asked_for = (*asked.metric, *named_measures((*own, *asked.measure)))
     measured, params = with_named(asked_for, named), values.param
     system: dict[str, Any] = {}
     if target in system_names():
@@ -99,8 +101,8 @@ def subject_of(asked: Montecarlo) -> Subject:
         measured = default_metrics(choose_block(target, values, silicon, asked.stimulus, begin))
     return hashed(
         Subject(
-            target, measured, params, values.bias, values.bias_set, values.bias_kind, asked.stimulus, silicon,
-            system, begin.held, begin.begin, engine=asked.engine,
+            target_of(target, values), measured, params, values.bias, values.bias_set, values.bias_kind,
+            asked.stimulus, silicon, system, begin.held, begin.begin, engine=asked.engine,
         )
     )  # fmt: skip
 

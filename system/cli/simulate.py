@@ -21,7 +21,8 @@ from netlists.ngspice.raw import write_raw
 from system.cli.beginning_output import told, told_lines
 from system.cli.block_choice import choose_block
 from system.cli.deadline import deadline_of
-from system.cli.deck import is_foreign, refuse_foreign, simulate_deck, with_own_measures, with_own_spectrum
+from system.cli.deck import is_foreign, refuse_foreign, simulate_deck, with_own_spectrum
+from system.cli.deck_measures import own_measures
 from system.cli.measure_output import measured_document
 from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
 from system.cli.simulate_verb import Simulate, check_options
@@ -31,6 +32,7 @@ from system.options.block import Choice, describe_silicon, law_text, silicon_lin
 from system.options.cards import cards_lines, describe_cards
 from system.plot import check_picture, draw_waveforms, save_picture, silicon_text
 from system.spikes.file import check_spikes, write_spikes
+from system.study.metrics.measure import measures_of
 
 # loaded when asked for: labelled arrays are slow to import, and a transient must not wait for them
 _COMMANDS = {
@@ -61,7 +63,8 @@ def simulate_command(asked: Simulate) -> None:
     choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     check_watched(asked.spikes, choice)
     run = engine_named(asked.engine, asked.rtol, deadline_s)
-    measures = with_own_measures(asked, choice)
+    own = own_measures(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
+    measures = measures_of(choice, (*own, *asked.measure))
     with working(f"simulating {asked.block}"):
         result = run(choice.testbench(), choice.silicon)
         record = TransientRecord(result)

@@ -5,7 +5,8 @@ Every command and every function that takes a block or chip finds it here. It is
 - the name of a registered block or chip;
 - `my_circuit.py:follower`, a name in a file of Python: a circuit, a testbench, a block, a circuit of PySpice,
   or a function that returns one of these (`system.options.code`);
-- `deck.cir` or `deck.cir:subcircuit`, a netlist (`netlists.read.bench`);
+- `deck.cir` or `deck.cir:subcircuit`, a netlist (`netlists.read.bench`), or `deck.cir:subcircuit@bench.toml`
+  with what drives its ports (`netlists.read.bench_file`);
 - from Python, such an object itself.
 
 A circuit or testbench becomes a block by declared defaults (`circuits.blocks.plain`).
@@ -39,6 +40,7 @@ Found = Block | Chip
 Target = Any  # a text as above, a block, chip, circuit or testbench, one of PySpice, or a function of one
 
 _DECK = re.compile(rf"(?P<path>.+(?:{'|'.join(map(re.escape, SUFFIXES))}))(?::(?P<name>.*))?", re.IGNORECASE)
+_BENCH = "@"  # before a testbench's file
 _OURS = (Block, Chip, Circuit, Testbench)
 _WANTED = "must be a Circuit, Testbench, Block or PySpice circuit, or a function that returns one"
 
@@ -70,16 +72,21 @@ def deck_of(text: str) -> Code | None:
     return Code(Path(found["path"]), found["name"] or "")
 
 
-def driven_deck(text: str, testbench: Path) -> Testbench:
-    """Give the sub-circuit that `deck.cir:subcircuit` names with the testbench of a TOML file.
+def driven(text: str, testbench: str) -> str:
+    """Give the target of the sub-circuit that `deck.cir:subcircuit` names under a testbench's TOML file.
 
-    Raises `ParameterError` for another target, and the errors of `netlists.read.bench_file`.
+    Raises `ParameterError` for another target.
     """
     deck = deck_of(text)
-    made = None if deck is None or not deck.name else read_bench(deck.path, deck.name)
-    if not isinstance(made, Circuit):
+    if deck is None or not deck.name or _BENCH in deck.name:
         raise ParameterError(f"testbench: {testbench}, is for deck.cir:SUBCIRCUIT; leave it out for {text}")
-    return read_bench_file(testbench, made)
+    return f"{text}{_BENCH}{testbench}"
+
+
+def bench_of(deck: Code) -> tuple[str, Path | None]:
+    """Give the sub-circuit that a netlist's target names, and the file of its testbench where it has one."""
+    name, sign, testbench = deck.name.partition(_BENCH)
+    return name, Path(testbench) if sign else None
 
 
 def own_silicon(target: Target) -> tuple[float | None, Silicon | None]:
@@ -96,8 +103,17 @@ def own_silicon(target: Target) -> tuple[float | None, Silicon | None]:
 
 def file_of(target: Target) -> Path | None:
     """Give the file of the user's that a target names; None where it is no such text."""
-    named = (code_of(target) or deck_of(target)) if isinstance(target, str) else None
-    return None if named is None else named.path
+    return next(iter(files_of(target)), None)
+
+
+def files_of(target: Target) -> tuple[Path, ...]:
+    """Give the files of the user's that a target names, a testbench's behind the netlist's."""
+    code = code_of(target) if isinstance(target, str) else None
+    if code is not None:
+        return (code.path,)
+    deck = deck_of(target) if isinstance(target, str) else None
+    bench = None if deck is None else bench_of(deck)[1]
+    return (*(() if deck is None else (deck.path,)), *(() if bench is None else (bench,)))
 
 
 def split_place(text: str) -> tuple[str, list[str]]:
@@ -128,8 +144,11 @@ def _told(block: Block, path: Path) -> Block:
 def _of_deck(deck: Code) -> Found:
     if not deck.path.is_file():
         raise DataError(f"{deck.path}: no such file; name a netlist that is there")
-    made = read_bench(deck.path, deck.name)
-    name = f"{deck.path.name}:{deck.name}" if deck.name else deck.path.name
+    part, testbench = bench_of(deck)
+    made = read_bench(deck.path, part)
+    name = f"{deck.path.name}:{part}" if part else deck.path.name
+    if testbench is not None and isinstance(made, Circuit):
+        made = read_bench_file(testbench, made)
     return block_of(name, lambda *_: made, no_arguments(), "a netlist")
 
 

@@ -12,19 +12,18 @@ from pathlib import Path
 from circuits.errors import DataError, ParameterError
 from system.files.writing import write_bytes_atomic
 from system.options.code import Code, code_of, hash_of
-from system.options.target import deck_of, file_of, split_place
+from system.options.target import bench_of, deck_of, driven, files_of, split_place
 
 COPIES = "source"
 _SHOWN = 12  # digits of a hash that an error shows; ours
 
 
 def digest_of(target: str) -> str:
-    """Give the digest of the file that a target names; empty where it names none.
+    """Give the digest of the files that a target names; empty where it names none.
 
     Raises `DataError` for a file that cannot be read.
     """
-    path = file_of(target)
-    return "" if path is None else hash_of(_contents(path))
+    return hash_of(b"".join(map(_contents, paths))) if (paths := files_of(target)) else ""
 
 
 def check_source(target: str, digest: str) -> None:
@@ -38,10 +37,9 @@ def check_source(target: str, digest: str) -> None:
 
 
 def keep_source(folder: Path, target: str) -> None:
-    """Copy the file that a target names into a study's folder, code as a `.txt`; nothing without a file."""
-    path = file_of(target)
-    if path is not None:
-        copy = _copy(folder, target)
+    """Copy the files that a target names into a study's folder, code as a `.txt`; nothing without a file."""
+    for path in files_of(target):
+        copy = _copy(folder, target, path)
         copy.parent.mkdir(exist_ok=True)
         write_bytes_atomic(copy, _contents(path))
 
@@ -99,21 +97,23 @@ def named_source(
     if now != digest and not changed:
         raise ParameterError(
             f"code: {named.path} has the hash {now[:_SHOWN]}, {folder} is of {digest[:_SHOWN]}; name the file"
-            f" as it was, kept in {_copy(folder, target)}, or add `changed`"
+            f" as it was, kept in {_copy(folder, target, named.path)}, or add `changed`"
         )
     return code, now
 
 
 def _deck(folder: Path, target: str, digest: str) -> str:
-    """A netlist's text as a target, from the copy where the file itself has gone or changed."""
-    found = deck_of(target)
-    if found is None or (found.path.is_file() and hash_of(found.path.read_bytes()) == digest):
+    """A netlist's text as a target, from the copies where a file itself has gone or changed."""
+    found, paths = deck_of(target), files_of(target)
+    if found is None or (all(path.is_file() for path in paths) and digest_of(target) == digest):
         return target
-    return str(Code(_copy(folder, target), found.name)) if found.name else str(_copy(folder, target))
+    name, testbench = bench_of(found)
+    deck = _copy(folder, target, found.path)
+    whole = str(Code(deck, name)) if name else str(deck)
+    return whole if testbench is None else driven(whole, str(_copy(folder, target, testbench)))
 
 
-def _copy(folder: Path, target: str) -> Path:
-    path = file_of(target) or Path()
+def _copy(folder: Path, target: str, path: Path) -> Path:
     return folder / COPIES / (f"{path.name}.txt" if code_of(target) else path.name)
 
 

@@ -1,0 +1,73 @@
+"""Studies of a netlist: by its own `.measure` cards, and of a sub-circuit under a testbench's file."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from system.cli.command_line import main
+
+DECK = """an inverter
+.model nch nmos
+.model pch pmos
+.subckt inv in out vdd
+mn out in 0 0 nch w=6u l=3u
+mp out in vdd vdd pch w=12u l=3u
+c1 out 0 1p
+.ends
+vdd vdd 0 5
+vin in 0 pulse(0 5 1u 10n 10n 5u 20u)
+x1 in out vdd inv
+.tran 10n 10u
+.measure tran t_fall trig v(in) val=2.5 rise=1 targ v(out) val=2.5 fall=1
+.measure tran lost max v(nowhere)
+"""
+BENCH = 'stop = "10us"\n[voltages]\nvdd = 5\nin = "pulse(0 5 1u 10n 10n 4u 20u)"\n'
+FALL = "t_fall = cross(out, 2.5, fall) - cross(in, 2.5)"
+
+
+@pytest.fixture
+def deck(tmp_path: Path) -> Path:
+    path = tmp_path / "inv.cir"
+    path.write_text(DECK)
+    (tmp_path / "bench.toml").write_text(BENCH)
+    return path
+
+
+def test_a_study_measures_a_deck_s_own_cards(deck: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["montecarlo", str(deck), "-n", "4", "--spec", "t_fall in 0s:1us", "--json"]
+    assert main(command) == 0
+    said = capsys.readouterr()
+    found = json.loads(said.out)
+    assert len(found["values"]["t_fall"]) == 4
+    assert all(0.0 < each < 1e-6 for each in found["values"]["t_fall"])
+    assert "nowhere" in said.err
+    assert "this .measure card is left out" in said.err
+
+
+def test_a_subcircuit_is_studied_under_its_testbench_and_replayed_from_copies(
+    deck: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench, folder = tmp_path / "bench.toml", tmp_path / "study"
+    given = [f"{deck}:inv", "--testbench", str(bench), "--measure", FALL]
+    assert main(["montecarlo", *given, "-n", "3", "-o", str(folder), "--json"]) == 0
+    kept = json.loads(capsys.readouterr().out)["values"]["t_fall"]
+    assert {path.name for path in (folder / "source").iterdir()} == {"inv.cir", "bench.toml"}
+    bench.write_text(BENCH.replace("vdd = 5", "vdd = 4"))
+    assert main(["replay", str(folder), "--die", "1001", "--json"]) == 0
+    again = json.loads(capsys.readouterr().out)
+    assert again["identical"]
+    assert again["again"]["t_fall"] == kept[1]
+    other = [*given, "-n", "5", "-o", str(folder), "--resume"]
+    assert main(["montecarlo", *other]) == 2  # another testbench is another study
+    assert "begin another study" in capsys.readouterr().err
+
+
+def test_biases_and_sizes_of_a_deck_are_none_to_move(
+    deck: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = [f"{deck}:inv", "--testbench", str(tmp_path / "bench.toml"), "--measure", FALL]
+    assert main(["centre", *given, "--spec", "t_fall in 0s:1us", "--tuning-dies", "2"]) == 2
+    assert "centre: needs a bias to move" in capsys.readouterr().err
+    assert main(["montecarlo", str(deck), "--testbench", "bench.toml", "-n", "2"]) == 2
+    assert "is for deck.cir:SUBCIRCUIT" in capsys.readouterr().err
