@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -19,6 +20,7 @@ from netlists.compare.refinement import Colours, Sides, Structure, label, labels
 from netlists.read.text.name import original_name
 
 _MOST_DEVICES = 2_000_000
+_BIT = re.compile(r"[\[<]([0-9]+)[\]>]")  # of a bus, as other tools write it
 
 Deviations = Mapping[str, Deviation | Change]
 
@@ -133,7 +135,8 @@ def _devices(flat: FlatCircuit, deviations: Deviations, first: int) -> Iterator[
 def _port_key(reference: str) -> str:
     """`spike[3]`, `spike#3` and what a reader made of the latter are one port."""
     name, index = split_reference(reference)
-    return "#".join((original_name(name.lower()).rstrip("#"), *map(str, index)))
+    own = _BIT.sub(r"#\1", original_name(name.lower()))
+    return "#".join((own.rstrip("#"), *map(str, index)))
 
 
 def _structure(

@@ -1,6 +1,6 @@
 """The element cards of a netlist and the devices that they become.
 
-    Rname a b value          Cname a b value [IC=]    Gname n+ n- c+ c- value
+    Rname a b value [M=]     Cname a b value [M=] [IC=]     Gname n+ n- c+ c- value
     Mname d g s b model W= L= [M=] [AD= AS= PD= PS= ...] [DELVTO=] [MULU0=]
     Bname n+ n- I=expression, linear in one voltage difference
     L, E, F, H: `netlists.read.branch.element`
@@ -112,9 +112,13 @@ def _two_nodes(
     if model is not None:
         raise card.foreign(f"{shown(name)}: {what} by the model {shown(model)}; write its value, or {REMEDY}")
     nodes, word = _nodes_and_value(card, name, words, 2, key, "a b VALUE")
+    count = context.scope.number(card, f"{shown(name)}.m", words.named.pop("m", "1"))
+    if not count > 0.0:
+        raise card.foreign(f"{shown(name)}.m: {count:g}, must be > 0; correct it")
     _note_unused(card, name, words, what, context.notes)
     a, b = map(context.node, nodes)
-    return circuit_name(name), a, b, context.scope.number(card, shown(name), word)
+    value = context.scope.number(card, shown(name), word)
+    return circuit_name(name), a, b, value * count if key == "c" else value / count
 
 
 def _resistor(card: Card, context: Context) -> Element:

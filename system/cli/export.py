@@ -12,7 +12,7 @@ from circuits.testbench import Testbench
 from netlists.foundry.deck import format_foundry, map_circuit
 from netlists.foundry.engine import RELTOL, deck_of, on_cards
 from netlists.foundry.process import process_names, read_mapping
-from netlists.registry import Dialect, Settings, load_dialect
+from netlists.registry import Settings, load_dialect
 from netlists.verilog_a.cell import CellArray, format_cells
 from system.cli.block_choice import choose_block
 from system.cli.export_rolls import export_rolls
@@ -25,6 +25,9 @@ from system.options.block import Choice, describe_silicon
 from system.options.cards import cards_lines, describe_cards
 from system.rolls.options import NAME as ROLLS
 from system.rolls.options import refuse_bias_file
+from system.schematic.xschem import to_xschem
+
+XSCHEM = "xschem"
 
 
 def export_command(asked: Export) -> None:
@@ -43,20 +46,7 @@ def export_command(asked: Export) -> None:
     choice = choose_block(block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     bench = choice.testbench()
     settings = settings_of(asked, choice.circuit)
-    if asked.level == "behavioural":
-        refuse_beginning(asked.begin, "the behavioural level")
-        _refuse_with_behavioural(asked.dialect, mapping, settings)
-        text = _as_cells(choice)
-    elif mapping is not None:
-        _refuse_with_mapping(asked.dialect, settings)
-        text = _on_foundry(choice, mapping)
-    elif choice.silicon.process.cards and asked.dialect == "ngspice":
-        _refuse_with_cards(settings)
-        text = _on_cards(choice, settings)
-    else:
-        chosen = load_dialect(asked.dialect)
-        _refuse_with_drawing(chosen, choice.silicon)
-        text = chosen.write(bench, choice.silicon, settings)
+    text = _text(asked, choice, settings)
     sizes = None if mapping is None else str(read_mapping(mapping).sizes)
     contents = _contents(bench, text) if asked.level == "transistor" else {"cells": text.count("  x")}
     document = {
@@ -73,6 +63,29 @@ def export_command(asked: Export) -> None:
         print_line(f"{asked.output}: on {mapping} sizes of transistors are not those of {block}: {sizes}")
 
 
+def _text(asked: Export, choice: Choice, settings: Settings) -> str:
+    """The netlist that is asked for."""
+    mapping = asked.mapping
+    if asked.level == "behavioural":
+        refuse_beginning(asked.begin, "the behavioural level")
+        _refuse_with_behavioural(asked.dialect, mapping, settings)
+        return _as_cells(choice)
+    if mapping is not None:
+        _refuse_with_mapping(asked.dialect, settings)
+        return _on_foundry(choice, mapping)
+    if choice.silicon.process.cards and asked.dialect == "ngspice":
+        _refuse_with_cards(settings)
+        return _on_cards(choice, settings)
+    if asked.dialect == XSCHEM:
+        _refuse_with_schematic(settings)
+        _refuse_with_drawing(XSCHEM, choice.silicon)
+        return to_xschem(choice.circuit)
+    chosen = load_dialect(asked.dialect)
+    if chosen.drawing:
+        _refuse_with_drawing(chosen.name, choice.silicon)
+    return chosen.write(choice.testbench(), choice.silicon, settings)
+
+
 def _contents(bench: Testbench, text: str) -> dict[str, int]:
     """How many definitions a netlist has, and devices in all its places."""
     noted = sum(line.lstrip("*/").startswith("% circuit ") for line in text.splitlines())
@@ -81,10 +94,17 @@ def _contents(bench: Testbench, text: str) -> dict[str, int]:
     return {"definitions": noted or plain, "devices": devices}
 
 
-def _refuse_with_drawing(dialect: Dialect, silicon: Silicon) -> None:
+def _refuse_with_schematic(settings: Settings) -> None:
+    for option, refused in (
+        ("--models", settings.models != "ekv"),
+        ("--parasitics", bool(settings.parasitics)),
+    ):
+        if refused:
+            raise ParameterError(f"{option}: not of a schematic, which names nmos and pmos; leave it out")
+
+
+def _refuse_with_drawing(dialect: str, silicon: Silicon) -> None:
     """Raise `ParameterError` for a drawing on a die or at a temperature: all are drawn alike."""
-    if not dialect.drawing:
-        return
     die, nominal = silicon.die, silicon.process.nominal_temperature_c
     for option, value, refused in (
         ("--die", die, die.deviates),
@@ -93,7 +113,7 @@ def _refuse_with_drawing(dialect: Dialect, silicon: Silicon) -> None:
     ):
         if refused:
             raise ParameterError(
-                f"{option}: {value}, {dialect.name} is the drawing, for LVS, which no {option[2:]} changes;"
+                f"{option}: {value}, {dialect} is the drawing, for LVS, which no {option[2:]} changes;"
                 " leave it out, or choose another --dialect"
             )
 

@@ -63,7 +63,7 @@ class Export:
     silicon: SiliconChoice = shared.silicon_part()
     program: str | None = shared.file_option("Of rolls: a CSV of post,pre,level, or pushbot")
     dialect: str = option(
-        "ngspice", "What to write, as spectre; see noctule list", metavar="NAME", names=DIALECTS
+        "ngspice", "What to write, as spectre or xschem; see noctule list", metavar="NAME", names=DIALECTS
     )
     models: Literal["ekv", "bsim3", "sweepable"] = option(
         "ekv", "What transistors are; sweepable: ngspice's temperature and sizes move them"

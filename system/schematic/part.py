@@ -98,11 +98,17 @@ def rails_of(circuit: Circuit) -> Rails:
     return Rails(frozenset(supplies - low), low | {GROUND})
 
 
-def parts_of(circuit: Circuit, currents: Mapping[str, float] | None = None) -> tuple[Part, ...]:
-    """Parts of a circuit in its own order; currents: A by instance path, where they are to be written."""
+def parts_of(
+    circuit: Circuit, currents: Mapping[str, float] | None = None, most: float = MANY
+) -> tuple[Part, ...]:
+    """Parts of a circuit in its own order.
+
+    currents: A by instance path, where they are to be written. most: devices beyond which an array is drawn
+    by its first cell.
+    """
     flat = flatten(circuit)
     names, rails = flat.node_names(), rails_of(circuit)
-    by_cell = sum(g.nodes.shape[1] for g in flat.groups) > MANY
+    by_cell = sum(g.nodes.shape[1] for g in flat.groups) > most
     parts = [
         _part(group, k, [names[int(n)] for n in group.nodes[:, k]], rails, currents or {})
         for group in flat.groups

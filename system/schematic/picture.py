@@ -15,7 +15,7 @@ from circuits.errors import ParameterError
 from circuits.units import format_quantity
 from system.plot import COLOURS, INK, entitle
 from system.schematic.geometry import FONT, Layout, Rail, Symbol, lay_out
-from system.schematic.part import cells_of, parts_of, rails_of, source_part
+from system.schematic.part import MANY, cells_of, parts_of, rails_of, source_part
 from system.schematic.placement import place
 from system.schematic.symbol import shape_of
 
@@ -34,7 +34,9 @@ class Solved:
     note: str = ""
 
 
-def layout_of(circuit: Circuit, sources: Sequence[Source] = (), solved: Solved = Solved()) -> Layout:
+def layout_of(
+    circuit: Circuit, sources: Sequence[Source] = (), solved: Solved = Solved(), most: float = MANY
+) -> Layout:
     """Lay a circuit out.
 
     Parameters
@@ -45,6 +47,8 @@ def layout_of(circuit: Circuit, sources: Sequence[Source] = (), solved: Solved =
         Sources of a testbench that are to be drawn with it.
     solved
         Voltages and currents, nothing where nothing is solved.
+    most
+        Devices beyond which an array is drawn by its first cell.
 
     Raises
     ------
@@ -52,7 +56,7 @@ def layout_of(circuit: Circuit, sources: Sequence[Source] = (), solved: Solved =
         The circuit has no device.
     """
     rails = rails_of(circuit)
-    parts = (*parts_of(circuit, solved.currents), *(source_part(s) for s in sources))
+    parts = (*parts_of(circuit, solved.currents, most), *(source_part(s) for s in sources))
     if not parts:
         raise ParameterError(f"{circuit.name}: 0 devices, a schematic must have one; add a device")
     inputs = [p.name for p in circuit.ports if p.direction == "in" and p.kind not in {"supply", "bias"}]

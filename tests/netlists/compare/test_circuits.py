@@ -241,3 +241,10 @@ def test_random_networks_equal_their_disguise_and_no_other(seed: int) -> None:
     k = made.randrange(len(devices))
     without = replace(a, devices=tuple(d for j, d in enumerate(devices) if j != k))
     assert not compare(a, disguised(without, seed)).equal
+
+
+def test_a_bit_of_a_bus_is_the_same_port_however_it_is_written() -> None:
+    array = Circuit("c", (Port("a", "analog", shape=(2,)),), (Resistor("r", "a[0]", "a[1]", 1e3),))
+    for zero, one in (("a_x5b_0_x5d_", "a_x5b_1_x5d_"), ("a_x3c_0_x3e_", "a_x3c_1_x3e_")):
+        ports = (Port(zero, "analog"), Port(one, "analog"))
+        assert compare(array, Circuit("c", ports, (Resistor("r", zero, one, 1e3),))).equal
