@@ -12,6 +12,7 @@ Source: the file format 1.1 in xschem's manual, "developer info".
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import inf
@@ -33,6 +34,7 @@ _SHIFT = 20.0  # units from a transistor's centre to its channel's axis
 _PORTS = 120.0, 20.0  # units of the ports' column left of the drawing, and between its rows; ours
 _HEAD = "v {xschem version=2.9.9 file_version=1.1}\nG {}\nV {}\nS {}\nE {}\n"
 _NAMING = make_naming("underscore")
+_PLAIN = re.compile(r"[\w.]+(?:\[[0-9]+\])?")  # what xschem takes as one net or as one bit of a bus
 _PIN = {"in": "ipin", "out": "opin"}
 
 Point = tuple[float, float]
@@ -182,9 +184,10 @@ def _labels(placed: list[_Placed], wires: list[Wired]) -> Iterator[str]:
                 graph.add_edge(point, a)
     nets = {pin.at: pin.net for each in placed for pin in each.pins}
     for number, piece in enumerate(nx.connected_components(graph)):
-        at = min(p for p in piece if p in nets)
-        net = nets[at]
-        if {nets[p] for p in piece if p in nets} != {net}:
+        own = sorted(p for p in piece if p in nets)
+        net = nets[own[0]]
+        at = max(own, key=lambda p: p[1]) if net == GROUND else own[0]  # the symbol of ground at the bottom
+        if {nets[p] for p in own} != {net}:
             raise ParameterError(f"node {net}: its wires touch those of another; export another dialect")
         kind = "gnd" if net == GROUND else "lab_pin"
         yield f"C {{devices/{kind}.sym}} {_numbers(*at)} 0 0 {{name=l{number} lab={_net(net)}}}"
@@ -207,8 +210,8 @@ def _ports(circuit: Circuit, layout: Layout) -> Iterator[str]:
 
 
 def _net(net: str) -> str:
-    """Name of a net as a label: itself, but for an element of an array of more than one dimension."""
-    return net if "," not in net else _NAMING.text(net)
+    """Name of a net as a label: itself, but where an index stands inside it or has two dimensions."""
+    return net if _PLAIN.fullmatch(net) else _NAMING.text(net)
 
 
 def _numbers(*values: float) -> str:

@@ -28,7 +28,7 @@ PINS = {
 LABELS = ("lab_pin", "gnd", "ipin", "opin", "iopin")
 SYMBOL = re.compile(r"C \{devices/(\w+)\.sym\} (\S+) (\S+) (\d) (\d) \{(.*)\}")
 WIRE = re.compile(r"N (\S+) (\S+) (\S+) (\S+) \{.*\}")
-BLOCKS = ("nef-neuron", "tonic-neuron", "rebound-neuron", "rolls-neuron", "axon-delay", "latency-neuron")
+BLOCKS = ("nef-neuron", "tonic-neuron", "rebound-neuron", "rolls-neuron", "axon-delay", "wavefront-cell")
 Point = tuple[float, float]
 
 
