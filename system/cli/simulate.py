@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,9 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
 from circuits.testbench import Testbench
 from netlists.ngspice.raw import write_raw
+from netlists.verilog_a.host.engine import RTOL
+from netlists.verilog_a.host.engine import simulate as simulate_models
+from netlists.verilog_a.host.models import read_models
 from system.cli.beginning_output import told, told_lines
 from system.cli.block_choice import choose_block
 from system.cli.deadline import deadline_of
@@ -62,13 +66,14 @@ def simulate_command(asked: Simulate) -> None:
         )
     choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     check_watched(asked.spikes, choice)
-    run = engine_named(asked.engine, asked.rtol, deadline_s)
+    run = _engine(asked, deadline_s)
     own = own_measures(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     measures = measures_of(choice, (*own, *asked.measure))
     with working(f"simulating {asked.block}"):
         result = run(choice.testbench(), choice.silicon)
         record = TransientRecord(result)
-        document = _describe(choice, result, asked.engine, [each.of(record) for each in measures])
+        engine = asked.engine if asked.verilog_a is None else f"{asked.engine}, on {asked.verilog_a}"
+        document = _describe(choice, result, engine, [each.of(record) for each in measures])
     write_run(asked, choice, result)
     if asked.as_json:
         print_json(document)
@@ -76,6 +81,17 @@ def simulate_command(asked: Simulate) -> None:
         _print(choice, document)
         for line in told_lines(result):
             print_line(line)
+
+
+def _engine(asked: Simulate, deadline_s: float) -> Callable[[Testbench, Silicon], Result]:
+    """What runs the testbench: an engine, or the native one on models in Verilog-A."""
+    if asked.verilog_a is None:
+        return engine_named(asked.engine, asked.rtol, deadline_s)
+    if asked.engine != "native":
+        raise ParameterError(f"--verilog-a: of the native engine, not of {asked.engine}; leave one out")
+    models = read_models(Path(asked.verilog_a))
+    tolerance = RTOL if asked.rtol is None else asked.rtol
+    return lambda testbench, silicon: simulate_models(testbench, models, silicon, tolerance)
 
 
 def write_run(asked: Simulate | Replay, choice: Choice, result: Result) -> None:

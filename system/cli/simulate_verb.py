@@ -33,6 +33,7 @@ class Simulate:
     rtol: float | None = option(None, "Local error a step relative to 1 V or more; 5e-7 unless given")
     engine: Engine = option("native", "What solves it")
     deadline: str | None = shared.deadline_option()
+    verilog_a: str | None = shared.file_option("Transistors by models in Verilog-A, of a TOML file")
     source: str | None = option(None, "ac: which source moves; noise: refer the noise to it", metavar="NAME")
     node: tuple[str, ...] = option((), "ac: nodes to print, repeatable; noise: the output", metavar="PATH")
     begin: BeginChoice = shared.begin_part()
@@ -62,7 +63,7 @@ TAKEN_BY: dict[str, tuple[str, ...]] = {  # options that not every analysis has
     "netcdf": ("ac", "noise", "tran-noise"),
     "flicker": ("noise", "tran-noise"),
     **dict.fromkeys(("seed", "trials", "step", "workers"), ("tran-noise",)),
-    **dict.fromkeys(("rtol", "raw", "spikes", "at_rest", "current"), ("tran",)),
+    **dict.fromkeys(("rtol", "raw", "spikes", "at_rest", "current", "verilog_a"), ("tran",)),
     "measure": ("tran", "ac"),
     **dict.fromkeys(("ic", "uic"), ("tran", "tran-noise")),
     "engine": ("tran", "dc", "ac"),

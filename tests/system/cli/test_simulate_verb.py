@@ -17,7 +17,7 @@ GIVEN = {
     "flicker": Simulate(block="x", flicker=False),
     "low": Simulate(block="x", low="1Hz"),
 }
-SPOKEN = {"low": "from", "high": "to", "at_rest": "at-rest"}
+SPOKEN = {"low": "from", "high": "to", "at_rest": "at-rest", "verilog_a": "verilog-a"}
 
 
 @pytest.mark.parametrize("name", TAKEN_BY)

@@ -1,0 +1,1 @@
+"""Compact models in Verilog-A, compiled by OpenVAF, as the transistors of a circuit."""
