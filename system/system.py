@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from circuits.circuit import BiasKind, Circuit
+    from system.live.robot import LiveRobot
     from system.view.film import Film
 
 ENTRIES = meanings("""
@@ -203,6 +204,8 @@ class System(Generic[S, T]):
         Files that a run can leave, by the name of their option.
     circuits
         What it is made of; a study's identity has them.
+    open
+        Makes the robot of a scenario that goes on by one action at a time; None for a system that has none.
     """
 
     name: str
@@ -233,6 +236,7 @@ class System(Generic[S, T]):
     after: Callable[[T], Iterable[str]] = _no_lines
     outputs: Mapping[str, Output[T]] = field(default_factory=dict)
     circuits: Callable[[], tuple[Circuit, ...]] = _no_circuits
+    open: Callable[[S], LiveRobot] | None = None
 
     def __post_init__(self) -> None:
         """Take the metrics that `meanings` tells of, unless there are others."""

@@ -17,19 +17,19 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 
-from chips.cell import Cell
 from chips.ranging.calibration.found import off_of
 from chips.ranging.chip import RangingChip
-from circuits.arrays import F64
+from circuits.errors import ParameterError
 from circuits.silicon.course import course_through, told_when
 from system.approach import kernel
 from system.approach.behavioural import Flight, fly_behavioural
 from system.approach.film import film
+from system.approach.live import LiveApproach, in_hand
+from system.approach.log import Log, counts_of, note, trace_of
 from system.approach.loop import all_behavioural, build, circuits, models_of, move
 from system.approach.scenario import Scenario
 from system.approach.trace import (
@@ -41,33 +41,18 @@ from system.approach.trace import (
     document,
     draw,
     draw_beside,
-    estimated_range,
     spike_trains,
     summarise,
     title,
 )
-from system.loop import Loop, Round
 from system.meaning import of_run
 from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
 from system.spikes.output import spikes_output
 from system.system import System
-from system.worlds.sound.targets import describe, range_at
-
-GRID = 10e-3  # s, spacing of the reported arrays
+from system.worlds.sound.targets import describe
 
 STUDY_DURATION = 4.0  # s, unless asked
-
-
-@dataclass(slots=True)
-class _Log:
-    """Events as they come, and the boards' voltages at the end of every round."""
-
-    calls: list[tuple[float, float]] = field(default_factory=list)
-    pulses: list[float] = field(default_factory=list)
-    echoes: list[float] = field(default_factory=list)
-    spikes: list[tuple[float, int]] = field(default_factory=list)
-    boards: list[tuple[float, float, float]] = field(default_factory=list)
 
 
 @inside_boxes
@@ -98,95 +83,39 @@ def run_in_loop(
     """Run a scenario, at whatever levels, by the general event loop."""
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as executor:
         loop = build(scenario, None if all_behavioural(scenario) else executor)
-        log, off = _Log(), off_of(scenario.ranging_codes)
+        log, off = Log(), off_of(scenario.ranging_codes)
         for begin, end, celsius in scenario.stretches:
             if begin > 0.0:
                 with told_when(begin):
                     move(loop, scenario, celsius)
             while loop.time < end:
-                _note(log, loop.step(end), off)
+                note(log, loop.step(end), off)
                 if progress is not None:
                     progress(loop.time / scenario.duration)
-    return _trace(scenario, log, np.array(log.boards), _counts(loop))
+    return trace_of(scenario, log, np.array(log.boards), counts_of(loop))
 
 
-def _note(log: _Log, done: Round, off: tuple[int, ...]) -> None:
-    """Note what a round brought; off: neurons whose spikes reach nothing."""
-    amplitude = float(done.outputs["vocalization"].voltage[-1, 0])
-    log.boards.append((done.stop, float(done.outputs["centroid"].voltage[-1, 0]), amplitude))
-    for part, port, time in done.events:
-        if part == "vocalization":
-            log.calls.append((time, amplitude))
-        elif "high_threshold" in {part, port}:
-            log.pulses.append(time)
-        elif "onset" in {part, port}:
-            log.echoes.append(time)
-        elif part == "chip" or part.startswith("neuron"):
-            k = _index(port if part == "chip" else part)
-            if k not in off:
-                log.spikes.append((time, k))
+def open_sonar(scenario: Scenario) -> LiveApproach:
+    """Return the sonar of a scenario at rest, which goes on by 10 ms, at whatever levels.
 
-
-def _index(name: str) -> int:
-    return int(name[name.index("[") + 1 : -1])
+    Raises `ParameterError` for a course of temperature, which a run step by step has none of.
+    """
+    if scenario.course:
+        raise ParameterError("temperature: a course, must be one number in a run step by step; give degC")
+    return LiveApproach(scenario, in_hand(build(scenario)))
 
 
 def _read(scenario: Scenario, flight: Flight) -> Trace:
     """Sort the compiled loop's log."""
     table = np.concatenate(flight.rows)
     calls, pulses, echoes, spikes, boards = (table[table[:, 0] == kind, 1:] for kind in kernel.KINDS)
-    log = _Log(
+    log = Log(
         calls=calls[:, :2].tolist(),
         pulses=pulses[:, 0].tolist(),
         echoes=echoes[:, 0].tolist(),
         spikes=[(time, int(n)) for time, n, _ in spikes.tolist()],
     )
-    return _trace(scenario, log, boards, flight.counts)
-
-
-def _trace(scenario: Scenario, log: _Log, boards: F64, counts: dict[str, int]) -> Trace:
-    time = np.arange(0.0, scenario.duration + 0.5 * GRID, GRID)
-    boards = np.concatenate([[[0.0, *boards[0, 1:]]], boards])
-    proximity = np.interp(time, boards[:, 0], boards[:, 1])
-    calls = np.array(log.calls).reshape(-1, 2)
-    rate = np.full(time.size, np.nan)
-    if len(calls) > 1:
-        last = np.searchsorted(calls[:, 0], time, side="right") - 1
-        interval = np.diff(calls[:, 0])
-        rate = np.where(last >= 1, 1.0 / interval[np.maximum(last - 1, 0)], np.nan)
-    return Trace(
-        scenario=scenario,
-        time_s=time,
-        range_m=range_at(scenario.targets[0].trajectory, time),
-        estimate_m=estimated_range(proximity, scenario),
-        proximity_V=proximity,
-        call_rate_Hz=rate,
-        call_amplitude_V=np.interp(time, boards[:, 0], boards[:, 2]),
-        calls=calls,
-        pulses=np.array(log.pulses),
-        echoes=np.array(log.echoes),
-        spikes=tuple(log.spikes),
-        counts=counts,
-    )
-
-
-def _counts(loop: Loop) -> dict[str, int]:
-    states = loop.states
-    counts = {
-        "solver_steps": sum(
-            int(states[n].solver.counts[0]) for n, p in loop.parts.items() if isinstance(p, Cell)
-        ),
-        "merged_events": sum(getattr(state, "merged", 0) for state in states.values()),
-        "repeated_advances": loop.repeated,
-    }
-    if "ear" in states:
-        counts["clipped_samples"] = states["ear"].microphone.clipped
-    if "hearing" in states:
-        counts["undecided_sounds"] = states["hearing"].heard.undecided
-        counts["clipped_sounds"] = states["hearing"].clipped
-    if "chip" in states:
-        counts["undecided_spikes"] = states["chip"].undecided
-    return counts
+    return trace_of(scenario, log, boards, flight.counts)
 
 
 SYSTEM = System(
@@ -202,6 +131,7 @@ SYSTEM = System(
     film=film,
     ideal=IDEAL_CHIP,
     study_metrics=("held_fraction", "range_error_mean_m"),
+    open=open_sonar,
     study=lambda _: {"duration": STUDY_DURATION},
     document=document,
     meanings=of_run(SUMMARY, DOCUMENT),

@@ -25,6 +25,7 @@ from circuits.silicon.course import Course, course_through, told_when
 from circuits.silicon.process import ROLLS_180
 from system.bug.body import ARRIVED, FASTEST, RADIUS, STEP, Robot, Senses
 from system.bug.brain import STATES, Brain
+from system.bug.live import LiveBug
 from system.bug.map import Point, load_map, pick
 from system.bug.neural import NeuralBrain, network_of, neural_brain
 from system.bug.path import path_length, shortest_path
@@ -134,12 +135,8 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     Raises `DataError` for a map that is none, `ParameterError` for a start or goal where the robot does not
     fit.
     """
-    world = build_world(load_map(scenario.map))
-    start = pick(world.map.starts, scenario.start, "start")
-    goal = pick(world.map.goals, scenario.goal, "goal")
-    check_place(world, start, RADIUS, "start")
-    check_place(world, goal, RADIUS, "goal")
-    robot = Robot(world, start, goal)
+    robot, start, goal = _at_start(scenario)
+    world = robot.world
     brain = make_brain(scenario, world)
     path, states = drive(robot, warmed(brain, scenario), round(scenario.duration / STEP), progress)
     reached = robot.distance < ARRIVED
@@ -148,6 +145,22 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     return Trace(
         scenario, world, path, states, reached, verdict, shortest, counted(brain), unmended_of(brain)
     )  # fmt: skip
+
+
+def open_drive(scenario: Scenario) -> LiveBug:
+    """Return the robot of a scenario at its start, which goes on by 10 ms; raises as `run` does."""
+    robot, _, _ = _at_start(scenario)
+    return LiveBug(robot, scenario.duration, lambda: warmed(make_brain(scenario, robot.world), scenario))
+
+
+def _at_start(scenario: Scenario) -> tuple[Robot, Point, Point]:
+    """The robot of a scenario, where it starts, and its goal."""
+    world = build_world(load_map(scenario.map))
+    start = pick(world.map.starts, scenario.start, "start")
+    goal = pick(world.map.goals, scenario.goal, "goal")
+    check_place(world, start, RADIUS, "start")
+    check_place(world, goal, RADIUS, "goal")
+    return Robot(world, start, goal), start, goal
 
 
 def make_brain(scenario: Scenario, world: World) -> Brain:
@@ -413,6 +426,7 @@ SYSTEM = System(
     ideal={"brain": "reference"},
     check_run=check_seed,
     no_silicon=no_silicon,
+    open=open_drive,
     document=document,
     meanings=of_run(SUMMARY, DOCUMENT),
     title=lambda trace: f"{trace.world.map.name}, {trace.scenario.agent}, {trace.scenario.brain}",

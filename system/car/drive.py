@@ -45,8 +45,36 @@ class Drive(NamedTuple):
     counts: dict[str, int]
 
 
+REASONS = {
+    "through": "came through the forest",
+    "out": "left the forest by a side",
+    "collided": "collided with a pipe",
+}
+SonarAt = Callable[[float], Sonar]
+COUNTS = ("pings", "soft_pings", "echoes", "near", "missed", "occluded", "clipped", "scans", "retreats")
+
+
 @dataclass(slots=True)
-class _State:
+class Voyage:
+    """A car under way: `look`, then `choose` or another choice of arc and head, then `go`, and again.
+
+    robot, numbers, arcs : of the car.
+    sonar_at : the sonar in a ping at a time, s; None where places are exact.
+    forest : the pipes.
+    pose : m, m, rad.
+    risk, sensed : the memory of each arc, and when each direction was sensed last, s.
+    arc, head, scanning : what it drives, where the head looks, and whether only that turned.
+    time, last, distance : s, of the last ping (s), m.
+    way : arc and length of what it came by.
+    seen : places that the last ping showed, in the body's frame, m, float64[n, 2].
+    soft, pinged : whether a soft ping followed, and the direction of the last ping.
+    """
+
+    robot: Robot
+    numbers: OpenspaceNumbers
+    arcs: Arcs
+    sonar_at: SonarAt | None
+    forest: Pipes
     pose: Pose
     risk: F64 = field(default_factory=lambda: np.zeros(ARCS))
     sensed: F64 = field(default_factory=lambda: np.full(DIRECTIONS, _NEVER))
@@ -54,13 +82,17 @@ class _State:
     head: int = DIRECTIONS // 2
     scanning: bool = False
     time: float = 0.0
-    last: float = 0.0  # s, of the last ping
+    last: float = 0.0
     distance: float = 0.0
-    way: list[tuple[int, float]] = field(default_factory=list)  # arc and length of what it came by
+    way: list[tuple[int, float]] = field(default_factory=list)
+    counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTS, 0))
+    seen: F64 = field(default_factory=lambda: np.zeros((0, 2)))
+    soft: bool = False
+    pinged: int = DIRECTIONS // 2
 
-
-SonarAt = Callable[[float], Sonar]
-COUNTS = ("pings", "soft_pings", "echoes", "near", "missed", "occluded", "clipped", "scans", "retreats")
+    def row(self) -> tuple[float, ...]:
+        """Return a row of the log, after a ping."""
+        return (self.time, *self.pose, self.head, self.arc, self.scanning, self.soft)
 
 
 def drive(
@@ -77,29 +109,43 @@ def drive(
 
     sonar_at: the sonar in a ping at a time, s, in which the temperature of its chip stands.
     """
-    state, counts = _State(start), dict.fromkeys(COUNTS, 0)
+    car = Voyage(robot, numbers, arcs, sonar_at, forest, start)
     log, ended = [], "undecided"
-    while counts["pings"] < pings and ended == "undecided":
-        sonar = None if sonar_at is None else sonar_at(state.time)
-        place, soft = _sense(robot, numbers, arcs, sonar, forest, state, counts)
-        _remember(
-            numbers, arcs, state, immediacies(arcs, place, robot.zone + numbers.margin, numbers.max_risk)
-        )
-        log.append((state.time, *state.pose, state.head, state.arc, state.scanning, soft))
-        pinged = state.head
-        retreat = _choose(numbers, arcs, state, counts)
-        turn = abs(arcs.direction[state.head] - arcs.direction[pinged])
-        taken = 1.0 / robot.ping_rate + turn / robot.neck_speed + (robot.blanking + robot.call) * soft
-        if retreat:
-            _back_up(robot, numbers, arcs, state)
-            state.time += taken
-        elif _roll(arcs, forest, robot.zone, state, taken):
-            ended = "collided"
-        else:
-            ended = _where(forest, state.pose)
+    while car.counts["pings"] < pings and ended == "undecided":
+        look(car)
+        log.append(car.row())
+        ended = go(car, retreat=choose(car))
         if progress is not None:
-            progress(counts["pings"] / pings)
-    return Drive(ended, np.array(log), state.pose, state.distance, state.time, counts)
+            progress(car.counts["pings"] / pings)
+    return Drive(ended, np.array(log), car.pose, car.distance, car.time, car.counts)
+
+
+def look(car: Voyage) -> None:
+    """Ping in the head's direction, and remember what it shows."""
+    sonar = None if car.sonar_at is None else car.sonar_at(car.time)
+    car.seen, car.soft = _sense(car.robot, car.numbers, car.arcs, sonar, car.forest, car, car.counts)
+    zone = car.robot.zone + car.numbers.margin
+    _remember(car.numbers, car.arcs, car, immediacies(car.arcs, car.seen, zone, car.numbers.max_risk))
+    car.pinged = car.head
+
+
+def choose(car: Voyage) -> bool:
+    """Direct head and wheels by Curved Openspace; whether it is an emergency."""
+    return _choose(car.numbers, car.arcs, car, car.counts)
+
+
+def go(car: Voyage, *, retreat: bool) -> str:
+    """Turn the head, and roll on or back up until the next ping; why the drive ended, or `undecided`."""
+    robot, arcs = car.robot, car.arcs
+    turn = abs(arcs.direction[car.head] - arcs.direction[car.pinged])
+    taken = 1.0 / robot.ping_rate + turn / robot.neck_speed + (robot.blanking + robot.call) * car.soft
+    if retreat:
+        _back_up(robot, car.numbers, arcs, car)
+        car.time += taken
+        return "undecided"
+    if _roll(arcs, car.forest, robot.zone, car, taken):
+        return "collided"
+    return _where(car.forest, car.pose)
 
 
 def _sense(
@@ -108,7 +154,7 @@ def _sense(
     arcs: Arcs,
     sonar: Sonar | None,
     forest: Pipes,
-    state: _State,
+    state: Voyage,
     counts: dict[str, int],
 ) -> tuple[F64, bool]:
     """Places (m, in the body's frame) of what a ping shows, and whether a soft one followed."""
@@ -143,7 +189,7 @@ def _sense(
     return _turned(found, turn) + np.array([robot.head_ahead, 0.0]), soft
 
 
-def _remember(numbers: OpenspaceNumbers, arcs: Arcs, state: _State, fresh: F64) -> None:
+def _remember(numbers: OpenspaceNumbers, arcs: Arcs, state: Voyage, fresh: F64) -> None:
     """Equation (4), with the decay of the time since the last ping."""
     decay = 0.0 if state.scanning else numbers.decay * (state.time - state.last)
     remember(state.risk, fresh, arcs.group, state.head, decay, numbers.inhibition, numbers.max_risk)
@@ -164,7 +210,7 @@ def desirabilities(
     return wish
 
 
-def _choose(numbers: OpenspaceNumbers, arcs: Arcs, state: _State, counts: dict[str, int]) -> bool:
+def _choose(numbers: OpenspaceNumbers, arcs: Arcs, state: Voyage, counts: dict[str, int]) -> bool:
     """Direct head and wheels; whether it is an emergency."""
     wish = desirabilities(numbers, arcs, state.risk, state.pose[2], state.head, state.arc)
     winner = best(wish)
@@ -181,7 +227,7 @@ def _choose(numbers: OpenspaceNumbers, arcs: Arcs, state: _State, counts: dict[s
     return False
 
 
-def _roll(arcs: Arcs, forest: Pipes, zone: float, state: _State, taken: float) -> bool:
+def _roll(arcs: Arcs, forest: Pipes, zone: float, state: Voyage, taken: float) -> bool:
     """Roll for some time (s); whether a pipe was touched, where it then stays."""
     k, slip = arcs.curvature[state.arc], arcs.slip[state.arc]
     way = float(arcs.speed[state.arc]) * taken
@@ -208,7 +254,7 @@ def _touch(k: float, slip: float, way: float, place: F64, zone: float) -> float:
     return low
 
 
-def _back_up(robot: Robot, numbers: OpenspaceNumbers, arcs: Arcs, state: _State) -> None:
+def _back_up(robot: Robot, numbers: OpenspaceNumbers, arcs: Arcs, state: Voyage) -> None:
     """Back up the way that it came, at the straight arc's speed, and forget what was seen from there."""
     left = numbers.retreat
     while left > 0.0 and state.way:

@@ -19,7 +19,8 @@ from matplotlib.figure import Figure
 from circuits.arrays import F64
 from circuits.silicon.course import beginning_of
 from system.car.arcs import Arcs, arcs_of
-from system.car.drive import COUNTS, Drive, SonarAt, drive
+from system.car.drive import COUNTS, REASONS, Drive, Pose, SonarAt, Voyage, drive
+from system.car.live import LiveCar
 from system.car.localiser import trained
 from system.car.numbers import DIRECTIONS, PIPE_RADIUS
 from system.car.picture import draw_robot
@@ -113,13 +114,28 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     Raises `ParameterError` for a start at a pipe.
     """
     s = scenario
-    random = np.random.default_rng((s.seed, number_of(s.forest)))
-    forest = forest_of(s.forest, random)
-    start = start_of(forest, random, s.robot.radius, s.start)
+    random, forest, start = _drawn(s)
     arcs = arcs_of(s.robot, s.openspace)
     sonar_at, unsure = sonar_of(s, random)
     driven = drive(s.robot, s.openspace, arcs, sonar_at, forest, start, s.pings, progress)
     return Trace(s, arcs, forest, driven, unsure)
+
+
+def open_drive(scenario: Scenario) -> LiveCar:
+    """Return the car of a scenario at its start, which goes on ping by ping; raises as `run` does."""
+    s = scenario
+    random, forest, start = _drawn(s)
+    sonar_at, _ = sonar_of(s, random)
+    return LiveCar(
+        Voyage(s.robot, s.openspace, arcs_of(s.robot, s.openspace), sonar_at, forest, start), s.pings
+    )
+
+
+def _drawn(scenario: Scenario) -> tuple[np.random.Generator, Pipes, Pose]:
+    """What draws a drive's noise, its forest, and its start."""
+    random = np.random.default_rng((scenario.seed, number_of(scenario.forest)))
+    forest = forest_of(scenario.forest, random)
+    return random, forest, start_of(forest, random, scenario.robot.radius, scenario.start)
 
 
 def sonar_of(scenario: Scenario, random: np.random.Generator) -> tuple[SonarAt | None, int]:
@@ -170,13 +186,6 @@ def summarise(trace: Trace) -> dict[str, float | None]:
     }
 
 
-_REASONS = {
-    "through": "came through the forest",
-    "out": "left the forest by a side",
-    "collided": "collided with a pipe",
-}
-
-
 def account(trace: Trace) -> Account:
     """Say whether a run succeeded, why it ended, and what it ran on.
 
@@ -193,7 +202,7 @@ def account(trace: Trace) -> Account:
     path = evenly(np.append(d.log[:, 0], d.time), trace.path, 1.0 / s.robot.ping_rate)
     return Account(
         succeeded=d.ended == "through",
-        reason=_REASONS.get(d.ended, f"all {d.counts['pings']} pings made"),
+        reason=REASONS.get(d.ended, f"all {d.counts['pings']} pings made"),
         ran_on=on,
         parts={
             "ranges": part(
@@ -292,6 +301,7 @@ SYSTEM = System(
     ideal={"ranges": "flight"},
     check_study=check_pipes,
     no_silicon=no_silicon,
+    open=open_drive,
     document=document,
     meanings=of_run(SUMMARY, DOCUMENT),
     title=lambda trace: f"{trace.scenario.forest}, ranges {trace.scenario.ranges}",

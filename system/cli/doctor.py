@@ -69,6 +69,7 @@ EXTRAS = {
     "verilog-a": Extra(("openvaf-py",), "no transistors by compact models in Verilog-A"),
     "aedat4": Extra(("faery",), "a camera's events, and spikes, cannot be written as AEDAT4"),
     "neo": Extra(("neo", "nixio", "pynwb"), "spikes cannot be written as NIX or NWB"),
+    "gymnasium": Extra(("gymnasium",), "robots are no environments for learning libraries"),
     "tutorials": Extra(("jupyterlab", "jupytext", "nengo"), "the tutorials cannot be opened as notebooks"),
     "docs": Extra(
         ("sphinx", "myst-nb", "furo", "sphinx-design", "sphinx-copybutton", "latex2mathml"),

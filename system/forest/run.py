@@ -21,6 +21,7 @@ from chips.selection.model import selection_errors
 from circuits.silicon.course import beginning_of, course_through
 from circuits.silicon.process import AMI_1500
 from system.forest.animation import check_animation, save_animation
+from system.forest.live import LiveForest
 from system.forest.scenario import AREA, KINDS, Scenario, make, no_silicon, of_study
 from system.forest.weights import WEIGHTS
 from system.meaning import meanings, of_run
@@ -113,9 +114,34 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     Raises `DataError` for a map that is none, `ParameterError` for a forest too dense or a start inside a
     zone of collision.
     """
+    key = _key(scenario)
+    sample, first = fly_sample(
+        scenario.arcs,
+        planter(scenario.obstacles, scenario.map),
+        key,
+        scenario.pings,
+        scenario.start,
+        min(scenario.rows, scenario.pings),
+        progress,
+        moving_of(scenario),
+    )
+    return Trace(scenario, sample, first)
+
+
+def open_flight(scenario: Scenario) -> LiveForest:
+    """Return the bat of a scenario at its start, which goes on ping by ping; raises as `run` does."""
+    return LiveForest(scenario, moving_of(scenario), _key(scenario))
+
+
+def _key(scenario: Scenario) -> tuple[int, int]:
+    """Of the forests and starts of a sample."""
     number = -1 if scenario.die.number is None else scenario.die.number
-    key = scenario.seed, number + 1
-    s = scenario
+    return scenario.seed, number + 1
+
+
+def moving_of(scenario: Scenario) -> Moving:
+    """Return the senses of a scenario over time."""
+    s, key = scenario, _key(scenario)
     begun_c = beginning_of(s.temperature_c, s.course) if s.course else None
     codes, selecting = s.ranging_codes, s.selecting
 
@@ -125,18 +151,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
         return senses_of(sensing, s.bat, silicon, key, begun_c, s.bias_kind, codes, selecting)
 
     senses_at = along_readers(s.course, s.temperature_c, made, lambda senses: senses.reader)
-    moving = Moving(senses_at, course_through(s.course))
-    sample, first = fly_sample(
-        scenario.arcs,
-        planter(scenario.obstacles, scenario.map),
-        key,
-        scenario.pings,
-        scenario.start,
-        min(scenario.rows, scenario.pings),
-        progress,
-        moving,
-    )
-    return Trace(scenario, sample, first)
+    return Moving(senses_at, course_through(s.course))
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
@@ -282,6 +297,7 @@ SYSTEM = System(
     ideal={"ranges": "exact", "selection": "ideal"},
     study=of_study,
     no_silicon=no_silicon,
+    open=open_flight,
     more={
         KINDS: Option(help="Fixed, or by the speed straight ahead", choices=WEIGHTS, study=True),
         AREA: Option(help="Of a chip's devices, over the circuits'", unit="", study=True, silicon=True),

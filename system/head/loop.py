@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +39,7 @@ COUNTS = (
 )
 
 
+SETTLED, ANSWERED = 5.0, 0.9  # deg rms of the second half, share of the pings; ours
 ChipAt = Callable[[float], tuple[Head, LsoNoise | None]]  # chip and its noise at a time, s
 
 
@@ -108,6 +109,104 @@ class _Heard(NamedTuple):
     echo: Echo | None
 
 
+AHEAD = Neck(0.0, 0.0, 0.0)
+
+
+@dataclass(slots=True)
+class Following:
+    """A head that follows a target, ping by ping: `hear_ping`, then `told`, and again.
+
+    numbers, way : of the head, and of its target.
+    chip_at : the chip in a ping at a time, s, and the noise of its silicon.
+    echoes : noise of the echoes, float64[pings, SIDES + 1].
+    wiring, balance, resting : as of `follow`, and what is usual, spikes.
+    neck : where the neck is, and where to.
+    pings : made so far; the others are what they brought, one entry a ping.
+    """
+
+    numbers: SonarHead
+    chip_at: ChipAt
+    way: Way
+    echoes: F64
+    wiring: str = WIRINGS[0]
+    balance: float = 0.0
+    resting: int = 0
+    neck: Neck = AHEAD
+    pings: int = 0
+    angles: list[float] = field(default_factory=list)
+    distances: list[float] = field(default_factory=list)
+    heard: list[I64] = field(default_factory=list)
+    lost: list[str] = field(default_factory=list)
+    spikes: list[F64] = field(default_factory=list)
+    levels: list[F64] = field(default_factory=list)
+    counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(COUNTS, 0))
+
+    @property
+    def time(self) -> float:
+        """Time of the next ping, s."""
+        return self.pings / self.numbers.ping_rate
+
+    def log(self) -> Log:
+        """Return what the pings so far have left."""
+        time = np.arange(self.pings) / self.numbers.ping_rate
+        target, _ = self.way.at(time)
+        return Log(
+            time, target, np.array(self.angles), np.array(self.distances),
+            np.array(self.heard, dtype=np.int64).reshape(-1, SIDES), tuple(self.lost),
+            np.concatenate([np.empty((0, 2)), *self.spikes]),
+            np.concatenate([np.empty((0, 3)), *self.levels]), self.counts,
+        )  # fmt: skip
+
+
+def begin_following(
+    numbers: SonarHead, chip_at: ChipAt, way: Way, duration: float, random: np.random.Generator,
+    wiring: str = WIRINGS[0], balance: float = 0.0,
+) -> Following:  # fmt: skip
+    """Return a head at rest before its first ping; the parameters are those of `follow`."""
+    pings = max(1, math.floor(duration * numbers.ping_rate + 1e-9))
+    echoes = random.standard_normal((pings, SIDES + 1))
+    resting = usual_spikes(numbers, chip_at(0.0)[0]) if wiring == "one-ear" else 0
+    return Following(numbers, chip_at, way, echoes, wiring, balance, resting)
+
+
+def hear_ping(head: Following) -> None:
+    """Make a ping and hear its echo."""
+    numbers, k, t = head.numbers, head.pings, head.time
+    angle = head.neck.at(t, numbers.neck_speed)
+    head.counts["neck_late"] += int(abs(angle - head.neck.goal) > 1e-9)
+    on, noise = head.chip_at(t)
+    chip = _Chip(on if noise is None else head_of_ping(on, noise, k, t), noise, k)
+    found = _ping(numbers, chip, head.way, head.neck, t, head.echoes[k])
+    heard = np.zeros(SIDES, dtype=np.int64)
+    if found.lost:
+        head.counts[found.lost] += 1
+    if found.echo is not None:
+        head.counts["clipped"] += found.echo.clipped
+        heard, late = _answer(numbers, chip, found, t, head.wiring, head.spikes, head.levels)
+        head.counts["late_spikes"] += late
+        last = found.delay + on.onset + longest_step(chip.head, found.echo.level)
+        head.counts["steps_over"] += int(last > numbers.period)
+    head.angles.append(angle)
+    head.distances.append(found.distance)
+    head.lost.append(found.lost)
+    head.heard.append(heard)
+    head.pings += 1
+
+
+def told(head: Following) -> Neck:
+    """Return the neck as the last ping's spikes tell it to go."""
+    turn = 0.0
+    if not head.lost[-1]:
+        turn = _turn(head.heard[-1], head.wiring, head.resting) - head.balance
+    return _commanded(head.numbers, head.neck, decision(head), turn, head.counts)
+
+
+def decision(head: Following) -> float:
+    """Return when spikes are counted and the neck is told, s, after the last ping."""
+    numbers = head.numbers
+    return (head.pings - 1) / numbers.ping_rate + numbers.decision * numbers.period
+
+
 def follow(
     numbers: SonarHead, chip_at: ChipAt, way: Way, duration: float, random: np.random.Generator,
     wiring: str = WIRINGS[0], progress: Callable[[float], None] | None = None, balance: float = 0.0,
@@ -117,42 +216,21 @@ def follow(
     chip_at: the chip in a ping at a time, s, in which its temperature stands, and the noise of its silicon;
     balance: taken from each count of left less right, spikes.
     """
-    pings = max(1, math.floor(duration * numbers.ping_rate + 1e-9))
-    time = np.arange(pings) / numbers.ping_rate
-    echoes = random.standard_normal((pings, SIDES + 1))
-    counts = dict.fromkeys(COUNTS, 0)
-    neck = Neck(0.0, 0.0, 0.0)
-    angles, distances = np.empty(pings), np.empty(pings)
-    heard = np.zeros((pings, SIDES), dtype=np.int64)
-    lost: list[str] = []
-    spikes: list[F64] = []
-    levels: list[F64] = []
-    resting = usual_spikes(numbers, chip_at(0.0)[0]) if wiring == "one-ear" else 0
-    for k, t in enumerate(time):
-        angles[k] = neck.at(t, numbers.neck_speed)
-        counts["neck_late"] += int(abs(angles[k] - neck.goal) > 1e-9)
-        head, noise = chip_at(float(t))
-        chip = _Chip(head if noise is None else head_of_ping(head, noise, k, float(t)), noise, k)
-        found = _ping(numbers, chip, way, neck, float(t), echoes[k])
-        distances[k] = found.distance
-        lost.append(found.lost)
-        if found.lost:
-            counts[found.lost] += 1
-        if found.echo is not None:
-            counts["clipped"] += found.echo.clipped
-            heard[k], late = _answer(numbers, chip, found, float(t), wiring, spikes, levels)
-            counts["late_spikes"] += late
-            last = found.delay + head.onset + longest_step(chip.head, found.echo.level)
-            counts["steps_over"] += int(last > numbers.period)
-        turn = _turn(heard[k], wiring, resting) - balance if not found.lost else 0.0
-        neck = _commanded(numbers, neck, float(t) + numbers.decision * numbers.period, turn, counts)
+    head = begin_following(numbers, chip_at, way, duration, random, wiring, balance)
+    pings = len(head.echoes)
+    while head.pings < pings:
+        hear_ping(head)
+        head.neck = told(head)
         if progress is not None:
-            progress((k + 1) / pings)
-    target, _ = way.at(time)
-    return Log(
-        time, target, angles, distances, heard, tuple(lost),
-        np.concatenate([np.empty((0, 2)), *spikes]), np.concatenate([np.empty((0, 3)), *levels]), counts,
-    )  # fmt: skip
+            progress(head.pings / pings)
+    return head.log()
+
+
+def follows(log: Log) -> bool:
+    """Whether the second half of the pings points at the target, and most have an answer."""
+    error = np.degrees(log.error)[len(log.time) // 2 :]
+    answered = 1.0 - sum(log.counts[name] for name in LOST) / len(log.time)
+    return bool(np.sqrt(np.mean(error**2)) <= SETTLED and answered >= ANSWERED)
 
 
 def usual_spikes(numbers: SonarHead, head: Head, distance: float = 1.0) -> int:
@@ -212,12 +290,17 @@ def _turn(heard: I64, wiring: str, resting: int) -> int:
     return int(heard[0]) - (resting if wiring == "one-ear" else int(heard[1]))
 
 
+def most_of(numbers: SonarHead) -> float:
+    """Return the farthest whole step of the servo to either side, rad."""
+    return numbers.neck_step * math.floor(numbers.neck_most / numbers.neck_step + 1e-9)
+
+
 def _commanded(numbers: SonarHead, neck: Neck, time: float, turn: float, counts: dict[str, int]) -> Neck:
     """The neck with a new goal; without spikes it goes on to where it was told to."""
     angle = neck.at(time, numbers.neck_speed)
     if turn == 0.0:
         return Neck(angle, time, neck.goal)
     wanted = numbers.neck_step * round((angle + numbers.gain * turn) / numbers.neck_step)
-    most = numbers.neck_step * math.floor(numbers.neck_most / numbers.neck_step + 1e-9)
+    most = most_of(numbers)
     counts["neck_ends"] += int(abs(wanted) > most)
     return Neck(angle, time, max(-most, min(most, wanted)))

@@ -22,10 +22,11 @@ from chips.record import current_record
 from circuits.arrays import F64
 from circuits.silicon.course import along
 from system.head.ear import hearing
-from system.head.loop import COUNTS, LOST, Log, follow
+from system.head.live import LiveHead
+from system.head.loop import ANSWERED, COUNTS, LOST, SETTLED, Log, begin_following, follow, follows
 from system.head.picture import draw_head
 from system.head.scenario import Scenario
-from system.head.world import way_of
+from system.head.world import Way, way_of
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.codes import described
@@ -65,7 +66,6 @@ lost              string[]   -    why a ping had no answer: `faint`, `blanked`, 
 model_errors      number{}   -    errors of the chip's model on other dies, as its record has them, in the
                                   units of their names
 """)
-SETTLED, ANSWERED = 5.0, 0.9  # deg rms of the second half, share of the pings; ours
 SUCCESS = (
     f"in the second half it points at the target within {SETTLED:g} degrees rms, and"
     f" {100.0 * ANSWERED:g} % of its pings have an answer"
@@ -91,11 +91,28 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     """Follow a target; its way and the noise are drawn from the seed, each by a generator of its own."""
     s = scenario
     chip_at = along(s.course, s.temperature_c, s.chip)
-    way_random, noise_random = (np.random.default_rng((s.seed, k)) for k in range(2))
-    way = way_of(s.motion, s.target, s.duration + s.head.period, way_random)
-    balance = s.balance if s.wiring == "lso" else 0.0
-    log = follow(s.head, chip_at, way, s.duration, noise_random, s.wiring, progress, balance)
+    way, noise = _drawn(s)
+    log = follow(s.head, chip_at, way, s.duration, noise, s.wiring, progress, _balance(s))
     return Trace(s, chip_at(0.0)[0], log)
+
+
+def open_head(scenario: Scenario) -> LiveHead:
+    """Return the head of a scenario at rest, which goes on ping by ping; raises as `run` does."""
+    s = scenario
+    way, noise = _drawn(s)
+    chip_at = along(s.course, s.temperature_c, s.chip)
+    return LiveHead(begin_following(s.head, chip_at, way, s.duration, noise, s.wiring, _balance(s)))
+
+
+def _drawn(scenario: Scenario) -> tuple[Way, np.random.Generator]:
+    """The way of the target, and what draws the echoes' noise."""
+    s = scenario
+    way_random, noise_random = (np.random.default_rng((s.seed, k)) for k in range(2))
+    return way_of(s.motion, s.target, s.duration + s.head.period, way_random), noise_random
+
+
+def _balance(scenario: Scenario) -> float:
+    return scenario.balance if scenario.wiring == "lso" else 0.0
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
@@ -115,11 +132,9 @@ def summarise(trace: Trace) -> dict[str, float | None]:
 
 def account(trace: Trace) -> Account:
     """Say whether the head followed its target; a run ends when its time is over."""
-    s, found = trace.scenario, summarise(trace)
-    settled, lost = found["settled_rms_deg"], found["lost"]
-    answered = 1.0 - (lost or 0.0) / len(trace.log.time)
+    s = trace.scenario
     return Account(
-        succeeded=settled is not None and settled <= SETTLED and answered >= ANSWERED,
+        succeeded=follows(trace.log),
         reason=f"time of {s.duration:g} s over",
         ran_on={
             "wiring": s.wiring,
@@ -226,6 +241,7 @@ SYSTEM = System(
     film=film,
     ideal=IDEAL_CHIP,
     study_metrics=("error_rms_deg", "lost"),
+    open=open_head,
     document=document,
     meanings=of_run(SUMMARY, DOCUMENT),
     title=lambda trace: f"{trace.scenario.motion}, {trace.scenario.wiring}",

@@ -19,7 +19,16 @@ from circuits.compiled import compiled
 from system.openspace.choice import add_goal, aimed_arc, best, excite, inhibit, remember
 from system.openspace.law import ARCS, NO_ESCAPE, Arcs
 from system.openspace.map import CELL, SIDE, Cells
-from system.openspace.senses_kernel import NO_CHOICE, Senses, collect, hear, note_difference, select_on_chip
+from system.openspace.senses_kernel import (
+    NO_CHOICE,
+    Senses,
+    collect,
+    end_of_echoes,
+    hear,
+    note_difference,
+    place_echo,
+    select_on_chip,
+)
 from system.openspace.state import (
     ARC,
     AVOIDED,
@@ -49,7 +58,7 @@ from system.openspace.state import (
 from system.openspace.view import add_immediacies, blocked_at, in_view
 
 GOING, COLLIDED, TRAPPED, OVER = range(4)  # how a flight stands
-_TRAPPED_AFTER = 2500.0  # s without a new crossing of the left border; the paper's
+TRAPPED_AFTER = 2500.0  # s without a new crossing of the left border; the paper's
 LONGEST = 250_000.0  # s of a run; the paper's
 
 _HALVINGS = 50  # of the way to a touch
@@ -67,7 +76,7 @@ def fly(a: Arcs, s: Senses, c: Cells, f: Flight, pings: int) -> int:
         choose(a, s, f)
         if advance(a, c, f):
             return COLLIDED
-        if f.pose[TIME] - f.pose[CROSSED] >= _TRAPPED_AFTER:
+        if f.pose[TIME] - f.pose[CROSSED] >= TRAPPED_AFTER:
             return TRAPPED
         if f.pose[TIME] >= LONGEST:
             return OVER
@@ -115,8 +124,12 @@ def _look(a: Arcs, s: Senses, c: Cells, f: Flight, head: int) -> None:
             if f.met[c.number[k]] <= f.counts[LAP]:
                 f.met[c.number[k]] = f.counts[LAP] + 1
                 f.counts[AVOIDED] += 1
-            add_immediacies(a, body_x * dx + body_y * dy, body_x * dy - body_y * dx, f.fresh)
-    if echoes:
+            x, y = body_x * dx + body_y * dy, body_x * dy - body_y * dx
+            echoes = place_echo(f, echoes, x, y)
+            add_immediacies(a, x, y, f.fresh)
+    if s.exact or not echoes:
+        end_of_echoes(f, echoes)
+    else:
         f.counts[SEEN] = hear(a, s, f, echoes)
 
 

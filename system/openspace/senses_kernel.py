@@ -61,6 +61,7 @@ from system.openspace.view import add_immediacies
 _LEAST_RISK = 0.1e-9  # A, into a port of the selection: its standing current
 SILENT, GHOST = -2.0, -1.0  # in the place of an obstacle's number
 NO_CHOICE = -2  # of a selection that came too late
+UNHEARD = -1.0  # m, in the place of a range
 
 
 class Senses(NamedTuple):
@@ -108,14 +109,39 @@ def collect(f: Flight, n: int, x: float, y: float, bearing: float, number: int) 
         f.counts[MISSED] += 1
         return n
     row = f.echo[n]
-    row[ECHO_X], row[ECHO_Y], row[ECHO_NUMBER], row[ECHO_SIDE] = x, y, number, bearing
+    row[ECHO_NUMBER], row[ECHO_SIDE] = number, bearing
+    return place_echo(f, n, x, y)
+
+
+@_compiled
+def place_echo(f: Flight, n: int, x: float, y: float) -> int:
+    """Note the place (m) of an echo in the body's frame, where there is room; how many there are then."""
+    if n == ECHOES:
+        return n
+    row = f.echo[n]
+    row[ECHO_X], row[ECHO_Y] = x, y
     row[ECHO_RANGE], row[ECHO_BEARING] = math.sqrt(x * x + y * y), math.atan2(y, x)
     return n + 1
 
 
 @_compiled
+def end_of_echoes(f: Flight, n: int) -> None:
+    """Mark the end of a ping's n echoes."""
+    if n < ECHOES:
+        f.echo[n, ECHO_RANGE] = math.nan
+
+
+@_compiled
+def _unheard(row: F64) -> None:
+    row[ECHO_RANGE] = UNHEARD
+
+
+@_compiled
 def hear(a: Arcs, s: Senses, f: Flight, n: int) -> int:
-    """Make places of n echoes and add their immediacies to `fresh`; returns how many obstacles are heard."""
+    """Make places of n echoes and add their immediacies to `fresh`; returns how many obstacles are heard.
+
+    What is heard of each stays in `echo`: range (m) and bearing (rad), `UNHEARD` for none.
+    """
     _sort(f.echo, n)
     if s.occlusion:
         _shade(s, f, n)
@@ -130,17 +156,21 @@ def hear(a: Arcs, s: Senses, f: Flight, n: int) -> int:
         row = f.echo[k]
         if row[ECHO_NUMBER] == SILENT:
             f.counts[OCCLUDED] += 1
+            _unheard(row)
             continue
         delay = 2.0 * row[ECHO_RANGE] / (s.sound_speed + pace * math.cos(row[ECHO_BEARING]))
         if s.overlap > 0.0 and delay < last + s.overlap:
             f.counts[MASKED] += 1
+            _unheard(row)
             continue
         last = delay
         distance = _read(s, delay)
         if math.isnan(distance):
             f.counts[MISSED] += 1
+            _unheard(row)
             continue
         heard += _take(a, s, f, row, distance)
+    end_of_echoes(f, n)
     return heard
 
 
@@ -149,6 +179,7 @@ def _take(a: Arcs, s: Senses, f: Flight, row: F64, distance: float) -> int:
     """Count an echo that was heard, and what it blocks; whether it is of an obstacle."""
     bearing = row[ECHO_BEARING] + s.noise[f.counts[HEARD] % s.noise.size]
     f.counts[HEARD] += 1
+    row[ECHO_RANGE], row[ECHO_BEARING] = distance, bearing
     add_immediacies(a, distance * math.cos(bearing), distance * math.sin(bearing), f.fresh)
     number = int(row[ECHO_NUMBER])
     if number < 0:

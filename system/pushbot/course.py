@@ -13,11 +13,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.arrays import F64
+from system.pushbot.drive import Run
 from system.worlds.arena.geometry import Obstacles, clearance
 from system.worlds.arena.scene import Body, Scene
+from system.worlds.standing import share_standing
 
 MOST = 3  # obstacles of a line; with more, a scene is clutter
 EVERY = 4  # steps of a path between two looks for the closest approach
+BEYOND = 0.05  # m behind the obstacle line, where a run ends; ours
+LOOK_STEPS, STANDS = 20, 0.03  # steps of a path (0.1 s), and m/s below which a robot stands; ours
+NEAR, LOOKS = 0.25, 10  # m from another robot that is a target, steps between two looks at it; ours
+RESTS = 0.5  # of its time, that a robot with nothing to reach may stand; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +89,57 @@ def passage(course: Course, obstacles: Obstacles, path: F64) -> Passage:
         crossed=True, distance=distance, closest=min(closest, distance),
         side=1 if aside > course.middle else -1, between=min(others) < aside < max(others),
     )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Errand:
+    """What a run is there for, and when it ends.
+
+    scene : the world; course : its line of obstacles, None where it has none.
+    duration, way : s and m, after which a run is cut off.
+    """
+
+    scene: Scene
+    course: Course | None
+    duration: float
+    way: float = math.inf
+
+    def ended(self, drive: Run) -> str:
+        """Why a run is over for good: it touched something, or passed the line; empty while it goes on."""
+        if drive.touched is not None:
+            return f"touched {drive.touched}"
+        if self.course is not None and self.course.ahead(drive.pose) > self.course.distance + BEYOND:
+            return "passed the line of its obstacles"
+        return ""
+
+    def late(self, drive: Run) -> str:
+        """Why a run is cut off; empty while there is time and way left."""
+        if drive.way >= self.way:
+            return f"way of {self.way:g} m driven"
+        return f"time of {self.duration:g} s over" if drive.time >= self.duration - 1e-9 else ""
+
+    def why(self, drive: Run) -> str:
+        """Why a run ends; empty while it goes on."""
+        return self.ended(drive) or self.late(drive)
+
+    def reached(self, drive: Run) -> bool:
+        """Whether a robot has touched nothing, and done what its scene asks for."""
+        if drive.touched is not None:
+            return False
+        if self.course is not None:
+            return any(self.course.ahead((x, y, h)) >= self.course.distance for _, x, y, h in drive.path)
+        if any(body.name.startswith("robot") for body in self.scene.bodies):
+            looks = drive.path[::LOOKS]
+            return any(clearance(drive.obstacles, (x, y, h), t, "robot") <= NEAR for t, x, y, h in looks)
+        return stood(np.array(drive.path)) <= RESTS
+
+
+def stood(path: F64) -> float:
+    """Return the share of the time in which a path is slower than `STANDS`.
+
+    path : float64[n, 4], time (s), place (m, m), heading (rad).
+    """
+    return share_standing(path, STANDS, LOOK_STEPS)
 
 
 def _end(body: Body) -> tuple[float, float]:

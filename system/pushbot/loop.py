@@ -25,6 +25,7 @@ from system.pushbot.readout import LOOK, OUTPUTS, Counter, Readout, read
 from system.pushbot.wiring import COLUMNS, HALF_ROWS, Wiring, kick, merged, obstacle_inputs, target_inputs
 from system.worlds.camera.event import Events, joined
 
+Command = tuple[float, float]
 Temperature = Callable[[float], float] | float | None
 
 Turning = Callable[[Readings, float, float], Inputs]
@@ -157,8 +158,24 @@ def open_loop(brain: Brain, drive: Run, readout: Readout, temperature: Temperatu
 
 def step(loop: Loop) -> None:
     """Go on with `loop` by one look, or by less where the robot touches something."""
-    before, look = loop.drive.time, loop.readout.look
-    readings = go_on(loop.drive, look)
+    before = loop.drive.time
+    command = think(loop, go_on(loop.drive, loop.readout.look), before)
+    if command is not None and loop.drive.touched is None:
+        command_with(loop, command)
+
+
+def command_with(loop: Loop, command: Command) -> None:
+    """Send what the chip commands, v (cm/s) and w of the robot's code, as the loop's readout does."""
+    (pull if loop.readout.kind == "spikes" else steer)(loop.drive, *command)
+    loop.record.commands.append((loop.drive.time, *command))
+
+
+def think(loop: Loop, readings: Readings, before: float) -> Command | None:
+    """Let the chip go on by one look with what was read from `before` (s) on.
+
+    Returns its command, v (cm/s) and w of the robot's code, or None where none is due.
+    """
+    look = loop.readout.look
     inputs = _inputs(loop, readings, before)
     strong = loop.brain.strong if loop.lost else None
     chip = loop.brain.chip if strong is None else strong
@@ -173,10 +190,7 @@ def step(loop: Loop) -> None:
         loop.heard = replace(found, times=found.times + look)
     chosen = loop.groups[spikes.neurons]
     counts = np.bincount(chosen[chosen >= 0], minlength=len(OUTPUTS)) / loop.sizes
-    command = read(loop.readout, loop.counter, counts)
-    if command is not None and loop.drive.touched is None:
-        (pull if loop.readout.kind == "spikes" else steer)(loop.drive, *command)
-        loop.record.commands.append((loop.drive.time, *command))
+    return read(loop.readout, loop.counter, counts)
 
 
 def _inputs(loop: Loop, readings: Readings, before: float) -> Inputs:

@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 from chips.rolls import circuit as rolls_circuit
 from chips.rolls.chip import TEMPERATURE_STEP
 from chips.rolls.program.address import NEURONS
-from circuits.arrays import F64
 from circuits.silicon.course import beginning_of, course_through
 from circuits.silicon.process import ROLLS_180
 from system.meaning import meanings, of_run
@@ -28,27 +27,22 @@ from system.options.outside import inside_boxes
 from system.options.rolls_power import TABLE, power_numbers
 from system.pushbot.body import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot.brain import brain_of
-from system.pushbot.course import Course, course_of, passage
+from system.pushbot.course import NEAR, RESTS, Course, Errand, course_of, passage, stood
 from system.pushbot.drive import Run, begin_run
 from system.pushbot.film import film_of
-from system.pushbot.loop import Brain, Record, all_events, all_spikes, open_loop, rates, step
+from system.pushbot.live import LivePushbot
+from system.pushbot.loop import Brain, Loop, Record, all_events, all_spikes, open_loop, rates, step
 from system.pushbot.picture import draw_run
 from system.pushbot.readout import LOOK, Readout
 from system.pushbot.scenario import Scenario, check_scene, scene_of
 from system.spikes.output import spikes_output, trains_of
 from system.system import PROGRAMS, SUCCEEDED, Account, Output, RunTrace, System
 from system.view.film import Film
-from system.worlds.arena.geometry import clearance
 from system.worlds.arena.scene import Scene
 from system.worlds.camera.file import check_events, write_events
-from system.worlds.standing import share_standing
 
 FREE_RUN = 20.0  # s, of a run in a scene without an obstacle line; ours
 MARGIN = 12.0  # s, that a run may take beyond twice the straight way to the line; ours
-BEYOND = 0.05  # m behind the obstacle line, where a run ends; ours
-LOOK_STEPS, STANDS = 20, 0.03  # steps of a path (0.1 s), and m/s below which a robot stands; ours
-NEAR, EVERY = 0.25, 10  # m from another robot that is a target, steps between two looks at it; ours
-RESTS = 0.5  # of its time, that a robot with nothing to reach may stand; ours
 SUMMARY = meanings(
     """
 collided            number   -    1 where it touched something, else 0
@@ -107,29 +101,38 @@ class Trace(RunTrace[Scenario]):
 
     Attributes
     ----------
-    scene
-        The world, in its light and colour.
+    errand
+        What it was there for, with its world in its light and colour.
     brain
         The chip with its network.
     drive
         Robot and sensor at the end of the run, and its path.
     record
         Spikes, events and commands.
-    course
-        The line of obstacles, None where the scene has none.
-    reason
-        Why the run ended, as a reader is told.
     outside
         Sides of its chip's validity box that it left, a sentence each.
     """
 
-    scene: Scene
+    errand: Errand
     brain: Brain
     drive: Run
     record: Record
-    course: Course | None
-    reason: str
     outside: tuple[str, ...] = ()
+
+    @property
+    def scene(self) -> Scene:
+        """The world."""
+        return self.errand.scene
+
+    @property
+    def course(self) -> Course | None:
+        """The line of obstacles, None where the scene has none."""
+        return self.errand.course
+
+    @property
+    def reason(self) -> str:
+        """Why the run ended, as a reader is told."""
+        return self.errand.why(self.drive)
 
 
 @inside_boxes
@@ -168,32 +171,43 @@ def run_with(
     """Drive with a chip that has been made before."""
     robot = Pushbot(dropped=scenario.dropped)
     drive = begin_run(scene, seed=scenario.seed, die=scenario.die, robot=robot)
+    errand = errand_of(scenario, scene, readout, robot)
+    followed = course_through(scenario.course, TEMPERATURE_STEP)
+    loop = open_loop(brain, drive, readout, None if followed is None else followed.at)
+    while not errand.why(drive):
+        step(loop)
+        if progress is not None:
+            progress(min(max(drive.time / errand.duration, drive.way / errand.way), 1.0))
+    return Trace(scenario, errand, brain, drive, loop.record)
+
+
+def errand_of(scenario: Scenario, scene: Scene, readout: Readout, robot: Pushbot) -> Errand:
+    """Return what a scenario's run is there for, and when it ends."""
     course = course_of(scene)
     duration = scenario.duration if scenario.duration is not None else scene.duration
     if duration is None:
         duration = _time_for(course, readout.factors, robot)
+    return Errand(scene, course, duration, math.inf if scenario.way is None else scenario.way)
+
+
+def open_drive(scenario: Scenario) -> LivePushbot:
+    """Return the robot of a scenario at its start, which goes on look by look; raises as `run` does.
+
+    The chip is made, and calibrated, where its commands are first asked for.
+    """
+    readout, scene = scenario.read(), scene_of(scenario)
+    robot = Pushbot(dropped=scenario.dropped)
+    drive = begin_run(scene, seed=scenario.seed, die=scenario.die, robot=robot)
+    return LivePushbot(
+        drive, errand_of(scenario, scene, readout, robot), lambda: _loop(scenario, drive), readout
+    )
+
+
+def _loop(scenario: Scenario, drive: Run) -> Loop:
+    """The chip of a scenario in its loop with a robot."""
     followed = course_through(scenario.course, TEMPERATURE_STEP)
-    loop = open_loop(brain, drive, readout, None if followed is None else followed.at)
-    way = math.inf if scenario.way is None else scenario.way
-    while drive.touched is None and drive.time < duration - 1e-9 and drive.way < way:
-        step(loop)
-        if course is not None and course.ahead(drive.pose) > course.distance + BEYOND:
-            break
-        if progress is not None:
-            progress(min(max(drive.time / duration, drive.way / way), 1.0))
-    reason = _reason(drive, course, way, duration)
-    return Trace(scenario, scene, brain, drive, loop.record, course, reason)
-
-
-def _reason(drive: Run, course: Course | None, way: float, duration: float) -> str:
-    """Why a run ended."""
-    if drive.touched is not None:
-        return f"touched {drive.touched}"
-    if course is not None and course.ahead(drive.pose) > course.distance + BEYOND:
-        return "passed the line of its obstacles"
-    if drive.way >= way:
-        return f"way of {way:g} m driven"
-    return f"time of {duration:g} s over"
+    temperature = None if followed is None else followed.at
+    return open_loop(make_brain(scenario), drive, scenario.read(), temperature)
 
 
 def _time_for(course: Course | None, factors: Factors, robot: Pushbot) -> float:
@@ -242,7 +256,7 @@ def account(trace: Trace) -> Account:
     s, drive = trace.scenario, trace.drive
     standing = stood(np.array(drive.path))
     return Account(
-        succeeded=drive.touched is None and _gets_there(trace, standing),
+        succeeded=trace.errand.reached(drive),
         reason=trace.reason,
         ran_on={
             "modified": s.modified,
@@ -262,25 +276,6 @@ def account(trace: Trace) -> Account:
         cautions=trace.brain.chip.cautions(),
         outside=trace.outside,
     )
-
-
-def _gets_there(trace: Trace, standing: float) -> bool:
-    """Whether a robot that touched nothing did what its scene asks for."""
-    drive, course = trace.drive, trace.course
-    if course is not None:
-        return any(course.ahead((x, y, h)) >= course.distance for _, x, y, h in drive.path)
-    if any(body.name.startswith("robot") for body in trace.scene.bodies):
-        looks = drive.path[::EVERY]
-        return any(clearance(drive.obstacles, (x, y, h), t, "robot") <= NEAR for t, x, y, h in looks)
-    return standing <= RESTS
-
-
-def stood(path: F64) -> float:
-    """Return the share of the time in which a path is slower than `STANDS`.
-
-    path : float64[n, 4], time (s), place (m, m), heading (rad).
-    """
-    return share_standing(path, STANDS, LOOK_STEPS)
 
 
 def _cm(metres: float | None) -> float | None:
@@ -341,6 +336,7 @@ SYSTEM = System(
     yes_no=(SUCCEEDED, "collided", "crossed", "between"),
     ideal=IDEAL_CHIP,
     study_metrics=("collided", "distance_cm"),
+    open=open_drive,
     check_study=check_scene,
     document=document,
     meanings=of_run(SUMMARY, DOCUMENT),

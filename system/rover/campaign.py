@@ -30,8 +30,8 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
-from system.rover import dijkstra
 from system.rover.cost_map import CostMap, check_codes
+from system.rover.search import dijkstra
 from system.study.statistics.interval import EVERYTHING, Estimate, Interval, clopper_pearson, mean_interval
 
 

@@ -107,28 +107,23 @@ def drive(
     `visit` is called once a second with the cell under the rover and the cell in which its fix lies;
     `avoid` may return a turn rate, rad/s, that goes before that towards the waypoint.
     """
-    points = polyline(cost_map, path)
-    voyage = _set_out(rover, points, key)
-    cover = tree_cover(cost_map)
+    voyage = set_out(rover, cost_map, path, key)
     log: list[tuple[float, ...]] = []
-    every = max(round(rover.gps_period / rover.control_period), 1)
-    limit = _GRACE + PATIENCE * float(np.hypot(*np.diff(points, axis=0).T).sum()) / rover.speed
-    step, waypoint = 0, 0
-    while voyage.time < limit:
-        if step % every == 0:
-            here = cell_at(cost_map, voyage.pose.east, voyage.pose.north)
-            voyage.gps.sample(voyage.time, voyage.pose, float(cover[here]))
+    while not voyage.late:
+        if locate(voyage):
             log.append(voyage.record())
             if visit is not None:
-                visit(here, cell_at(cost_map, *voyage.gps.fix))
-        waypoint = _advance(rover, voyage.gps, points, waypoint)
-        if waypoint == len(points):
+                visit(voyage.cell, cell_at(cost_map, *voyage.gps.fix))
+        if voyage.arrived:
             break
-        _go_on(rover, voyage, points[waypoint], obstacles, avoid)
-        step += 1
+        turn = None if avoid is None else avoid(voyage.pose)
+        if turn is None:
+            turn = steering(voyage, voyage.compass.heading(voyage.pose))
+        roll(voyage, turn, obstacles)
     table = np.array([*log, voyage.record()])
-    arrived = waypoint == len(points)
-    return Drive(table[:, 0], table[:, 1:3], table[:, 3:], arrived, voyage.interventions, voyage.gps.outages)
+    return Drive(
+        table[:, 0], table[:, 1:3], table[:, 3:], voyage.arrived, voyage.interventions, voyage.gps.outages
+    )
 
 
 def turn_away(rover: Rover, obstacles: tuple[Obstacle, ...]) -> Avoid:
@@ -151,38 +146,91 @@ def tree_cover(cost_map: CostMap) -> F64:
 
 
 @dataclass(slots=True)
-class _Voyage:
-    """A rover under way: where it is, s since the start, its senses, and the errors of its wheels' speeds."""
+class Voyage:
+    """A rover under way.
 
+    rover, cost_map : body and map; points : waypoints, m, float64[n, 2]; cover : of trees, as `tree_cover`.
+    pose, time : where it is, s since the start.
+    gps, compass : its senses.
+    gains : errors of its wheels' speeds.
+    limit : s, after which it is given up.
+    steps : control periods so far.
+    waypoint : number of the next waypoint.
+    interventions : how often an operator led it round an obstacle.
+    """
+
+    rover: Rover
+    cost_map: CostMap
+    points: F64
+    cover: F64
     pose: Pose
     gps: Gps
     compass: Compass
     gains: tuple[float, float]
+    limit: float
     time: float = 0.0
+    steps: int = 0
+    waypoint: int = 0
     interventions: int = 0
 
+    @property
+    def cell(self) -> Cell:
+        """Cell under the rover."""
+        return cell_at(self.cost_map, self.pose.east, self.pose.north)
+
+    @property
+    def arrived(self) -> bool:
+        """Whether every waypoint was reached."""
+        return self.waypoint == len(self.points)
+
+    @property
+    def late(self) -> bool:
+        """Whether its patience is over."""
+        return self.time >= self.limit
+
     def record(self) -> tuple[float, ...]:
-        """A row of the log."""
+        """Return a row of the log."""
         return self.time, self.pose.east, self.pose.north, *self.gps.fix
 
 
-def _set_out(rover: Rover, points: F64, key: Sequence[int]) -> _Voyage:
+def set_out(rover: Rover, cost_map: CostMap, path: I64, key: Sequence[int]) -> Voyage:
+    """Return a rover at the beginning of a path, int64[n, 2] of (row, column), heading along it.
+
+    key : seed and number of the trip, of all its noise.
+    """
+    points = polyline(cost_map, path)
     pose = Pose(float(points[0, 0]), float(points[0, 1]), _first_heading(points))
     left, right = (1.0 + rover.wheel_spread * stream(key, WHEEL_STREAM).standard_normal(2)).tolist()
     senses = receiver(rover, pose, stream(key, GPS_STREAM)), compass(rover, stream(key, COMPASS_STREAM))
-    return _Voyage(pose, *senses, (left, right))
+    limit = _GRACE + PATIENCE * float(np.hypot(*np.diff(points, axis=0).T).sum()) / rover.speed
+    return Voyage(rover, cost_map, points, tree_cover(cost_map), pose, *senses, (left, right), limit)
 
 
-def _go_on(
-    rover: Rover, voyage: _Voyage, target: F64, obstacles: tuple[Obstacle, ...], avoid: Avoid | None
-) -> None:
-    """One control period; where the rover then touches an obstacle, an operator leads it around."""
-    turn = None if avoid is None else avoid(voyage.pose)
-    if turn is None:
-        turn = _steer(rover, voyage.gps, voyage.compass.heading(voyage.pose), target)
+def locate(voyage: Voyage) -> bool:
+    """Take a fix where one is due, and the next waypoint by the last fix; whether there was a new fix."""
+    rover = voyage.rover
+    due = voyage.steps % max(round(rover.gps_period / rover.control_period), 1) == 0
+    if due:
+        voyage.gps.sample(voyage.time, voyage.pose, float(voyage.cover[voyage.cell]))
+    voyage.waypoint = _advance(rover, voyage.gps, voyage.points, voyage.waypoint)
+    return due
+
+
+def steering(voyage: Voyage, heading: float) -> float:
+    """Turn rate, rad/s, towards the next waypoint's bearing from the last fix, at a heading, rad."""
+    return _steer(voyage.rover, voyage.gps, heading, voyage.points[voyage.waypoint])
+
+
+def roll(voyage: Voyage, turn: float, obstacles: tuple[Obstacle, ...]) -> None:
+    """One control period at a turn rate, rad/s.
+
+    Where the rover then touches an obstacle, an operator leads it around.
+    """
+    rover = voyage.rover
     left, right = (speed * gain for speed, gain in zip(wheel_speeds(rover, turn), voyage.gains, strict=True))
     voyage.pose = move(rover, voyage.pose, left, right, rover.control_period)
     voyage.time += rover.control_period
+    voyage.steps += 1
     struck = _struck(rover, voyage.pose, obstacles)
     if struck is not None:
         voyage.pose = _led_around(rover, voyage.pose, struck)

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 from circuits.arrays import I64
 from circuits.errors import ParameterError, unknown_name
-from system.rover import a_star, dijkstra
 from system.rover.cost_map import Cell, CostMap, check_cell
+from system.rover.search import a_star, dijkstra
 from system.rover.wave_planner import plan_discrete, plan_ideal
 
 Planner = Callable[[I64, Cell, Cell], I64 | None]  # costs, start, goal -> path, int64[n, 2]

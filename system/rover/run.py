@@ -36,8 +36,9 @@ from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.plot import INK, entitle, silicon_text
 from system.rover.cost_map import Cell, CostMap, check_codes, for_need, load_map
-from system.rover.drive import Drive, drive, polyline, scatter_obstacles, turn_away
+from system.rover.drive import Drive, drive, polyline, scatter_obstacles, set_out, turn_away
 from system.rover.frechet import discrete_frechet
+from system.rover.live import LiveRover
 from system.rover.online_map import OnlineMap, unknown_map
 from system.rover.picture import draw_map, draw_scale_bar, draw_ways, map_shapes
 from system.rover.planner import Plan, Planner, plan_path, planner_named
@@ -182,13 +183,10 @@ def _trip(
     """One trip, with noise of its own; what it sensed is learnt at its end."""
     sensed: dict[Cell, list[int]] = {}
 
-    def on_what_is_known(costs: I64, start: Cell, goal: Cell) -> I64 | None:
-        return planner(costs if learnt is None else learnt.codes(), start, goal)
-
     def sense(under: Cell, reckoned: Cell) -> None:
         sensed.setdefault(reckoned, []).append(int(cost_map.costs[under]))
 
-    plan = plan_path(cost_map, scenario.start, scenario.goal, on_what_is_known)
+    plan = _planned(scenario, cost_map, planner, learnt)
     posts = scatter_obstacles(cost_map, (scenario.seed,)) if scenario.posts else ()
     avoid = turn_away(scenario.rover, posts) if scenario.sonar else None
     key = scenario.seed, number
@@ -198,6 +196,34 @@ def _trip(
     for cell, costs in sensed.items():
         learnt.learn(cell, sum(costs) / len(costs))
     return Trip(plan, driven, learnt.error(cost_map.costs))
+
+
+def _planned(scenario: Scenario, cost_map: CostMap, planner: Planner, learnt: OnlineMap | None) -> Plan:
+    """The plan of a trip, on what is known of the map."""
+
+    def on_what_is_known(costs: I64, start: Cell, goal: Cell) -> I64 | None:
+        return planner(costs if learnt is None else learnt.codes(), start, goal)
+
+    return plan_path(cost_map, scenario.start, scenario.goal, on_what_is_known)
+
+
+def open_drive(scenario: Scenario) -> LiveRover:
+    """Return the rover of a scenario at the start of its planned way, which goes on by 0.1 s.
+
+    Raises `ParameterError` for several trips, and what `run` raises.
+    """
+    if scenario.trips != 1:
+        raise ParameterError(
+            f"trips: {scenario.trips}, must be 1 in a run step by step; open a run for each trip"
+        )
+    cost_map = for_need(load_map(scenario.map), scenario.need)
+    learnt = None
+    if scenario.learn is not None:
+        learnt = unknown_map(cost_map.costs, scenario.prior, scenario.learn)
+    plan = _planned(scenario, cost_map, planner_of(scenario, cost_map), learnt)
+    posts = scatter_obstacles(cost_map, (scenario.seed,)) if scenario.posts else ()
+    voyage = set_out(scenario.rover, cost_map, plan.path, (scenario.seed, 0))
+    return LiveRover(voyage, plan, posts, turn_away(scenario.rover, posts) if scenario.sonar else None)
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:
@@ -398,6 +424,7 @@ SYSTEM = System(
     usual=usual,
     ideal={"cells": "ideal"},
     no_silicon=no_silicon,
+    open=open_drive,
     document=document,
     meanings=of_run(SUMMARY, DOCUMENT),
     title=title,

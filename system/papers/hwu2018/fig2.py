@@ -24,11 +24,11 @@ from chips.wavefront.paper_walk import plan_in_two_passes
 from circuits.arrays import I64
 from system.experiment import Experiment, Progress, Report, with_progress
 from system.papers.hwu2018.table1 import PAIRS, SEED
-from system.rover import dijkstra
 from system.rover.cost_map import MAPS, Cell, CostMap, load_map, random_pairs
 from system.rover.drive import polyline
 from system.rover.picture import draw_map, draw_ways
 from system.rover.planner import path_cost
+from system.rover.search import dijkstra
 from system.rule import at_least, none
 from system.statement import Statement
 

@@ -36,7 +36,8 @@ from system.papers.milde2017.null import ROBOTS, runs_of
 from system.plot import COLOURS
 from system.pushbot.body import SPEED_OF_FACTOR
 from system.pushbot.campaign import FIRST, Drive, Runs, Summary, drive_repeats, share_of, summaries_of
-from system.pushbot.run import Trace, stood, summarise
+from system.pushbot.course import stood
+from system.pushbot.run import Trace, summarise
 from system.pushbot.scenario import MODIFIED_TURN_FACTOR, TURN_FACTOR, Scenario
 from system.rule import Measured, at_least, significant
 from system.statement import Statement

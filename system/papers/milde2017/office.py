@@ -24,7 +24,8 @@ from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017.null import ROBOTS, runs_of
 from system.papers.milde2017.picture import draw_first
 from system.pushbot.campaign import Drive, Runs, Summary, drive_repeats, summaries_of
-from system.pushbot.run import Trace, stood, summarise
+from system.pushbot.course import stood
+from system.pushbot.run import Trace, summarise
 from system.pushbot.scenario import Scenario, scene_of
 from system.rule import Measured, at_most
 from system.statement import Statement

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from circuits.errors import ParameterError, UnknownNameError
-from system.rover import dijkstra
 from system.rover.cost_map import MAPS, CostMap, load_map
 from system.rover.planner import PLANNERS, path_cost, plan_path, planner_named
+from system.rover.search import dijkstra
 
 OPTIMAL = ("wave", "admissible-a-star", "dijkstra")
 

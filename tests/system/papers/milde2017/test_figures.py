@@ -18,10 +18,11 @@ from system.papers.milde2017 import target as milde2017_target
 from system.papers.milde2017 import variability as milde2017_variability
 from system.papers.milde2017.avoided import avoided
 from system.pushbot.campaign import Summary
+from system.pushbot.course import Errand, stood
 from system.pushbot.drive import begin_run
 from system.pushbot.network.biases import LEVELS
 from system.pushbot.network.plain import pushbot_network
-from system.pushbot.run import Trace, stood
+from system.pushbot.run import Trace
 from system.pushbot.scenario import Scenario, scene_of
 from system.pushbot.wiring import HALF_ROWS
 from system.study.statistics.share import Share
@@ -180,7 +181,7 @@ def test_a_leg_beside_or_behind_the_robot_has_walked_into_it(heading: float, wal
     # the leg's middle 10 cm ahead along x
     drive = begin_run(replace(scene, start=(leg.at[0] - 0.10, leg.at[1], heading)), seed=0)
     drive.touched = leg.name
-    trace = Trace(Scenario(), scene, None, drive, None, None, "")  # type: ignore[arg-type]
+    trace = Trace(Scenario(), Errand(scene, None, 1.0), None, drive, None)  # type: ignore[arg-type]
     assert milde2017_office.is_walked_into(trace) is walked_into
     drive.touched = "wall"
     assert not milde2017_office.is_walked_into(trace)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chips.wavefront.axon_graph import NEIGHBOURS
-from system.rover.dijkstra import distances, plan
+from system.rover.search.dijkstra import distances, plan
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from system.rover.a_star import plan_admissible, plan_paper
 from system.rover.cost_map import CostMap, load_map
 from system.rover.planner import Planner, path_cost, plan_path
+from system.rover.search.a_star import plan_admissible, plan_paper
 
 
 def test_the_papers_a_star_keeps_to_the_straight_way() -> None:

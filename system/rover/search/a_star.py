@@ -26,7 +26,7 @@ import numpy as np
 
 from chips.wavefront.axon_graph import NEIGHBOURS
 from circuits.arrays import I64
-from system.rover.dijkstra import grid_edges
+from system.rover.search.dijkstra import grid_edges
 
 Cell = tuple[int, int]
 

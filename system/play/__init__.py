@@ -1,0 +1,1 @@
+"""Runs of any system step by step, from Python."""

@@ -1,0 +1,159 @@
+"""A run of any system step by step, with a controller of one's own in place of noctule's, or over it.
+
+    for step in open_run("forest", map="own.csv", seed=1000):
+        step.observation, step.action              what the bat hears, and what noctule would do
+        step.action = [16, 2, 0]                   what it does instead
+
+A step is handed out before its action is taken, so that the loop's body can look at it and change it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from circuits.arrays import F64
+from circuits.errors import ParameterError
+from system.registry import load_system, system_names
+from system.system import System
+
+if TYPE_CHECKING:
+    from system.live.robot import LiveRobot
+    from system.live.signals import Array
+
+Controller = Callable[[Any], ArrayLike]
+
+
+@dataclass(slots=True, eq=False)
+class Step:
+    """What a run step by step shows before each step is taken.
+
+    Attributes
+    ----------
+    time : float
+        Time since the start, s.
+    observation : array
+        What the robot senses, in the shape that the robot's `senses` say.
+    readings : object
+        What the observation was made of: events, echoes or spikes as the robot has them.
+    action : array
+        What it will do, in the shape of the robot's `actions`; another one may be put here.
+    reward : float
+        Reward of the step before, in the unit that the system's page says.
+    """
+
+    time: float
+    observation: Array
+    readings: Any
+    action: ArrayLike
+    reward: float
+
+
+class LiveRun:
+    """A run that goes on by one step at a time; iterate over it, or call `step`.
+
+    Parameters
+    ----------
+    robot
+        The robot at its start, as `System.open` makes it.
+    controller
+        Makes an action of an observation; noctule's own controller where None.
+    name
+        What errors call it.
+
+    Attributes
+    ----------
+    robot : LiveRobot
+        The robot.
+    path : list of (float, float, float)
+        Time (s) and place, in the unit of the world, at the start and after each step.
+    """
+
+    def __init__(self, robot: LiveRobot, controller: Controller | None = None, name: str = "run") -> None:
+        self.robot, self._controller, self._name = robot, controller, name
+        self.path: list[tuple[float, float, float]] = [(robot.time, *robot.place)]
+
+    @property
+    def over(self) -> str:
+        """Why the run is over, empty while it goes on."""
+        return self.robot.ended or self.robot.late
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether the robot has done what the system is for."""
+        return self.robot.succeeded
+
+    @property
+    def way(self) -> F64:
+        """The path as an array, float64[steps + 1, 3]: time (s), and place in the unit of the world."""
+        return np.array(self.path)
+
+    def look(self) -> Step:
+        """Return the next step before it is taken, with the controller's action."""
+        robot = self.robot
+        seen = robot.sense()
+        chosen = robot.own() if self._controller is None else self._controller(seen)
+        return Step(robot.time, seen, robot.readings(), chosen, robot.reward)
+
+    def take(self, action: ArrayLike) -> float:
+        """Take a step with an `action` and return its reward, in the unit that the system's page says.
+
+        Raises
+        ------
+        ParameterError
+            The action is not one of the robot's, or the run is over.
+        """
+        if self.over:
+            raise ParameterError(f"{self._name}: is over, {self.over}; open another run")
+        given = self.robot.actions.checked(action, f"{self._name}.action")
+        self.robot.act(given)
+        self.path.append((self.robot.time, *self.robot.place))
+        return self.robot.reward
+
+    def __iter__(self) -> Iterator[Step]:
+        while not self.over:
+            step = self.look()
+            yield step
+            self.take(step.action)
+
+
+def open_run(system: str, controller: Controller | None = None, **given: Any) -> LiveRun:
+    """Open a run of a system that goes on step by step, on the silicon that `noctule run` takes.
+
+    Parameters
+    ----------
+    system
+        Its name, or `FILE.py:NAME` of one's own.
+    controller
+        Makes an action of an observation; noctule's own controller where None.
+    given
+        Options and fields of its scenario by name, as `seed`, `map` or `duration`; texts have their unit.
+
+    Raises
+    ------
+    UnknownNameError
+        There is no such system or option.
+    ParameterError
+        An option breaks its rule, or the system has no runs step by step.
+    """
+    found = load_system(system)
+    return LiveRun(open_robot(found, scenario_of_run(found, given)), controller, found.name)
+
+
+def scenario_of_run(system: System[Any, Any], given: Mapping[str, Any], *, ideal: bool = False) -> Any:
+    """Return the scenario that `noctule run` makes of options by name; `die` may be no more than a number."""
+    numbered = isinstance(given.get("die"), int)
+    die = {"die": replace(system.settings["die"].default, number=given["die"])} if numbered else {}
+    return system.on_silicon(ideal=ideal, **{**given, **die})
+
+
+def open_robot(system: System[Any, Any], scenario: Any) -> LiveRobot:
+    """Return the robot of a scenario at its start; raises `ParameterError` for a system without any."""
+    if system.open is None:
+        able = ", ".join(name for name in system_names() if load_system(name).open is not None)
+        raise ParameterError(f"{system.name}: has no runs step by step, those that have are {able}")
+    return system.open(scenario)

@@ -1,0 +1,1 @@
+"""Conventional searches for paths on a cost map."""
