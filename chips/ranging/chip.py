@@ -109,6 +109,8 @@ class RangingChip:
         biases hold.
     codes
         Codes of its calibration, which set its biases; those of the design unless given.
+    model
+        Model of its neurons with its biases, in the place of all these.
     """
 
     def __init__(
@@ -120,10 +122,13 @@ class RangingChip:
         noise: SiliconNoise | None = None,
         bias_kind: BiasKind = "generator",
         codes: Codes | None = None,
+        model: ReboundModel | None = None,
     ) -> None:
         """Prepare the neurons; raises `ParameterError` outside the box (`chips.validity`)."""
         self.silicon, self.path, self.noise = silicon, path, noise
-        if circuit is None and record is None:
+        if model is not None:
+            self.model = model
+        elif circuit is None and record is None:
             self.model = coded_model(silicon.process, bias_kind, codes)
         else:
             built = circuit or rebias(ranging_chip.build(), kind=bias_kind)
@@ -231,6 +236,21 @@ class RangingChip:
         states = state.neurons.copy()
         move_releases(states, state.time, ratio)
         return replace(state, neurons=states, temperature_c=temperature_c)
+
+    def rebiased(self, values: Mapping[str, float | tuple[float, ...]]) -> RangingChip:
+        """Return the chip with other values of its biases, A or V by name; raises outside of its box."""
+        model = with_biases(self.model, values)
+        return RangingChip(self.silicon, path=self.path, noise=self.noise, model=model)
+
+    def carried(self, state: ChipState, before: RangingChip) -> ChipState:
+        """Return `state` of the chip `before` as it goes on with this one's biases.
+
+        What is left of an inhibition is left in proportion to the new one.
+        """
+        at = state.temperature_c
+        states = state.neurons.copy()
+        move_releases(states, state.time, self.neurons_at(at).t_inh / before.neurons_at(at).t_inh)
+        return replace(state, neurons=states)
 
     def neurons_at(self, temperature: float) -> Neurons:
         """Return the neurons at `temperature` (degC), which is checked against the box once."""

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -201,7 +202,18 @@ class RollsChip:
             raise ParameterError("chip.learning: given, must have a plastic array; give the program one")
         self.learning = Learning() if learning is None else learning
         self._built: dict[float, Built] = {}
+        self._new_scratch()
+
+    def _new_scratch(self) -> None:
         self._scratch, self._plastic_scratch = new_scratch(NEURONS), scratch_of(new_scratch(NEURONS))
+
+    def __getstate__(self) -> dict[str, Any]:
+        # working space has views of itself, which a pickle would take apart
+        return {name: value for name, value in vars(self).items() if "scratch" not in name}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._new_scratch()
 
     def built(self, temperature_c: float | None = None) -> Built:
         """Return the chip's tables at `temperature_c` (degC), its silicon's unless given; a few are kept."""
@@ -260,6 +272,22 @@ class RollsChip:
         if self.program.plastic is None or built.plastic is None:
             return state
         return replace(state, plastic=rest_of_plastic(built.plastic, self.program.plastic.start(), self.step))
+
+    def carried(self, state: ChipState, before: RollsChip) -> ChipState:
+        """Return `state` of the chip `before` as it goes on with this one's biases: all voltages stay.
+
+        Raises `ParameterError` outside the box of its model.
+        """
+        at = state.temperature_c
+        old, new = before.built(at), self.built(at)
+        check_box(self.program, new, at)
+        spent = depressing_of(old.depression, state.depression)
+        spent = converted_depression(old.depression, new.depression, spent, round(state.time / self.step))
+        plastic, kept = before._array(state, np.empty(0), np.empty(0, np.int64)), state.plastic
+        if plastic is not None and old.plastic is not None and new.plastic is not None:
+            kept = state_of(convert(old.plastic, new.plastic, plastic).arrays)
+        values = converted(state.values, old, new)
+        return replace(state, values=values, plastic=kept, depression=depression_state(spent))
 
     def weights(self, state: ChipState) -> Bools:
         """Return whether each plastic weight is high in `state`, bool[post, pre].

@@ -26,8 +26,9 @@ from system.openspace.reader_noise import begun
 from system.openspace.state import (
     ARC,
     CROSSED,
-    ECHO_BEARING,
     ECHO_RANGE,
+    ECHO_X,
+    ECHO_Y,
     EMERGENCIES,
     HEAD,
     HEADING,
@@ -124,8 +125,9 @@ class LiveForest:
         """Ranges (m) and bearings (rad) of all echoes of the last ping, float64[echoes, 2], nearest first."""
         rows = self._flight.echo
         end = np.flatnonzero(np.isnan(rows[:, ECHO_RANGE]))
-        heard = rows[: end[0] if end.size else None][:, [ECHO_RANGE, ECHO_BEARING]]
-        heard = heard[heard[:, 0] > 0.0]
+        x, y = rows[: end[0] if end.size else None][:, [ECHO_X, ECHO_Y]].T
+        x, y = x[~np.isnan(x)], y[~np.isnan(x)]
+        heard = np.stack([np.hypot(x, y), np.arctan2(y, x)], axis=1)
         return np.asarray(heard[np.argsort(heard[:, 0], kind="stable")])
 
     def sense(self) -> F64:
@@ -134,7 +136,6 @@ class LiveForest:
         bearing = math.pi - float(flight.pose[HEADING])
         told = arcs.direction[flight.counts[HEAD]], arcs.curvature[flight.counts[ARC]]
         echoes = padded(self.readings(), ECHOES, 0.0)
-        echoes[:, 1] = np.angle(np.exp(1j * echoes[:, 1]))  # noise may carry a bearing beyond half a turn
         return gathered(math.cos(bearing), math.sin(bearing), told, echoes.T)
 
     def own(self) -> I64:

@@ -61,7 +61,6 @@ from system.openspace.view import add_immediacies
 _LEAST_RISK = 0.1e-9  # A, into a port of the selection: its standing current
 SILENT, GHOST = -2.0, -1.0  # in the place of an obstacle's number
 NO_CHOICE = -2  # of a selection that came too late
-UNHEARD = -1.0  # m, in the place of a range
 
 
 class Senses(NamedTuple):
@@ -133,14 +132,14 @@ def end_of_echoes(f: Flight, n: int) -> None:
 
 @_compiled
 def _unheard(row: F64) -> None:
-    row[ECHO_RANGE] = UNHEARD
+    row[ECHO_X] = math.nan
 
 
 @_compiled
 def hear(a: Arcs, s: Senses, f: Flight, n: int) -> int:
     """Make places of n echoes and add their immediacies to `fresh`; returns how many obstacles are heard.
 
-    What is heard of each stays in `echo`: range (m) and bearing (rad), `UNHEARD` for none.
+    Where each is heard stays in `echo` (m, in the body's frame), not a number for none.
     """
     _sort(f.echo, n)
     if s.occlusion:
@@ -179,8 +178,8 @@ def _take(a: Arcs, s: Senses, f: Flight, row: F64, distance: float) -> int:
     """Count an echo that was heard, and what it blocks; whether it is of an obstacle."""
     bearing = row[ECHO_BEARING] + s.noise[f.counts[HEARD] % s.noise.size]
     f.counts[HEARD] += 1
-    row[ECHO_RANGE], row[ECHO_BEARING] = distance, bearing
-    add_immediacies(a, distance * math.cos(bearing), distance * math.sin(bearing), f.fresh)
+    row[ECHO_X], row[ECHO_Y] = distance * math.cos(bearing), distance * math.sin(bearing)
+    add_immediacies(a, row[ECHO_X], row[ECHO_Y], f.fresh)
     number = int(row[ECHO_NUMBER])
     if number < 0:
         f.counts[GHOSTS] += 1

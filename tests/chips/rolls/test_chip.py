@@ -1,5 +1,6 @@
 """The ROLLS chip against the behavioural models of its blocks, and its bus, program and temperature."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -126,6 +127,14 @@ def test_same_die_same_bits():
     one, two = (c.run(c.at_rest(), 0.05)[0] for c in (chip_of(biases=biases), chip_of(biases=biases)))
     assert np.array_equal(one.times, two.times)
     assert np.array_equal(one.neurons, two.neurons)
+
+
+def test_a_chip_that_was_pickled_is_the_same_chip(driven):
+    whole, _ = driven.run(driven.at_rest(), 0.05)
+    other, _ = pickle.loads(pickle.dumps(driven)).run(driven.at_rest(), 0.05)
+    assert whole.times.size > 0
+    assert np.array_equal(other.times, whole.times)
+    assert np.array_equal(other.neurons, whole.neurons)
 
 
 def test_a_silent_chip_is_silent():

@@ -29,7 +29,9 @@ def made(name: str, **given: Any) -> Any:
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_gymnasiums_checker_finds_nothing(name: str) -> None:
-    check_env(made(name, render_mode="rgb_array"))  # a warning is an error here
+    environment = made(name, render_mode="rgb_array")
+    check_env(environment)  # a warning is an error here
+    assert environment.reset(seed=1)[0] in environment.observation_space
 
 
 def test_a_picture_is_of_the_world() -> None:
