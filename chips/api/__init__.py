@@ -10,19 +10,18 @@ from chips.cell import Cell
 from chips.latency.calibration import calibrated
 from chips.latency.chip import LatencyChip, PingResponse
 from chips.latency.design import Design
+from chips.live.chip import LiveChip
+from chips.live.table import open_chip
 from chips.model import Model, characterise, load_model, model_names
 from chips.noise import SiliconNoise
-from chips.part import Advanced, Output, Part
+from chips.part import Output, Part
 from chips.ranging.chip import RangingChip
-from chips.ranging.model import model_of, neurons_on
-from chips.ranging.response import Response, Tunings, respond, tune
+from chips.ranging.response import Response, respond
 from chips.record import Record, Table, content, matching_record, read_record, record_key
 from chips.registry import Chip, chip_names, load_chip
 from chips.validity import outside_boxes
 from chips.wavefront.axon_graph import AxonGraph, graph_of, grid_graph
 from chips.wavefront.chip import ChipCells, Plan, Program, WavefrontChip
-from chips.wavefront.part import WavefrontPart
-from chips.wavefront.readout import UnreachableError, pointer_path
 
 __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its headings
     # Chips and their contract of time
@@ -30,9 +29,11 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "load_chip",
     "Chip",
     "Part",
-    "Advanced",
     "Output",
     "Cell",
+    # Chips that are driven live
+    "open_chip",
+    "LiveChip",
     # Events
     "Bus",
     "Events",
@@ -56,10 +57,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "outside_boxes",
     # Ranging chip
     "RangingChip",
-    "model_of",
-    "neurons_on",
-    "tune",
-    "Tunings",
     "respond",
     "Response",
     # Wavefront chip
@@ -67,12 +64,9 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "ChipCells",
     "Program",
     "Plan",
-    "WavefrontPart",
     "AxonGraph",
     "grid_graph",
     "graph_of",
-    "pointer_path",
-    "UnreachableError",
     # Latency chip
     "LatencyChip",
     "PingResponse",

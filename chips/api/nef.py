@@ -4,7 +4,6 @@ from chips.nef.build import Built, build
 from chips.nef.chip import NefChip
 from chips.nef.network.curves import IdealCurves
 from chips.nef.network.network import Connection, Ensemble, EnsembleArray, Network, Neurons, Node, Probe, join
-from chips.nef.part import NefPart
 from chips.nef.simulation import Simulation
 
 __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its headings
@@ -24,5 +23,4 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "build",
     "Built",
     "Simulation",
-    "NefPart",
 ]

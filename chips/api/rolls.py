@@ -3,7 +3,6 @@
 from chips.rolls.calibration import Calibration, Knob, Target, Task, calibrate, code_for, neuron_rates
 from chips.rolls.chip import Inputs, RollsChip, Spikes
 from chips.rolls.depression.program import ShortTermDepression
-from chips.rolls.part import RollsPart
 from chips.rolls.plastic.program import PlasticArray
 from chips.rolls.portrait import Portrait, portrait
 from chips.rolls.power import bias_power
@@ -77,7 +76,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "RollsChip",
     "Inputs",
     "Spikes",
-    "RollsPart",
     # Calibration, and what a die is like
     "calibrate",
     "Calibration",

@@ -198,7 +198,7 @@ class LiveChip:
         return Events(sent[0][order], sent[1][order])
 
     def address(self, name: str, index: int = 0) -> int:
-        """Return an address by its kind's name and its index there.
+        """Return the address number of the event `index` of the kind `name`.
 
         Raises `UnknownNameError` for a name that is none, `ParameterError` for an index beyond its kind.
         """
@@ -245,7 +245,7 @@ class LiveChip:
         return self.read_bias(name)
 
     def warm(self, temperature_c: float) -> None:
-        """Take the chip to another temperature, degC; raises `ParameterError` outside of its model's box."""
+        """Take the chip to `temperature_c`, degC; raises `ParameterError` outside of its model's box."""
         engine, inner = self.state.engine.at(self.state.inner, temperature_c)
         self.state = replace(self.state, engine=engine, inner=inner)
 
@@ -284,7 +284,9 @@ class LiveChip:
         for one in self.inputs:
             known |= (where >= one.first) & (where < one.first + one.count)
         if not known.all():
-            ranges = ", ".join(f"{a.first} to {a.first + a.count - 1} ({a.name})" for a in self.inputs)
+            ranges = ", ".join(
+                f"{a.first} to {a.first + a.count - 1} ({a.name})" for a in self.inputs if a.count
+            )
             wrong = int(where[~known][0])
             raise ParameterError(f"{self.path}.address: {wrong}, not on the chip; it has {ranges or 'none'}")
 

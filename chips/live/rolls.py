@@ -62,11 +62,12 @@ class RollsEngine:
         """Its synapses."""
         program, columns = self.chip.program, self.chip.program.virtual.columns
         excite, inhibit = columns(inhibitory=False), columns(inhibitory=True)
+        signs = {each.inhibitory for each in program.inputs}
         return (
             Addresses("plastic", 0, 0 if program.plastic is None else NONPLASTIC * NEURONS),
             Addresses("synapse", NONPLASTIC * NEURONS, (VIRTUAL_EXCITATORY - NONPLASTIC) * NEURONS),
-            Addresses("excite", excite.start * NEURONS, len(excite) * NEURONS),
-            Addresses("inhibit", inhibit.start * NEURONS, len(inhibit) * NEURONS),
+            Addresses("excite", excite.start * NEURONS, len(excite) * NEURONS * (False in signs)),
+            Addresses("inhibit", inhibit.start * NEURONS, len(inhibit) * NEURONS * (True in signs)),
         )
 
     @property

@@ -238,7 +238,7 @@ class RangingChip:
         return replace(state, neurons=states, temperature_c=temperature_c)
 
     def rebiased(self, values: Mapping[str, float | tuple[float, ...]]) -> RangingChip:
-        """Return the chip with other values of its biases, A or V by name; raises outside of its box."""
+        """Return the chip with other `values` of its biases, A or V by name; raises outside of its box."""
         model = with_biases(self.model, values)
         return RangingChip(self.silicon, path=self.path, noise=self.noise, model=model)
 

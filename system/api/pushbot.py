@@ -2,10 +2,10 @@
 
 from system.pushbot.body import Pushbot, forward_of, turn_of
 from system.pushbot.brain import Architecture, brain_of
-from system.pushbot.drive import Order, Readings, Run, begin_run, drive, go_on, pull, steer
+from system.pushbot.drive import Readings, Run, begin_run, go_on, steer
 from system.pushbot.loop import Brain, open_loop, rates, step
 from system.pushbot.network.biases import pushbot_biases
-from system.pushbot.network.plain import NOTEBOOK, PAPER, PushbotLayout, PushbotLevels, pushbot_network
+from system.pushbot.network.plain import NOTEBOOK, PAPER, PushbotLevels, pushbot_network
 from system.pushbot.run import Trace, make_brain, run
 from system.pushbot.scenario import Scenario, scene_of
 from system.pushbot.scene_picture import draw_path, draw_scene
@@ -13,7 +13,6 @@ from system.pushbot.scene_picture import draw_path, draw_scene
 __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its headings
     # Network and chip
     "pushbot_network",
-    "PushbotLayout",
     "PushbotLevels",
     "PAPER",
     "NOTEBOOK",
@@ -28,11 +27,8 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "begin_run",
     "Run",
     "steer",
-    "pull",
     "go_on",
     "Readings",
-    "drive",
-    "Order",
     "draw_scene",
     "draw_path",
     # The closed loop

@@ -5,7 +5,7 @@ from system.worlds.arena.geometry import collision, obstacles_of
 from system.worlds.arena.scene import Scene
 from system.worlds.camera.event import Events
 from system.worlds.camera.file import read_events, write_events
-from system.worlds.camera.sensor import Dvs, Segment, advance, open_eye, sensor_of
+from system.worlds.camera.sensor import Dvs
 from system.worlds.sound.acoustics import speed_of_sound
 from system.worlds.sound.microphone import Microphone
 from system.worlds.sound.targets import (
@@ -26,10 +26,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "collision",
     # Event camera
     "Dvs",
-    "sensor_of",
-    "open_eye",
-    "Segment",
-    "advance",
     "Events",
     "read_events",
     "write_events",

@@ -26,8 +26,7 @@ from numpy.typing import ArrayLike
 from circuits.errors import ParameterError
 from system.live.robot import LiveRobot
 from system.live.signals import Array, Signals
-from system.play.run import open_robot, scenario_of_run
-from system.registry import load_system
+from system.play.run import maker_of
 
 _SEEDS = 1 << 31
 _INCHES, _DOTS = 4.8, 100
@@ -39,7 +38,7 @@ class Environment(gymnasium.Env[Any, Any]):
     Parameters
     ----------
     system
-        Name of the system, or `FILE.py:NAME` of one's own.
+        Name of the system, or `FILE.py:NAME` of one's own, as of `open_run`.
     render_mode
         `rgb_array` for pictures of the world, None for none.
     ideal
@@ -60,8 +59,8 @@ class Environment(gymnasium.Env[Any, Any]):
     ) -> None:
         if render_mode not in {None, *self.metadata["render_modes"]}:
             raise ParameterError(f"render_mode: {render_mode}, must be rgb_array, or None for no pictures")
-        self.render_mode, self._ideal, self._given = render_mode, ideal, given
-        self._system = load_system(system)
+        self.render_mode, self._given = render_mode, given
+        self._called, self._open = maker_of(system, ideal=ideal)
         self.robot: LiveRobot = self._opened(0, {})
         self.observation_space = space_of(self.robot.senses)
         self._actions = normal_of(self.robot.actions)
@@ -86,7 +85,7 @@ class Environment(gymnasium.Env[Any, Any]):
         return self.robot.sense(), self._told()
 
     def step(self, action: ArrayLike) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Go on by a step with an action: whole numbers, or shares of the bounds from -1 to 1.
+        """Go on by a step with an `action`, whole numbers or shares of the bounds, in the space's shape.
 
         Raises
         ------
@@ -114,11 +113,10 @@ class Environment(gymnasium.Env[Any, Any]):
 
     @property
     def _name(self) -> str:
-        return self._system.name if self.spec is None else self.spec.id
+        return self._called if self.spec is None else self.spec.id
 
     def _opened(self, seed: int, options: Mapping[str, Any]) -> LiveRobot:
-        scenario = scenario_of_run(self._system, {**self._given, **options, "seed": seed}, ideal=self._ideal)
-        return open_robot(self._system, scenario)
+        return self._open({**self._given, **options, "seed": seed})
 
     def _told(self) -> dict[str, Any]:
         """What is said of a step beside its observation: the time, s, and at the end why and whether well."""

@@ -30,7 +30,7 @@ class LiveRobot(Protocol):
 
     @property
     def reward(self) -> float:
-        """Reward of the last step, 0 before the first; the system's page says of what."""
+        """Reward of the last step, a number whose unit the system's page says; 0 before the first."""
 
     @property
     def ended(self) -> str:
@@ -67,4 +67,4 @@ class LiveRobot(Protocol):
         """
 
     def draw(self, ax: Axes) -> None:
-        """Draw the world, the way so far and the robot."""
+        """Draw the world, the way so far and the robot on the axes `ax`."""

@@ -72,12 +72,12 @@ class Signals:
 
     @property
     def low(self) -> F64:
-        """Least values, float64, each in its channel's unit."""
+        """Least values, float64[n] or in the shape of a frame, each in its channel's unit."""
         return self._spread([channel.low for channel in self.channels])
 
     @property
     def high(self) -> F64:
-        """Greatest values, float64, each in its channel's unit."""
+        """Greatest values, float64[n] or in the shape of a frame, each in its channel's unit."""
         return self._spread([channel.high for channel in self.channels])
 
     def table(self) -> list[tuple[str, str, str, float, float]]:

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from circuits.arrays import F64
 from circuits.errors import ParameterError
+from system.options.code import code_of, guarded, load_code
 from system.registry import load_system, system_names
 from system.system import System
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from system.live.signals import Array
 
 Controller = Callable[[Any], ArrayLike]
+Maker = Callable[[Mapping[str, Any]], "LiveRobot"]
 
 
 @dataclass(slots=True, eq=False)
@@ -100,7 +102,7 @@ class LiveRun:
         return Step(robot.time, seen, robot.readings(), chosen, robot.reward)
 
     def take(self, action: ArrayLike) -> float:
-        """Take a step with an `action` and return its reward, in the unit that the system's page says.
+        """Take a step with an `action`, in the shape and units of the robot's `actions`; return its reward.
 
         Raises
         ------
@@ -127,7 +129,7 @@ def open_run(system: str, controller: Controller | None = None, **given: Any) ->
     Parameters
     ----------
     system
-        Its name, or `FILE.py:NAME` of one's own.
+        Its name, or `FILE.py:NAME` of one's own: a `System`, or what makes a `LiveRobot` of options.
     controller
         Makes an action of an observation; noctule's own controller where None.
     given
@@ -140,8 +142,22 @@ def open_run(system: str, controller: Controller | None = None, **given: Any) ->
     ParameterError
         An option breaks its rule, or the system has no runs step by step.
     """
+    name, make = maker_of(system)
+    return LiveRun(make(given), controller, name)
+
+
+def maker_of(system: str, *, ideal: bool = False) -> tuple[str, Maker]:
+    """Return the name of a system, or of a function of one's own, and what makes a robot of options by name.
+
+    ideal : whether programs stand in place of all chips. Raises as `load_system`.
+    """
+    code = code_of(system)
+    own = None if code is None else load_code(code)
+    if code is not None and callable(own):
+        make = guarded(own, code.path)
+        return code.name, lambda given: make(**given)
     found = load_system(system)
-    return LiveRun(open_robot(found, scenario_of_run(found, given)), controller, found.name)
+    return found.name, lambda given: open_robot(found, scenario_of_run(found, given, ideal=ideal))
 
 
 def scenario_of_run(system: System[Any, Any], given: Mapping[str, Any], *, ideal: bool = False) -> Any:

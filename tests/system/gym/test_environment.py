@@ -116,6 +116,13 @@ def test_any_system_is_an_environment_by_its_name() -> None:
     assert environment.reset(seed=0)[0].shape == environment.observation_space.shape
 
 
+def test_a_robot_of_ones_own_is_an_environment_from_its_file() -> None:
+    environment = made("System", system=f"{ROOT / 'examples' / 'light_seeker.py'}:Seeker")
+    check_env(environment, skip_render_check=True)
+    environment.reset(seed=1)
+    assert environment.step([1.0, 1.0])[1] != 0.0
+
+
 def test_gymnasiums_entry_point_registers_all_once() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     (entry,) = project["entry-points"]["gymnasium.envs"].items()

@@ -12,6 +12,7 @@ from circuits.silicon.die import Die
 from system.approach.run import run_in_loop
 from system.play.run import LiveRun, open_robot, open_run
 from system.registry import load_system, system_names
+from tests.house import ROOT
 
 OWN: dict[str, tuple[dict[str, Any], ...]] = {
     "forest": (
@@ -133,3 +134,13 @@ def test_observations_are_what_the_signals_say(name: str) -> None:
     seen = robot.sense()
     assert np.array_equal(robot.senses.checked(seen, name), seen)
     assert seen.shape == robot.senses.shape
+
+
+def test_a_robot_of_ones_own_is_opened_from_its_file() -> None:
+    path = f"{ROOT / 'examples' / 'light_seeker.py'}:Seeker"
+    run = open_run(path, seed=1000)
+    for step in run:
+        assert step.observation.shape == (2,)
+    assert run.over == "at the lamp"
+    with pytest.raises(ParameterError, match=r"light_seeker\.py.*unexpected keyword argument 'sead'"):
+        open_run(path, sead=1)
