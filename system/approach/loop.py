@@ -32,7 +32,7 @@ from circuits.silicon.silicon import Silicon
 from system.approach.behavioural import Models
 from system.approach.scenario import Scenario, air_of
 from system.loop import AnalogWire, EventWire, Loop
-from system.options.noise import silicon_noise
+from system.options.noise import device_noise
 from system.worlds.sound.ear import SAMPLE_RATE, Ear
 from system.worlds.sound.hearing import Hearing
 from system.worlds.sound.microphone import Microphone
@@ -101,7 +101,7 @@ def all_behavioural(scenario: Scenario) -> bool:
 def models_of(scenario: Scenario, temperature_c: float) -> Models:
     """Return the models of a scenario in which every box is one, at a temperature, degC."""
     silicon = scenario.silicon_at(temperature_c)
-    noise = silicon_noise(scenario.silicon_noise, scenario.seed, scenario.ripple)
+    noise = device_noise(scenario)
     fourth = _fourth_power(scenario, silicon) if scenario.amplitude_law == "d4" else None
     codes = scenario.ranging_codes
     return Models(
@@ -129,7 +129,7 @@ def _fourth_power(scenario: Scenario, silicon: Silicon) -> tuple[float, ...]:
 
 def _chip(scenario: Scenario, silicon: Silicon) -> dict[str, Part[Any]]:
     if scenario.level_of("chip") == "behavioural":
-        noise = silicon_noise(scenario.silicon_noise, scenario.seed, scenario.ripple)
+        noise = device_noise(scenario)
         codes = scenario.ranging_codes
         return {"chip": RangingChip(silicon, noise=noise, bias_kind=scenario.bias_kind, codes=codes)}
     chip = rebias(ranging_chip.build(), values_of(scenario.ranging_codes), scenario.bias_kind)
@@ -152,7 +152,7 @@ def _centroid(scenario: Scenario, silicon: Silicon, lookup: tuple[float, ...] | 
 
 def _vocalization(scenario: Scenario, silicon: Silicon) -> Part[Any]:
     if scenario.level_of("vocalization") == "behavioural":
-        noise = silicon_noise(scenario.silicon_noise, scenario.seed, scenario.ripple)
+        noise = device_noise(scenario)
         return VocalizationModel(silicon, noise=noise)
     board = vocalization_controller.build(vocalization_controller.Params())
     held = {"proximity": 0.0, "amplitude_control": 0.0, "enable": 0.0}
@@ -177,7 +177,7 @@ def _hearing(scenario: Scenario, silicon: Silicon) -> dict[str, Part[Any]]:
 
 
 def _heard(scenario: Scenario, silicon: Silicon) -> Hearing:
-    noise = silicon_noise(scenario.silicon_noise, scenario.seed, scenario.ripple)
+    noise = device_noise(scenario)
     heard = hearing_on(silicon, noise=noise, v_level=scenario.hearing_level)
     return Hearing(_microphone(scenario), scenario.targets, heard)
 

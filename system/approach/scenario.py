@@ -17,7 +17,7 @@ from system.option import (
     option,
 )
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, check_noise, check_ripple, noise_option
+from system.options.noise import Noisy, check_noise, check_ripple, noise_option, noise_seed_option
 from system.worlds.sound.acoustics import Air
 from system.worlds.sound.targets import Target, default_scene, read_targets
 
@@ -40,8 +40,8 @@ class Scenario(Coded):
     Temperature is that of chip, boards and air; chip and boards follow a `course` of it, pairs of time (s)
     and degC, and the air stays. Each board and each single neuron is a circuit of its own, on the chip's die,
     which is the same lot and number. `transistors` names boxes that stay at transistor level in a behavioural
-    run. The noise of devices is that of `noisy_boxes`, drawn from the seed. Codes are those of the ranging
-    chip, by which the boards behind it are trimmed too, and of the hearing.
+    run. The noise of devices is that of `noisy_boxes`, drawn from `noise_seed`, which is `seed` unless given.
+    Codes are those of the ranging chip, by which the boards behind it are trimmed too, and of the hearing.
     """
 
     CALIBRATED: ClassVar[tuple[str, ...]] = (NAME, HEARING)
@@ -58,11 +58,12 @@ class Scenario(Coded):
         frozenset(), "A box kept as transistors, repeatable", choices=BOXES, collect=frozenset, metavar="BOX"
     )
     silicon_noise: Noisy = noise_option(study=False)
+    noise_seed: int | None = noise_seed_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self)
-        check_noise(self.silicon_noise, None)
+        check_noise(self.silicon_noise, self.noise_seed)
         check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
         check_codes(self)
 

@@ -20,9 +20,9 @@ from system.options.noise import (
     Noisy,
     check_noise,
     check_ripple,
+    device_noise,
     noise_option,
     noise_seed_option,
-    silicon_noise,
 )
 
 BRAINS = ("reference", "ideal", "chip")
@@ -78,8 +78,7 @@ class Scenario(Coded):
 
     def device_noise(self) -> SiliconNoise | None:
         """Return the noise of the chip's devices, None where there is none."""
-        seed = self.seed if self.noise_seed is None else self.noise_seed
-        return silicon_noise(self.silicon_noise, seed, self.ripple)
+        return device_noise(self)
 
     @property
     def solved(self) -> float:

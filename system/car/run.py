@@ -35,7 +35,7 @@ from system.openspace.reader import CALIBRATIONS, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.options.block import describe_run
 from system.options.codes import described
-from system.options.noise import silicon_noise
+from system.options.noise import device_noise
 from system.options.outside import inside_boxes
 from system.plot import entitle, silicon_text
 from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, part
@@ -151,7 +151,7 @@ def sonar_of(scenario: Scenario, random: np.random.Generator) -> tuple[SonarAt |
     if not s.silicon:
         return lambda _: still, 0
     codes = s.ranging_codes
-    noisy = silicon_noise(s.silicon_noise, s.seed if s.noise_seed is None else s.noise_seed, s.ripple)
+    noisy = device_noise(s)
     begun_c = beginning_of(s.temperature_c, s.course) if s.course else None
 
     def made(celsius: float) -> tuple[Sonar, int]:

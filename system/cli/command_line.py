@@ -26,6 +26,7 @@ from system.cli.exit_status import BAD_INPUT, DONE, INTERRUPTED, NO
 from system.cli.given_once import App
 from system.cli.guide import guide
 from system.cli.mend import measured_again
+from system.cli.mission_verb import Merge, Mission
 from system.cli.run_command_line import names_in_study
 from system.cli.simulate_verb import Simulate
 from system.cli.study_verbs import Centre, Gradient, Montecarlo, Replay
@@ -102,6 +103,8 @@ _VERBS = {
     "sweep": verb("sweep:sweep_command", Sweep),
     "montecarlo": verb("montecarlo:montecarlo_command", Montecarlo),
     "gradient": verb("gradient:gradient_command", Gradient),
+    "mission": verb("mission:mission_command", Mission),
+    "merge": verb("mission:merge_command", Merge),
     "replay": verb("replay:replay_command", Replay),
     "centre": verb("centre:centre_command", Centre),
     "characterise": verb("characterise:characterise_command", Characterise),

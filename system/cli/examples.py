@@ -30,6 +30,12 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ),
     ("montecarlo",): ("noctule montecarlo rebound-neuron -n 50 --metric best_delay --csv dies.csv",),
     ("gradient",): ('noctule gradient rebound-neuron --metric "spike_time(spike,0)" --die 1003',),
+    ("mission",): ("noctule mission approach --dies 8 --worlds 1 -o mission",),
+    ("merge",): (
+        "noctule mission approach --dies 2 --chunk 1 --shard 1/2 -o one",
+        "noctule mission approach --dies 2 --chunk 1 --shard 2/2 -o two",
+        "noctule merge one two -o whole",
+    ),
     ("replay",): (
         "noctule montecarlo rebound-neuron -n 50 -o dies",
         "noctule replay dies --die 1000 --plot die.png",

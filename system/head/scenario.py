@@ -25,9 +25,9 @@ from system.options.noise import (
     Noisy,
     check_noise,
     check_ripple,
+    device_noise,
     noise_option,
     noise_seed_option,
-    silicon_noise,
 )
 
 DURATION = 20.0  # s, two periods of the sine; ours
@@ -90,8 +90,7 @@ class Scenario(Coded):
         silicon, codes = self.silicon_at(temperature_c), self.chip_codes
         currents = () if codes is None else currents_of(codes)
         chip = head_on(silicon, self.bias_kind, self.area, currents)
-        seed = self.seed if self.noise_seed is None else self.noise_seed
-        noise = silicon_noise(self.silicon_noise, seed, self.ripple)
+        noise = device_noise(self)
         return chip, None if noise is None else noise_of(
             chip, silicon, noise, self.area, self.bias_kind, currents
         )

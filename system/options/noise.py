@@ -7,7 +7,7 @@ the account of the run says so (`NOISELESS`).
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 from chips.noise import SiliconNoise
 from circuits.circuit import BiasKind
@@ -34,6 +34,32 @@ def silicon_noise(noisy: str, seed: int, ripple: Ripple | None = None) -> Silico
     if noisy == "off":
         return None
     return SiliconNoise(seed, flicker=WHITE_ONLY if noisy == "white" else None, ripple=ripple)
+
+
+class NoisyRun(Protocol):
+    """A scenario whose chips' devices make noise."""
+
+    @property
+    def silicon_noise(self) -> str:
+        """Which noise they make."""
+
+    @property
+    def seed(self) -> int:
+        """Seed of the run."""
+
+    @property
+    def noise_seed(self) -> int | None:
+        """Seed of the noise where it is another than the run's."""
+
+    @property
+    def ripple(self) -> Ripple | None:
+        """Sine on the supply of the bias generators."""
+
+
+def device_noise(scenario: NoisyRun) -> SiliconNoise | None:
+    """Give the noise of the devices in a scenario's run; None where there is none."""
+    seed = scenario.seed if scenario.noise_seed is None else scenario.noise_seed
+    return silicon_noise(scenario.silicon_noise, seed, scenario.ripple)
 
 
 def check_noise(noisy: str, seed: int | None) -> None:

@@ -15,9 +15,9 @@ from system.options.noise import (
     Noisy,
     check_noise,
     check_ripple,
+    device_noise,
     noise_option,
     noise_seed_option,
-    silicon_noise,
 )
 from system.pushbot.body import Factors
 from system.pushbot.brain import FIELD_SCENES, Architecture
@@ -134,8 +134,7 @@ class Scenario(Coded):
 
     def device_noise(self) -> SiliconNoise | None:
         """Return the noise of the chips' devices, None where there is none."""
-        seed = self.seed if self.noise_seed is None else self.noise_seed
-        return silicon_noise(self.silicon_noise, seed, self.ripple)
+        return device_noise(self)
 
     def read(self) -> Readout:
         """Return how spikes become commands."""

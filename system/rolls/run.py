@@ -27,7 +27,7 @@ from circuits.silicon.process import ROLLS_180
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.codes import described
-from system.options.noise import silicon_noise
+from system.options.noise import device_noise
 from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
 from system.options.rolls_power import TABLE, power_numbers
@@ -100,7 +100,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     check_rate(s.input_rate)
     found = s.found
     off = off_of(found)
-    noise = silicon_noise(s.silicon_noise, s.seed, s.ripple)
+    noise = device_noise(s)
     silicon = s.silicon_at(beginning_of(s.temperature_c, s.course, TEMPERATURE_STEP), ROLLS_180)
     on_die = RollsChip(program_of(table_at(s.table, found)), silicon, s.bias_kind, noise=noise)
     followed = course_through(s.course, TEMPERATURE_STEP)

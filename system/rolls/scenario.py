@@ -14,7 +14,7 @@ from system.option import (
     option,
 )
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, check_ripple, noise_option, silicon_noise
+from system.options.noise import Noisy, check_noise, check_ripple, noise_option, noise_seed_option
 from system.rolls.codes import INPUT_RATE, NAME
 from system.rolls.options import bias_table
 
@@ -26,8 +26,8 @@ STUDY_DURATION = 4.0  # s, unless asked
 class Scenario(Coded):
     """A die and its drive: events at `input_rate` (Hz) for every neuron, for `duration` s.
 
-    Phases of the events, and noise, are drawn from the seed. `course` has pairs of time (s) and degC that the
-    temperature follows instead of `temperature_c`.
+    Phases of the events are drawn from the seed, and noise from `noise_seed`, which is `seed` unless given.
+    `course` has pairs of time (s) and degC that the temperature follows instead of `temperature_c`.
     """
 
     CALIBRATED: ClassVar[tuple[str, ...]] = (NAME,)
@@ -41,6 +41,7 @@ class Scenario(Coded):
     )
     duration: float = option(1.0, "Of the run", unit="s", study=True)
     silicon_noise: Noisy = noise_option()
+    noise_seed: int | None = noise_seed_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
@@ -49,7 +50,7 @@ class Scenario(Coded):
             raise ParameterError(
                 f"duration: {self.duration:g} s, must be > {SETTLING:g} s, after which rates are counted"
             )
-        silicon_noise(self.silicon_noise, self.seed)
+        check_noise(self.silicon_noise, self.noise_seed)
         check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
         check_codes(self)
 

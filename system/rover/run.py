@@ -31,7 +31,7 @@ from circuits.silicon.course import along, beginning_of, told_when
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.codes import described
-from system.options.noise import silicon_noise
+from system.options.noise import device_noise
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.plot import INK, entitle, silicon_text
@@ -173,7 +173,7 @@ def cells_of(scenario: Scenario, cost_map: CostMap, temperature_c: float) -> Chi
     codes = scenario.codes_of(NAME, setup=design)
     calibrated = None if codes is None else cell_codes(codes, design)
     silicon = scenario.silicon_at(temperature_c)
-    noise = silicon_noise(scenario.silicon_noise, scenario.seed, scenario.ripple)
+    noise = device_noise(scenario)
     return ChipCells(silicon, scenario.bias_kind, noise=noise, calibrated=calibrated)
 
 

@@ -11,7 +11,7 @@ from system.option import (
     option,
 )
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, check_ripple, noise_option
+from system.options.noise import Noisy, check_noise, check_ripple, noise_option, noise_seed_option
 from system.rover.body import Rover
 from system.rover.cost_map import NEEDS, Cell, read_cell
 from system.rover.planner import PLANNERS
@@ -52,6 +52,8 @@ class Scenario(Coded):
         Delay of a unit of cost on the chip, s.
     silicon_noise : str
         Which noise the chip's devices make.
+    noise_seed : int or None
+        Seed of that noise; that of the run unless given.
     rover : Rover
         Numbers of the body and its senses.
 
@@ -88,12 +90,14 @@ class Scenario(Coded):
         UNIT, "Of the chip: delay a unit of cost", unit="s", above=0.0, study=True, silicon=True
     )
     silicon_noise: Noisy = noise_option(study=False)
+    noise_seed: int | None = noise_seed_option()
     rover: Rover = field(default_factory=Rover)
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self, no_silicon(self))
         check_codes(self)
+        check_noise(self.silicon_noise, self.noise_seed)
         check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
 
 

@@ -39,7 +39,7 @@ from system.openspace.map import SIDE, Forest
 from system.openspace.picture import draw_view_of_run, film_of_flight
 from system.options.block import describe_run
 from system.options.codes import described
-from system.options.noise import NOISELESS, silicon_noise
+from system.options.noise import NOISELESS, device_noise
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.spikes.output import spikes_output, trains_of
@@ -140,7 +140,7 @@ def chip_of(design: Design, scenario: Scenario) -> LatencyChip:
     for memory, unit in s.units:
         bare.check_unit(memory, unit)
     units = {(p, u): TransistorUnit(biases, silicon, p, u) for p, u in s.units}
-    noise = silicon_noise(s.silicon_noise, s.seed, s.ripple)
+    noise = device_noise(s)
     return LatencyChip(design, biases, silicon, area=s.area, units=units, noise=noise)
 
 

@@ -14,7 +14,7 @@ from system.option import (
     option,
 )
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, check_noise, check_ripple, noise_option
+from system.options.noise import Noisy, check_noise, check_ripple, noise_option, noise_seed_option
 from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
 
 BRAINS = ("network", "chip", "lif")
@@ -59,13 +59,14 @@ class Scenario(Coded):
         metavar="MEMORY,UNIT", silicon=True, key="transistor_units",
     )  # fmt: skip
     silicon_noise: Noisy = noise_option()
+    noise_seed: int | None = noise_seed_option()
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self, no_silicon(self))
         if self.map is None:
             forest.check_count(self.obstacles)
-        check_noise(self.silicon_noise, None)
+        check_noise(self.silicon_noise, self.noise_seed)
         check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
         check_codes(self)
         if self.area != 1.0 and self.units:

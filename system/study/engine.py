@@ -96,6 +96,7 @@ def run_study(
     stop: Callable[[Table], bool] | None = None,
     progress: Callable[[float], None] | None = None,
     command: Sequence[str] = (),
+    part: slice = slice(None),
 ) -> Outcome:
     """Measure all samples of a study, or as many as `stop` asks for.
 
@@ -115,6 +116,8 @@ def run_study(
         Function that is told the share of the study that is done, 0 to 1.
     command
         Words of the command that asked for the study; the manifest keeps them.
+    part
+        Which of its chunks are measured. Of a part no final table is written.
 
     Raises
     ------
@@ -128,7 +131,7 @@ def run_study(
         return Outcome(empty([q.name for q in open_target(study.subject).quantities]), 0, (), stopped=False)
     kept = nullcontext() if folder is None else open_folder(folder, study, resume=resume, command=command)
     tables: list[Table] = []
-    stopped, chunks = False, study.chunks()
+    stopped, chunks = False, study.chunks()[part]
     with kept as files:
         with closing(in_order(partial(_measure_dies, study), chunks, files, workers)) as measured:
             for _, table in measured:
@@ -141,7 +144,8 @@ def run_study(
         whole = join(tables)
         if files is None:
             return Outcome(whole, 0, (), stopped)
-        keep_samples(files, whole)
+        if part == slice(None):
+            keep_samples(files, whole)
         return Outcome(whole, files.read, tuple(files.redone), stopped)
 
 

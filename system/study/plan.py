@@ -26,6 +26,8 @@ Method = Literal["random", "lhs", "sobol"]
 METHODS: tuple[Method, ...] = ("random", "lhs", "sobol")
 _DIES = 10**12  # numbers that a chunk's file has twelve digits for; ours
 _SEEDS = 2**63  # ours; generators take any of them
+WORLDS = 1000
+"""Worlds that a die meets in a study of worlds of its own, at most, and runs in each of them; ours."""
 _LARGEST = 21_201  # dimensions that scipy's Sobol sequence has
 _EDGE = 2.0**-54  # a Sobol point may be 0, whose normal is infinite
 
@@ -80,6 +82,17 @@ class Plan:
     def extensible(self) -> bool:
         """Whether more dies leave the others as they are."""
         return self.method == "random"
+
+
+def seeds_of(die: int, trial: int, noises: int) -> tuple[int, int | None]:
+    """Seed of the world of a trial, and seed of its noise, where every die meets worlds of its own.
+
+    Trials of a die go through its worlds, and through `noises` runs in each. No two dies or worlds share a
+    seed. With one run in a world the noise has that of the world, which None says.
+    """
+    world, noise = divmod(trial, noises)
+    seed = WORLDS * die + world
+    return seed, None if noises == 1 else WORLDS * seed + noise
 
 
 def sampling(plan: Plan, labels: Sequence[str], start: int, stop: int) -> Sampling | None:

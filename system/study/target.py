@@ -44,6 +44,7 @@ from system.options.temperature import COURSE
 from system.registry import SYSTEMS, load_system, system_names
 from system.study.in_ngspice import Draws, Engine, cards_digest, choice_on_cards, metrics_in_ngspice
 from system.study.metrics.metric import MEASURED, OUTSIDE, measurements, metrics_of, runs_testbench
+from system.study.plan import seeds_of
 from system.study.source import check_source, digest_of
 from system.study.specification import Specification, Success
 from system.study.table import FAILED, Condition
@@ -75,6 +76,9 @@ class Subject:
         SHA-256 digest of the file that `target` names, which is checked before it is run; empty for a name.
     engine
         What solves a block's testbench.
+    noises
+        Runs of a system in each of the worlds that a die has for its own (`system.study.plan.seeds_of`); 0
+        where a trial's number is the seed of all dies.
     """
 
     target: Any
@@ -90,6 +94,7 @@ class Subject:
     begin: Begin = field(default="disturbed", metadata=OPTIONAL)
     code: str = field(default="", metadata=OPTIONAL)
     engine: Engine = field(default="native", metadata=OPTIONAL)
+    noises: int = field(default=0, metadata=OPTIONAL)
 
     @property
     def course(self) -> Points:
@@ -226,7 +231,7 @@ def _read_subject(text: str) -> Subject:
 
 
 def _open(subject: Subject) -> Target:
-    if isinstance(subject.target, str) and subject.target in {*SYSTEMS, *system_names()}:
+    if subject.noises or (isinstance(subject.target, str) and subject.target in {*SYSTEMS, *system_names()}):
         return SystemTarget(subject)
     return BlockTarget(subject)
 
@@ -359,12 +364,13 @@ class SystemTarget(Target):
 
     def __init__(self, subject: Subject) -> None:
         """Load the system; raises `UnknownNameError` for a metric that is not a number of its summary."""
+        check_source(subject.target, subject.code)
         self._system = load_system(subject.target)
         if subject.silicon.process is not None:
             raise ParameterError(f"process: {subject.target} runs on models of its own process; leave it out")
         law = {"law": subject.silicon.law} if "law" in self._system.settings else {}
         check_known(read_die(subject.silicon), self._system.circuits())
-        self._options = {**law, **subject.system}
+        self._options, self._noises = {**law, **subject.system}, subject.noises
         self._names = tuple(name.replace("-", "_") for name in subject.metrics)
         for name in self._names:
             if name not in self._system.metrics:
@@ -389,17 +395,25 @@ class SystemTarget(Target):
         raise ParameterError("contributions: not for a system; study its chips")
 
     def run(self, die: Die, condition: Condition) -> Any:
-        """Run the system on a die; the condition's trial is the seed of noise and worlds."""
+        """Run the system on a die; the condition's trial says which seeds noise and worlds have."""
         known = self._system.settings
         silicon = {"die": die, "temperature_c": condition.temperature_c}
         on_die = {name: value for name, value in silicon.items() if name in known}
         with quietly():
-            trace = self._system.run(self._system.scenario(**self._options, **on_die, seed=condition.trial))
+            seeds = self.seeds(die, condition.trial)
+            trace = self._system.run(self._system.scenario(**self._options, **on_die, **seeds))
         try:
             check_drawn(die)
         except UnknownNameError as error:  # which would be that of every sample
             raise DataError(str(error)) from None
         return trace
+
+    def seeds(self, die: Die, trial: int) -> dict[str, int]:
+        """Seeds of a trial's run on a die, by the names of a scenario's fields."""
+        if not self._noises:
+            return {"seed": trial}
+        seed, noise_seed = seeds_of(die.number or 0, trial, self._noises)
+        return {"seed": seed} | ({} if noise_seed is None else {"noise_seed": noise_seed})
 
     def draw(self, trace: Any, figure: Figure) -> None:
         """Draw a run, of which the trace is given, into a figure."""

@@ -21,6 +21,7 @@ from system.cli.keys.installed import (
     PREDICT,
     REPRODUCE,
 )
+from system.cli.keys.mission import MISSION
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
 from system.cli.keys.study import CENTRE, GRADIENT, MONTECARLO, RARE, REPLAY
 from system.cli.keys.sweep import SWEEP
@@ -51,6 +52,8 @@ DOCUMENTS: dict[str, Meanings] = {
     "montecarlo": MONTECARLO,
     "montecarlo --rare": RARE,
     "gradient": GRADIENT,
+    "mission": MISSION,
+    "merge": MISSION,
     "replay": REPLAY,
     "centre": CENTRE,
     "characterise": CHARACTERISE,

@@ -61,8 +61,11 @@ def picture(draw: Callable[[Figure], None], alt: str) -> Picture:
         return Picture(base64.b64encode(path.read_bytes()).decode("ascii"), alt)
 
 
-def render(content: Mapping[str, Any]) -> str:
-    """Give the page with this content as HTML text; a missing part raises jinja2's `UndefinedError`."""
+def render(content: Mapping[str, Any], template: str = TEMPLATE) -> str:
+    """Give the page of a template with this content as HTML text.
+
+    A missing part raises jinja2's `UndefinedError`.
+    """
     environment = Environment(
         loader=PackageLoader("system.study.report", "."),
         autoescape=True,
@@ -71,4 +74,4 @@ def render(content: Mapping[str, Any]) -> str:
         lstrip_blocks=True,
     )
     environment.tests["code"] = lambda cell: isinstance(cell, Code)
-    return environment.get_template(TEMPLATE).render(content)
+    return environment.get_template(template).render(content)

@@ -48,6 +48,10 @@ FORMS = {
     "montecarlo": ["montecarlo rebound-neuron --samples 2 -o study"],
     "montecarlo --rare": [],
     "gradient": ["gradient rebound-neuron --metric spike_time(spike,0)"],
+    "mission": [
+        "mission car --param pings=3 --dies 2 --worlds 1 --chunk 1 --change codes=default -o mission"
+    ],
+    "merge": ["merge mission -o merged"],
     "replay": ["replay study --die 1000"],
     "centre": [],
     "characterise": [],

@@ -1,0 +1,72 @@
+"""Keys of `noctule mission` and `noctule merge`, whose document is the same."""
+
+from __future__ import annotations
+
+from system.meaning import meanings
+
+MISSION = {
+    **meanings("""
+system             string    -  name of the robot
+success            string    -  when a run is a success: the robot's own sentence, or the text of `--success`
+lot                string    -  lot of the dies
+mismatch           boolean   -  whether their devices differ from each other
+process_variation  boolean   -  whether their process differs from the nominal one
+variation          string    -  components of variation that they have beside
+edits              string[]  -  what was changed of its dies by hand, in words
+law                string    -  `full` with second-order effects of the process, `ideal` without
+first_die          integer   -  number of the first die
+dies               integer   -  dies that were asked for
+worlds             integer   -  worlds that each die meets
+trials             integer   -  runs in each world
+until              number?   -  half-width at which a yield is known well enough; null without `--until`
+runs               integer   -  runs that were made
+wanted             integer   -  runs that were asked for
+report             string?   -  page of the mission; null without `--output`
+ways               object[]  -  what was found at each temperature, kind of bias and change
+"""),
+    **meanings(
+        """
+name            string     -     its name, and that of its study's folder
+temperature_C   number     degC  temperature
+bias_kind       string?    -     kind of bias; null for a robot that has no choice of one
+change          string?    -     what is changed of the robot; null for the robot as it was asked for
+dies            integer    -     dies that were run
+runs            integer    -     runs on them
+yield           number?    -     share of the runs that are a success
+interval        object     -     its 95 % interval, over dies
+interval.low    number     -     lower end
+interval.high   number     -     upper end
+effective_runs  number     -     independent runs from which the yield would be known as well
+correlation     number?    -     of two runs on a die, 0 to 1; null where it is not known
+not_run         integer{}  -     runs that could not be made, by the reason; none of them is a success
+undefined       integer    -     runs in which a metric of the success is not defined; none is a success
+causes          object[]   -     what the failures come from; none where no run fails, or all do
+causes.name     string     -     `die`, `world`, `noise`, or two that the runs cannot tell apart
+causes.share    number     -     share of the failures
+causes.interval       object   -  its 95 % interval
+causes.interval.low   number   -  lower end
+causes.interval.high  number   -  upper end
+failing         object[]   -     dies with a run that is no success, the worst first
+failing.die     integer    -     number of the die
+failing.fails   integer    -     runs on it that are no success
+failing.trial   integer    -     the first of them
+failing.again   string?    -     command that makes that run again; null without `--output`
+""",
+        "ways",
+    ),
+    **meanings(
+        """
+change          string   -     what is changed
+temperature_C   number   degC  temperature
+bias_kind       string?  -     kind of bias without the change
+dies            integer  -     dies that were run with and without it
+gain            number?  -     yield with it less that without it
+interval        object   -     95 % interval of the gain
+interval.low    number   -     lower end
+interval.high   number   -     upper end
+verdict         string   -     whether it raises the yield, as far as the interval tells
+""",
+        "changes",
+    ),
+    **meanings("changes  object[]  -  what changes raise the yield by, the largest gain first"),
+}

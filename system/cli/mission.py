@@ -1,0 +1,176 @@
+"""The verbs `noctule mission SYSTEM`, yield of a robot's mission, and `noctule merge`, of its parts."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from circuits.errors import ParameterError
+from circuits.units import parse_quantity
+from system.cli.exit_status import DONE, NO
+from system.cli.mission_output import document, print_mission
+from system.cli.mission_verb import Merge, Mission
+from system.cli.option_names import option_of, replay_of
+from system.cli.output import print_json, print_line, progress_bar
+from system.cli.verb import PART
+from system.cli.workers import on_processes
+from system.notice import say
+from system.option import OPTION
+from system.plot import check_picture, save_picture
+from system.reader import with_params
+from system.study.campaign import Workers
+from system.study.engine import on_threads
+from system.study.mission.folder import begin, merge
+from system.study.mission.found import Found
+from system.study.mission.mission import Asked, mission_of
+from system.study.mission.mission import Mission as Made
+from system.study.mission.page import write_page
+from system.study.mission.picture import draw_mission
+from system.study.mission.running import ALL, Part, run_mission
+
+GROWS = 5.0  # s between two pages of a mission that runs; ours
+_NOT_THE_RUNS = ("output", "resume", "shard", "threads", "workers", "scheduler", "plot", "as_json")
+_SHARD = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
+
+
+def mission_command(asked: Mission) -> int:
+    """Run a mission, print it, and keep its page; returns the status, `NO` where no run could be made."""
+    check_picture(asked.plot)
+    part = part_of(asked.shard)
+    if asked.output is None and (asked.resume or part != ALL):
+        raise ParameterError(
+            f"{'resume' if asked.resume else 'shard'}: of which mission, must come with `output`"
+        )
+    made = mission_of(asked_of(asked))
+    folder, command = None if asked.output is None else Path(asked.output), command_of(asked)
+    if folder is not None:
+        begin(folder, made, part, command, resume=asked.resume)
+    growing = _growing(folder, made, command)
+    try:
+        with progress_bar(f"{asked.system}, {made.runs} runs") as progress, _workers(asked) as workers:
+            found = run_mission(
+                made, folder, workers=workers, progress=progress, told=growing, command=command, part=part
+            )
+    except KeyboardInterrupt:
+        if folder is not None:
+            say(f"{folder}: go on with --resume")
+        raise
+    return _tell(made, found, folder, command, (asked.plot, asked.as_json))
+
+
+def merge_command(asked: Merge) -> int:
+    """Put the parts of a mission together, and print it as one run does."""
+    check_picture(asked.plot)
+    output = Path(asked.output)
+    made, command, found = merge([Path(part) for part in asked.parts], output)
+    return _tell(made, found, output, command, (asked.plot, asked.as_json))
+
+
+def _tell(
+    made: Made,
+    found: Sequence[Found],
+    folder: Path | None,
+    command: Sequence[str],
+    output: tuple[str | None, bool],
+) -> int:
+    """Draw, write and print what was found, as a picture and a JSON document ask for it."""
+    plot, as_json = output
+    title = f"{made.asked.system}, {made.definition}"
+    save_picture(plot, lambda figure: draw_mission(found, figure, title))
+    page = None if folder is None else write_page(folder, made, found, command, replay_of)
+    if as_json:
+        print_json(
+            {**document(made, found, folder, replay_of), "report": None if page is None else str(page)}
+        )
+    else:
+        print_mission(made, found, folder, replay_of)
+        if page is not None:
+            print_line(f"report: {page}")
+    return _status(found)
+
+
+def _status(found: Sequence[Found]) -> int:
+    """Say where no run could be made."""
+    silent = [each for each in found if sum(each.reasons.values()) == len(each.table)]
+    for each in silent:
+        say(f"mission: no run of {each.way.name} could be made, the first: {next(iter(each.reasons))}")
+    return NO if silent else DONE
+
+
+def _growing(folder: Path | None, made: Made, command: Sequence[str]) -> Callable[[Sequence[Found]], None]:
+    """Write the page again and again while the mission runs."""
+    last = 0.0
+
+    def told(found: Sequence[Found]) -> None:
+        nonlocal last
+        if folder is not None and time.monotonic() - last > GROWS:
+            write_page(folder, made, found, command, replay_of)
+            last = time.monotonic()
+
+    return told
+
+
+def asked_of(asked: Mission) -> Asked:
+    """Give what is asked for in numbers."""
+    given = with_params({}, asked.param)
+    if asked.calibrated_at is not None:
+        if "calibrated_at" in given:
+            raise ParameterError("calibrated_at: is given by `param` too; leave one out")
+        given["calibrated_at"] = f"{parse_quantity(asked.calibrated_at, 'degC', '--calibrated-at'):g}degC"
+    celsius = tuple(parse_quantity(text, "degC", "--temperature") for text in asked.temperature)
+    until = None if asked.until is None else _share(asked.until)
+    return Asked(
+        asked.system, asked.success, asked.first_die, asked.dies, asked.worlds, asked.trials, celsius,
+        asked.bias_kind, given, asked.level, asked.change, asked.silicon, asked.chunk, until,
+    )  # fmt: skip
+
+
+def _share(text: str) -> float:
+    """`2%` or `0.02`."""
+    number = parse_quantity(text.strip().removesuffix("%"), "", "--until")
+    return number / 100.0 if text.strip().endswith("%") else number
+
+
+def part_of(text: str | None) -> Part:
+    """Read which part of a mission is run, as `3/8`; all of it unless given."""
+    if text is None:
+        return ALL
+    found = _SHARD.fullmatch(text.strip())
+    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+        raise ParameterError(f'shard: "{text}", must be I/N with I from 1 to N; write as in 3/8')
+    return Part(int(found[1]), int(found[2]))
+
+
+def command_of(asked: Mission) -> tuple[str, ...]:
+    """Give the words of the command that decide what runs there are, always the same for the same runs."""
+    return ("noctule", "mission", asked.system, *_words(asked))
+
+
+def _words(options: Any) -> Iterator[str]:
+    """Words of options that are not at their default."""
+    for each in fields(options):
+        value = getattr(options, each.name)
+        if PART in each.metadata:
+            yield from _words(value)
+        elif each.name in _NOT_THE_RUNS or each.name == "system" or value == each.default:
+            continue
+        elif isinstance(value, bool):
+            yield option_of(each.name if value else f"no_{each.name}")
+        else:
+            name = option_of(each.metadata[OPTION].name or each.name)
+            for one in value if isinstance(value, tuple) else (value,):
+                yield from (name, str(one))
+
+
+def _workers(asked: Mission) -> AbstractContextManager[Workers]:
+    """Threads, or a Dask cluster where one is asked for."""
+    if asked.scheduler is None and asked.workers is None:
+        return on_threads(asked.threads)
+    if asked.threads is not None:
+        raise ParameterError("--threads: not with --workers or --scheduler; leave one out")
+    return on_processes(asked.scheduler, asked.workers)

@@ -1,0 +1,122 @@
+"""Output of a mission: a JSON document, and tables for a reader."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from system.cli.output import print_line, print_table
+from system.options.block import read_die
+from system.study.mission.found import Found, Raised, raised
+from system.study.mission.mission import Mission
+from system.study.mission.page import (
+    CAUSE_HEADS,
+    GAIN_HEADS,
+    YIELD_HEADS,
+    Replay,
+    again,
+    cause_rows,
+    gain_row,
+    state,
+    verdict,
+    yield_row,
+)
+
+SHOWN = 10  # failing dies of each way that the reader sees
+
+
+def document(mission: Mission, found: Sequence[Found], folder: Path | None, replay: Replay) -> dict[str, Any]:
+    """Give a mission as members of a JSON document.
+
+    folder: of the mission, without which there are no commands; replay: gives such a command.
+    """
+    a = mission.asked
+    silicon = a.silicon
+    return {
+        "system": a.system,
+        "success": mission.definition,
+        "lot": silicon.lot,
+        "mismatch": silicon.mismatch,
+        "process_variation": silicon.process_variation,
+        "variation": silicon.variation,
+        "edits": [str(edit) for edit in read_die(silicon).edits],
+        "law": silicon.law,
+        "first_die": a.first,
+        "dies": a.dies,
+        "worlds": a.worlds,
+        "trials": a.trials,
+        "until": a.until,
+        "runs": sum(len(each.table) for each in found),
+        "wanted": mission.runs,
+        "ways": [_way(each, folder, replay) for each in found],
+        "changes": [_change(row) for row in raised(found)],
+    }
+
+
+def _way(found: Found, folder: Path | None, replay: Replay) -> dict[str, Any]:
+    e, way = found.estimate, found.way
+    return {
+        "name": way.name,
+        "temperature_C": way.temperature_c,
+        "bias_kind": way.bias_kind or None,
+        "change": way.change or None,
+        "dies": e.dies,
+        "runs": len(found.table),
+        "yield": e.value,
+        "interval": asdict(e.interval),
+        "effective_runs": e.effective,
+        "correlation": e.correlation,
+        "not_run": dict(found.reasons),
+        "undefined": found.undefined,
+        "causes": [asdict(cause) for cause in found.causes],
+        "failing": [
+            {
+                "die": die,
+                "fails": count,
+                "trial": trial,
+                "again": None if folder is None else again(folder, found, (die, trial), replay),
+            }
+            for die, count, trial in found.failing()
+        ],
+    }
+
+
+def _change(row: Raised) -> dict[str, Any]:
+    return {
+        "change": row.change,
+        "temperature_C": row.base.temperature_c,
+        "bias_kind": row.base.bias_kind or None,
+        "dies": row.dies,
+        "gain": row.gain.value,
+        "interval": asdict(row.gain.interval),
+        "verdict": verdict(row),
+    }
+
+
+def print_mission(mission: Mission, found: Sequence[Found], folder: Path | None, replay: Replay) -> None:
+    """Print a mission for a reader, with commands that run its failing trials again where it has a folder."""
+    runs = sum(len(each.table) for each in found)
+    print_line(f"mission of {mission.asked.system}: {mission.definition}")
+    print_line(f"{state(mission, runs, found)}\n")
+    print_table("yield", YIELD_HEADS, map(yield_row, found))
+    print_table("what failures come from", CAUSE_HEADS, [row for each in found for row in cause_rows(each)])
+    gains = [gain_row(row) for row in raised(found)]
+    if gains:
+        print_table("what raises the yield, on the same dies", GAIN_HEADS, gains)
+    for each in found:
+        _print_failing(each, folder, replay)
+
+
+def _print_failing(found: Found, folder: Path | None, replay: Replay) -> None:
+    for reason, count in found.reasons.items():
+        print_line(f"{found.way.name}: {count} runs could not be made: {reason}")
+    rows = found.failing()
+    if not rows:
+        print_line(f"{found.way.name}: no run failed")
+    for die, count, trial in rows[:SHOWN]:
+        line = "" if folder is None else f": {again(folder, found, (die, trial), replay)}"
+        print_line(f"{found.way.name}, die {die} fails {count} of {found.passed[0].size}{line}")
+    if len(rows) > SHOWN:
+        print_line(f"{found.way.name}: and {len(rows) - SHOWN} dies more; --json has them all")

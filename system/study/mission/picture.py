@@ -1,0 +1,74 @@
+"""Pictures of a mission: its yields over temperature, and what its failures come from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from system.plot import COLOURS, entitle
+from system.study.mission.found import Found
+
+_SIDE = 0.12  # degC between kinds of bias at one temperature, times their number; of sight alone
+
+
+def draw_mission(found: Sequence[Found], figure: Figure, title: str = "") -> None:
+    """Fill a figure with the yields of a mission's ways over temperature, and with their failures' causes.
+
+    Parameters
+    ----------
+    found
+        What was found of each way.
+    figure
+        An empty figure, which is filled.
+    title
+        What stands above it.
+    """
+    figure.set_size_inches(9.0, 3.6)
+    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    entitle(title, left)
+    draw_yields(found, left)
+    draw_causes(found, right)
+
+
+def draw_yields(found: Sequence[Found], ax: Axes) -> None:
+    """Draw yields over temperature with their intervals: a line for each kind of bias and each change."""
+    lines: dict[str, list[Found]] = {}
+    for each in found:
+        name = ", ".join(filter(None, (each.way.bias_kind, each.way.change))) or "yield"
+        lines.setdefault(name, []).append(each)
+    for k, (name, row) in enumerate(lines.items()):
+        estimates = [each.estimate for each in row]
+        at = np.array([each.way.temperature_c for each in row]) + _SIDE * (k - 0.5 * (len(lines) - 1))
+        values = np.array([100.0 * e.value for e in estimates])
+        ends = np.array([[100.0 * e.interval.low, 100.0 * e.interval.high] for e in estimates])
+        reach = np.abs(ends - values[:, None]).T
+        style = "o--" if row[0].way.change else "o-"
+        ax.errorbar(
+            at, values, reach, fmt=style, color=COLOURS[k % len(COLOURS)], label=name, capsize=3, lw=1.2
+        )
+    ax.set_xlabel("temperature (°C)")
+    ax.set_ylabel("yield (%)")
+    ax.set_ylim(0.0, 103.0)
+    ax.legend(fontsize=8, loc="lower left")
+
+
+def draw_causes(found: Sequence[Found], ax: Axes) -> None:
+    """Draw for each way without a change what share of its failures die, world and noise caused."""
+    rows = [(each, each.causes) for each in found if not each.way.change]
+    names = list(dict.fromkeys(cause.name for _, causes in rows for cause in causes))
+    left = np.zeros(len(rows))
+    for k, name in enumerate(names):
+        shares = np.array(
+            [next((100.0 * c.share for c in causes if c.name == name), 0.0) for _, causes in rows]
+        )
+        ax.barh(range(len(rows)), shares, left=left, color=COLOURS[k % len(COLOURS)], label=name)
+        left += shares
+    ax.set_yticks(range(len(rows)), [each.way.name for each, _ in rows], fontsize=8)
+    ax.invert_yaxis()
+    ax.set_xlim(0.0, 100.0)
+    ax.set_xlabel("failures caused by (%)")
+    if names:
+        ax.legend(fontsize=8, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))

@@ -1,0 +1,186 @@
+"""Missions of a robot whose runs take no time: yields, causes, changes, parts and how they go on."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.killed import wait_until
+from tests.system.conftest import Run, RunJson
+from tests.system.study.mission.robot import ROBOT
+
+COUNTS = ("--dies", "24", "--chunk", "4", "--threads", "1")
+HERE = Path(__file__).resolve().parents[4]
+
+
+@pytest.fixture
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tries.py").write_text(ROBOT)
+    return "tries.py:SYSTEM"
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def test_a_mission_tells_yield_causes_and_dies_that_fail(robot: str, run_json: RunJson) -> None:
+    found = run_json("mission", robot, "--dies", "200", "--threads", "1", "-o", "out")
+    (way,) = found["ways"]
+    assert (found["runs"], way["dies"], way["name"]) == (800, 200, "generator-27C")
+    # of a normal with the variance 1.5 above -1: 0.793; within three standard errors
+    sigma = (way["interval"]["high"] - way["interval"]["low"]) / 3.92
+    assert 0.001 < sigma < 0.04
+    assert way["yield"] == pytest.approx(0.793, abs=3.0 * sigma)
+    assert 200 < way["effective_runs"] < 800
+    assert [cause["name"] for cause in way["causes"]] == ["die", "world", "noise"]
+    assert way["causes"][0]["share"] > way["causes"][1]["share"]  # four times the world's variance
+    assert way["causes"][0]["interval"]["low"] > 0.1
+    fails = [die["fails"] for die in way["failing"]]
+    assert fails == sorted(fails, reverse=True)
+    assert sum(fails) == round(800 * (1.0 - way["yield"]))
+
+
+def test_a_failing_run_is_made_again_by_its_line(robot: str, run: Run, run_json: RunJson) -> None:
+    found = run_json("mission", robot, *COUNTS, "-o", "out")
+    first = found["ways"][0]["failing"][0]
+    words = first["again"].split()
+    assert words[:3] == ["noctule", "replay", "out/generator-27C"]
+    again = json.loads(run(*words[1:], "--json")[1])
+    assert again["identical"] is True
+    assert again["again"]["succeeded"] == 0.0
+    page = Path("out/report.html").read_text()
+    assert f"<code>{first['again'].replace('out/', '')}</code>" in page
+    assert "Finished: 96 of 96 runs." in page
+
+
+def test_temperatures_and_kinds_of_bias_are_ways_of_the_same_dies(robot: str, run_json: RunJson) -> None:
+    found = run_json(
+        "mission", robot, *COUNTS, "--temperature", "27", "--temperature", "67", "--bias-kind", "gate"
+    )
+    cool, warm = found["ways"]
+    assert (cool["bias_kind"], warm["temperature_C"], warm["name"]) == ("gate", 67.0, "gate-67C")
+    assert warm["yield"] < cool["yield"]
+    assert {die["die"] for die in cool["failing"]} <= {die["die"] for die in warm["failing"]}
+
+
+def test_a_change_is_judged_on_the_same_dies(robot: str, run_json: RunJson) -> None:
+    found = run_json(
+        "mission", robot, "--dies", "80", "--threads", "1", "--change", "area=16", "--change", "area=0.1"
+    )
+    more, less = found["changes"]
+    assert (more["change"], more["verdict"], less["verdict"]) == ("area=16", "raises it", "lowers it")
+    assert more["interval"]["low"] <= more["gain"] <= more["interval"]["high"]
+    usual = run_json("mission", robot, *COUNTS, "--change", "usual")
+    assert {row["change"] for row in usual["changes"]} == {"area=4", "bias-kind=ideal"}
+
+
+def test_success_can_be_the_users_own(robot: str, run_json: RunJson) -> None:
+    own = run_json("mission", robot, *COUNTS, "--success", "distance_m > 0")["ways"][0]
+    usual = run_json("mission", robot, *COUNTS)["ways"][0]
+    assert own["yield"] == usual["yield"]
+    far = run_json("mission", robot, *COUNTS, "--success", "far or not far")["ways"][0]
+    assert far["undefined"] == sum(die["fails"] for die in far["failing"]) > 0
+
+
+def test_a_run_that_cannot_be_made_is_told_and_no_success(robot: str, run: Run) -> None:
+    status, text, _ = run("mission", robot, *COUNTS, "--param", "broken=1003", "--json")
+    way = json.loads(text)["ways"][0]
+    assert (status, way["not_run"]) == (0, {"chip: die 1003 cannot be calibrated": 4})
+    assert {"die": 1003, "fails": 4, "trial": 0, "again": None} in way["failing"]
+    status, _, err = run("mission", robot, "--dies", "1", "--threads", "1", "--param", "broken=1000")
+    assert (status, err.count("\n")) == (1, 1)
+    assert "no run of generator-27C could be made, the first: chip: die 1000 cannot be calibrated" in err
+
+
+def test_a_mission_ends_where_its_yield_is_known(robot: str, run_json: RunJson) -> None:
+    found = run_json(
+        "mission", robot, "--dies", "400", "--threads", "1", "--until", "8%", "--change", "area=4"
+    )
+    base, changed = found["ways"]
+    assert base["dies"] == changed["dies"] < 400
+    assert base["interval"]["high"] - base["interval"]["low"] <= 0.16
+
+
+def test_parts_workers_and_a_kill_give_the_bytes_of_one_run(robot: str, run: Run, run_json: RunJson) -> None:
+    words = ("mission", robot, "--dies", "24", "--chunk", "4", "--change", "area=4")
+    assert run(*words, "--threads", "1", "-o", "one")[0] == 0
+    for k in (1, 2):
+        assert run(*words, "--threads", "1", "--shard", f"{k}/2", "-o", f"part{k}")[0] == 0
+    assert run("merge", "part2", "part1", "-o", "whole")[0] == 0
+    assert contents(Path("whole")) == contents(Path("one"))
+    assert run(*words, "--threads", "3", "-o", "three")[0] == 0
+    assert contents(Path("three")) == contents(Path("one"))
+
+
+def test_a_killed_mission_goes_on_to_the_bytes_of_one_run(robot: str, run: Run) -> None:
+    words = ("mission", robot, "--dies", "40", "--chunk", "1", "--threads", "1")
+    command = [sys.executable, "-m", "system.cli.command_line", *words, "-o", "killed"]
+    process = subprocess.Popen(command, env={**os.environ, "PYTHONPATH": str(HERE)})
+    chunks = Path("killed/generator-27C/chunks")
+    wait_until(lambda: chunks.is_dir() and len(list(chunks.glob("*.nc"))) > 2)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert "Not finished yet" in Path("killed/report.html").read_text()
+    assert run(*words, "-o", "killed", "--resume")[0] == 0
+    assert run(*words, "-o", "one")[0] == 0
+    assert contents(Path("killed")) == contents(Path("one"))
+
+
+def test_what_does_not_belong_together_is_not_merged(
+    robot: str, run: Run, refused: Callable[..., str]
+) -> None:
+    words = ("mission", robot, *COUNTS)
+    for k in (1, 2):
+        assert run(*words, "--shard", f"{k}/2", "-o", f"part{k}")[0] == 0
+    assert "merge: 2 of 2 missing; name its folder too" in refused("merge", "part1", "-o", "whole")
+    twice = refused("merge", "part1", "part2", "part1/", "-o", "whole")
+    assert "merge: 1/2 is in part1 and in part1, must be there once" in twice
+    assert run(*words, "--worlds", "1", "--shard", "2/2", "-o", "other")[0] == 0
+    assert "other has worlds 1, asked for 2" in refused("merge", "part1", "other", "-o", "whole")
+    manifest = Path("part2/generator-27C/study.json")
+    kept = manifest.read_text()
+    manifest.write_text(kept.replace('"noctule": "', '"noctule": "9.'))
+    assert "merge: part2 was run with noctule 9." in refused("merge", "part1", "part2", "-o", "whole")
+    manifest.write_text(kept)
+    next(Path("part2/generator-27C/chunks").glob("*.nc")).unlink()
+    assert "part2/generator-27C has no samples of dies" in refused("merge", "part1", "part2", "-o", "whole")
+    assert "no mission, there is no mission.json" in refused("merge", ".", "-o", "whole")
+    assert not Path("whole").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--success", "way >= 20"], "--success: metric way: unknown"),
+        (["--dies", "0"], "--dies: 0, must be at least 1"),
+        (["--worlds", "1001"], "--worlds: 1001, must be at least 1 and at most 1000"),
+        (["--until", "60%"], "--until: 0.6, must be above 0 and below 50 %"),
+        (["--shard", "3/2", "-o", "out"], '--shard: "3/2", must be I/N'),
+        (["--shard", "1/2"], "--shard: of which mission, must come with --output"),
+        (
+            ["--shard", "1/40", "-o", "out"],
+            "--shard: 1/40, must be 1/n to n/n with n at most 6, the chunks of 4 dies",
+        ),
+        (
+            ["--shard", "1/2", "--until", "2%", "-o", "out"],
+            "--shard: with --until, whose end depends on all dies",
+        ),
+        (["--change", "colour=red"], "colour: not an option of tries"),
+        (["--change", "area"], "must be NAME=VALUE"),
+        (["--temperature", "27", "--temperature", "27"], "generator-27C is there twice"),
+        (["--param", "silicon_noise=off"], "--trials: 2, there is no noise"),
+        (["--resume", "-o", "out"], "--resume: out has no mission to go on with"),
+    ],
+)
+def test_what_no_mission_has_is_refused(
+    robot: str, words: list[str], says: str, refused: Callable[..., str]
+) -> None:
+    counts = COUNTS if "--dies" not in words else COUNTS[2:]
+    assert says in refused("mission", robot, *counts, *words)
+    assert not (Path("out") / "mission.json").exists()
