@@ -122,8 +122,14 @@ def _gain(more: F64) -> Estimate:
     value = float(more.mean())
     if np.ptp(more) == 0.0:
         reach = clopper_pearson(0, len(more)).high
-        return Estimate(value, Interval(value - reach, value + reach))
-    return Estimate(value, mean_interval(more, _keyed()))
+        return Estimate(value, _of_shares(Interval(value - reach, value + reach)))
+    ends = mean_interval(more, _keyed())
+    return Estimate(value, _of_shares(ends))
+
+
+def _of_shares(ends: Interval) -> Interval:
+    """An interval of a difference of shares, which is -1 at least and 1 at most."""
+    return Interval(max(ends.low, -1.0), min(ends.high, 1.0))
 
 
 def _keyed() -> np.random.Generator:

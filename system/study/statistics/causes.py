@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.arrays import F64, Bools
-from system.study.statistics.interval import FEWEST, LEVEL, RESAMPLES, Interval
+from system.study.statistics.interval import FEWEST, LEVEL, RESAMPLES, Interval, clopper_pearson
 
 _BATCH = 500_000  # resampled values held at a time
 
@@ -73,8 +73,32 @@ def causes_of(failed: Bools, rng: np.random.Generator, level: float = LEVEL) -> 
     if dies >= FEWEST:
         tail = 0.5 * (1.0 - level)
         ends = np.quantile(_resampled(terms, (worlds, noises), rng), [tail, 1.0 - tail], axis=0)
+        ends = _unseen(ends, terms, (worlds, noises), level)
     rows = zip(_names(worlds, noises), found, ends.T, strict=True)
     return tuple(Cause(name, float(share), Interval(float(a), float(b))) for name, share, (a, b) in rows)
+
+
+def _unseen(ends: F64, terms: F64, shape: tuple[int, int], level: float) -> F64:
+    """Ends of the intervals where on no die two runs differed, from which no resample can tell that some do.
+
+    As many dies may have two that differ as the interval of Clopper and Pearson has of none; such a pair is
+    half of a variance. What the unseen cause may have is taken from the lower ends of the others.
+    """
+    q, dies = float(terms[:, 0].mean()), len(terms)
+    most = min(1.0, 0.5 * clopper_pearson(0, dies, level).high / (q * (1.0 - q)))
+    for k, term in enumerate(_terms(*shape)):
+        if not terms[:, term].any():
+            ends[1, k] = most
+            others = np.arange(ends.shape[1]) != k
+            ends[0, others] = np.minimum(ends[0, others], 1.0 - most)
+    return ends
+
+
+def _terms(worlds: int, noises: int) -> tuple[int, ...]:
+    """Which term of each die tells of each cause."""
+    if noises == 1:
+        return 0, 1
+    return (0, 2) if worlds == 1 else (0, 1, 2)
 
 
 def _names(worlds: int, noises: int) -> tuple[str, ...]:

@@ -57,3 +57,15 @@ def test_what_the_runs_cannot_tell_apart_is_named_together() -> None:
 def test_few_dies_tell_a_share_without_an_interval() -> None:
     found = causes_of(failed((0.5, 0.2, 0.3), (9, 2, 2), 3), np.random.default_rng(0))
     assert {(each.interval.low, each.interval.high) for each in found} == {(0.0, 1.0)}
+
+
+def test_a_cause_that_was_never_seen_is_not_excluded() -> None:
+    """12 of 24 dies fail in every run: none of 24 is at most 14.25 %, a pair half of that, over 1/4."""
+    runs = np.zeros((24, 1, 3), np.bool_)
+    runs[:12] = True
+    die, noise = causes_of(runs, np.random.default_rng(0))
+    assert (die.share, noise.share) == (1.0, 0.0)
+    assert noise.interval.high == pytest.approx(0.5 * 0.1425 / 0.25, abs=1e-3)
+    assert die.interval.low == pytest.approx(1.0 - noise.interval.high)
+    both = causes_of(runs.repeat(2, axis=1), np.random.default_rng(0))
+    assert [each.interval.high > 0.2 for each in both] == [True, True, True]
