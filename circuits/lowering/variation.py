@@ -44,6 +44,29 @@ def variation_draws(flat: FlatCircuit, silicon: Silicon, die: Die) -> F64:
     return np.concatenate([np.zeros(0), *drawn])
 
 
+def variation_sigma(flat: FlatCircuit, silicon: Silicon) -> F64:
+    """Standard deviation of what each draw moves, float64[labels], in V for thresholds and relative else.
+
+    It is NaN for a draw of components of variation, which moves several devices or a capacitance.
+    """
+    process, sizes = silicon.process, ("width", "length", "multiplicity")
+    groups = [g for g in flat.groups if isinstance(g.device, Transistor)]
+    area = np.concatenate([np.zeros(0), *(np.prod([g.parameters[n] for n in sizes], axis=0) for g in groups)])
+    own = {"v_t0": process.pair_a_vt, "beta": process.pair_a_beta}
+    shared = {"v_t0": process.variation.sigma_v_t0, "beta": process.variation.sigma_beta}
+    found = [np.zeros(0)]
+    for place, paths, parameter in _families(flat, silicon):
+        name = parameter.removeprefix("shared.")
+        count = len(labels(place, paths, parameter))
+        if parameter in own:
+            found.append(own[parameter] / np.sqrt(2.0 * area))
+        elif silicon.die.variation == "plain" and name in shared:
+            found.append(np.full(count, shared[name]))
+        else:
+            found.append(np.full(count, np.nan))
+    return np.concatenate(found)
+
+
 def drawn_families(flat: FlatCircuit, silicon: Silicon) -> list[tuple[Place, list[Path], str]]:
     """List place, paths and parameter of all that a circuit can draw on any die, as edits of one name it."""
     die = Die(silicon.die.lot, 0, variation="full")

@@ -25,6 +25,7 @@ from system.cli.examples import epilog_of
 from system.cli.exit_status import BAD_INPUT, DONE, INTERRUPTED, NO
 from system.cli.given_once import App
 from system.cli.guide import guide
+from system.cli.match_verb import Corners, Match, Worst
 from system.cli.mend import measured_again
 from system.cli.mission_verb import Merge, Mission
 from system.cli.run_command_line import names_in_study
@@ -103,6 +104,9 @@ _VERBS = {
     "sweep": verb("sweep:sweep_command", Sweep),
     "montecarlo": verb("montecarlo:montecarlo_command", Montecarlo),
     "gradient": verb("gradient:gradient_command", Gradient),
+    "match": verb("match:match_command", Match),
+    "worst": verb("worst:worst_command", Worst),
+    "corners": verb("corners:corners_command", Corners),
     "mission": verb("mission:mission_command", Mission),
     "merge": verb("mission:merge_command", Merge),
     "replay": verb("replay:replay_command", Replay),

@@ -26,7 +26,7 @@ from circuits.brief import OPTIONAL
 from circuits.circuit import BiasKind
 from circuits.errors import CircuitError, DataError, ParameterError, UnknownNameError, unknown_name
 from circuits.lowering.kernel import Machine, on_die, to_kernel
-from circuits.lowering.variation import variation_draws, variation_labels
+from circuits.lowering.variation import variation_draws, variation_labels, variation_sigma
 from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
 from circuits.solver.transient import Result, simulate
@@ -271,6 +271,11 @@ class BlockTarget(Target):
         if self.engine == NGSPICE:
             return Draws(machine.flat, machine.silicon).labels()
         return variation_labels(machine.flat, machine.silicon)
+
+    def sigma(self) -> F64:
+        """Standard deviation of what each draw moves, as `circuits.lowering.variation.variation_sigma`."""
+        machine = self._varied()
+        return variation_sigma(machine.flat, machine.silicon)
 
     def draws(self, die: Die) -> F64:
         """Give the draws of a die in the order of the labels, float64[labels]."""

@@ -23,6 +23,7 @@ from system.cli.keys.installed import (
 )
 from system.cli.keys.mission import MISSION
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
+from system.cli.keys.over_dies import CORNERS, MATCH, WORST
 from system.cli.keys.study import CENTRE, GRADIENT, MONTECARLO, RARE, REPLAY
 from system.cli.keys.sweep import SWEEP
 from system.cli.keys.transient import AC, DECK, NOISE, SIMULATE, TRAN_NOISE
@@ -52,6 +53,9 @@ DOCUMENTS: dict[str, Meanings] = {
     "montecarlo": MONTECARLO,
     "montecarlo --rare": RARE,
     "gradient": GRADIENT,
+    "match": MATCH,
+    "worst": WORST,
+    "corners": CORNERS,
     "mission": MISSION,
     "merge": MISSION,
     "replay": REPLAY,

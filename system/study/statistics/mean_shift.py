@@ -96,6 +96,30 @@ def mean_shift(
     return _estimate(counter, shifts, samples - counter.count, rng, level)
 
 
+def about(
+    fails: Fails, shifts: F64, samples: int, rng: np.random.Generator, level: float = LEVEL
+) -> RareFailure:
+    """Estimate the probability of a rare failure from dies drawn about failing dies that are known.
+
+    Parameters
+    ----------
+    fails : tells which rows of float64[n, dimensions] standard normals fail, bool[n].
+    shifts : the failing dies, float64[regions, dimensions], one of each region of failure.
+    samples : number of dies in all.
+    rng : generator of the standard normals.
+    level : confidence level of the interval, which is a normal one of ln P.
+
+    Raises
+    ------
+    ParameterError
+        There are too few samples.
+    SolverError
+        The effective sample size is below 50.
+    """
+    check_budget(shifts.shape[1], samples, int(LEAST_EFFECTIVE))
+    return _estimate(_Counter(fails), shifts, samples, rng, level)
+
+
 class _Counter:
     """A metric that counts the dies it is called with."""
 

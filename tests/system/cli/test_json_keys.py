@@ -48,6 +48,9 @@ FORMS = {
     "montecarlo": ["montecarlo rebound-neuron --samples 2 -o study"],
     "montecarlo --rare": [],
     "gradient": ["gradient rebound-neuron --metric spike_time(spike,0)"],
+    "match": ["match rebound-neuron --metric t_inh_s --no-process-variation --spread 5%"],
+    "worst": [],
+    "corners": [],
     "mission": [
         "mission car --param pings=3 --dies 2 --worlds 1 --chunk 1 --change codes=default -o mission"
     ],
@@ -85,6 +88,9 @@ MORE = {
     "montecarlo --rare": [
         "montecarlo rebound-neuron --samples 400 --rare scaled-sigma --spec 'class is works'"
     ],
+    "match": ["match rebound-neuron --metric t_inh_s --spread 9ms --check 10"],
+    "worst": ['worst rebound-neuron --spec "t_inh_s in :8ms" --no-process-variation --check 200 -o worst'],
+    "corners": ["corners rebound-neuron --metric t_inh_s --no-process-variation -o corners"],
     "centre": [
         "centre rebound-neuron --spec 'class is works' --tuning-dies 2 --fresh-dies 2 --generations 0"
     ],

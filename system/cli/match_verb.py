@@ -1,0 +1,69 @@
+"""The verbs on a metric's gradient over dies: `match`, `worst` and `corners`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from system.cli import shared_options as shared
+from system.cli.shared_options import BlockValues
+from system.cli.verb import like, part, required
+from system.option import option
+from system.options.silicon import SiliconChoice
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OverDies:
+    """A block whose metrics are measured over dies: options that its verbs share."""
+
+    measure: tuple[str, ...] = shared.measure_option()
+    variation: SiliconChoice = shared.silicon_part("temperature", "die", "study", "corner")
+    temperature: str = like(SiliconChoice, "temperature")
+    values: BlockValues = shared.values_part("bias_file", "coupling", "testbench")
+    stimulus: tuple[str, ...] = shared.stimulus_option()
+    threads: int | None = shared.threads_option()
+
+    @property
+    def silicon(self) -> SiliconChoice:
+        """The silicon that all dies share."""
+        return replace(self.variation, temperature=self.temperature)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Match:
+    """Show what spreads a metric, and the area for a wanted spread. By one gradient; sampling checks it."""
+
+    block: str = shared.block_argument()
+    metric: str = required("What is matched, as t_inh_s", metavar="NAME")
+    spread: str | None = option(
+        None, "Wanted standard deviation over dies, as 5% of the metric or in its unit", metavar="SHARE"
+    )
+    least: str = option("10%", "No device gets less of its own area than this", metavar="SHARE")
+    check: int = option(0, "Dies of the check by sampling; none unless given", metavar="DIES")
+    seed: int = option(0, "Of that check's draws")
+    over: OverDies = part(OverDies)
+    as_json: bool = shared.json_option()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Worst:
+    """Find the most probable failing die of each specification. It tells the yield without sampling."""
+
+    block: str = shared.block_argument()
+    spec: tuple[str, ...] = option((), 'As "t_inh_s in 5ms:8ms", repeatable', metavar="TEXT")
+    check: int = option(0, "Dies drawn about the worst points to check the yield", metavar="DIES")
+    seed: int = option(0, "Of that check's draws")
+    output: str | None = option(None, "Write the failing dies there, for --die", short="o", metavar="FOLDER")
+    over: OverDies = part(OverDies)
+    as_json: bool = shared.json_option()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Corners:
+    """Find the dies at k sigma on which a metric is lowest and highest. They stand for ss and ff."""
+
+    block: str = shared.block_argument()
+    metric: tuple[str, ...] = option((), "Of the testbench, as t_inh_s, repeatable", metavar="NAME")
+    sigma: float = option(3.0, "Distance of the dies", metavar="K")
+    output: str | None = option(None, "Write the dies there, for --die", short="o", metavar="FOLDER")
+    over: OverDies = part(OverDies)
+    as_json: bool = shared.json_option()

@@ -1,0 +1,49 @@
+"""What `match`, `worst` and `corners` share: a block as a target, and a metric's gradient over its dies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from circuits.errors import ParameterError
+from system.cli.match_verb import OverDies
+from system.options.block import read_die
+from system.registry import system_names
+from system.study.metrics.measure import named_measures
+from system.study.metrics.metric import with_named
+from system.study.search.slope import Slopes
+from system.study.table import Condition
+from system.study.target import BlockTarget, Subject, hashed
+
+
+def target_of(block: str, metrics: Sequence[str], over: OverDies, verb: str) -> BlockTarget:
+    """Give a block with the metrics that are measured of it.
+
+    verb: who asks. Raises `ParameterError` for a system, and for no metric.
+    """
+    if block in system_names():
+        raise ParameterError(f"{verb}: {block} is a system, must be a block or chip; name one of its chips")
+    names = with_named(named_measures(over.measure), [name.replace("-", "_") for name in metrics])
+    if not names:
+        raise ParameterError(
+            f"{verb}: no metric, must name one, as t_inh_s; see noctule show BLOCK --metrics"
+        )
+    values = over.values
+    return BlockTarget(
+        hashed(
+            Subject(
+                block, names, values.param, values.bias, values.bias_set, values.bias_kind, over.stimulus,
+                over.silicon,
+            )
+        )
+    )  # fmt: skip
+
+
+def slopes_of(target: BlockTarget, metric: str, over: OverDies) -> Slopes:
+    """Give a metric of the target with its gradient over dies."""
+    condition = Condition("random", target.choice.silicon.temperature_c, 0)
+    return Slopes(target, read_die(over.silicon), condition, metric, over.threads)
+
+
+def by_what(slopes: Slopes) -> str:
+    """Say where gradients come from."""
+    return "one run backwards" if slopes.by_gradient else "two dies a draw"

@@ -1,0 +1,134 @@
+"""A metric of a block and its gradient by the standard normals behind a die, about any die.
+
+A die is a row z of draws, as in `system.study.search.sensitivity`. The gradient is that of one run backwards
+where the metric has one (`circuits.solver.adjoint`), else of two dies a draw.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from circuits.arrays import F64
+from circuits.errors import ParameterError
+from circuits.lowering.kernel import Machine, on_die
+from circuits.silicon.die import Die
+from circuits.silicon.sampling import Sampling
+from circuits.solver.adjoint.gradient import gradients_of
+from circuits.solver.adjoint.measure import Measure
+from system.study.metrics.gradient import measured_by
+from system.study.metrics.metric import measurements
+from system.study.search.sensitivity import STEP, measure_rows, varying_labels
+from system.study.table import Condition
+from system.study.target import BlockTarget
+
+BACKWARDS = 3  # runs of the testbench that one run and one run backwards cost at most
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Slope:
+    """A metric about a die.
+
+    Attributes
+    ----------
+    value : float
+        Its value, in SI units; NaN where it is not defined.
+    by : array
+        Its change with one sigma of each draw, float64[labels].
+    note : str
+        Why it is not smooth there; empty else.
+    """
+
+    value: float
+    by: F64
+    note: str
+
+
+class Slopes:
+    """Gives a metric of a block with its gradient at dies.
+
+    Attributes
+    ----------
+    labels : tuple of str
+        Label of each draw.
+    sigma : array
+        What one sigma of each draw is, float64[labels], in V for thresholds and relative else; NaN where
+        nothing tells.
+    runs : int
+        Runs of the testbench that were made so far, one run backwards counted as `BACKWARDS`.
+    """
+
+    def __init__(
+        self, target: BlockTarget, die: Die, condition: Condition, metric: str, threads: int | None = None
+    ) -> None:
+        """Raise `ParameterError` for a metric that has no value."""
+        self.target, self.condition, self.threads = target, condition, threads
+        self.die = replace(die, number=0, corner=condition.corner)  # type: ignore[arg-type]  # was checked
+        self.metric, self.labels, self.runs = metric, varying_labels(target, condition.corner), 0
+        self.sigma = _sigma(target, self.labels)
+        self._column = [q.name for q in target.quantities].index(metric)
+        self._measure = self._differentiable()
+        self._nominal: Slope | None = None
+
+    def _differentiable(self) -> Measure | None:
+        """The measure that one run backwards differentiates; None where it is not read from one run."""
+        (asked,) = (m for m in self.target.metrics if m.name == self.metric)
+        try:
+            return measured_by(asked)
+        except ParameterError:
+            return None
+
+    @property
+    def by_gradient(self) -> bool:
+        """Whether the gradient is that of one run backwards."""
+        return self._measure is not None
+
+    def at(self, z: F64) -> Slope:
+        """Give the metric and its gradient on the die with the draws `z`, float64[labels]."""
+        if self._nominal is not None and not z.any():
+            return self._nominal
+        found = None if self._measure is None else self._by_run(self._measure, z)
+        if found is None:
+            self._measure = None
+            found = self._by_dies(z)
+        if not z.any():
+            self._nominal = found
+        return found
+
+    def values(self, rows: F64) -> F64:
+        """Measure dies with the draws float64[n, labels]; float64[n] in SI units, NaN where not defined."""
+        self.runs += len(rows)
+        found = measure_rows(self.target, self.die, self.condition, self.labels, rows, self.threads)
+        return np.array([m.values[self._column] for m in found], dtype=np.float64)
+
+    def _machine(self, z: F64) -> Machine:
+        """The testbench of the metric on the die with some draws."""
+        (asked,) = (m for m in self.target.metrics if m.name == self.metric)
+        shared = [m.measure for m in measurements(self.target.metrics)]
+        machine = self.target.machines(self.condition.temperature_c)[shared.index(asked.measure)]
+        columns = {label: k for k, label in enumerate(self.labels)}
+        return on_die(machine, replace(self.die, sampling=Sampling("rows", 0, columns, z[None])))
+
+    def _by_run(self, measure: Measure, z: F64) -> Slope | None:
+        """By one run backwards; None where some draws have no gradient of that kind."""
+        found = gradients_of(self._machine(z), (measure,))
+        self.runs += BACKWARDS
+        known = {label: k for k, label in enumerate(found.labels)}
+        if not all(label in known for label in self.labels):
+            return None
+        columns = [known[label] for label in self.labels]
+        return Slope(float(found.values[0]), found.by[0, columns] * found.sigma[columns], found.notes[0])
+
+    def _by_dies(self, z: F64) -> Slope:
+        steps = STEP * np.eye(len(z))
+        values = self.values(np.vstack([z, z - steps, z + steps]))
+        below, above = np.split(values[1:], 2)
+        return Slope(float(values[0]), (above - below) / (2.0 * STEP), "")
+
+
+def _sigma(target: BlockTarget, labels: Sequence[str]) -> F64:
+    """What one sigma of each draw is."""
+    sigma = dict(zip(target.labels(), target.sigma(), strict=True))
+    return np.array([sigma[label] for label in labels])

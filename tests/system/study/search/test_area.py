@@ -1,0 +1,61 @@
+"""Areas of least total for a wanted spread: the closed form, its least areas, and dies of a real block."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from circuits.errors import ParameterError
+from system.options.block import read_die
+from system.study.search.area import least_areas, matched, scaled_rows
+from system.study.search.slope import Slopes
+from system.study.table import Condition
+from system.study.target import BlockTarget, Subject
+
+VARIANCE, AREA = np.array([4.0, 1.0, 1e-4]), np.array([2.0, 8.0, 5.0])
+
+
+def test_areas_meet_the_variance_at_least_total() -> None:
+    found = least_areas(VARIANCE, AREA, 2.0, 1e-6)
+    assert float((VARIANCE * AREA / found).sum()) == pytest.approx(2.0)
+    best = minimize(
+        lambda x: float(np.exp(x).sum()),
+        np.log(found) + 0.3,
+        constraints={"type": "ineq", "fun": lambda x: 2.0 - float((VARIANCE * AREA / np.exp(x)).sum())},
+    )
+    assert float(found.sum()) == pytest.approx(best.fun, rel=1e-4)
+
+
+def test_no_device_is_made_smaller_than_it_may() -> None:
+    found = least_areas(VARIANCE, AREA, 2.0, 0.5)
+    assert found[2] == 2.5
+    assert float((VARIANCE * AREA / found).sum()) == pytest.approx(2.0)
+    assert least_areas(VARIANCE, AREA, 1e6, 0.5).tolist() == [1.0, 4.0, 2.5]
+
+
+@pytest.fixture(scope="module")
+def slopes() -> Slopes:
+    target = BlockTarget(Subject("axon-delay", ("unit_delay",)))
+    return Slopes(target, read_die(target_silicon()), Condition("random", 27.0, 0), "unit_delay", 1)
+
+
+def target_silicon() -> object:
+    return Subject("axon-delay", ()).silicon
+
+
+def test_a_block_matched_by_its_gradient_spreads_as_told(slopes: Slopes) -> None:
+    """40 dies tell a standard deviation to 11 % at one standard error."""
+    rows = np.random.default_rng(4).standard_normal((40, len(slopes.labels)))
+    rows[:, [label.startswith("process") for label in slopes.labels]] = 0.0
+    slope = slopes.at(np.zeros(len(slopes.labels)))
+    slope = type(slope)(slope.value, np.where(rows.any(axis=0), slope.by, 0.0), slope.note)
+    found = matched(slopes, slope, 0.5 * float(np.linalg.norm(slope.by)), 0.1)
+    assert found.spread == pytest.approx(0.5 * found.spread_now)
+    before, after = slopes.values(rows), slopes.values(scaled_rows(slopes, found, rows))
+    assert before.std(ddof=1) == pytest.approx(found.spread_now, rel=0.3)
+    assert after.std(ddof=1) == pytest.approx(0.5 * before.std(ddof=1), rel=0.15)
+
+
+def test_a_spread_that_no_area_gives_is_refused(slopes: Slopes) -> None:
+    slope = slopes.at(np.zeros(len(slopes.labels)))
+    with pytest.raises(ParameterError, match="which the process alone makes and no area lessens"):
+        matched(slopes, slope, 1e-9, 0.1)
