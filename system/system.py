@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, final
 
+from circuits.arrays import F64
 from circuits.errors import ParameterError, meant
 from system.meaning import Meaning, meanings, numbers_of
 from system.option import Option, Setting
@@ -136,6 +137,7 @@ class Output(Generic[T]):
     check : refuses a path before the run, by a `ParameterError`.
     write : writes the file, and tells the share that is done.
     refuse : says why a scenario's run has nothing to write, "" where it has; None: every run has.
+    trains : spike trains that the file has, s, by the name of their address; None for another file.
     """
 
     help: str
@@ -143,6 +145,7 @@ class Output(Generic[T]):
     write: Callable[[str, T, Progress], None]
     metavar: str = "FILE"
     refuse: Callable[[Any], str] | None = None
+    trains: Callable[[T], Mapping[str, F64]] | None = None
 
 
 @final

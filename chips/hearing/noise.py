@@ -82,7 +82,7 @@ def hearing_noise(
     model = noise.flicker_in(silicon.process)
     path = f"{noise_place(silicon, 'hearing')}, sound"
     found = [
-        threshold_spread(name, numbers.threshold, silicon, model)
+        threshold_spread(name, numbers.threshold, silicon.seen_by("hearing"), model)
         for name, numbers in (("onset", onset), ("high_threshold", high))
     ]
     return HearingNoise(*found[0], *found[1], new_draws(noise.seed, noise.trial, path, 2))

@@ -26,6 +26,7 @@ import math
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -36,7 +37,7 @@ from circuits.checks import require_choice, require_type
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
 from circuits.silicon.components import DIES_A_WAFER, EXTENTS, Components, Extent
-from circuits.silicon.edit import SHARED, Edit, edited, ordered
+from circuits.silicon.edit import SHARED, Edit, edited, edits_of, ordered
 from circuits.silicon.process import Polarity, Process
 from circuits.silicon.sampling import Sampling
 
@@ -202,6 +203,18 @@ class Die:
         """Return the die with what its devices share alone: neither draws nor edits of single devices."""
         return replace(self, mismatch=False, edits=self.shared_edits)
 
+    def seen_by(self, *names: str) -> Die:
+        """Return the die without those edits that are of other circuits.
+
+        Parameters
+        ----------
+        names
+            Names at which the paths of the circuits' devices begin.
+        """
+        return replace(
+            self, edits=edits_of(self.edits, (*names, *(level[0][0] for level, _, _ in _SHARED_DRAWS)))
+        )
+
     @property
     def shared_edits(self) -> tuple[Edit, ...]:
         """What its edits do to what devices share, as edits that touch no single device."""
@@ -218,6 +231,33 @@ class Die:
     def components(self) -> bool:
         """Whether its transistors have components of variation beside the plain ones."""
         return self.number is not None and self.variation != "plain"
+
+
+Family = tuple[Place, tuple[Path, ...], str]  # place, paths and parameter, as of `standard_normals`
+
+
+class Drawn(NamedTuple):
+    """What was drawn for a family: float64[places], V of V_T0 and else relative, in a process."""
+
+    value: F64
+    process: Process
+
+
+_NOTED = "noted."  # begins a path that means no device, of a die whose draws are noted
+
+
+def noted(die: Die, name: str) -> Die:
+    """Return the die healed of all, of which this process notes what it would have drawn (`drawn_for`).
+
+    name: of what it is noted for, which must differ between things that are drawn side by side.
+    """
+    return die.healed("*", f"{_NOTED}{name}")
+
+
+@lru_cache(maxsize=8)
+def drawn_for(die: Die) -> dict[Family, Drawn]:
+    """What this process drew for a die of `noted`, before edits."""
+    return {}
 
 
 NOMINAL = Die()
@@ -252,16 +292,24 @@ def mismatch(
 
     area: m W L of each, float64[count], or of all, m^2. Both results are 0 where the die has no mismatch.
     """
-    v_t0, beta = _drawn_mismatch(die, process, place, paths, area)
+    found = _drawn_mismatch(die, process, place, paths, area)
     if not die.edits:
-        return v_t0, beta
-    return _edited(die, place, paths, "v_t0", v_t0), _edited(die, place, paths, "beta", beta)
+        return found
+    v_t0, beta = (
+        _edited(die, process, (place, tuple(paths), name), drawn)
+        for name, drawn in zip(PARAMETERS, found, strict=True)
+    )
+    return v_t0, beta
 
 
-def _edited(die: Die, place: Place, paths: Sequence[Path], parameter: str, drawn: F64 | float) -> F64 | float:
+def _edited(die: Die, process: Process, what: Family, drawn: F64 | float) -> F64 | float:
     """Deviations after the die's edits."""
-    changed = edited(die.edits, place, tuple(paths), parameter)
-    return drawn if changed is None else changed.of(drawn)
+    changed = edited(die.edits, *what)
+    if changed is None:
+        return drawn
+    if any(path.startswith(_NOTED) for edit in die.edits for path in edit.paths):
+        drawn_for(die)[what] = Drawn(np.broadcast_to(np.asarray(drawn), changed.kept.shape), process)
+    return changed.of(drawn)
 
 
 def _drawn_mismatch(
@@ -283,12 +331,15 @@ def shared(die: Die, process: Process, polarity: Polarity) -> Shift:
     drawn = _drawn_shared(die, process, polarity)
     if not die.edits:
         return drawn
-    return Shift(*(_edited_shared(die, polarity, n, v) for n, v in zip(PARAMETERS, drawn, strict=True)))
+    both = zip(PARAMETERS, drawn, strict=True)
+    return Shift(*(_edited_shared(die, process, (polarity, name), value) for name, value in both))
 
 
-def _edited_shared(die: Die, kind: str, parameter: str, drawn: float) -> float:
-    """What devices of a kind share, after the die's edits."""
-    return float(np.ravel(_edited(die, SHARED_PLACE, [((kind, ()),)], _SHARED + parameter, drawn))[0])
+def _edited_shared(die: Die, process: Process, what: tuple[str, str], drawn: float) -> float:
+    """What devices of a kind share of a parameter, after the die's edits."""
+    kind, parameter = what
+    family = SHARED_PLACE, (((kind, ()),),), _SHARED + parameter
+    return float(np.ravel(_edited(die, process, family, drawn))[0])
 
 
 def _drawn_shared(die: Die, process: Process, polarity: Polarity) -> Shift:
@@ -313,7 +364,7 @@ def shared_relative(die: Die, process: Process, kind: str, parameter: str, sigma
     """
     varies = sigma > 0.0 and die.components and die.process and die.corner == "random"
     drawn = sigma * _levels(die, components_of(process), kind, parameter) if varies else 0.0
-    return _edited_shared(die, kind, parameter, drawn) if die.edits else drawn
+    return _edited_shared(die, process, (kind, parameter), drawn) if die.edits else drawn
 
 
 def components_of(process: Process) -> Components:

@@ -22,13 +22,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from circuits.arrays import F64, Bools
+from circuits.arrays import F64, I64, Bools
 from circuits.checks import require_choice, require_real
 from circuits.errors import ParameterError
 from circuits.silicon.sampling import labels
@@ -110,6 +110,25 @@ def ordered(edits: Iterable[Edit]) -> tuple[Edit, ...]:
     return tuple(found)
 
 
+def edits_of(edits: Iterable[Edit], names: Iterable[str]) -> tuple[Edit, ...]:
+    """Leave out what edits say of circuits whose paths begin with other names.
+
+    A path that begins with a wildcard stays, and so does what alone deviates: without it all would.
+    """
+    known, found = {*names}, []
+    for edit in edits:
+        paths = tuple(p for p in edit.paths if edit.kind == "only" or _first_name(p) in known | {""})
+        if paths:
+            found.append(replace(edit, paths=paths))
+    return tuple(found)
+
+
+def _first_name(path: str) -> str:
+    """The name at which a path begins; empty where that has a wildcard."""
+    name = re.split(r"[.\[]", path, maxsplit=1)[0]
+    return "" if {*"*?"} & {*name} else name
+
+
 def unmatched(edits: Iterable[Edit], families: Iterable[tuple[Path, Sequence[Path], str]]) -> list[str]:
     """List the paths of edits that mean nothing of what some circuits draw.
 
@@ -138,8 +157,8 @@ def edited(edits: Sequence[Edit], place: Path, paths: tuple[Path, ...], paramete
         for path in edit.paths:
             asked = _asked(path)
             if (place, paths, parameter) not in asked:
-                asked[place, paths, parameter] = matched((path,), place, paths, parameter)
-            found |= asked[place, paths, parameter]
+                asked[place, paths, parameter] = np.flatnonzero(matched((path,), place, paths, parameter))
+            found[asked[place, paths, parameter]] = True
         if edit.kind == "set":
             value[found] = edit.value
         else:
@@ -151,8 +170,8 @@ def edited(edits: Sequence[Edit], place: Path, paths: tuple[Path, ...], paramete
 
 
 @lru_cache(maxsize=4096)
-def _asked(path: str) -> dict[tuple[Path, tuple[Path, ...], str], Bools]:
-    """What was asked of a path in this process, and what it meant there."""
+def _asked(path: str) -> dict[tuple[Path, tuple[Path, ...], str], I64]:
+    """What was asked of a path in this process, and the numbers of the places that it meant there."""
     return {}
 
 
@@ -162,7 +181,7 @@ def not_met(edits: Iterable[Edit]) -> dict[str, list[tuple[Path, tuple[Path, ...
     return {
         path: [(place, paths) for place, paths, _ in asked]
         for path, asked in found.items()
-        if not any(each.any() for each in asked.values())
+        if not any(each.size for each in asked.values())
     }
 
 
@@ -180,24 +199,74 @@ def matched(wanted: Iterable[str], place: Path, paths: Sequence[Path], parameter
             if one.any_index:
                 own[:] = True
                 break
-            each = labels(place, [path], parameter)
-            own |= np.array([one.exact.fullmatch(_shown(label)) is not None for label in each])
+            own |= _at_index(one, place, path, parameter)
         found.append(own)
     return np.concatenate(found)
 
 
+def _at_index(one: _Patterns, place: Path, path: Path, parameter: str) -> Bools:
+    """Places of a path that a pattern means by its indices, bool[places]."""
+    shape = tuple(n for _, dimensions in path for n in dimensions)
+    if one.indices is None:
+        each = labels(place, [path], parameter)
+        return np.array([one.exact.fullmatch(_shown(label)) is not None for label in each])
+    own, where = np.zeros(shape, np.bool_), _selected(one.indices, place, path)
+    if where is not None:
+        own[where] = True
+    return own.ravel()
+
+
+def _selected(indices: Sequence[_Index], place: Path, path: Path) -> tuple[int | slice, ...] | None:
+    """Where in the array of a path's places those of some indices are; None for none.
+
+    indices: those of each indexed name from the first on, None for any.
+    """
+    wanted = iter(indices)
+    where: list[int | slice] = []
+    for fixed, own in [(True, index) for _, index in place] + [(False, shape) for _, shape in path]:
+        asked = next(wanted, None) if own else ()
+        if asked is not None and len(asked) != len(own):
+            return None
+        if asked is not None and (asked != own if fixed else not _within(asked, own)):
+            return None
+        where += [] if fixed else [slice(None)] * len(own) if asked is None else asked
+    return tuple(where)
+
+
+def _within(index: tuple[int, ...], shape: tuple[int, ...]) -> bool:
+    return all(n < limit for n, limit in zip(index, shape, strict=True))
+
+
+_Index = tuple[int, ...] | None  # of one name, None for any
+
+
 class _Patterns(NamedTuple):
-    """Patterns of a path: with its indices, and with any in their place; whether it names none."""
+    """Patterns of a path: with its indices, and with any in their place; whether it names none.
+
+    indices: of each name that has some, where nothing outside of brackets is a wildcard; else None.
+    """
 
     exact: re.Pattern[str]
     loose: re.Pattern[str]
     any_index: bool
+    indices: tuple[_Index, ...] | None
 
 
 @lru_cache(maxsize=4096)
 def _patterns(text: str) -> _Patterns:
-    any_index = all(inside == "*" for inside in _BRACKETS.findall(text))
-    return _Patterns(_compiled(text, exact=True), _compiled(text, exact=False), any_index)
+    inside = _BRACKETS.findall(text)
+    any_index = all(one == "*" for one in inside)
+    return _Patterns(
+        _compiled(text, exact=True), _compiled(text, exact=False), any_index, _indices(text, inside)
+    )
+
+
+def _indices(text: str, inside: Sequence[str]) -> tuple[_Index, ...] | None:
+    if {*"*?"} & {*_BRACKETS.sub("", text)} or any("*" in one and one != "*" for one in inside):
+        return None
+    if not all(part.isdecimal() for one in inside if one != "*" for part in one.split(",")):
+        return None
+    return tuple(None if one == "*" else tuple(map(int, one.split(","))) for one in inside)
 
 
 def _compiled(text: str, *, exact: bool) -> re.Pattern[str]:

@@ -105,6 +105,18 @@ class Silicon:
             law, v_t0=law.v_t0 + shift.v_t0, square_current=law.square_current * (1.0 + shift.beta)
         )
 
+    def seen_by(self, *names: str) -> Silicon:
+        """The silicon without those edits of its die that are of other circuits.
+
+        So what depends on some circuits alone is known again after edits elsewhere.
+
+        Parameters
+        ----------
+        names
+            Names at which the paths of the circuits' devices begin.
+        """
+        return replace(self, die=self.die.seen_by(*names)) if self.die.edits else self
+
     def of_area(self, area: float) -> Silicon:
         """The silicon of devices `area` times as large, whose mismatch is `1 / sqrt(area)` of theirs."""
         process, root = self.process, math.sqrt(area)

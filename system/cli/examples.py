@@ -58,6 +58,7 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ("reproduce",): ("noctule reproduce cheely2003-fig4 --plot fig4.png",),
     ("new",): ("noctule new block my-sink",),
     ("doctor",): ("noctule doctor",),
+    ("blame",): ("noctule blame approach --codes default --die 1003 --report why.html",),
     ("run",): ("noctule run approach --level behavioural --plot approach.png",),
     ("run", "approach"): ("noctule run approach --level behavioural --die 1003 --plot approach.png",),
     ("run", "rover"): ("noctule run rover --map map2 --start 2,10 --goal 19,10 --plot way.png",),

@@ -15,6 +15,7 @@ from circuits.units import parse_quantity
 from system.cli.option_names import as_options
 from system.cli.output import print_json, print_line, progress_bar
 from system.cli.run_output import print_cautions, print_run
+from system.cli.study_verbs import Blame
 from system.cli.verbs import Run
 from system.cli.view import check_page, check_run, leave, this_command
 from system.options.block import describe_die, read_die
@@ -76,7 +77,7 @@ def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[
     print_cautions(summary)
 
 
-def scenario_of(system: System[Any, Any], asked: Run, texts: Mapping[str, Any]) -> Any:
+def scenario_of(system: System[Any, Any], asked: Run | Blame, texts: Mapping[str, Any]) -> Any:
     """Give the scenario that is asked for.
 
     texts: texts of the system's own options, by name. Raises `ParameterError` for values that it cannot have,

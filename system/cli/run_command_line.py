@@ -1,4 +1,4 @@
-"""Commands of `noctule run`, one for each system, whose options are those of its scenarios.
+"""Commands of `noctule run` and `blame`, one for each system, whose options are those of its scenarios.
 
 Systems are loaded when they are named, so that `noctule --help` does not wait for them.
 """
@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from itertools import chain
-from typing import Annotated, Any, final
+from typing import Annotated, Any, ClassVar, final
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -20,9 +21,11 @@ from system.cli.examples import epilog_of
 from system.cli.given_once import App
 from system.cli.option_names import PARAM, option_of
 from system.cli.scenario_file import read_scenario_file
+from system.cli.study_verbs import Blame
 from system.cli.verb import (
     compilation_told,
     completion_of,
+    end_with,
     flags_of,
     keyword,
     made_of,
@@ -37,13 +40,39 @@ from system.system import System
 SCENARIO = "scenario"  # the option that names a file of options
 
 
-@final
+@dataclass(frozen=True, slots=True)
+class SystemVerb:
+    """A verb with a command for each system.
+
+    name : of the verb.
+    place : its function, as `"module:function"`.
+    options : dataclass of the options that it has for every system.
+    about : its help.
+    outputs : whether it leaves the files that a run of a system can leave.
+    """
+
+    name: str
+    place: str
+    options: type
+    about: str
+    outputs: bool
+
+
+RUN = SystemVerb("run", "system.cli.run:run_system", Run, "Run a system in its world.", outputs=True)
+BLAME = SystemVerb(
+    "blame", "system.cli.blame:blame_system", Blame, "Say which devices of a die make a robot fail.",
+    outputs=False,
+)  # fmt: skip
+
+
 class Systems(TyperGroup):
     """Group of commands with one for each system; an unknown name is refused with similar ones."""
 
+    verb: ClassVar[SystemVerb]
+
     def list_commands(self, ctx: Any) -> list[str]:
         """Give the names of all systems, with the users' own."""
-        return [*system_names(), bench_verb.NAME]
+        return [*system_names(), bench_verb.NAME] if self.verb is RUN else system_names()
 
     def shell_complete(self, ctx: Any, incomplete: str) -> Any:
         """Give what completes the name of a system, without loading one."""
@@ -52,9 +81,9 @@ class Systems(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Give the command of the system with this name."""
-        if cmd_name == bench_verb.NAME:
+        if cmd_name == bench_verb.NAME and self.verb is RUN:
             return _bench()
-        return command_of(load_system(cmd_name), cmd_name)
+        return command_of(load_system(cmd_name), cmd_name, self.verb)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the list of systems with a line on each, without loading any but the users' own."""
@@ -83,42 +112,56 @@ def _sentence(line: str) -> str:
     return f"{line[:1].upper()}{line[1:]}."
 
 
-app = App(cls=Systems, help="Run a system in its world.", epilog=epilog_of("run"), rich_markup_mode=None)
+@final
+class _RunSystems(Systems):
+    verb = RUN
+
+
+@final
+class _BlameSystems(Systems):
+    verb = BLAME
 
 
 def add_to(parent: typer.Typer) -> None:
-    """Make `run` a command of `parent`."""
-    parent.add_typer(app, name="run")
+    """Make `run` and `blame` commands of `parent`."""
+    for group in (_RunSystems, _BlameSystems):
+        parent.add_typer(_app(group), name=group.verb.name)
 
 
-@app.callback(invoke_without_command=True)
-def run(context: typer.Context) -> None:
-    """Run a system in its world."""
-    if context.invoked_subcommand is None:
-        typer.echo(context.get_help())
+def _app(group: type[Systems]) -> App:
+    """The commands of a verb."""
+    verb = group.verb
+    app = App(cls=group, help=verb.about, epilog=epilog_of(verb.name), rich_markup_mode=None)
+
+    @app.callback(invoke_without_command=True, help=verb.about)
+    def alone(context: typer.Context) -> None:
+        if context.invoked_subcommand is None:
+            typer.echo(context.get_help())
+
+    return app
 
 
-def command_of(system: System[Any, Any], name: str) -> Any:
-    """Give the command that runs a system, with the options of its scenarios and outputs.
+def command_of(system: System[Any, Any], name: str, verb: SystemVerb = RUN) -> Any:
+    """Give the command of a verb for a system, with the options of its scenarios and outputs.
 
     name: what it was called by, which loads it.
     """
-    said, own = _names_of(system), list(_options(system))
+    said, own = _names_of(system), list(_options(system, outputs=verb.outputs))
 
     def command(**given: Any) -> None:
         options = {p.name: given[p.name] for p in own if given[p.name] not in (None, [])}
-        run_system = loaded("system.cli.run:run_system")  # which numerical libraries come with
+        function = loaded(verb.place)  # which numerical libraries come with
         try:
             with compilation_told():
-                run_system(name, made_of(Run, given), options, said)
+                end_with(function(name, made_of(verb.options, given), options, said))
         except CircuitError as error:
             raise given[SCENARIO].told(error, given) if given[SCENARIO] else error from None
 
     about = _sentence(system.summary)
-    with_parameters(command, chain(own, [_scenario(system)], parameters_of(Run)), about)
+    with_parameters(command, chain(own, [_scenario(system)], parameters_of(verb.options)), about)
     command.said = lambda _: said  # type: ignore[attr-defined]
     alone = App(rich_markup_mode=None, add_completion=False)
-    alone.command(system.name, epilog=epilog_of("run", system.name))(command)
+    alone.command(system.name, epilog=epilog_of(verb.name, system.name))(command)
     return typer.main.get_command(alone)
 
 
@@ -163,7 +206,7 @@ def names_in_study(given: Mapping[str, Any]) -> dict[str, str]:
     return {name: f"{PARAM}{option.removeprefix('--')}" for name, option in found.items()}
 
 
-def _options(system: System[Any, Any]) -> Iterator[inspect.Parameter]:
+def _options(system: System[Any, Any], *, outputs: bool) -> Iterator[inspect.Parameter]:
     """Parameters for the options of a system's scenarios, and for the files that its runs leave."""
     for name, one in system.settings.items():
         if not one.option.run:
@@ -174,6 +217,6 @@ def _options(system: System[Any, Any]) -> Iterator[inspect.Parameter]:
         completion = completion_of(one.option.names, one.choices)
         declared = typer.Option(*flags, metavar=one.metavar or None, help=one.help, autocompletion=completion)
         yield keyword(name, Annotated[kind, declared], [] if several else None)
-    for name, output in system.outputs.items():
+    for name, output in system.outputs.items() if outputs else ():
         declared = typer.Option(option_of(name), metavar=output.metavar, help=output.help)
         yield keyword(name, Annotated[str | None, declared], None)

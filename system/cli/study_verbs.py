@@ -1,13 +1,14 @@
-"""The verbs on studies: `montecarlo`, `replay` and `centre`."""
+"""The verbs on studies: `montecarlo`, `replay`, `centre` and `blame`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 from system.cli import shared_options as shared
 from system.cli.shared_options import BlockValues, Engine, Level
 from system.cli.verb import argument, like, required
+from system.cli.verbs import OnDie
 from system.option import option
 from system.options.begin import BeginChoice
 from system.options.silicon import SiliconChoice
@@ -150,3 +151,16 @@ class Centre:
     def silicon(self) -> SiliconChoice:
         """The silicon that all dies share."""
         return replace(self.variation, temperature=self.temperature)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Blame(OnDie):
+    """Options that `noctule blame` has for every system."""
+
+    ideal: ClassVar[bool] = False
+    seed: int = option(0, "Of the first trial: noise and world")
+    trials: int = option(300, "Runs that may be made, at least 150")
+    mended: str | None = shared.file_option("Write the mended die, for --die")
+    report: str | None = shared.file_option("Write a page with the story and its pictures, a .html")
+    plot: str | None = shared.plot_option()
+    as_json: bool = shared.json_option()

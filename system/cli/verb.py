@@ -90,7 +90,7 @@ def verb(place: str, options: type) -> Command:
     def command(**given: Any) -> None:
         function, asked = loaded(f"system.cli.{place}"), made_of(options, given)
         with compilation_told():
-            _end_with(function(asked))
+            end_with(function(asked))
 
     return with_parameters(command, parameters_of(options), options.__doc__ or "")
 
@@ -103,7 +103,7 @@ def compilation_told() -> AbstractContextManager[None]:
     return found
 
 
-def _end_with(status: int | None) -> None:
+def end_with(status: int | None) -> None:
     """End the command with an exit status, None for that of success."""
     if status:
         raise typer.Exit(status)

@@ -234,8 +234,8 @@ class Doctor:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Run:
-    """Options that `noctule run` has for every system."""
+class OnDie:
+    """The die and the temperature of a system's run."""
 
     variation: SiliconChoice = part(
         SiliconChoice, "at", "allow_implausible", "temperature", "process", "law", "die"
@@ -245,10 +245,22 @@ class Run:
         "Die of the lot, a number, nominal or a file of one; 1000 unless given",
         metavar="NUMBER|nominal|FILE",
     )
-    ideal: bool = option(default=False, about="Programs, or the papers' equations, in place of every chip")
     temperature: str = option(
         "27", "Degrees Celsius, a course as 0s:27,60s:44, or a CSV of one", metavar="DEGC"
     )
+
+    @property
+    def silicon(self) -> SiliconChoice:
+        """The silicon that the run is on."""
+        die = None if self.die in {None, NOMINAL} else self.die
+        return shared.of_study(replace(self.variation, temperature=self.temperature, die=die))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run(OnDie):
+    """Options that `noctule run` has for every system."""
+
+    ideal: bool = option(default=False, about="Programs, or the papers' equations, in place of every chip")
     seed: int = option(0, "Of noise and worlds")
     plot: str | None = shared.plot_option()
     beside: str | None = option(None, "Run on this die too, and draw it beside", metavar="NUMBER|nominal")
@@ -258,9 +270,3 @@ class Run:
     )
     output: str | None = option(None, "Keep the run, for noctule view", short="o", metavar="RUN.nc")
     as_json: bool = shared.json_option()
-
-    @property
-    def silicon(self) -> SiliconChoice:
-        """The silicon that the run is on."""
-        die = None if self.die in {None, NOMINAL} else self.die
-        return shared.of_study(replace(self.variation, temperature=self.temperature, die=die))

@@ -7,7 +7,7 @@ A robot's scenario has these fields by deriving from `Coded`, and names the cali
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import ClassVar
@@ -15,13 +15,21 @@ from typing import ClassVar
 from chips.codes import Codes
 from chips.validity import require_area
 from circuits.errors import ParameterError
+from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500, Process
 from system.codes.file import read_codes
 from system.codes.find import codes_on, setup_of
 from system.option import option
+from system.options.die.file import read_die_file
 from system.options.on_silicon import ROOM_TEMPERATURE, OnSilicon
+from system.reader import whole
 
 CALIBRATED, DEFAULT = "calibrated", "default"
+
+
+def _read_coded_on(text: str, name: str) -> Die:
+    """The die of a number, in the usual lot, or of a file."""
+    return read_die_file(Path(text)) if text.endswith(".toml") else Die(number=whole(text, name))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +44,8 @@ class Coded(OnSilicon):
         is `calibrated` where the biases have codes, and `default` for fixed gate voltages, which have none.
     calibrated_c : float
         Temperature at which the chips were calibrated, degC.
+    coded_on : Die or None
+        Die whose calibration the codes are of; the run's own unless given.
     """
 
     CALIBRATED: ClassVar[tuple[str, ...]] = ()
@@ -47,6 +57,11 @@ class Coded(OnSilicon):
     calibrated_c: float = option(
         ROOM_TEMPERATURE, "Where the chips were calibrated", name="calibrated_at", unit="degC", silicon=True,
         study=True, key="calibrated_at_C",
+    )  # fmt: skip
+
+    coded_on: Die | None = option(
+        None, "Take the codes of this die's calibration, a number or a file of one; its own unless given",
+        read=_read_coded_on, name="codes_of", metavar="NUMBER|FILE", silicon=True, key="",
     )  # fmt: skip
 
     @property
@@ -82,6 +97,8 @@ class Coded(OnSilicon):
             return None
         require_area(name.replace("-", "_"), area, 0.0)
         silicon = self.silicon_at(self.calibrated_c, process)
+        if self.coded_on is not None:
+            silicon = replace(silicon, die=self.coded_on)
         silicon = silicon if area == 1.0 else silicon.of_area(area)
         files = _files(self.code_choice)
         if name not in files:
@@ -127,4 +144,5 @@ def described(scenario: Coded) -> dict[str, str | float]:
     """Say in a run's account which codes its chips had."""
     if scenario.code_choice == DEFAULT:
         return {"codes": DEFAULT}
-    return {"codes": scenario.code_choice, "calibrated_at_C": scenario.calibrated_c}
+    of = "" if scenario.coded_on is None else f", of {scenario.coded_on}"
+    return {"codes": f"{scenario.code_choice}{of}", "calibrated_at_C": scenario.calibrated_c}

@@ -42,6 +42,7 @@ def spikes_output(
         check=check_spikes,
         write=lambda path, trace, _: _write(path, *found(trace)),
         refuse=refuse,
+        trains=lambda trace: found(trace)[0],
     )
 
 

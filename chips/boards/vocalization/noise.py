@@ -101,9 +101,10 @@ def interval_spread(numbers: Vocalization, silicon: Silicon, noise: SiliconNoise
     slow = 2.0 * current_wander(silicon, noise, "p", mirror.gate_area, time, steepness(current, specific))
     rise = current / p.ramp_capacitance
     fall = low / (p.discharge_resistance * p.ramp_capacitance) - rise
-    met = np.array([comparator_jitter(float(s), silicon) for s in rise]) / time
+    own = silicon.seen_by(board.build().name)
+    met = np.array([comparator_jitter(float(s), own) for s in rise]) / time
     # as good as one for all: the fall hardly depends on the rate
-    left = comparator_jitter(float(fall.mean()), silicon) * (fall / rise + 1.0) / time
+    left = comparator_jitter(float(fall.mean()), own) * (fall / rise + 1.0) / time
     voltage = numbers.slope * proximity_noise(silicon) / rate
     return np.asarray(np.sqrt(0.5 * density * time / charge**2 + met**2 + left**2 + slow + voltage**2))
 

@@ -24,7 +24,7 @@ from system.cli.keys.installed import (
 from system.cli.keys.mission import MISSION
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
 from system.cli.keys.over_dies import CORNERS, MATCH, WORST
-from system.cli.keys.study import CENTRE, GRADIENT, MONTECARLO, RARE, REPLAY
+from system.cli.keys.study import BLAME, CENTRE, GRADIENT, MONTECARLO, RARE, REPLAY
 from system.cli.keys.sweep import SWEEP
 from system.cli.keys.transient import AC, DECK, NOISE, SIMULATE, TRAN_NOISE
 from system.cli.option_names import option_of
@@ -60,6 +60,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "merge": MISSION,
     "replay": REPLAY,
     "centre": CENTRE,
+    "blame SYSTEM": BLAME,
     "characterise": CHARACTERISE,
     "extract": EXTRACT,
     "extract --fit": EXTRACT_FIT,

@@ -244,3 +244,64 @@ metrics.gradients.sigma      number    -  standard deviation of the parameter ov
 metrics.gradients.share      number    -  its share of the metric's variance over dies, 0 to 1
 """),
 }
+SHARE_OF = """
+passed    integer  -  trials that succeed
+of        integer  -  trials
+interval  object   -  95 % interval of their share
+"""
+BLAME = {
+    **meanings("system  string  -  name of the system"),
+    **DIE_KEYS,
+    **meanings("""
+seed                     integer    -     seed of the first trial
+temperature_C            number     degC  temperature of the chips; at the beginning of a course
+trials                   integer    -     runs that were made
+guilty                   boolean    -     whether the die is to blame
+die_succeeds             object     -     trials on the die
+healed_succeeds          object     -     the same on the die healed of all deviations
+finished                 boolean    -     whether the search ended before its trials did
+steps                    object[]   -     levels of the search
+steps.level              string     -     what its parts are
+steps.among              integer    -     parts that were there
+steps.kept               string[]   -     paths of the fewest whose healing mends
+steps.trials             integer    -     runs made until then
+culprits                 object[]   -     the fewest that were found at last
+culprits.path            string     -     path, as `--heal` takes it
+culprits.devices         integer    -     devices that it means
+culprits.deviations      object[]   -     how a single one deviates
+culprits.deviations.parameter  string  -  parameter
+culprits.deviations.value      number  -  deviation: V of V_T0, else relative
+culprits.deviations.sigma      number  -  its standard deviation, 0 where it was set by hand
+mends                    boolean?   -     whether healing them mends; null where nothing was verified
+verified                 object?    -     how that was found, on trials that the search has not used
+verified.trials          integer    -     pairs of trials
+verified.wanted          integer    -     pairs that the power asks for
+verified.mended_succeeds object     -     trials on the mended die
+verified.healed_succeeds object     -     the same on the healed die
+verified.difference      object     -     90 % interval of the difference of both shares
+verified.difference.low  number     -     lower end, a one-sided 95 %
+verified.difference.high number     -     upper end
+random_mends             object?    -     sets of as many devices at random that mend; null where not tried
+area_that_mends          number?    -     least area over theirs with which they mend; null where none does
+codes                    object[]   -     codes of calibrations that were tried
+codes.name               string     -     on which die, of which calibration
+codes.succeeds           object?    -     trials with them; null where not tried
+story                    string[]   -     what was found, in sentences
+runs                     object[]   -     runs of one seed on the die, the mended and the healed one
+runs.name                string     -     on which
+runs.seed                integer    -     seed
+runs.succeeded           boolean    -     whether it succeeded
+runs.reason              string     -     why it ended
+command                  string     -     command that runs the mended robot
+"""),
+    **{
+        f"{where}.{key}": each
+        for where in (
+            "die_succeeds", "healed_succeeds", "verified.mended_succeeds", "verified.healed_succeeds",
+            "random_mends", "codes.succeeds",
+        )
+        for key, each in {
+            **meanings(SHARE_OF), **meanings(INTERVAL_KEYS, "interval"),
+        }.items()
+    },
+}  # fmt: skip

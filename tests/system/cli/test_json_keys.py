@@ -21,6 +21,7 @@ from system.registry import load_system, system_names
 from tests.circuits.extraction.test_fit import points, table
 from tests.documents import ROOT
 from tests.json_document import wrong
+from tests.system.cli.test_blame import TOY
 
 FORMS = {
     "list": ["list"],
@@ -57,6 +58,7 @@ FORMS = {
     "merge": ["merge mission -o merged"],
     "replay": ["replay study --die 1000"],
     "centre": [],
+    "blame SYSTEM": [f"blame {TOY} --die 1003"],
     "characterise": [],
     "extract": ["extract --points currents.csv -o process.toml"],
     "extract --fit": ["extract --fit coach --only fet_n_sub_vg --only fet_n_backgate -o process.toml"],

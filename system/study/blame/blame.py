@@ -1,0 +1,244 @@
+"""Why a robot fails on a die: the fewest devices whose healing mends it, how sure that is, what else does.
+
+1. `verdict.accuse` asks whether the die is to blame: the healed die succeeds where the die fails.
+2. `search.narrow` takes the die apart, to the fewest devices whose healing mends.
+3. `verdict.verify` holds what was found against the healed die on trials that the search has not used.
+4. As many devices at random, of the same circuit and with the same spread, show whether any would do.
+5. The area that the devices would need, and codes of a calibration, are tried as other remedies.
+
+Codes are those of the unhealed die throughout: healing a device leaves what a calibration did about it. The
+robot on the mended die with codes of its own stands beside.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from circuits.errors import ParameterError
+from circuits.silicon.die import Die
+from circuits.silicon.edit import DEVIATIONS, Edit
+from circuits.silicon.process import Process
+from system.study.blame.part import Part, Parts
+from system.study.blame.search import Rates, Step, Test, fresh, judged_by, narrow
+from system.study.blame.trial import ALL, Case, SpentError, Trials
+from system.study.blame.verdict import FEWEST, Accused, Verified, accuse, verify
+from system.study.statistics.share import Share, share_where
+
+BUDGET = 300  # trials of one die
+AREAS = (2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # times the devices', of which the least that mends is found; ours
+RANDOM = 5  # sets of devices at random; ours
+OTHERS = RANDOM + len(AREAS) + 3 * 6 + 2 * FEWEST  # trials that a search leaves over
+CALIBRATED, DEFAULT = "calibrated", "default"
+
+
+@dataclass(frozen=True, slots=True)
+class Culprit:
+    """A device, or what devices share, that is to blame.
+
+    Attributes
+    ----------
+    path : str
+        Its path, with its parameter where one alone is to blame.
+    deviations : mapping
+        Deviation and its standard deviation by parameter, V of V_T0, else relative.
+    """
+
+    path: str
+    deviations: dict[str, tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Remedy:
+    """Something else that might mend the robot.
+
+    Attributes
+    ----------
+    name : str
+        What it is.
+    share : Share or None
+        Trials of the first ones with which it succeeds; None where it was not tried.
+    """
+
+    name: str
+    share: Share | None
+
+
+@dataclass(frozen=True, slots=True)
+class Blame:
+    """What is to blame for a robot that fails on a die.
+
+    Attributes
+    ----------
+    case : Case
+        The robot on the die.
+    accused : Accused
+        Whether the die is to blame; without that the rest is empty.
+    steps : tuple of Step
+        Levels of the search.
+    culprits : tuple of Culprit
+        The fewest that were found.
+    finished : bool
+        Whether the search ended before its trials did.
+    verified : Verified or None
+        Whether healing them mends.
+    random : Share or None
+        Sets of as many devices at random that mend.
+    area : float or None
+        Area over theirs with which they mend; None where none that was tried does.
+    remedies : tuple of Remedy
+        Codes that might mend.
+    trials : int
+        Trials that were made.
+    counts : mapping of str to int
+        Devices of each culprit.
+    processes : mapping
+        Process of each circuit, by the name at which its paths begin.
+    """
+
+    case: Case
+    accused: Accused
+    steps: tuple[Step, ...] = ()
+    culprits: tuple[Culprit, ...] = ()
+    finished: bool = True
+    verified: Verified | None = None
+    random: Share | None = None
+    area: float | None = None
+    remedies: tuple[Remedy, ...] = ()
+    trials: int = 0
+    counts: Mapping[str, int] = field(default_factory=dict)
+    processes: Mapping[str, Process] = field(default_factory=dict)
+
+    @property
+    def mended(self) -> Die:
+        """The die with the culprits healed."""
+        return self.case.healed([each.path for each in self.culprits])
+
+
+def blame(case: Case, most: int = BUDGET, progress: Callable[[float], None] = lambda _: None) -> Blame:
+    """Say what is to blame for a robot that fails on a die.
+
+    Parameters
+    ----------
+    case
+        The robot on the die.
+    most
+        Trials that may be made.
+    progress
+        Told the share of them that was.
+
+    Raises
+    ------
+    ParameterError
+        None of the first trials fails, or nothing on the die deviates.
+    """
+    trials = Trials(case, most, told=lambda made: progress(made / most))
+    accused = accuse(trials, case.scenario.seed)
+    if not accused.guilty:
+        return Blame(case, accused, trials=trials.made)
+    parts = Parts(case.die, case.drawn())
+    if not parts.circuits():
+        raise ParameterError(f"{case.system.name}: nothing deviates on {case.die}, must be a drawn die")
+    rates = rates_of(accused)
+    trials.most = most - OTHERS
+    found, steps, finished = narrow(parts, trials, rates)
+    trials.most = most
+    begun = Blame(
+        case, accused, tuple(steps), tuple(_culprit(parts, part) for part in found), finished,
+        counts={part.path: parts.devices(part) for part in found}, processes=parts.processes,
+    )  # fmt: skip
+    return _judged(begun, trials, parts, found, rates)
+
+
+def rates_of(accused: Accused) -> Rates:
+    """Shares of trials that succeed, half a trial either way added, and their seeds, telling ones first."""
+    pairs, count = accused.pairs, len(accused.pairs.seeds) + 1.0
+    die, healed = (sum(each) + 0.5 for each in (pairs.first, pairs.second))
+    telling = sorted(range(len(pairs.seeds)), key=lambda k: not (pairs.second[k] and not pairs.first[k]))
+    return Rates(die / count, healed / count, tuple(pairs.seeds[k] for k in telling))
+
+
+def _culprit(parts: Parts, part: Part) -> Culprit:
+    single = parts.level(part) >= 3
+    return Culprit(part.path, parts.deviations(part) if single else {})
+
+
+def _judged(begun: Blame, trials: Trials, parts: Parts, found: Sequence[Part], rates: Rates) -> Blame:
+    """Verify what was found, and try what else would mend."""
+    passes, pairs = judged_by(trials, rates), begun.accused.pairs
+    trials.most -= 2 * FEWEST
+    tried = replace(
+        begun, random=_at_random(trials, parts, found, passes), area=_area(trials, begun.culprits, passes),
+        remedies=_remedies(begun, trials),
+    )  # fmt: skip
+    trials.most += 2 * FEWEST
+    differ = 2.0 * (sum(pairs.second) + 0.5) * (len(pairs.seeds) - sum(pairs.second) + 0.5)
+    verified = verify(trials, begun.mended, fresh(rates.seeds), differ / (len(pairs.seeds) + 1) ** 2)
+    return replace(tried, verified=verified, trials=trials.made)
+
+
+def _at_random(trials: Trials, parts: Parts, found: Sequence[Part], passes: Test) -> Share | None:
+    """Sets of as many devices at random, of the same circuits and spreads, that mend; None without any."""
+    if any(parts.level(part) < 3 for part in found):
+        return None
+    alike = [parts.alike(part) for part in found]
+    if not all(alike):
+        return None
+    rng = np.random.default_rng((trials.case.die.number or 0, len(found)))
+    own = {replace(part, parameter="").path for part in found}
+    sets = []
+    for _ in range(RANDOM):
+        drawn = {each[int(rng.integers(len(each)))].path for each in alike}
+        sets.append(sorted(drawn - own))
+    try:
+        return share_where(passes(trials.case.healed(paths)) for paths in sets if paths)
+    except SpentError:
+        return None
+
+
+def _area(trials: Trials, culprits: Sequence[Culprit], passes: Test) -> float | None:
+    """The least area over theirs with which the culprits mend; None where none does, or none can be tried."""
+    if not culprits or not all(each.deviations for each in culprits):
+        return None
+    try:
+        return next((x for x in AREAS if passes(enlarged(trials.case.die, culprits, x))), None)
+    except SpentError:
+        return None
+
+
+def enlarged(die: Die, culprits: Sequence[Culprit], area: float) -> Die:
+    """Return a die on which devices are some times as large, so that they deviate by 1 / sqrt(area) as much.
+
+    What devices share stays.
+    """
+    edits = []
+    for each in culprits:
+        for name, (value, _) in each.deviations.items() if not each.path.startswith("process.") else ():
+            if name in DEVIATIONS:
+                path = each.path.removesuffix(f".{name}")
+                edits.append(Edit("set", (path,), name, value / math.sqrt(area)))
+    return replace(die, edits=(*die.edits, *edits))
+
+
+def _remedies(begun: Blame, trials: Trials) -> tuple[Remedy, ...]:
+    """Codes that might mend: of a calibration of the die, and of the mended and the healed die."""
+    case, seeds = begun.case, begun.accused.pairs.seeds[:6]
+    if not case.coded:
+        return ()
+    asked = {
+        "the die at codes of its own calibration": (case.die, CALIBRATED),
+        "the mended die at codes of its own calibration": (begun.mended, CALIBRATED),
+        "the healed die at codes of its own calibration": (case.healed(ALL), CALIBRATED),
+    }
+    found = []
+    for name, (die, codes) in asked.items():
+        try:
+            share = share_where(trials.succeeds(die, s, own_codes=True, codes=codes) for s in seeds)
+        except (SpentError, ParameterError):
+            found.append(Remedy(name, None))
+        else:
+            found.append(Remedy(name, share))
+    return tuple(found)

@@ -1,0 +1,221 @@
+"""Parts of a die: what a run draws, as a tree from its circuits down to a parameter of a device.
+
+A part is a name after another as paths of edits have them (`circuits.silicon.edit`). Below a circuit come its
+blocks, then its populations and cells, `neuron[*].membrane.mr1` for a device of all neurons; then single
+devices, `neuron[3].membrane.mr1`; then `v_t0` and `beta`. Only what deviates on the die is a part of it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from circuits.arrays import F64
+from circuits.silicon.die import Die, Drawn, Family, Path, Place, standard_normals
+from circuits.silicon.edit import SHARED, edited
+from circuits.silicon.process import Process
+
+MOST_INDICES = 4096  # of an array whose elements are told apart; ours
+PLANTED = 10.0  # standard deviations that a deviation counts for where no draw says what one is; ours
+LEVELS = ("circuit", "block", "device of all cells", "device", "parameter")
+
+_Step = tuple[str, tuple[int, ...] | None]  # a name with its index, None for all or none
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of a die.
+
+    Attributes
+    ----------
+    steps : tuple
+        Its names with their indices, None for any.
+    shapes : tuple
+        Number of places at each name, by dimension.
+    parameter : str
+        Parameter of its devices, empty for all.
+    """
+
+    steps: tuple[_Step, ...]
+    shapes: tuple[tuple[int, ...], ...]
+    parameter: str = ""
+
+    @property
+    def path(self) -> str:
+        """As a path of an edit."""
+        names = [
+            f"{name}[{'*' if index is None else ','.join(map(str, index))}]" if shape else name
+            for (name, index), shape in zip(self.steps, self.shapes, strict=True)
+        ]
+        return ".".join([*names, self.parameter] if self.parameter else names)
+
+
+@dataclass(slots=True)
+class _Branch:
+    """A name in the tree: those below it, and where it is a device, its deviations by parameter."""
+
+    shape: tuple[int, ...] = ()
+    below: dict[str, _Branch] = field(default_factory=dict)
+    value: dict[str, F64] = field(default_factory=dict)
+    sigma: dict[str, F64] = field(default_factory=dict)
+
+
+class Parts:
+    """The parts of a die.
+
+    Parameters
+    ----------
+    die
+        The die, with its own edits.
+    drawn
+        What it draws, as of `circuits.silicon.die.drawn_for`.
+    """
+
+    def __init__(self, die: Die, drawn: Mapping[Family, Drawn]) -> None:
+        """Take what deviates into a tree."""
+        self._root = _Branch()
+        plain = replace(die, edits=())
+        self.processes: dict[str, Process] = {}
+        for (place, paths, parameter), (own, process) in drawn.items():
+            self.processes[place[0][0]] = process
+            changed = edited(die.edits, place, paths, parameter) if die.edits else None
+            value = own if changed is None else changed.of(own)
+            if not value.any():
+                continue
+            z = (
+                np.zeros(own.shape)
+                if die.number is None
+                else standard_normals(plain, place, paths, parameter)
+            )
+            with np.errstate(divide="ignore", invalid="ignore"):
+                sigma = np.where(z * own != 0.0, np.abs(own / z), 0.0)
+            start = 0
+            for path in paths:
+                stop = start + math.prod(n for _, shape in path for n in shape)
+                if value[start:stop].any():
+                    self._add(
+                        place, path, parameter.removeprefix(SHARED), value[start:stop], sigma[start:stop]
+                    )
+                start = stop
+
+    def _add(self, place: Place, path: Path, parameter: str, value: F64, sigma: F64) -> None:
+        branch, shape = self._root, tuple(n for _, dimensions in path for n in dimensions)
+        for name, index in place:  # a place with indices is a name of its own
+            text = f"{name}[{','.join(map(str, index))}]" if index else name
+            branch = branch.below.setdefault(text, _Branch())
+        for name, dimensions in path:
+            *before, last = name.split(".")
+            for text in before:
+                branch = branch.below.setdefault(text, _Branch())
+            branch = branch.below.setdefault(last, _Branch())
+            branch.shape = dimensions
+        branch.value[parameter], branch.sigma[parameter] = value.reshape(shape), sigma.reshape(shape)
+
+    def circuits(self) -> list[Part]:
+        """Return the parts at the top: circuits, and what devices share."""
+        return [Part(((name, None),), ((),)) for name in sorted(self._root.below)]
+
+    def level(self, part: Part) -> int:
+        """Return at which of `LEVELS` a part is."""
+        if part.parameter:
+            return 4
+        if self._branch(part).below:
+            return 0 if len(part.steps) == 1 else 1
+        return 2 if self._open(part) is not None else 3
+
+    def below(self, part: Part) -> list[Part]:
+        """Return what a part is made of, the next level below; none below a parameter."""
+        branch = self._branch(part)
+        if branch.below:
+            found = [
+                Part((*part.steps, (name, None)), (*part.shapes, one.shape))
+                for name, one in sorted(branch.below.items())
+            ]
+            return self.below(found[0]) if len(found) == 1 and self._branch(found[0]).below else found
+        where = self._open(part)
+        if where is None:
+            return [] if part.parameter else [replace(part, parameter=name) for name in sorted(branch.value)]
+        shape = part.shapes[where]
+        if math.prod(shape) > MOST_INDICES:
+            return []
+        each = [_at(part, where, tuple(map(int, index))) for index in np.ndindex(*shape)]
+        return [one for one in each if self.weight(one) > 0.0]
+
+    def devices(self, part: Part) -> int:
+        """Return how many devices a part has."""
+        return sum(next(iter(v.values())).size for v, _ in self._values(part))
+
+    def weight(self, part: Part) -> float:
+        """Return the largest deviation within a part, in standard deviations of its own."""
+        largest = 0.0
+        for values, sigmas in self._values(part):
+            for name, value in values.items():
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    z = np.where(sigmas[name] > 0.0, np.abs(value) / sigmas[name], PLANTED * (value != 0.0))
+                largest = max(largest, float(z.max(initial=0.0)))
+        return largest
+
+    def deviations(self, part: Part) -> dict[str, tuple[float, float]]:
+        """Return deviation and sigma of a single device by parameter, V of V_T0, else relative."""
+        ((values, sigmas),) = self._values(part)
+        return {name: (float(values[name]), float(sigmas[name])) for name in values}
+
+    def alike(self, part: Part) -> list[Part]:
+        """Return the other single devices of a device's circuit whose standard deviations are the same."""
+        own = self.deviations(replace(part, parameter=""))
+
+        def same(other: Part) -> bool:
+            return all(
+                name in own and math.isclose(own[name][1], sigma, rel_tol=1e-6)
+                for name, (_, sigma) in self.deviations(other).items()
+            )
+
+        top = Part(part.steps[:1], part.shapes[:1])
+        return [other for other in self._singles(top) if other.steps != part.steps and same(other)]
+
+    def _singles(self, part: Part) -> Iterable[Part]:
+        if self.level(part) >= 3:
+            yield part
+            return
+        for one in self.below(part):
+            yield from self._singles(one)
+
+    def _branch(self, part: Part) -> _Branch:
+        branch = self._root
+        for name, _ in part.steps:
+            branch = branch.below[name]
+        return branch
+
+    def _open(self, part: Part) -> int | None:
+        """The first of its names whose index is open."""
+        steps = zip(part.steps, part.shapes, strict=True)
+        return next((k for k, ((_, index), shape) in enumerate(steps) if shape and index is None), None)
+
+    def _values(self, part: Part) -> Iterable[tuple[dict[str, F64], dict[str, F64]]]:
+        """Deviations and standard deviations of the devices in a part, by device of all cells."""
+        index: list[int | slice] = []
+        for (_, chosen), shape in zip(part.steps, part.shapes, strict=True):
+            index += [slice(None)] * len(shape) if chosen is None else chosen
+        for branch in _leaves(self._branch(part)):
+            names = [part.parameter] if part.parameter else list(branch.value)
+            at = tuple(index)
+            yield (
+                {n: np.asarray(branch.value[n][at]) for n in names},
+                {n: np.asarray(branch.sigma[n][at]) for n in names},
+            )
+
+
+def _leaves(branch: _Branch) -> Iterable[_Branch]:
+    if branch.value:
+        yield branch
+    for one in branch.below.values():
+        yield from _leaves(one)
+
+
+def _at(part: Part, where: int, index: Sequence[int]) -> Part:
+    steps = list(part.steps)
+    steps[where] = (steps[where][0], tuple(index))
+    return replace(part, steps=tuple(steps))

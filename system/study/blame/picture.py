@@ -1,0 +1,63 @@
+"""Pictures of blame: what deviates, the steps of the search, and the robot's ways side by side."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+from system.plot import COLOURS, INK, STYLE, settle
+from system.study.blame.blame import Blame
+from system.study.blame.story import Told
+
+
+def draw_blame(found: Blame, told: Told, figure: Figure) -> None:
+    """Fill a figure: deviations of the culprits above, below each run as its system draws it."""
+    ways = [drawn(found, told.traces[name]) for name in told.traces]
+    figure.set_size_inches(4.6 * max(len(ways), 1), 5.8)
+    both: Any = figure.subfigures(2, 1, height_ratios=(1.0, 2.2))
+    above, below = both
+    draw_culprits(found, above.subplots())
+    for ax, name, image in zip(np.ravel(below.subplots(1, len(ways))), told.traces, ways, strict=True):
+        ax.imshow(image)
+        ax.axis("off")
+        word = "succeeds" if told.summaries[name]["succeeded"] else "fails"
+        ax.set_title(f"{name} {word}, seed {told.seed}", fontsize=9)
+
+
+def draw_culprits(found: Blame, ax: Axes) -> None:
+    """Draw the deviations of the culprits in standard deviations, one bar a parameter."""
+    rows = [
+        (f"{each.path.removesuffix(f'.{name}')} {name}", value / sigma if sigma > 0.0 else 0.0)
+        for each in found.culprits
+        for name, (value, sigma) in each.deviations.items()
+    ]
+    ax.barh(range(len(rows)), [z for _, z in rows], color=COLOURS[0])
+    ax.set_yticks(range(len(rows)), [text for text, _ in rows], fontsize=7)
+    ax.axvline(0.0, color=INK, lw=0.8)
+    ax.invert_yaxis()
+    ax.set_xlabel("deviation (sigma)")
+
+
+def drawn(found: Blame, trace: Any) -> Any:
+    """A run as its system draws it, as an image, float[height, width, 4]."""
+    return _image(lambda figure: found.case.system.draw(trace, figure))
+
+
+def _image(draw: Callable[[Figure], None]) -> Any:
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.0, 4.5), dpi=110, layout="constrained")
+        FigureCanvasAgg(figure)
+        draw(figure)
+        settle(figure)
+        data = io.BytesIO()
+        figure.savefig(data, format="png")
+        data.seek(0)
+        return imread(data)

@@ -1,0 +1,191 @@
+"""How a deviation became a failure: device, its current, the chip's spikes, the run's numbers, in words.
+
+The current is that of a device with fixed gate and source voltages in weak inversion, over the design's:
+
+    I / I_0 = (1 + delta_beta) exp(-kappa delta_V_T0 / U_T)
+
+with kappa of the process's nFET; in strong inversion less of V_T0 is seen.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from circuits.errors import CircuitError
+from circuits.silicon.course import beginning_of
+from circuits.silicon.die import Die
+from circuits.silicon.edit import DEVIATIONS
+from circuits.silicon.process import Process, thermal_voltage
+from circuits.units import format_quantity
+from system.study.blame.blame import Blame, Culprit
+from system.study.blame.trial import ALL, outcome_of
+from system.system import SUCCEEDED
+
+SHOWN = 8  # trains and numbers that are told
+DIE, MENDED, HEALED = "the die", "the mended die", "the healed die"
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """Three runs of one seed, on the die, the mended and the healed one.
+
+    Attributes
+    ----------
+    seed : int
+        Seed of all.
+    traces : mapping
+        What each left, by `DIE`, `MENDED` and `HEALED`; those that could not be made are missing.
+    summaries : mapping
+        Summary of each.
+    """
+
+    seed: int
+    traces: Mapping[str, Any]
+    summaries: Mapping[str, Mapping[str, Any]]
+
+
+def told_runs(found: Blame) -> Told:
+    """Run the die, the mended and the healed one again, where the first fails and the last succeeds."""
+    pairs, case = found.accused.pairs, found.case
+    both = zip(pairs.seeds, pairs.first, pairs.second, strict=True)
+    seed = next((s for s, one, other in both if other and not one), pairs.seeds[0])
+    dies = {DIE: case.die, MENDED: found.mended, HEALED: case.healed(ALL)}
+    if not found.culprits:
+        del dies[MENDED]
+    traces = {name: outcome_of(partial(case.system.run, case.on(die, seed))) for name, die in dies.items()}
+    made = {name: trace for name, trace in traces.items() if not isinstance(trace, CircuitError)}
+    return Told(seed, made, {name: case.system.summarise(trace) for name, trace in made.items()})
+
+
+def current_ratio(deviations: Mapping[str, tuple[float, float]], process: Process, celsius: float) -> float:
+    """Return a device's current over the design's, as the module says.
+
+    deviations : as of `Culprit`; celsius : temperature, degC.
+    """
+    v_t0, beta = (deviations.get(name, (0.0, 0.0))[0] for name in ("v_t0", "beta"))
+    return (1.0 + beta) * math.exp(-process.n.kappa * v_t0 / thermal_voltage(celsius))
+
+
+def device_lines(found: Blame) -> list[str]:
+    """A sentence on each culprit: its deviations, and its current."""
+    celsius = beginning_of(found.case.scenario.temperature_c, getattr(found.case.scenario, "course", ()))
+    return [_line(found, each, celsius) for each in found.culprits]
+
+
+def _line(found: Blame, each: Culprit, celsius: float) -> str:
+    if not each.deviations:
+        return f"{each.path}: {found.counts[each.path]} devices together, which were not told apart."
+    parts = []
+    for name, (value, sigma) in each.deviations.items():
+        text = f"V_T0 {format_quantity(value, 'V')}" if name == "v_t0" else f"{name} {100.0 * value:+.2g} %"
+        parts.append(f"{text} ({abs(value) / sigma:.1f} sigma)" if sigma > 0.0 else f"{text} (set)")
+    if not {*each.deviations} & {"v_t0", "beta"}:
+        return f"{each.path}: {', '.join(parts)}."
+    ratio = current_ratio(each.deviations, found.processes[each.path.split(".", maxsplit=1)[0]], celsius)
+    what = "their currents are" if each.path.startswith("process.") else "its current is"
+    return (
+        f"{each.path}: {', '.join(parts)}; at a fixed gate voltage in weak inversion {what} {ratio:.3g} times"
+        " the design's."
+    )
+
+
+def train_rows(found: Blame, told: Told) -> list[tuple[str, ...]]:
+    """Spikes by address in the runs, those that differ most between the die and the healed one."""
+    outputs = [o for o in found.case.system.outputs.values() if o.trains is not None]
+    if not outputs or HEALED not in told.traces or DIE not in told.traces:
+        return []
+    if outputs[0].refuse is not None and outputs[0].refuse(found.case.scenario):
+        return []
+    trains = {name: outputs[0].trains(trace) for name, trace in told.traces.items() if outputs[0].trains}
+    counts = {name: {key: times.size for key, times in each.items()} for name, each in trains.items()}
+    order = sorted(counts[DIE], key=lambda key: -abs(counts[DIE][key] - counts[HEALED].get(key, 0)))
+    differ = [key for key in order if counts[DIE][key] != counts[HEALED].get(key, 0)]
+    return [(key, *(str(counts[name].get(key, 0)) for name in counts)) for key in differ[:SHOWN]]
+
+
+def number_rows(told: Told) -> list[tuple[str, ...]]:
+    """Numbers of the runs that differ, those that differ most first."""
+    own = {
+        key: [summary.get(key) for summary in told.summaries.values()]
+        for key, value in told.summaries[DIE].items()
+        if key != SUCCEEDED and isinstance(value, int | float) and not isinstance(value, bool)
+    }
+    differ = {key: values for key, values in own.items() if len({*values}) > 1}
+    order = sorted(differ, key=lambda key: -_apart(differ[key]))
+    return [(key, *("-" if x is None else f"{x:.4g}" for x in differ[key])) for key in order[:SHOWN]]
+
+
+def _apart(values: Sequence[float | None]) -> float:
+    known = np.array([x for x in (values[0], values[-1]) if x is not None], np.float64)
+    return float(np.ptp(known) / max(np.abs(known).max(), 1e-300)) if known.size == 2 else math.inf
+
+
+def verdict_lines(found: Blame) -> list[str]:
+    """What was found, a sentence each."""
+    pairs, name = found.accused.pairs, found.case.system.name
+    first = (
+        f"The die succeeds in {pairs.first_share} of its trials, healed of all deviations in"
+        f" {pairs.second_share}"
+    )
+    low, high = (100.0 * x for x in (found.accused.interval.low, found.accused.interval.high))
+    gain = f"a difference of {low:.0f} to {high:.0f} points"
+    if not found.accused.guilty:
+        return [f"{first}: {gain}. It is not the die that makes {name} fail."]
+    lines = [f"{first}: {gain}. The die is to blame."]
+    count = len(found.culprits)
+    what = "one part of it" if count == 1 else f"{count} parts of it"
+    least = "" if found.finished else ", where the search ended since its trials were over"
+    paths = "; ".join(each.path for each in found.culprits)
+    lines.append(f"The fewest whose healing mends are {what}{least}: {paths}.")
+    return [*lines, *_sure(found), *_else(found)]
+
+
+def _sure(found: Blame) -> list[str]:
+    lines = []
+    if found.verified is not None:
+        v = found.verified
+        word = "mends" if v.mends else "is not shown to mend"
+        low, high = (100.0 * x for x in (v.interval.low, v.interval.high))
+        few = "" if len(v.pairs.seeds) >= v.wanted else f"; {v.wanted} were wanted, trials were over"
+        lines.append(
+            f"Healing these {word}: on {len(v.pairs.seeds)} trials that the search has not used the mended"
+            f" die succeeds in {v.pairs.second_share}, the healed one in {v.pairs.first_share}, a difference"
+            f" of {low:.1f} to {high:.1f} points at 90 %{few}."
+        )
+    if found.random is not None:
+        lines.append(
+            f"As many at random, of the same circuits and spreads, mend in {found.random.passed} of"
+            f" {found.random.of} sets."
+        )
+    return lines
+
+
+def _else(found: Blame) -> list[str]:
+    lines = []
+    if found.area is not None:
+        lines.append(f"It would be mended too if they were {found.area:g} times as large.")
+    for each in found.remedies:
+        share = "could not be tried" if each.share is None else f"succeeds in {each.share}"
+        lines.append(f"Beside: {each.name} {share}.")
+    return lines
+
+
+def mended_options(found: Blame) -> list[tuple[str, str]]:
+    """Options by name that edit the die as the mended one is, and hold its codes."""
+    die: Die = found.mended
+    options = [("only", path) for edit in die.edits if edit.kind == "only" for path in edit.paths]
+    options += [("heal", path) for edit in die.edits if edit.kind == "heal" for path in edit.paths]
+    options += [
+        ("deviate", f"{edit.paths[0]}.{edit.parameter}={edit.value:g}{DEVIATIONS[edit.parameter]}")
+        for edit in die.edits
+        if edit.kind == "set"
+    ]
+    if found.case.coded and getattr(found.case.scenario, "code_choice", "default") != "default":
+        options.append(("codes_of", str(found.case.die.number)))
+    return options

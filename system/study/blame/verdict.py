@@ -1,0 +1,174 @@
+"""Verdicts of blame: whether the die is to blame, and whether healing some of its devices mends the robot.
+
+Both compare the same trials on two dies, paired by seed. The die is to blame where the healed one succeeds
+more often: the score interval of the difference (Tango 1998) lies above 0 after 6, 12 or 24 pairs, each at
+a third of 5 %. Healing mends where, on trials that no search has used, success is less than 10 points below
+that of the healed die, at a one-sided 5 %. As many pairs are made as find that in 80 % of cases if both are
+equal and differ in as many pairs as they did so far: `(z_95 + z_80)^2 d / 0.1^2` of a share d, at least 40
+(Connor, Biometrics 43, 207, 1987; equation 4 with its margin).
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from dataclasses import dataclass
+
+from scipy.special import ndtri
+
+from circuits.errors import ParameterError
+from circuits.silicon.die import Die
+from system.options.die.edited import check_drawn
+from system.study.blame.trial import ALL, SpentError, Trials
+from system.study.statistics.comparison import paired_interval
+from system.study.statistics.interval import Interval
+from system.study.statistics.power import LIMIT, POWER
+from system.study.statistics.share import Share
+
+LOOKS = (6, 12, 24)  # pairs after which it is asked whether the die is to blame; ours
+MARGIN = 0.1  # of a share that succeeds, by which a mended die may be worse than the healed one
+FEWEST, MOST = 40, 120  # pairs of a verification; the larger one is ours
+
+
+@dataclass(frozen=True, slots=True)
+class Pairs:
+    """The same trials on two dies.
+
+    Attributes
+    ----------
+    seeds : tuple of int
+        Their seeds.
+    first, second : tuple of bool
+        Whether each succeeded.
+    """
+
+    seeds: tuple[int, ...]
+    first: tuple[bool, ...]
+    second: tuple[bool, ...]
+
+    @property
+    def first_share(self) -> Share:
+        """Trials that succeed on the first die."""
+        return Share(sum(self.first), len(self.first))
+
+    @property
+    def second_share(self) -> Share:
+        """Trials that succeed on the second die."""
+        return Share(sum(self.second), len(self.second))
+
+    @property
+    def gained(self) -> int:
+        """Trials that succeed on the second die alone."""
+        return sum(b and not a for a, b in zip(self.first, self.second, strict=True))
+
+    @property
+    def lost(self) -> int:
+        """Trials that succeed on the first die alone."""
+        return sum(a and not b for a, b in zip(self.first, self.second, strict=True))
+
+    def difference(self, level: float) -> Interval:
+        """Return the score interval of the second share minus the first."""
+        return paired_interval(self.gained, self.lost, len(self.seeds), level)
+
+
+@dataclass(frozen=True, slots=True)
+class Accused:
+    """Whether a die is to blame.
+
+    Attributes
+    ----------
+    pairs : Pairs
+        Trials on the die, and on the healed one.
+    interval : Interval
+        Of the difference of their shares.
+    """
+
+    pairs: Pairs
+    interval: Interval
+
+    @property
+    def guilty(self) -> bool:
+        """Whether the healed die succeeds more often."""
+        return self.interval.low > 0.0
+
+
+def accuse(trials: Trials, first: int) -> Accused:
+    """Say whether the die is to blame, over trials from a seed on.
+
+    Raises `ParameterError` where none of the first trials fails, and `UnknownNameError` for an edit of the
+    die that means no device.
+    """
+    *some, most = LOOKS
+    for count in some:
+        found = _look(trials, first, count)
+        if found.guilty:
+            return found
+    return _look(trials, first, most)
+
+
+def _look(trials: Trials, first: int, count: int) -> Accused:
+    """Ask after so many pairs."""
+    case = trials.case
+    pairs = paired(trials, case.die, case.healed(ALL), range(first, first + count))
+    check_drawn(case.die)
+    if all(pairs.first):
+        raise ParameterError(
+            f"{case.system.name}: on {case.die} all trials of seeds {first} to {first + count - 1} succeed,"
+            " must fail in one; take another die or seed"
+        )
+    return Accused(pairs, pairs.difference(1.0 - LIMIT / len(LOOKS)))
+
+
+def paired(trials: Trials, first: Die, second: Die, seeds: range) -> Pairs:
+    """Make the same trials on two dies."""
+    both = [(trials.succeeds(first, seed), trials.succeeds(second, seed)) for seed in seeds]
+    return Pairs(tuple(seeds), tuple(a for a, _ in both), tuple(b for _, b in both))
+
+
+@dataclass(frozen=True, slots=True)
+class Verified:
+    """Whether healing mends, on trials that no search has used.
+
+    Attributes
+    ----------
+    pairs : Pairs
+        Trials on the healed die, and on the mended one.
+    wanted : int
+        Pairs that the power asks for; fewer are there where no more trials were allowed.
+    """
+
+    pairs: Pairs
+    wanted: int
+
+    @property
+    def interval(self) -> Interval:
+        """Of the difference of their shares, whose lower end is a one-sided 95 %."""
+        return self.pairs.difference(1.0 - 2.0 * LIMIT)
+
+    @property
+    def mends(self) -> bool:
+        """Whether the mended die is less than 10 points worse than the healed one."""
+        return len(self.pairs.seeds) >= FEWEST and self.interval.low > -MARGIN
+
+
+def verify(trials: Trials, mended: Die, first: int, differ: float) -> Verified:
+    """Compare a mended die with the healed one on trials from a seed on.
+
+    differ : share of pairs that are expected to differ.
+    """
+    wanted = pairs_for(differ)
+    healed = trials.case.healed(ALL)
+    made: list[tuple[int, bool, bool]] = []
+    with suppress(SpentError):
+        made.extend(
+            (seed, trials.succeeds(healed, seed), trials.succeeds(mended, seed))
+            for seed in range(first, first + wanted)
+        )
+    seeds, one, other = zip(*made, strict=True) if made else ((), (), ())
+    return Verified(Pairs(seeds, one, other), wanted)
+
+
+def pairs_for(differ: float) -> int:
+    """Return how many pairs find equal shares to be so with `POWER`, where a share of the pairs differs."""
+    z = float(ndtri(1.0 - LIMIT) + ndtri(POWER))
+    return min(max(FEWEST, math.ceil(z * z * differ / MARGIN**2)), MOST)

@@ -1,0 +1,140 @@
+"""Blame of a toy whose devices and their weights are known."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import pytest
+
+from circuits.errors import ParameterError
+from circuits.silicon.die import Die
+from system.study.blame.blame import OTHERS, Blame, blame, enlarged
+from system.study.blame.part import Parts
+from system.study.blame.search import fewest
+from system.study.blame.story import current_ratio, device_lines, mended_options, told_runs, verdict_lines
+from system.study.blame.trial import ALL, Case, healed
+from system.study.blame.verdict import FEWEST, MOST, pairs_for
+from tests.system.study.blame.robot import AREA, LIMIT, SYSTEM, run
+
+FAILS = 1003  # a die on which the toy fails
+
+
+def case(die: Die, **given: float) -> Case:
+    return Case(SYSTEM, SYSTEM.scenario(die=die, **given))
+
+
+def total(die: Die) -> float:
+    return abs(run(SYSTEM.scenario(die=die)).total)
+
+
+@pytest.fixture(scope="module")
+def found() -> Blame:
+    return blame(case(Die(number=FAILS)))
+
+
+def test_the_toy_fails_on_the_die_and_not_on_the_healed_one() -> None:
+    assert total(Die(number=FAILS)) > LIMIT > total(Die(number=FAILS).healed(*ALL)) == 0.0
+
+
+def test_what_is_found_mends_and_no_part_of_it_does(found: Blame) -> None:
+    paths = [each.path for each in found.culprits]
+    assert found.finished
+    assert total(found.mended) < LIMIT
+    for fewer in combinations(paths, len(paths) - 1):
+        assert total(healed(found.case.die, list(fewer))) > LIMIT
+    assert found.verified is not None
+    assert found.verified.mends
+
+
+def test_levels_go_from_circuits_to_parameters(found: Blame) -> None:
+    levels = [step.level for step in found.steps]
+    assert levels[0] == "circuit"
+    assert levels[-1] == "parameter"
+    assert found.steps[0].kept == ("toy_chip",)
+    assert all(
+        each.path.startswith("toy_chip.cell[") and each.path.endswith("v_t0") for each in found.culprits
+    )
+
+
+def test_planted_fault_is_named_alone() -> None:
+    die = Die().with_("toy_chip.cell[5].near.m1", "v_t0", 0.05)
+    own = blame(case(die))
+    assert [each.path for each in own.culprits] == ["toy_chip.cell[5].near.m1.v_t0"]
+    assert own.culprits[0].deviations["v_t0"] == (0.05, 0.0)
+
+
+def test_die_that_is_not_to_blame_ends_it() -> None:
+    """Noise alone makes it fail as often on the healed die."""
+    own = blame(case(Die(number=FAILS).healed("toy_chip"), blur=1.0))
+    assert not own.accused.guilty
+    assert own.culprits == ()
+    assert "It is not the die" in verdict_lines(own)[0]
+
+
+def test_die_without_a_failing_trial_is_refused() -> None:
+    with pytest.raises(
+        ParameterError, match=r"toy: on die A/1003, healed \* all trials of seeds 0 to 5 succ"
+    ):
+        blame(case(Die(number=FAILS).healed("*")))
+
+
+def test_search_that_runs_out_of_trials_says_so() -> None:
+    own = blame(case(Die(number=FAILS)), most=OTHERS + 20)
+    assert not own.finished
+    assert own.trials <= OTHERS + 20
+    assert any("its trials were over" in line for line in verdict_lines(own))
+
+
+def test_parts_hold_the_devices_that_the_run_draws() -> None:
+    own = case(Die(number=FAILS))
+    parts = Parts(own.die, own.drawn())
+    assert [part.path for part in parts.circuits()] == ["toy_board", "toy_chip"]
+    chip = parts.circuits()[1]
+    assert parts.devices(chip) == 16
+    below = parts.below(chip)
+    assert [part.path for part in below] == ["toy_chip.cell[*].far", "toy_chip.cell[*].near"]
+
+
+def test_area_lessens_deviations_by_its_root(found: Blame) -> None:
+    wide = enlarged(found.case.die, found.culprits, 4.0)
+    name = found.culprits[0].path.removesuffix(".v_t0")
+    value = found.culprits[0].deviations["v_t0"][0]
+    assert [edit.value for edit in wide.edits if edit.paths == (name,)] == [pytest.approx(0.5 * value)]
+
+
+def test_sigma_is_that_of_the_area(found: Blame) -> None:
+    process = found.processes["toy_chip"]
+    _, sigma = found.culprits[0].deviations["v_t0"]
+    assert sigma == pytest.approx(process.pair_a_vt / (2.0 * AREA) ** 0.5, rel=1e-9)
+
+
+def test_story_tells_current_and_command(found: Blame) -> None:
+    told = told_runs(found)
+    assert [told.summaries[name]["succeeded"] for name in told.traces] == [False, True, True]
+    assert "times the design's" in device_lines(found)[0]
+    assert ("heal", found.culprits[0].path) in mended_options(found)
+    ratio = current_ratio({"v_t0": (0.01, 0.0)}, found.processes["toy_chip"], 27.0)
+    assert ratio == pytest.approx(0.763, abs=2e-3)  # exp(-0.7 0.01 / 0.02585)
+
+
+def test_pairs_grow_with_what_differs() -> None:
+    assert pairs_for(0.0) == FEWEST
+    assert FEWEST < pairs_for(0.1) == 62 < MOST  # (1.645 + 0.842)^2 0.1 / 0.01
+    assert pairs_for(0.9) == MOST
+
+
+@pytest.mark.parametrize("needed", [{3}, {0, 9}, {2, 5, 11}])
+def test_fewest_finds_what_is_needed(needed: set[int]) -> None:
+    asked = 0
+
+    def mends(parts: object) -> bool:
+        nonlocal asked
+        asked += 1
+        return needed <= {*parts}
+
+    assert {*fewest(list(range(16)), mends)} == needed
+    assert asked <= 30
+
+
+def test_fewest_prefers_what_comes_first() -> None:
+    assert fewest([3, 1, 2], lambda parts: bool({*parts} & {1, 2})) == [1]
