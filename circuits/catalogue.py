@@ -2,8 +2,8 @@
 
 What belongs to noctule stands in a literal table, which says where each thing is as `"module:attribute"`.
 Users register their own under an entry point of their package. Nothing is imported before it is asked for, so
-that names can be listed at once. This is the one place that imports a module by its name, besides the
-optional extras.
+that names can be listed at once. Libraries that are slow to import, and that many a run does not reach, are
+named likewise. This is the one place that imports a module by its name, besides the optional extras.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, final
 
 from circuits.errors import ParameterError, unknown_name
 
@@ -100,3 +100,26 @@ def loaded(place: str) -> Any:
     """The object at `"module:attribute"`; raises `ImportError` where there is no such module."""
     module, _, attribute = place.partition(":")
     return getattr(import_module(module), attribute)
+
+
+def later(module: str) -> Any:
+    """A library that is imported when something of it is asked for, and not before.
+
+    It is for libraries of others that take long to import (`scipy`, `networkx`), in modules that are imported
+    by runs that do not need them.
+    """
+    return _Later(module)
+
+
+@final
+class _Later:
+    """A module that has not been imported yet."""
+
+    def __init__(self, module: str) -> None:
+        self._module = module
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):  # asked for by who looks what kind of object this is
+            raise AttributeError(name)
+        found = self.__dict__[name] = getattr(import_module(self._module), name)
+        return found

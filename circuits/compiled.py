@@ -1,41 +1,29 @@
-"""Compilation of hot functions with numba, and a cache of their machine code on disk.
+"""Compilation of hot functions with numba, at their first call.
 
-numba itself keeps a cached function for as long as the file that it stands in does not change. But machine
-code also holds the functions that it calls in other files, and the constants of their modules. So here the
-cached code is stamped with the contents of every file whose code ends up in it, found by following what each
-module has imported, and with the constants of those modules.
-
-Nothing in the cache's folder can break a run. What cannot be read, or is not what was written, is compiled
-again; where nothing can be written, nothing is kept. Machine code is accepted only with its digest, since a
-flipped bit in it would be run.
-
-Processes that need the same kernel at the same time compile it once: one of them does, and the others wait
-and load the result. Two functions that call each other could wait for each other for ever; kernels do not.
+A kernel is what stands for such a function until then: neither numba nor what is kept of its code is loaded
+before, so that what computes nothing waits for neither. Machine code is kept on disk
+(`circuits.machine_code.cache`), stamped with the contents of every file whose code ends up in it, found by
+following what each module has imported, and with the constants of those modules.
 """
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
-import os
-import pickle
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
-from functools import lru_cache
+from contextlib import contextmanager
+from functools import cached_property, lru_cache, update_wrapper
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any, TypeVar, cast, final
 
-import numba as nb
 import numpy as np
-from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
-from numba.core.dispatcher import Dispatcher
-from numba.core.extending import _Intrinsic
 
-from circuits.seal import sealed, unsealed
+from circuits.catalogue import loaded
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+_WAITING: list[Callable[[], object]] = []  # who waits for the first kernel
 
 _CONSTANTS = (bool, int, float, complex, str, tuple, np.generic, np.ndarray)
 
@@ -43,20 +31,99 @@ _CONSTANTS = (bool, int, float, complex, str, tuple, np.generic, np.ndarray)
 def compiled(**options: Any) -> Callable[[F], F]:
     """Decorator that compiles a function on its first call; `options` are those of numba's `njit`.
 
-    Whatever the function calls must be imported into its module before it, as imports at the top are.
     Reference counting (numba's `_nrt`) is off unless it is asked for: small functions are about three times
     faster without it, but may not allocate arrays.
     """
 
     def decorate(function: F) -> F:
         keywords = {"nogil": True, "error_model": "numpy", "_nrt": False, **options}
-        dispatcher: Any = nb.njit(**keywords)(function)
-        if not os.environ.get("NUMBA_DISABLE_JIT"):
-            stamp = source_stamp(function.__module__, function.__code__.co_filename)
-            _keep_kernels(dispatcher, stamp)
-        return cast("F", dispatcher)
+        return cast("F", Kernel(cast("FunctionType", function), keywords))
 
     return decorate
+
+
+def instructions(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Decorator of a function that writes instructions itself, as numba's intrinsics do.
+
+    What is made is for kernels to call, with the arguments after the typing context; Python cannot.
+    """
+    return cast("Callable[..., Any]", Instructions(cast("FunctionType", function)))
+
+
+@contextmanager
+def before_first_kernel(call: Callable[[], object]) -> Iterator[None]:
+    """Inside, `call` is called before a kernel is made, once; at once where numba is there already."""
+    _WAITING.append(call)
+    if "numba" in sys.modules:
+        _tell()
+    try:
+        yield
+    finally:
+        if call in _WAITING:
+            _WAITING.remove(call)
+
+
+@final
+class Kernel:
+    """A function that numba compiles when it is called first, and apart from that where kernels call it.
+
+    Code that Python calls takes apart and checks what it is given, which is as long as many a kernel.
+    """
+
+    def __init__(self, function: FunctionType, options: Mapping[str, Any]) -> None:
+        self.py_func = function
+        self._options = options
+        update_wrapper(self, function)
+
+    def __call__(self, *args: Any, **keywords: Any) -> Any:
+        """Call the compiled function."""
+        return self.dispatcher(*args, **keywords)
+
+    def __reduce__(self) -> str:
+        """Pickle it by its name, as functions are."""
+        return self.py_func.__qualname__
+
+    @cached_property
+    def dispatcher(self) -> Any:
+        """What numba makes of it for Python."""
+        return self._made("circuits.machine_code.cache:called_from_python")
+
+    @cached_property
+    def called(self) -> Any:
+        """What numba makes of it for other kernels."""
+        return self._made("circuits.machine_code.cache:called_by_kernels")
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What numba asks of a name in another kernel."""
+        return self.called._numba_type_
+
+    def _made(self, place: str) -> Any:
+        function = self.py_func
+
+        def stamp() -> bytes:
+            return source_stamp(function.__module__, function.__code__.co_filename)
+
+        _tell()
+        return loaded(place)(function, self._options, stamp)
+
+
+@final
+class Instructions:
+    """A function that writes instructions, which kernels alone can call."""
+
+    def __init__(self, function: FunctionType) -> None:
+        self.py_func = function
+
+    @cached_property
+    def _made(self) -> tuple[Any, Any]:
+        """What numba makes of it, and that one's type."""
+        return cast("tuple[Any, Any]", loaded("circuits.machine_code.cache:intrinsic_of")(self.py_func))
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What numba asks of a name in a kernel."""
+        return self._made[1]
 
 
 @lru_cache(maxsize=1024)
@@ -85,115 +152,13 @@ def _followed(module: str, file: str) -> dict[str, Mapping[str, Any]]:
 
 
 def _callable_from(names: Mapping[str, Any]) -> Iterator[FunctionType]:
-    """Python functions behind what numba compiled or puts into others, by name or as `module.name`."""
+    """Functions behind what numba compiles or puts into others, by name or as `module.name`."""
     for value in names.values():
         for each in vars(value).values() if isinstance(value, ModuleType) else (value,):
-            if isinstance(each, Dispatcher):
+            if isinstance(each, Kernel | Instructions):
                 yield each.py_func
-            elif isinstance(each, _Intrinsic):
-                yield each._defn  # noqa: SLF001 - no other way
 
 
-def _keep_kernels(dispatcher: Any, stamp: bytes) -> None:
-    """Keep what numba compiles of a function whose code, with all that it calls, has the stamp."""
-    try:
-        cache = _KernelCache(dispatcher.py_func)  # type: ignore[no-untyped-call]
-    except RuntimeError:  # no folder may be written
-        dispatcher._cache = NullCache()  # noqa: SLF001 - no other way
-        return
-    cache.begin(stamp)
-    dispatcher._cache = cache  # noqa: SLF001 - no other way
-    compiles = dispatcher.compile
-
-    def compile_once(signature: Any) -> Any:
-        depth = cache.lock.depth
-        try:
-            return compiles(signature)
-        finally:
-            cache.lock.release(depth)
-
-    dispatcher.compile = compile_once
-
-
-@final
-class _Lock:
-    """What one process at a time holds while it compiles a function; the system frees it if the process dies.
-
-    Taken again by the process that has it, it is held deeper. Where no file can be locked nobody waits.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._held: list[int | None] = []
-
-    @property
-    def depth(self) -> int:
-        """How often it is held."""
-        return len(self._held)
-
-    def take(self) -> None:
-        """Wait until no other process has it."""
-        self._held.append(None)
-        if self.depth > 1:
-            return
-        with suppress(OSError):
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._held[-1] = file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o666)
-            fcntl.flock(file, fcntl.LOCK_EX)
-
-    def release(self, depth: int) -> None:
-        """Hold it no deeper than `depth`."""
-        while self.depth > depth:
-            file = self._held.pop()
-            if file is not None:
-                os.close(file)
-
-
-@final
-class _File(IndexDataCacheFile):
-    """Data with their digest."""
-
-    def _save_data(self, name: str, data: Any) -> None:
-        text = self._dump(data)  # type: ignore[no-untyped-call]
-        with self._open_for_write(self._data_path(name)) as file:  # type: ignore[no-untyped-call]
-            file.write(sealed(text))
-
-    def _load_data(self, name: str) -> Any:
-        found = Path(self._data_path(name)).read_bytes()  # type: ignore[no-untyped-call]
-        return pickle.loads(unsealed(found))  # noqa: S301 - numba's own form, in the user's own cache
-
-    def discard(self) -> None:
-        """Forget what is there."""
-        with suppress(OSError):
-            Path(self._index_path).unlink(missing_ok=True)
-
-
-@final
-class _KernelCache(FunctionCache):
-    """A cache that compiles again where it fails."""
-
-    def begin(self, stamp: bytes) -> None:
-        """Take the stamp for the cached function's own file."""
-        make: Any = _File
-        self._cache_file: Any = make(self._cache_path, self._impl.filename_base, stamp)
-        self.lock = _Lock(Path(self._cache_path) / f"{self._impl.filename_base}.lock")
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Machine code of a signature, None where there is none to be believed: then the lock is held."""
-        found = self._believed(sig, target_context)
-        if found is None:
-            self.lock.take()
-            found = self._believed(sig, target_context)  # another process may have compiled it meanwhile
-        return found
-
-    def _believed(self, sig: Any, target_context: Any) -> Any:
-        try:
-            return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
-        except Exception:  # noqa: BLE001 - contents that are none raise anything
-            self._cache_file.discard()
-            return None
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep machine code, where that is possible."""
-        with suppress(Exception):  # a full or read-only disk, or an index that cannot be replaced
-            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+def _tell() -> None:
+    while _WAITING:
+        _WAITING.pop()()

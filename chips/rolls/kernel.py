@@ -183,13 +183,13 @@ def _currents(c: ChipTables, state: F64, counts: I64, s: Scratch) -> None:
         s.excite[k] = ZERO
         s.inhibit[k] = ZERO
     if c.live[0]:
-        counts[HELD] += step_filters(state, 0, c.omega[0], c.banks[0], c.step, s.excite, s)
+        counts[HELD] += step_filters(state, np.int64(0), c.omega[0], c.banks[0], c.step, s.excite, s)
     if c.live[1]:
-        counts[HELD] += step_filters(state, 1, c.omega[1], c.banks[1], c.step, s.inhibit, s)
+        counts[HELD] += step_filters(state, np.int64(1), c.omega[1], c.banks[1], c.step, s.inhibit, s)
     if c.live[2]:
-        counts[HELD] += step_filters(state, 2, c.omega[2], c.banks[2], c.step, s.excite, s)
+        counts[HELD] += step_filters(state, np.int64(2), c.omega[2], c.banks[2], c.step, s.excite, s)
     if c.live[3]:
-        counts[HELD] += step_filters(state, 3, c.omega[3], c.banks[3], c.step, s.inhibit, s)
+        counts[HELD] += step_filters(state, np.int64(3), c.omega[3], c.banks[3], c.step, s.inhibit, s)
     if c.membranes.adapting:
         _adapt(c.membranes, state, c.step, s.inhibit)
 

@@ -12,16 +12,16 @@ Coefficients: minimax fits of e^r on |r| <= ln(2)/2 (error 2.2e-16) and atanh(z)
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any, cast
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-from llvmlite import ir  # type: ignore[import-untyped]
-from numba.core import types
-from numba.extending import intrinsic
 
 from circuits.arrays import F64
-from circuits.compiled import compiled
+from circuits.catalogue import later
+from circuits.compiled import compiled, instructions
+
+ir, types = later("llvmlite.ir"), later("numba.core.types")
 
 LIMIT = 340.0
 _LOG2E = 1.4426950408889634
@@ -29,7 +29,7 @@ _LN2_HIGH = 6.93147180369123816490e-01
 _LN2_LOW = 1.90821492927058770002e-10
 # 1.5 * 2^52: adding it rounds to the nearest integer and leaves that integer in the low mantissa bits.
 _ROUND = 6755399441055744.0
-_LANES = ir.VectorType(ir.DoubleType(), 8)
+_LANES = 8
 # Minimax fits of e^r on |r| <= ln(2)/2 (relative error 1.4e-14) and of ln(1 + t) / t on t <= 1 (8e-14).
 _EXP = (
     1.0000000000000127, 0.9999999999998928, 0.49999999999457895, 0.1666666666782712, 0.041666667032503636,
@@ -66,26 +66,26 @@ def _five_lanes(typingctx: Any, a: Any, b: Any, c: Any, d: Any, e: Any) -> Any:
     """`ln(1 + e^x)` of five numbers, then their slopes `1 / (1 + e^-x)`, in the lanes of one vector."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        x = ir.Constant(_LANES, ir.Undefined)
-        for lane in range(_LANES.count):
+        x = ir.Constant(_vector(), ir.Undefined)
+        for lane in range(_LANES):
             x = builder.insert_element(x, args[min(lane, len(args) - 1)], _lane(lane))
         found = [builder.extract_element(y, _lane(k)) for y in _packed(builder, x) for k in range(len(args))]
         return context.make_tuple(builder, signature.return_type, found)
 
-    ten: Any = cast("Any", types.UniTuple)(types.float64, 10)
+    ten = types.UniTuple(types.float64, 10)
     return ten(*(types.float64,) * 5), codegen
 
 
 def _packed(builder: Any, x: Any) -> tuple[Any, Any]:
     """Instructions of `softplus` for a vector: its values and slopes."""
-    whole = ir.VectorType(ir.IntType(64), _LANES.count)
+    real, whole = _vector(), ir.VectorType(ir.IntType(64), _LANES)
     contract = ("contract",)
 
     def number(value: float) -> Any:
-        return ir.Constant(_LANES, [value] * _LANES.count)
+        return ir.Constant(real, [value] * _LANES)
 
     def integer(value: int) -> Any:
-        return ir.Constant(whole, [value] * _LANES.count)
+        return ir.Constant(whole, [value] * _LANES)
 
     def polynomial(x: Any, coefficients: Sequence[float]) -> Any:
         """By pairs, pairs of pairs and so on, so that few products wait for each other."""
@@ -97,14 +97,14 @@ def _packed(builder: Any, x: Any) -> tuple[Any, Any]:
             x = builder.fmul(x, x)
         return terms[0]
 
-    absolute = builder.bitcast(builder.and_(builder.bitcast(x, whole), integer((1 << 63) - 1)), _LANES)
+    absolute = builder.bitcast(builder.and_(builder.bitcast(x, whole), integer((1 << 63) - 1)), real)
     inside = builder.fcmp_ordered("<", absolute, number(LIMIT))
     a = builder.select(inside, absolute, number(LIMIT))
     y = builder.fsub(number(_ROUND), builder.fmul(a, number(_LOG2E), contract), contract)
     k = builder.fsub(y, number(_ROUND))
     r = builder.fsub(builder.fmul(k, number(-math.log(2.0)), contract), a, contract)
     shifted = builder.shl(builder.bitcast(y, whole), integer(52))
-    power = builder.bitcast(builder.add(shifted, integer(1023 << 52)), _LANES)
+    power = builder.bitcast(builder.add(shifted, integer(1023 << 52)), real)
     t = builder.fmul(polynomial(r, _EXP), power)
     log = builder.fmul(t, polynomial(t, _LOG1P))
     s = builder.fdiv(number(1.0), builder.fadd(t, number(1.0)))
@@ -113,14 +113,17 @@ def _packed(builder: Any, x: Any) -> tuple[Any, Any]:
     return builder.fadd(above, log), builder.select(positive, s, builder.fmul(t, s))
 
 
+def _vector() -> Any:
+    return ir.VectorType(ir.DoubleType(), _LANES)
+
+
 def _lane(k: int) -> Any:
     return ir.Constant(ir.IntType(32), k)
 
 
-# called without the typing context, which numba puts first
-_to_bits: Callable[[Any], Any] = cast("Callable[[Any], Any]", intrinsic(_bits_of))
-_from_bits: Callable[[Any], Any] = cast("Callable[[Any], Any]", intrinsic(_of_bits))
-softplus_five: Callable[..., Any] = cast("Callable[..., Any]", intrinsic(_five_lanes))
+_to_bits = instructions(_bits_of)
+_from_bits = instructions(_of_bits)
+softplus_five = instructions(_five_lanes)
 
 
 @compiled(fastmath={"contract"})

@@ -85,10 +85,32 @@ def write_dense(k: Kernel, w: Work, matrix: F64) -> None:
 
 
 @compiled()
+def linearised(k: Kernel, v: F64, w: Work, matrix: F64) -> None:
+    """Fill `matrix`, float64[unknowns, unknowns], with the conductances (S) at the voltages v."""
+    set_base(k, 0.0, w)
+    evaluate(k, v, w)
+    fill_jacobian(k, w)
+    write_dense(k, w, matrix)
+
+
+@compiled()
+def put(vector: F64, values: F64) -> None:
+    """Fill a vector with the values of another of its length.
+
+    Of a slice that is assigned to, numba compiles the text of an error about its shape, which takes seconds.
+    """
+    for i in range(vector.size):
+        vector[i] = values[i]
+
+
+@compiled()
 def _direct(
-    k: Kernel, v: F64, anchor: F64, g: float, w: Work, matrix: F64, right: F64, iterations: int
+    k: Kernel, v: F64, anchor: F64, g: float, w: Work, matrix: F64, right: F64, iterations: np.int64
 ) -> bool:
-    """Newton on `G v + i(v) + g (v - anchor) = 0` by dense LU with pivoting and row scaling."""
+    """Newton on `G v + i(v) + g (v - anchor) = 0` by dense LU with pivoting and row scaling.
+
+    iterations: an `int64`, since numba compiles a function anew for each literal that kernels call it with.
+    """
     n = k.unknowns
     set_base(k, 0.0, w)
     for _ in range(iterations):
@@ -175,12 +197,12 @@ def _settle(k: Kernel, v: F64, w: Work, history: F64, growth: float) -> bool:
             moved = 0.0
             for i in range(k.unknowns):
                 moved = max(moved, abs(v[i] - old[i]))
-            old[:] = v
+            put(old, v)
             if h > 1e3:
                 return True
             h *= growth if moved < 0.2 else 1.0 if moved < 0.5 else 0.5
         else:
-            v[:] = old
+            put(v, old)
             h *= 0.25
             if h < 1e-18:
                 return False
@@ -190,7 +212,7 @@ def _settle(k: Kernel, v: F64, w: Work, history: F64, growth: float) -> bool:
 @compiled(_nrt=True)
 def settled(k: Kernel, v: F64, w: Work, history: F64, matrix: F64, right: F64) -> bool:
     """Follow the circuit's own dynamics from v to a rest state, in place; false where they find none."""
-    return _settle(k, v, w, history, GROWTH) and _direct(k, v, v, 0.0, w, matrix, right, 60)
+    return _settle(k, v, w, history, GROWTH) and _direct(k, v, v, 0.0, w, matrix, right, np.int64(60))
 
 
 @compiled(_nrt=True)
@@ -220,17 +242,17 @@ def _is_rounded(k: Kernel, v: F64, w: Work, update: F64) -> bool:
 def rest_state(k: Kernel, v: F64, w: Work, matrix: F64, decades: F64) -> bool:
     """Solve for a rest state near `v`, in place; false where none is found."""
     anchor, history, right = v.copy(), np.zeros_like(v), np.zeros(k.unknowns)
-    if _direct(k, v, anchor, 0.0, w, matrix, right, 200):
+    if _direct(k, v, anchor, 0.0, w, matrix, right, np.int64(200)):
         return True
-    v[:] = anchor
+    put(v, anchor)
     found = True
     for g in decades:
-        found = found and _direct(k, v, anchor, g, w, matrix, right, 200)
-    if found and _direct(k, v, anchor, 0.0, w, matrix, right, 200):
+        found = found and _direct(k, v, anchor, g, w, matrix, right, np.int64(200))
+    if found and _direct(k, v, anchor, 0.0, w, matrix, right, np.int64(200)):
         return True
-    v[:] = anchor
+    put(v, anchor)
     if _settle(k, v, w, history, 2.0):
-        if _direct(k, v, anchor, 0.0, w, matrix, right, 60):
+        if _direct(k, v, anchor, 0.0, w, matrix, right, np.int64(60)):
             return True
         return _is_rounded(k, v, w, right)
     return False
@@ -327,11 +349,8 @@ def _is_stable(k: Kernel, v: F64, w: Work) -> bool:
     """Whether small deviations die out: all finite eigenvalues of (-dI/dv, C) have negative real part."""
     if k.unknowns == 0:
         return True
-    set_base(k, 0.0, w)
-    evaluate(k, v, w)
-    fill_jacobian(k, w)
     conductance = np.zeros((k.unknowns, k.unknowns))
-    write_dense(k, w, conductance)
+    linearised(k, v, w, conductance)
     charge = np.zeros_like(conductance)
     rows = np.repeat(np.arange(k.unknowns), np.diff(k.charge.start))
     inside = k.charge.entry >= 0

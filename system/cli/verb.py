@@ -11,7 +11,7 @@ import inspect
 import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import ExitStack, contextmanager
 from dataclasses import MISSING, dataclass, field, fields
 from enum import Enum, StrEnum
 from functools import cache
@@ -95,12 +95,16 @@ def verb(place: str, options: type) -> Command:
     return with_parameters(command, parameters_of(options), options.__doc__ or "")
 
 
-def compilation_told() -> AbstractContextManager[None]:
-    """Inside, a person at a terminal is told of kernels that are compiled; without numba there are none."""
-    if "numba" not in sys.modules or not sys.stderr.isatty():
-        return nullcontext()
-    found: AbstractContextManager[None] = loaded("system.cli.compilation:compilation_told")()
-    return found
+@contextmanager
+def compilation_told() -> Iterator[None]:
+    """Inside, a person at a terminal is told of kernels that are compiled."""
+    with ExitStack() as stack:
+        if sys.stderr.isatty():
+            waiting = loaded("circuits.compiled:before_first_kernel")
+            stack.enter_context(
+                waiting(lambda: stack.enter_context(loaded("system.cli.compilation:compilation_told")()))
+            )
+        yield
 
 
 def end_with(status: int | None) -> None:

@@ -56,7 +56,7 @@ def load(folder: Path, shift: str = "1.0", offset: str = "0.0 * x") -> Any:
 
 def stamp(function: Any) -> bytes:
     """The stamp that numba compares a file of its cache with."""
-    return bytes(function._cache._cache_file._source_stamp)
+    return bytes(function.dispatcher._cache._cache_file._source_stamp)
 
 
 @pytest.fixture
@@ -128,7 +128,7 @@ def doubled() -> tuple[float, int]:
     sys.modules.pop("small_kernel", None)
     importlib.invalidate_caches()
     twice = importlib.import_module("small_kernel").twice
-    return twice(21.0), sum(twice.stats.cache_misses.values())
+    return twice(21.0), sum(twice.dispatcher.stats.cache_misses.values())
 
 
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])
@@ -168,6 +168,7 @@ def test_a_disk_that_takes_nothing_leaves_a_kernel_usable(
 SLOW = """import sys, time
 from pathlib import Path
 from small_kernel import twice
+twice = twice.dispatcher
 compiles = twice._compiler.compile
 def slow(*signature):
     time.sleep(1.0)
@@ -195,7 +196,7 @@ def test_what_cannot_be_compiled_leaves_nobody_waiting() -> None:
     kernel: Any = compiled()(lambda x: x.nothing)
     with pytest.raises(numba.TypingError):
         kernel(1.0)
-    lock = kernel._cache.lock
+    lock = kernel.dispatcher._cache.lock
     assert lock.depth == 0
     with lock._path.open("r+b") as file:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -209,6 +210,6 @@ def test_where_no_file_can_be_locked_a_kernel_is_compiled_all_the_same(
 
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     kernel: Any = compiled()(lambda x: 5.0 * x)
-    monkeypatch.setattr("circuits.compiled.fcntl.flock", refused)
+    monkeypatch.setattr("circuits.machine_code.cache.fcntl.flock", refused)
     assert kernel(8.0) == 40.0
-    assert kernel._cache.lock.depth == 0
+    assert kernel.dispatcher._cache.lock.depth == 0

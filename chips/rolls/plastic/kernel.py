@@ -160,8 +160,10 @@ def step_plastic(p: Plastic, state: F64, bits: I64, step: float, excite: F32) ->
     for k in range(output.size):
         output[k] = -c.silent[k]
         calcium[k] = ZERO
-    a.held[0] += step_filters(a.filters, SLOW, c.omega[SLOW], c.banks[0], step, output, s.filters)
-    a.held[0] += step_filters(a.filters, CALCIUM, c.omega[CALCIUM], c.banks[1], step, calcium, s.filters)
+    a.held[0] += step_filters(a.filters, np.int64(SLOW), c.omega[SLOW], c.banks[0], step, output, s.filters)
+    a.held[0] += step_filters(
+        a.filters, np.int64(CALCIUM), c.omega[CALCIUM], c.banks[1], step, calcium, s.filters
+    )
     for k in range(output.size):
         released = state[WAIT, k] <= 0.0
         row = c.share[k, np.uint64((bits[k] >> SHIFT) - BASE if released else 0)]

@@ -36,11 +36,12 @@ from circuits.arrays import F32, F64
 
 @step_inlined
 def step_filters(
-    state: F64, sign: int, omega: F32, bank: FilterBank, step: float, out: F32, s: Scratch
+    state: F64, sign: np.int64, omega: F32, bank: FilterBank, step: float, out: F32, s: Scratch
 ) -> int:
     """Step the filters of one kind: add their currents to `out` (A), and empty their charges.
 
-    Returns how many were beyond the table's end, and were held there.
+    Returns how many were beyond the table's end, and were held there. sign: an `int64`; of each literal numba
+    would compile it anew.
     """
     place, value, power, q = s.place, s.value, s.power, s.charge[sign]
     z, taken, since = state[Z + sign], state[TAKEN + sign], state[SINCE + sign]

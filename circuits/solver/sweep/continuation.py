@@ -20,7 +20,7 @@ from circuits.lowering.factor import factor_and_solve
 from circuits.lowering.kernel import Kernel, Machine
 from circuits.solver.modes import ROUNDING, all_natural_rates
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, set_base
-from circuits.solver.operating_point import FAR, operating_point, rest_state, settled, write_dense
+from circuits.solver.operating_point import FAR, operating_point, put, rest_state, settled, write_dense
 
 _ITERATIONS = 12
 _LAST_UPDATE = 1e-9  # V, of a solve that has converged, as of an operating point
@@ -138,7 +138,7 @@ def _land(k: Kernel, v: F64, w: Work) -> bool:
     matrix, right, start = np.zeros((k.unknowns, k.unknowns)), np.zeros(k.unknowns), v.copy()
     landed = settled(k, v, w, np.zeros_like(v), matrix, right)
     if not landed:
-        v[:] = start
+        put(v, start)
         landed = rest_state(k, v, w, matrix, 10.0 ** -np.arange(3.0, 20.0))
     set_base(k, 0.0, w)
     return landed
@@ -167,8 +167,8 @@ def _follow(k: Kernel, v: F64, column: int, values: F64, w: Work, found: F64) ->
                 v[column] = values[p]
                 if not _land(k, v, w):
                     return p
-                old[:] = v
-        found[p] = v
+                put(old, v)
+        put(found[p], v)
     return values.size
 
 

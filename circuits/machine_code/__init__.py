@@ -1,0 +1,1 @@
+"""Machine code of kernels: what numba makes of them, kept on disk."""
