@@ -9,19 +9,12 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-import matplotlib as mpl
-import networkx as nx
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.lowering.graph import to_graph, to_instance_graph
@@ -31,6 +24,17 @@ from circuits.solver.transient import Result
 from system.files.writing import check_folder, replace_atomic
 from system.options.temperature import temperature_text
 from system.rule import Estimated
+
+if TYPE_CHECKING:
+    import networkx as nx
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+else:
+    nx = later("networkx")
+
+# many a command draws nothing
+matplotlib, figures, lines_of = later("matplotlib"), later("matplotlib.figure"), later("matplotlib.lines")
+agg, patches, ticker = (later(f"matplotlib.{name}") for name in ("backends.backend_agg", "patches", "ticker"))
 
 SUFFIXES = ("png", "svg", "pdf")
 _MANY_DEVICES = 80  # beyond this a graph shows instances, for its labels would not be legible
@@ -99,10 +103,10 @@ def save_picture(path: str | None, draw: Callable[[Figure], None]) -> None:
     if path is None:
         return
     suffix = Path(path).suffix.removeprefix(".").lower()
-    with mpl.rc_context(STYLE):
+    with matplotlib.rc_context(STYLE):
         # as fine as it is written: at another resolution ticks come and go, and the layout with them
-        figure = Figure(figsize=(7.0, 4.5), dpi=STYLE["savefig.dpi"], layout="constrained")
-        FigureCanvasAgg(figure)
+        figure = figures.Figure(figsize=(7.0, 4.5), dpi=STYLE["savefig.dpi"], layout="constrained")
+        agg.FigureCanvasAgg(figure)
         draw(figure)
         settle(figure)
         with replace_atomic(path) as temporary:
@@ -228,7 +232,8 @@ def draw_waveform(time: F64, voltage: F64, label: str, ax: Axes, colour: str = C
     """Draw a voltage (V) over time (s, drawn in ms)."""
     ax.plot(1e3 * time, voltage, color=colour, linewidth=1.2)
     ax.set_ylabel(_volts(label))
-    ax.yaxis.set_major_locator(MaxNLocator(_TICKS))  # of its own accord their number follows the layout
+    # of its own accord the number of ticks follows the layout
+    ax.yaxis.set_major_locator(ticker.MaxNLocator(_TICKS))
     low, high = float(voltage.min()), float(voltage.max())
     room = max(0.08 * (high - low), 0.02)
     ax.set_ylim(low - room, high + 2.0 * room)
@@ -365,16 +370,16 @@ def _draw_key(
 ) -> None:
     """Add the legend: parts, kinds of nodes (whether ports), edges without current, and rails left out."""
     lines = [
-        Line2D([], [], color=colour, linewidth=2.0, linestyle=dashes, label=part or "top level")
+        lines_of.Line2D([], [], color=colour, linewidth=2.0, linestyle=dashes, label=part or "top level")
         for part, (colour, dashes) in looks_of.items()
     ]
-    handles: list[Line2D | Patch] = [*lines]
+    handles: list[Any] = [*lines]
     if True in kinds:
-        handles.append(Patch(facecolor=_PORT, edgecolor="none", label="port"))
+        handles.append(patches.Patch(facecolor=_PORT, edgecolor="none", label="port"))
     if False in kinds:
-        handles.append(Line2D([], [], linestyle="", label="inner node: its name alone"))
+        handles.append(lines_of.Line2D([], [], linestyle="", label="inner node: its name alone"))
     if dotted:
-        handles.append(Line2D([], [], color=_EDGE, linestyle=":", label="gate or bulk only"))
+        handles.append(lines_of.Line2D([], [], color=_EDGE, linestyle=":", label="gate or bulk only"))
     note = f"not drawn: {', '.join('ground' if r == '0' else r for r in rails)}" if rails else None
     figure = ax.get_figure(root=True)
     if figure is not None:

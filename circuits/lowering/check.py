@@ -9,15 +9,16 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from circuits.arrays import I64
+from circuits.catalogue import later
 from circuits.circuit import Circuit
 from circuits.devices import ControlledSource, Transistor
 from circuits.devices.source import Source
 from circuits.errors import TopologyError
 from circuits.lowering.flatten import FlatCircuit, flatten
+
+csgraph, sparse = later("scipy.sparse.csgraph"), later("scipy.sparse")
 
 
 def check_circuit(circuit: Circuit) -> None:
@@ -36,7 +37,8 @@ def check_flat(flat: FlatCircuit, driven: Sequence[int]) -> None:
     n = flat.count
     roots = np.unique(np.concatenate([[0], np.asarray(driven, dtype=np.int64)]))
     a, b = np.concatenate([a, roots]), np.concatenate([b, np.zeros(roots.size, dtype=np.int64)])
-    _, label = connected_components(coo_array((np.ones(a.size), (a, b)), shape=(n, n)), directed=False)
+    joined = sparse.coo_array((np.ones(a.size), (a, b)), shape=(n, n))
+    _, label = csgraph.connected_components(joined, directed=False)
     _check_used(flat)
     islands = np.flatnonzero(label != label[0])
     if islands.size:

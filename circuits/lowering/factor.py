@@ -12,11 +12,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csc_array
-from scipy.sparse.linalg import splu
 
 from circuits.arrays import F64, I32, I64
+from circuits.catalogue import later
 from circuits.compiled import compiled
+
+linalg, sparse = later("scipy.sparse.linalg"), later("scipy.sparse")
 
 
 class Factor(NamedTuple):
@@ -40,10 +41,10 @@ def elimination_order(n: int, rows: I64, columns: I64) -> I64:
     rows, columns: int64[entries] each, positions of the entries that are not zero.
     """
     both = (np.concatenate([rows, columns, np.arange(n)]), np.concatenate([columns, rows, np.arange(n)]))
-    matrix = csc_array((np.ones(both[0].size), both), shape=(n, n))
+    matrix = sparse.csc_array((np.ones(both[0].size), both), shape=(n, n))
     matrix.data[:] = 1.0
     matrix.setdiag(float(n + 1))
-    factors = splu(
+    factors = linalg.splu(
         matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
     )
     return np.argsort(factors.perm_c).astype(np.int64)

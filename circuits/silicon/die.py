@@ -30,9 +30,9 @@ from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
-from scipy.special import ndtri
 
 from circuits.arrays import F64, U32
+from circuits.catalogue import later
 from circuits.checks import require_choice, require_type
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
@@ -40,6 +40,8 @@ from circuits.silicon.components import DIES_A_WAFER, EXTENTS, Components, Exten
 from circuits.silicon.edit import SHARED, Edit, edited, edits_of, ordered
 from circuits.silicon.process import Polarity, Process
 from circuits.silicon.sampling import Sampling
+
+special = later("scipy.special")
 
 Path = tuple[tuple[str, tuple[int, ...]], ...]  # ((name, shape), ...): all places of an array
 Place = tuple[tuple[str, tuple[int, ...]], ...]  # ((name, index), ...): one place
@@ -470,7 +472,7 @@ def _normals(before: str, names: Sequence[str], places: _Places, parameter: str)
     philox(np.repeat(keys, places.counts, axis=1), places.counters, words)
     # 53 bits, centred in their cells so that neither 0 nor 1 occurs
     bits = (words[0].astype(np.uint64) << np.uint64(21)) ^ (words[1].astype(np.uint64) >> np.uint64(11))
-    return np.asarray(ndtri((bits.astype(np.float64) + 0.5) * 2.0**-53))
+    return np.asarray(special.ndtri((bits.astype(np.float64) + 0.5) * 2.0**-53))
 
 
 @compiled()

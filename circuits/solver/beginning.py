@@ -15,9 +15,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.devices import Capacitor
 from circuits.devices.source import polyline
 from circuits.errors import ParameterError, SolverError
@@ -32,6 +32,8 @@ from circuits.solver.operating_point import NUDGE, OperatingPoint, operating_poi
 from circuits.solver.outcome import Outcome
 from circuits.solver.small_signal import linearise
 from circuits.testbench import Testbench
+
+csgraph = later("scipy.sparse.csgraph")
 
 _TOGETHER = 1e-3  # ours: share of a displacement that another node grows by, from which both are one part
 _EQUAL = 0.99  # ours: nodes within this of the largest growth count as equal, so that rounding chooses none
@@ -126,7 +128,8 @@ def disturbance(point: OperatingPoint) -> Disturbance:
     columns = machine.column[free]
     growing = unstable_part(*(m[:, :n].toarray() for m in (linear.conductance, linear.charge)))
     size = np.linalg.norm(growing, axis=0)[columns]
-    count, part = connected_components(np.abs(growing[np.ix_(columns, columns)]) > _TOGETHER, directed=False)
+    together = np.abs(growing[np.ix_(columns, columns)]) > _TOGETHER
+    count, part = csgraph.connected_components(together, directed=False)
     nodes = []
     for k in range(count):
         own = np.flatnonzero(part == k)

@@ -9,9 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
 
 from circuits.arrays import C128, F64
+from circuits.catalogue import later
+
+linalg = later("scipy.linalg")
 
 _CHARGELESS = 1e-9  # share of a node's own capacitance below which a combination of nodes carries no charge
 ROUNDING = 1e-11  # share of the fastest rate below which the sign of another is rounding
@@ -41,8 +43,7 @@ def charged(conductance: F64, charge: F64) -> Charged:
     if loaded.any() and not loaded.all():
         free = turned[np.ix_(~loaded, ~loaded)]
         inner = (
-            inner
-            - turned[np.ix_(loaded, ~loaded)] @ scipy.linalg.lstsq(free, turned[np.ix_(~loaded, loaded)])[0]
+            inner - turned[np.ix_(loaded, ~loaded)] @ linalg.lstsq(free, turned[np.ix_(~loaded, loaded)])[0]
         )
     weight = 1.0 / np.sqrt(share[loaded])
     basis = modes[:, loaded]
@@ -61,7 +62,7 @@ def natural_rates(conductance: F64, charge: F64) -> C128:
     matrix = charged(conductance, charge).matrix
     if not matrix.size:
         return np.zeros(0, dtype=np.complex128)
-    return np.asarray(scipy.linalg.eigvals(matrix), complex)
+    return np.asarray(linalg.eigvals(matrix), complex)
 
 
 def all_natural_rates(conductances: F64, charge: F64) -> C128:
@@ -81,7 +82,7 @@ def _own_modes(charge: F64) -> tuple[F64, F64, F64]:
     """Scale of each node, and the eigenvalues and eigenvectors of the charge matrix so scaled."""
     diagonal = charge.diagonal()
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, diagonal.max(initial=0.0) or 1.0))
-    share, modes = scipy.linalg.eigh(scale[:, None] * charge * scale)
+    share, modes = linalg.eigh(scale[:, None] * charge * scale)
     return np.asarray(scale), share, modes
 
 
@@ -92,7 +93,7 @@ def unstable_part(conductance: F64, charge: F64) -> F64:
     n], F, symmetric and positive semidefinite.
     """
     reduced = charged(conductance, charge)
-    rates, vectors = scipy.linalg.eig(reduced.matrix)
+    rates, vectors = linalg.eig(reduced.matrix)
     grows = rates.real > ROUNDING * np.abs(rates).max(initial=0.0)
-    projector = vectors[:, grows] @ scipy.linalg.inv(vectors)[grows]
+    projector = vectors[:, grows] @ linalg.inv(vectors)[grows]
     return np.asarray(reduced.out @ projector.real @ reduced.into)

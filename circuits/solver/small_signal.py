@@ -9,17 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csc_array
-from scipy.sparse.linalg import SuperLU, splu
 
 from circuits.arrays import C128, F64, I64
+from circuits.catalogue import later
 from circuits.devices.transistor import TransistorWork, drain_currents, transistor_work
 from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.lowering.kernel import Kernel, Rows
 from circuits.solver.newton import allocate, evaluate
 from circuits.solver.operating_point import OperatingPoint
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import SuperLU
+
+linalg, sparse = later("scipy.sparse.linalg"), later("scipy.sparse")
 
 MOST_POINTS = 100_000
 
@@ -59,7 +65,7 @@ class Linear:
         g, c = self.conductance[:, :n].astype(complex), self.charge[:, :n].astype(complex)
         for f in frequency.tolist():
             try:
-                yield splu((g + 2j * np.pi * f * c).tocsc())
+                yield linalg.splu((g + 2j * np.pi * f * c).tocsc())
             except RuntimeError as error:
                 title = self.point.machine.testbench.title
                 raise SolverError(f"{title}: singular at {f:g} Hz; look for a node that floats") from error
@@ -205,4 +211,4 @@ def _entries(rows: Rows) -> tuple[I64, I64, F64]:
 def _matrix(k: Kernel, rows: I64, columns: I64, values: F64) -> csc_array:
     """Matrix of the rows that are unknown nodes."""
     keep = rows < k.unknowns
-    return csc_array((values[keep], (rows[keep], columns[keep])), shape=(k.unknowns, k.columns))
+    return sparse.csc_array((values[keep], (rows[keep], columns[keep])), shape=(k.unknowns, k.columns))

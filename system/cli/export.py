@@ -21,10 +21,8 @@ from system.cli.output import print_line
 from system.cli.verbs import Export
 from system.options.begin import refuse_beginning
 from system.options.begun import begun
-from system.options.block import Choice, describe_silicon
+from system.options.block import ROLLS, Choice, describe_silicon, refuse_bias_file
 from system.options.cards import cards_lines, describe_cards
-from system.rolls.options import NAME as ROLLS
-from system.rolls.options import refuse_bias_file
 from system.schematic.xschem import to_xschem
 
 XSCHEM = "xschem"

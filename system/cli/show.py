@@ -8,22 +8,26 @@ from typing import Any
 
 from chips.registry import Chip
 from circuits.bias import bias_voltages
+from circuits.catalogue import loaded
 from circuits.circuit import Bias, Port
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.lowering.graph import describe_device
 from system.cli.block_choice import choose_block
 from system.cli.output import print_json, print_line, print_table, quantity_cell
-from system.cli.schematic_file import save_schematic
-from system.cli.show_chip import show_chip
-from system.cli.show_rolls import show_rolls
 from system.cli.verbs import Show
-from system.options.block import Choice, bias_unit, describe_silicon, parameters, silicon_line
+from system.options.block import (
+    ROLLS,
+    Choice,
+    bias_unit,
+    describe_silicon,
+    parameters,
+    refuse_bias_file,
+    silicon_line,
+)
 from system.options.silicon import SiliconChoice
 from system.options.target import load_target
 from system.plot import check_picture, draw_circuit, save_picture
-from system.rolls.options import NAME as ROLLS
-from system.rolls.options import refuse_bias_file
 from system.study.metrics.metric import Listed, listed
 
 _SIZE_UNITS = {
@@ -48,7 +52,7 @@ def show_command(asked: Show) -> None:
     if asked.block == ROLLS and asked.schematic is not None:
         raise ParameterError(f"--schematic: {ROLLS} is no single circuit; name a block, as rolls-neuron")
     if asked.block == ROLLS:
-        show_rolls(asked)
+        loaded("system.cli.show_rolls:show_rolls")(asked)
         return
     values, silicon = asked.values, asked.silicon
     refuse_bias_file(asked.block, values.bias_file)
@@ -62,12 +66,14 @@ def show_command(asked: Show) -> None:
             "--schematic": asked.schematic,
             "--die and --temperature": silicon != SiliconChoice(),
         }  # fmt: skip
+        show_chip = loaded("system.cli.show_chip:show_chip")
         show_chip(found, [option for option, value in given.items() if value], as_json=asked.as_json)
         return
     choice = choose_block(asked.block, values, silicon, asked.stimulus)
     document = _describe(choice, listed(choice, run=asked.metrics))
     save_picture(asked.plot, lambda figure: draw_circuit(choice.circuit, figure))
     if asked.schematic is not None:
+        save_schematic = loaded("system.cli.schematic_file:save_schematic")
         save_schematic(asked.schematic, asked.block, choice, solved=asked.op)
     if asked.as_json:
         print_json(document)

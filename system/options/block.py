@@ -38,6 +38,8 @@ from system.options.on_silicon import OnSilicon
 from system.options.silicon import SiliconChoice
 from system.options.target import Target, load_target, own_silicon, split_place
 
+ROLLS = "rolls"  # the chip that is no circuit with a testbench
+
 _CODE = re.compile(r"([0-9]):([0-9]{1,3})")  # coarse and fine
 _ELEMENT = re.compile(r"(.*)\[([0-9]{1,9}(?:,[0-9]{1,9})*)\]")
 _NOMINAL = SiliconChoice()
@@ -406,3 +408,9 @@ def _with_element(old: Value, size: int, index: str, value: Value, name: str) ->
 def _set(params: Any, name: str, value: Any) -> Any:
     head, _, rest = name.partition(".")
     return replace(params, **{head: _set(getattr(params, head), rest, value) if rest else value})
+
+
+def refuse_bias_file(block: str, bias_file: str | None) -> None:
+    """Raise `ParameterError` for a bias file of anything but `ROLLS`."""
+    if bias_file is not None:
+        raise ParameterError(f"bias_file: {bias_file}, of rolls only; set biases of {block} by `bias`")

@@ -11,11 +11,11 @@ from circuits.errors import DataError, ParameterError, meant
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.units import parse_quantity
-from system.options.block import read_die
+from system.options.block import ROLLS, read_die
 from system.options.die.edited import check_edits
 from system.options.silicon import SiliconChoice
 
-NAME = "rolls"
+NAME = ROLLS
 
 
 def bias_table(text: str | None) -> BiasTable:
@@ -49,9 +49,3 @@ def refuse_block_options(params: Collection[str], biases: Collection[str], bias_
     ):
         if given:
             raise ParameterError(f"{option}: rolls has its biases by code; give `bias_file=FILE`")
-
-
-def refuse_bias_file(block: str, bias_file: str | None) -> None:
-    """Raise `ParameterError` for a bias file of anything but the chip."""
-    if bias_file is not None:
-        raise ParameterError(f"bias_file: {bias_file}, of rolls only; set biases of {block} by `bias`")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from importlib.metadata import EntryPoint, EntryPoints
 
 import pytest
 
 from circuits import catalogue
-from circuits.catalogue import Catalogue, loaded
+from circuits.catalogue import Catalogue, later, loaded
 from circuits.errors import ParameterError, UnknownNameError
 
 GROUP = "noctule.things"
@@ -68,3 +69,14 @@ def test_an_unknown_name_has_a_near_one(registered: Registered) -> None:
 
 def test_a_place_is_a_module_and_its_attribute() -> None:
     assert loaded(f"{HERE}:OURS") == OURS
+
+
+def test_a_library_is_imported_when_something_of_it_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    library = later("wave")
+    monkeypatch.delitem(sys.modules, "wave", raising=False)
+    assert not hasattr(library, "__path__")
+    assert "wave" not in sys.modules
+    assert library.WAVE_FORMAT_PCM == 1
+    assert "wave" in sys.modules
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = library.nothing

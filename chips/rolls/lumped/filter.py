@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from scipy.special import exp1
 
 from chips.rolls.layout import (
     COARSE,
@@ -40,8 +39,11 @@ from chips.rolls.lumped.whole_filter import (
     whole_of,
 )
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.devices.ekv import argument
 from circuits.lowering.on_die import DieDevices
+
+special = later("scipy.special")
 
 OMEGA_POINTS = np.concatenate((np.arange(LOW, SPLIT, 1.0 / FINE), SPLIT + COARSE * np.arange(COARSE_POINTS)))
 _LOGARITHMS = np.arange(-40.0, 16.0, 1.0 / 128)  # of u
@@ -149,7 +151,7 @@ def bank_of(f: Filter, load: Load, shape: Shape, step: float) -> FilterBank:
     line = f.line_charge / f.unit
     # of the output over a step, which falls with power / tau, and slower while the line follows v_syn
     fall = f.power * decay / (1.0 + f.follow)
-    late = (np.euler_gamma + np.log(fall) + exp1(fall)) / -np.expm1(-fall)
+    late = (np.euler_gamma + np.log(fall) + special.exp1(fall)) / -np.expm1(-fall)
     return FilterBank(
         -np.expm1(-decay),
         decay,

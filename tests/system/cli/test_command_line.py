@@ -41,15 +41,30 @@ def process(*arguments: str, code: str | None = None, **options: Any) -> "subpro
 
 @pytest.mark.parametrize("arguments", ["", "--help", "--version", "run --help", "montecarlo --help", "list"])
 def test_help_imports_nothing_heavy(arguments: str) -> None:
+    out, imported = heavy_of(arguments)
+    assert imported == []
+    assert "noctule" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "own"),
+    [("show dpi-synapse", []), ("simulate nef-neuron --stimulus duration=1us", ["numba", "scipy"])],
+)
+def test_a_command_imports_what_it_reaches_alone(arguments: str, own: list[str]) -> None:
+    imported = heavy_of(arguments)[1]
+    assert [name for name in imported if name not in ("numpy", "rich")] == own
+
+
+def heavy_of(arguments: str) -> tuple[str, list[str]]:
+    """What a command prints, and which of the heavy libraries it imports."""
     code = (
         "import sys; from system.cli.command_line import main; status = main(sys.argv[1:]);"
-        f"print([m for m in {HEAVY} if m in sys.modules]); sys.exit(status)"
+        f"print(*[m for m in {HEAVY} if m in sys.modules]); sys.exit(status)"
     )
     child = process(*arguments.split(), code=code)
     out, err = child.communicate()
     assert (child.returncode, err) == (0, "")
-    assert out.splitlines()[-1] == "[]"
-    assert "noctule" in out
+    return out, out.splitlines()[-1].split()
 
 
 def test_no_arguments_is_a_guide(run: Run) -> None:

@@ -6,8 +6,9 @@ import pytest
 
 from chips.rolls.program.bias_file import shipped_biases, write_biases
 from circuits.errors import DataError, ParameterError
+from system.options.block import refuse_bias_file
 from system.options.silicon import SiliconChoice
-from system.rolls.options import bias_table, refuse_bias_file, refuse_block_options, silicon_of
+from system.rolls.options import bias_table, refuse_block_options, silicon_of
 
 
 def test_a_table_comes_by_name_or_from_a_file(tmp_path: Path) -> None:
