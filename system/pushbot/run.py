@@ -29,10 +29,9 @@ from system.pushbot.body import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot.brain import brain_of
 from system.pushbot.course import NEAR, RESTS, Course, Errand, course_of, passage, stood
 from system.pushbot.drive import Run, begin_run
-from system.pushbot.film import film_of
 from system.pushbot.live import LivePushbot
 from system.pushbot.loop import Brain, Loop, Record, all_events, all_spikes, open_loop, rates, step
-from system.pushbot.picture import draw_run
+from system.pushbot.picture import draw_run, film_of
 from system.pushbot.readout import LOOK, Readout
 from system.pushbot.scenario import Scenario, check_scene, scene_of
 from system.spikes.output import spikes_output, trains_of
