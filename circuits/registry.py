@@ -56,6 +56,9 @@ BLOCKS: dict[str, str] = {
     "dpi-synapse-bench": "circuits.blocks.bench.dpi_synapse:BLOCK",
     "axon-hillock": "circuits.blocks.bench.axon_hillock:BLOCK",
     "adaptive-neuron": "circuits.blocks.bench.adaptive_neuron:BLOCK",
+    "ddi-synapse": "circuits.blocks.bench.ddi_synapse:BLOCK",
+    "photoreceptor": "circuits.blocks.bench.photoreceptor:BLOCK",
+    "dvs-pixel": "circuits.blocks.bench.dvs_pixel:BLOCK",
 }
 
 METRICS: dict[str, str] = {
@@ -115,6 +118,9 @@ BLOCK_LINES: dict[str, str] = {
     "dpi-synapse-bench": "DPI synapse of the teaching chip: pulse extender, weight, filter",
     "axon-hillock": "two inverters and a feedback capacitor: slow pulses from a picoampere",
     "adaptive-neuron": "integrate-and-fire neuron of the teaching chip: DPI leak, adaptation",
+    "ddi-synapse": "two DPI filters, fast from slow: a current that rises and falls",
+    "photoreceptor": "logarithmic photoreceptor: a voltage by the logarithm of the light",
+    "dvs-pixel": "pixel of an event camera: on and off events by contrast since a reset",
 }
 
 METRIC_LINES: dict[str, str] = {

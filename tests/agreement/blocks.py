@@ -178,6 +178,9 @@ CASES: Mapping[str, Case] = {
         hottest=30.0,
         why="a spike and its end tell; hotter the switch of its reset leaks more than its input gives",
     ),
+    "ddi-synapse": Case(
+        Form(kind="ideal", stop=0.04), reltol=1e-5, points=2_000, why="a pulse of a millisecond in a long run"
+    ),
     "winner-take-all-ring": Case(
         Form({"cells": 4}, {"duration": 0.4}, "ideal"),
         points=600,

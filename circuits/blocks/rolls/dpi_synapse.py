@@ -182,15 +182,23 @@ def excitatory_filter(params: Params, plate: str = "vdd") -> Circuit:
     return Circuit("excitatory_dpi", _filter_ports("i_out"), (*_filter(params, plate), output))
 
 
-def inhibitory_filter(params: Params) -> Circuit:
-    """The DPI filter whose output current is drawn from `i_out`; params: sizes and capacitors."""
+def inhibitory_filter(params: Params, plate: str = "vdd") -> Circuit:
+    """The DPI filter whose output current is drawn from `i_out`.
+
+    Parameters
+    ----------
+    params
+        Sizes and capacitors.
+    plate
+        Rail at which the capacitor ends: `vdd` or `0`.
+    """
     width, length = params.output_width, params.output_length
     output = (
         mos("md5", "p", "vm", "v_syn", "vdd", width, length),
         mos("md6", "n", "vm", "vm", "0", width, length),
         mos("md7", "n", "i_out", "vm", "0", width, length),
     )
-    return Circuit("inhibitory_dpi", _filter_ports("i_out"), (*_filter(params), *output))
+    return Circuit("inhibitory_dpi", _filter_ports("i_out"), (*_filter(params, plate), *output))
 
 
 BIASES = (
