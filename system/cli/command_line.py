@@ -25,6 +25,7 @@ from system.cli.examples import epilog_of
 from system.cli.exit_status import BAD_INPUT, DONE, INTERRUPTED, NO
 from system.cli.given_once import App
 from system.cli.guide import guide
+from system.cli.labs_verb import Labs
 from system.cli.match_verb import Corners, Match, Worst
 from system.cli.mend import measured_again
 from system.cli.mission_verb import Merge, Mission
@@ -117,6 +118,7 @@ _VERBS = {
     "predict": verb("predict:predict_command", Predict),
     "calibrate": verb("calibrate:calibrate_command", Calibrate),
     "reproduce": verb("reproduce:reproduce_command", Reproduce),
+    "labs": verb("labs:labs_command", Labs),
     "new": verb("new:new_command", New),
     "doctor": verb("doctor:doctor_command", Doctor),
 }

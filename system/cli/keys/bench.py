@@ -1,4 +1,4 @@
-"""Keys of `noctule run bench`."""
+"""Keys of `noctule run bench` and of `noctule labs`."""
 
 from __future__ import annotations
 
@@ -18,3 +18,13 @@ columns   number[]{}  -  a number a point or sample by the column's name, which 
           `s`, `counts`, or `code` for a fine code
 """),
 }
+LABS = meanings("""
+folder   string     -  of what was given out: the folder that was written
+dies     integer[]  -  of what was given out: the die of each student
+die      integer    -  of a check: the student's die
+numbers  object{}   -  of a check: each number of the student, by its name
+numbers.*.value   number   -  the student's, in the unit that its name ends with
+numbers.*.error   number?  -  by how much it may be off, in that unit; null where the die has none
+numbers.*.inside  boolean  -  whether it is not farther from the die's own
+outside  integer    -  of a check: how many are farther
+""")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from system.cli.keys.bench import BENCH
+from system.cli.keys.bench import BENCH, LABS
 from system.cli.keys.block import OP, SHOW, SHOW_CHIP, SHOW_ROLLS
 from system.cli.keys.installed import (
     CALIBRATE,
@@ -68,6 +68,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "predict": PREDICT,
     "calibrate": CALIBRATE,
     "reproduce": REPRODUCE,
+    "labs": LABS,
     "new": NEW,
     "doctor": DOCTOR,
     "run bench": BENCH,

@@ -66,6 +66,7 @@ FORMS = {
     "predict": ["predict coach --only ndp_run2 --process rolls-180 --die die.toml --draws 2 -o predicted"],
     "calibrate": [],
     "reproduce": ["reproduce cheely2003-fig4"],
+    "labs": ["labs --students 1 -o class", "labs --check class/answers/1000.toml"],
     "new": ["new block my-sink"],
     "doctor": ["doctor"],
     "run bench": ["run bench pair.toml"],
