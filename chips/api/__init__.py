@@ -7,6 +7,7 @@ simulator for networks of nengo, an optional extra, is in `chips.api.nengo`.
 
 from chips.aer import Bus, Events, read_events, send, write_events
 from chips.cell import Cell
+from chips.coach.bench import CoachBench
 from chips.latency.calibration import calibrated
 from chips.latency.chip import LatencyChip, PingResponse
 from chips.latency.design import Design
@@ -16,7 +17,8 @@ from chips.model import Model, characterise, load_model, model_names
 from chips.noise import SiliconNoise
 from chips.part import Output, Part
 from chips.ranging.chip import RangingChip
-from chips.ranging.response import Response, respond
+from chips.ranging.model import model_of
+from chips.ranging.response import Response, Tunings, respond, tune
 from chips.record import Record, Table, content, matching_record, read_record, record_key
 from chips.registry import Chip, chip_names, load_chip
 from chips.validity import outside_boxes
@@ -72,4 +74,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "PingResponse",
     "Design",
     "calibrated",
+    # Teaching chip
+    "CoachBench",
 ]

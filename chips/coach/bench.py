@@ -27,6 +27,7 @@ from chips.coach.readout import (
     RANGES,
     Board,
     channel,
+    counted_current,
     interference,
     read_ammeter,
     read_counts,
@@ -189,6 +190,14 @@ class CoachBench:
         """
         current = self.exact(pin, self.wiring.counted)
         return read_counts(self.board, channel(_number(pin)), current, time, self._normal(pin))
+
+    def current_of(self, pin: str, counts: float, time: float = 0.1) -> float:
+        """Current that so many counts of a converter mean by its nominal charge and dead time, A.
+
+        `pin` is the channel's name, as C2F0; `counts` are those of `time`, in s. Dark counts are taken away,
+        and one event is the least. Raises `ParameterError` for another channel.
+        """
+        return counted_current(self.board, channel(_number(pin)), counts, time)
 
     def exact(self, pin: str, among: Mapping[str, str] | None = None) -> float:
         """What stands at a pin, without the board: V of an output, A of what an ammeter or a converter gets.

@@ -167,6 +167,12 @@ def read_counts(board: Board, one: Channel, current: float, time: float, normal:
     return min(one.counts * whole, COUNTS)
 
 
+def counted_current(board: Board, one: Channel, counts: float, time: float) -> float:
+    """Current that so many counts in a time (s) mean, A: `read_counts` the other way, without its chance."""
+    events = max(counts / one.counts - board.dark_rate * time, 1.0)
+    return one.charge / (time / events - one.dead_time)
+
+
 def interference(board: Board, time: F64, phase: float) -> F64:
     """What a fast record has near 10 kHz at times (s), V; phase: 0 to 1 of a period."""
     return np.asarray(board.interference * np.sin(2.0 * math.pi * (1e4 * time + phase)))

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from chips.coach.bench import CoachBench
-from chips.coach.readout import channel
 from circuits.arrays import F64
 from circuits.errors import DataError, unknown_name
 from circuits.silicon.die import Die
@@ -24,7 +23,6 @@ from system.files.document import converted, toml_file
 
 READINGS = 5  # times that a number is measured
 SIGMAS = 3.0
-_DARK = 3.0  # counts in 0.1 s
 _PAIR_SPAN, _WRT_SPAN = 0.1, 0.04  # V
 
 
@@ -118,9 +116,7 @@ def _threshold(bench: CoachBench) -> float:
 
 
 def _amperes(bench: CoachBench, pin: str) -> float:
-    one = channel(int(pin.removeprefix("C2F")))
-    counts = max(bench.read_counts(pin) / one.counts - _DARK, 1.0)
-    return one.charge / (0.1 / counts - one.dead_time)
+    return bench.current_of(pin, bench.read_counts(pin))
 
 
 def _pair(bench: CoachBench) -> tuple[float, float]:

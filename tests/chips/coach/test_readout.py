@@ -11,6 +11,7 @@ from chips.coach.readout import (
     RANGES,
     Board,
     channel,
+    counted_current,
     interference,
     read_ammeter,
     read_counts,
@@ -55,6 +56,8 @@ def test_counts_are_those_of_a_charge_and_a_dead_time() -> None:
     one = channel(0)
     closed = 0.1 / (one.charge / 5e-9 + one.dead_time)
     assert read_counts(BOARD, one, 5e-9, 0.1, 0.0) == pytest.approx(closed + 3.0, abs=1.0)
+    assert counted_current(BOARD, one, closed + 3.0, 0.1) == pytest.approx(5e-9)
+    assert counted_current(BOARD, one, 0, 0.1) < 10e-12  # one event at least
     assert read_counts(BOARD, CHANNELS[6], 2e-9, 0.1, 0.0) % 2 == 0  # counts twice
     assert read_counts(BOARD, one, 0.0, 0.1, 0.0) == 3  # dark
     assert read_counts(BOARD, one, 1e-3, 10.0, 0.0) == 65_535
