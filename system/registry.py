@@ -119,6 +119,7 @@ EXPERIMENTS: dict[str, str] = {
     "ngspice-dies": "system.papers.checks.ngspice_dies:EXPERIMENT",
     "random-circuits": "system.papers.checks.random_circuits:EXPERIMENT",
     "foundry-dies": "system.papers.checks.foundry_dies:EXPERIMENT",
+    "coach": "system.papers.checks.coach:EXPERIMENT",
     "device-noise": "system.papers.checks.device_noise:EXPERIMENT",
     "chip-noise": "system.papers.checks.chip_noise:EXPERIMENT",
 }
@@ -197,6 +198,7 @@ EXPERIMENT_LINES: dict[str, str] = {
     "ngspice-dies": "20 dies of the rebound neuron, class and edges in the solver and in ngspice",
     "random-circuits": "random circuits of up to 12 devices in the solver and in ngspice",
     "foundry-dies": "a foundry's dies by our keys, and our law beside its cards",
+    "coach": "a process and a die from a teaching chip's measurements, each left out in turn",
     "device-noise": "k T / C, small signals and noise beside ngspice, jitter of the rebound neuron",
     "chip-noise": "jitter of ROLLS, NEF, latency and sonar chips beside that of their transistors",
 }

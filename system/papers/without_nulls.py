@@ -54,6 +54,7 @@ WITHOUT_NULLS: Mapping[str, str] = {
     "ngspice-dies": TRANSISTORS,
     "random-circuits": TRANSISTORS,
     "foundry-dies": TRANSISTORS,
+    "coach": "measurements that a fit has not seen, beside its band: no robot is judged",
     "device-noise": TRANSISTORS,
     "chip-noise": TRANSISTORS,
 }

@@ -18,6 +18,7 @@ from system.experiment import Progress, Report
 from system.papers.checks import (
     beside,
     choice_law,
+    coach,
     forest_silicon,
     forest_weights,
     foundry_dies,
@@ -148,6 +149,17 @@ def equations(report: Report) -> None:
     assert len(report.rows) == 4
 
 
+COACH = ("fet_n_sub_vg", "fet_n_backgate", "ndp_run1")
+
+
+def left_out(report: Report) -> None:
+    """Sweeps and a pair that are left out in turn lie in their bands, and the pair's kappa is the curve's."""
+    rows = {row.name: row for row in report.rows}
+    assert rows["ndp_run1_kappa"].agrees
+    assert float(rows["points_inside_the_band_share"].shown or 0.0) > 0.5
+    assert "inside_of_transistors_share" in rows
+
+
 def one_die(report: Report) -> None:
     """A foundry's die is one in a batch, alone and in its netlist; our law is near its cards."""
     rows = {row.name: row for row in report.rows}
@@ -273,6 +285,7 @@ SMALL: dict[str, Small] = {
         weights,
     ),
     "foundry-dies": Small(lambda p: foundry_dies.reproduce(p, devices=500, dies=2), one_die),
+    "coach": Small(lambda p: coach.reproduce(p, COACH), left_out),
     "stockel2017-fig5": Small(),
 }
 
