@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 
 from circuits.circuit import Circuit
 from circuits.errors import UnknownNameError, meant
 from circuits.lowering.flatten import flatten
 from circuits.lowering.variation import drawn_families
+from circuits.registry import BLOCKS
 from circuits.silicon.die import Die, Path
 from circuits.silicon.edit import not_met, unmatched
 from circuits.silicon.silicon import Silicon
@@ -19,6 +20,8 @@ _COPY = ".bias copy"  # devices that biases stand on, beside those of the circui
 def check_edits(die: Die, circuits: Iterable[tuple[Circuit, Silicon]]) -> None:
     """Raise `UnknownNameError` for a path of the die's edits that means no device of some circuits.
 
+    A deviation that is set of another block passes: a die has more blocks than the one that is run.
+
     Parameters
     ----------
     die
@@ -28,10 +31,18 @@ def check_edits(die: Die, circuits: Iterable[tuple[Circuit, Silicon]]) -> None:
     """
     if not die.edits:
         return
+    circuits = list(circuits)
     families = [each for circuit, on in circuits for each in drawn_families(flatten(circuit), on)]
+    own = {circuit.name for circuit, _ in circuits}
+    told = {path for edit in die.edits if edit.kind == "set" for path in edit.paths}
     for path in unmatched(die.edits, families):
-        if _COPY not in path:
+        if _COPY not in path and not (path in told and _of_another_block(path, own)):
             raise _no_device(path, [(place, paths) for place, paths, _ in families])
+
+
+def _of_another_block(path: str, own: Collection[str]) -> bool:
+    head = path.partition(".")[0].partition("[")[0]
+    return head not in own and head.replace("_", "-") in BLOCKS
 
 
 def check_known(die: Die, circuits: Iterable[Circuit]) -> None:

@@ -34,6 +34,22 @@ def test_the_die_of_a_chip_is_one_that_commands_take(die: Path, capsys: pytest.C
     assert json.loads(capsys.readouterr().out)["die"] is None
 
 
+def test_a_die_of_several_blocks_is_one_for_each_of_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    both = tmp_path / "both.toml"
+    rows = [("differential_pair.m1", "3mV"), ("follower_integrator.amplifier.m7", "-4mV")]
+    both.write_text("".join(
+        f'[[deviation]]\npath = "{path}"\nparameter = "v_t0"\nvalue = "{value}"\n' for path, value in rows
+    ))  # fmt: skip
+    for block in ("differential-pair", "follower-integrator"):
+        assert main(["op", block, "--die", str(both), "--json"]) == 0
+    both.write_text(both.read_text().replace("differential_pair.m1", "differential_pair.m9"))
+    capsys.readouterr()
+    assert main(["op", "differential-pair", "--die", str(both)]) == 2
+    assert "differential_pair.m9, is the path of no device" in capsys.readouterr().err
+
+
 def test_the_posterior_is_in_the_file_to_its_digits(die: Path) -> None:
     posterior, noise = read_posterior(die)
     assert ("ndp_run1", "n1_counts") in noise
