@@ -1,11 +1,12 @@
 """The cards of a netlist that are about a run.
 
-`.tran`, `.op`, `.dc`, `.ac`, `.noise`, `.ic`, `.nodeset`, `.temp`, `.options` and `.measure` are taken over;
-others are only noted.
+`.tran`, `.op`, `.dc`, `.ac`, `.noise`, `.step`, `.ic`, `.nodeset`, `.temp`, `.options` and `.measure` are
+taken over; others are only noted.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -25,6 +26,8 @@ _ONE_CIRCUIT = (
     "one netlist is one circuit, here and in ngspice: take the card out, and step sources, temperature or"
     " dies with noctule sweep"
 )
+TEMPERATURE = "temp"  # what `.dc` and `.step` call it
+_MOST_STEPS = 100_000  # values of a card; ours
 # options about output, convergence and accuracy; any other is taken to be about the circuit
 _NUMERICAL = {
     "acct", "noacct", "list", "nolist", "node", "nonode", "opts", "noopts", "page", "nopage", "nomod",
@@ -89,6 +92,25 @@ class Sweep:
 
 
 @dataclass(frozen=True, slots=True)
+class Stepped:
+    """A source or the temperature that a netlist steps: `.step [lin|dec|oct] NAME FIRST LAST BY`, or `list`.
+
+    Attributes
+    ----------
+    name : str
+        Name of the source, or `temp`.
+    values : tuple of float
+        Its values, V, A or degC.
+    place : str
+        `file:line` of the card.
+    """
+
+    name: str
+    values: tuple[float, ...]
+    place: str
+
+
+@dataclass(frozen=True, slots=True)
 class SmallSignals:
     """Small signals that a netlist asks for: `.ac dec|oct|lin points low high`.
 
@@ -141,6 +163,8 @@ class Controls:
         Analyses in the order of their cards.
     measures
         Measures in the order of their cards.
+    steps
+        What is stepped, in the order of the cards.
     starts, held
         Voltages, V, of `.nodeset` and `.ic`, with their card, by the node's name as it is written.
     temperature_c
@@ -149,6 +173,7 @@ class Controls:
 
     analyses: list[Analysis] = field(default_factory=list)
     measures: list[Measured] = field(default_factory=list)
+    steps: list[Stepped] = field(default_factory=list)
     starts: dict[str, tuple[float, Card]] = field(default_factory=dict)
     held: dict[str, tuple[float, Card]] = field(default_factory=dict)
     temperature_c: float | None = None
@@ -219,6 +244,44 @@ def _sweep(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
     columns = [[scope.number(card, ".dc", w) for w in words[k::4]] for k in (1, 2, 3)]
     start, stop, step = map(tuple, columns)
     controls.analyses.append(Sweep(tuple(words[0::4]), start, stop, step))
+
+
+def _step(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
+    """A step of a source or the temperature; one of a parameter would be another circuit."""
+    words = [w for w in card.words()[1:] if w not in {"(", ")"}]
+    way = words.pop(0) if words[:1] and words[0] in {"lin", "dec", "oct"} else "lin"
+    if words[:1] == ["param"] or not words or not (words[0] == TEMPERATURE or words[0][0] in "vi"):
+        notes.leave_out(card, ".step", ".step of a parameter", _ONE_CIRCUIT)
+        return
+    if ".step" in notes.drop:
+        notes.leave_out(card, ".step", ".step", _ONE_CIRCUIT)
+        return
+    name, *rest = words
+    if rest[:1] == ["list"]:
+        values = [scope.number(card, ".step", w) for w in rest[1:]]
+    elif len(rest) == 3:
+        values = _stepped(card, way, *(scope.number(card, ".step", w) for w in rest))
+    else:
+        values = []
+    if not values:
+        raise card.error(".step: no values; write .step NAME FIRST LAST BY, or .step NAME list A B ...")
+    controls.steps.append(Stepped(name, tuple(dict.fromkeys(values)), card.place))
+
+
+def _stepped(card: Card, way: str, first: float, last: float, by: float) -> list[float]:
+    """Values of a step; of `dec` and `oct` the last number is how many there are a decade or octave."""
+    base = {"dec": 10.0, "oct": 2.0}.get(way)
+    if base is None:
+        count = (last - first) / by if by else -1.0
+    else:
+        rises = first > 0.0 and last >= first and by >= 1.0
+        count = by * math.log(last / first, base) if rises else -1.0
+    if not 0.0 <= count < _MOST_STEPS:
+        raise card.error(
+            f".step: from {first:g} to {last:g} by {by:g}, must lead there in {_MOST_STEPS} steps; mend it"
+        )
+    places = range(int(count + 1e-9) + 1)
+    return [first + k * by if base is None else first * base ** (k / by) for k in places]
 
 
 def _spectrum(card: Card, word: str, words: list[str], scope: Scope) -> SmallSignals:
@@ -296,5 +359,5 @@ _Reader = Callable[[Controls, Card, Scope, Notes], None]
 _READERS: Mapping[str, _Reader] = {
     ".tran": _transient, ".op": _operating_point, ".dc": _sweep, ".ic": _voltages, ".nodeset": _voltages,
     ".ac": _small_signals, ".noise": _noise, ".meas": _measure, ".measure": _measure, ".temp": _temperature,
-    ".options": _options, ".option": _options, ".opt": _options,
+    ".step": _step, ".options": _options, ".option": _options, ".opt": _options,
 }  # fmt: skip

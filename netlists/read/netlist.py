@@ -17,7 +17,7 @@ from circuits.circuit import GROUND, Circuit, references
 from circuits.errors import DataError, unknown_name
 from circuits.silicon.silicon import Change, Deviation, Silicon
 from circuits.testbench import Begin, Testbench
-from netlists.read.analysis import Analysis, Controls, read_controls
+from netlists.read.analysis import Analysis, Controls, Stepped, read_controls
 from netlists.read.card import Card, shown
 from netlists.read.elaboration import Elaboration, Top
 from netlists.read.expression.expression import Functions
@@ -72,6 +72,8 @@ class Imported:
         Sources whose sign is turned, since the circuit has them from ground to a node.
     moved
         Sources with an AC value, in the order of their cards.
+    steps
+        What the netlist steps, in the order of its cards.
     """
 
     testbench: Testbench
@@ -89,6 +91,7 @@ class Imported:
     measures: tuple[Measured, ...] = ()
     turned: frozenset[str] = frozenset()
     moved: tuple[str, ...] = ()
+    steps: tuple[Stepped, ...] = ()
 
     @property
     def circuit(self) -> Circuit:
@@ -188,6 +191,7 @@ def _read(
         measures=tuple(controls.measures),
         turned=frozenset(elaboration.turned),
         moved=tuple(elaboration.moved),
+        steps=tuple(controls.steps),
     )
 
 

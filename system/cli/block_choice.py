@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Literal
 
+from circuits.checks import implausible_allowed
+from circuits.errors import DataError
 from circuits.lowering.coupling import coupled
+from netlists.read import read_netlist
+from netlists.read.analysis import Stepped
 from system.cli.shared_options import BlockValues
 from system.options.begin import FREE, BeginChoice
 from system.options.block import Choice, choose
 from system.options.silicon import SiliconChoice
-from system.options.target import driven
+from system.options.target import deck_of, driven
 
 
 def choose_block(
@@ -19,10 +24,11 @@ def choose_block(
     silicon: SiliconChoice,
     stimuli: Iterable[str] = (),
     begin: BeginChoice = FREE,
+    steps: Literal["refused", "left"] = "refused",
 ) -> Choice:
     """Give the block or chip that a verb asks for, with its values on silicon.
 
-    It raises the errors of `system.options.block.choose`.
+    It raises the errors of `system.options.block.choose`, and `DataError` for a deck whose steps are refused.
 
     Parameters
     ----------
@@ -31,12 +37,30 @@ def choose_block(
     silicon : die, temperature and corner that are asked for.
     stimuli : what the testbench applies, as texts `NAME=VALUE`.
     begin : state in which runs begin.
+    steps : whether a deck that steps something is refused, or taken as it stands before its steps.
     """
+    if steps == "refused":
+        refuse_steps(name)
     found = choose(
         target_of(name, values), values.param, values.bias, values.bias_kind, silicon, stimuli,
         values.bias_set, begin,
     )  # fmt: skip
     return replace(found, circuit=coupled(found.circuit, values.coupling))
+
+
+def refuse_steps(name: str) -> None:
+    """Raise `DataError` for a whole deck that steps something, of which one run has none."""
+    for step in steps_of(name):
+        raise DataError(f"{step.place}: .step {step.name}: not of one run; noctule sweep {name} runs all")
+
+
+def steps_of(name: str) -> tuple[Stepped, ...]:
+    """Give what a whole deck steps; nothing for any other target."""
+    deck = deck_of(name)
+    if deck is None or deck.name or not deck.path.is_file():
+        return ()
+    with implausible_allowed():
+        return read_netlist(deck.path, foreign="kept").steps
 
 
 def target_of(name: str, values: BlockValues) -> str:

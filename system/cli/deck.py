@@ -22,11 +22,11 @@ from circuits.testbench import Testbench
 from netlists.ngspice.deck import Ran, run_deck
 from netlists.ngspice.run import Waveforms
 from netlists.read import Imported, read_netlist
-from netlists.read.analysis import VARIED, NoiseSpectrum, SmallSignals, Sweep
+from netlists.read.analysis import TEMPERATURE, VARIED, NoiseSpectrum, SmallSignals, Sweep
 from netlists.read.foreign import REMEDY
 from netlists.read.note import Foreign
 from netlists.read.text.name import circuit_name
-from system.cli.block_choice import choose_block
+from system.cli.block_choice import choose_block, refuse_steps
 from system.cli.deadline import deadline_of
 from system.cli.output import print_json, print_line, print_table, quantity_cell, working
 from system.cli.shared_options import Engine
@@ -39,7 +39,6 @@ from system.plot import COLOURS, check_picture, save_picture
 
 _SHOWN = 40  # vectors of a deck that are printed; CSV and JSON have all
 _DRAWN = len(COLOURS)
-TEMPERATURE = "temp"  # what `.dc` calls it
 
 
 def is_foreign(target: str, engine: Engine) -> bool:
@@ -50,6 +49,7 @@ def is_foreign(target: str, engine: Engine) -> bool:
     with implausible_allowed():
         foreign = read_netlist(deck.path, foreign="kept").foreign
     _refuse_varied(foreign)
+    refuse_steps(target)
     return bool(foreign)
 
 

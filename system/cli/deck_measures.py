@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 from circuits.checks import implausible_allowed
 from circuits.errors import ParameterError
@@ -23,6 +24,7 @@ def own_measures(
     silicon: SiliconChoice,
     stimuli: Sequence[str] = (),
     begin: BeginChoice = FREE,
+    steps: Literal["refused", "left"] = "refused",
 ) -> tuple[str, ...]:
     """Give the measures of a whole deck's cards as texts; none of any other target.
 
@@ -31,10 +33,15 @@ def own_measures(
     Parameters
     ----------
     target : what the command is about.
-    values, silicon, stimuli, begin : as `system.cli.block_choice.choose_block` takes them.
+    values, silicon, stimuli, begin, steps : as `system.cli.block_choice.choose_block` takes them.
     """
-    texts = _texts(target, silicon)
-    return _taken(choose_block(target, values, silicon, stimuli, begin), texts) if texts else ()
+    deck = deck_of(target)
+    if deck is None or deck.name:
+        return ()
+    with implausible_allowed(silicon.allow_implausible):
+        texts = [each.text for each in read_netlist(deck.path).measures if each.analysis == "tran"]
+    choice = choose_block(target, values, silicon, stimuli, begin, steps)
+    return _taken(choice, texts) if texts else ()
 
 
 def _taken(choice: Choice, texts: Sequence[str]) -> tuple[str, ...]:
@@ -47,11 +54,3 @@ def _taken(choice: Choice, texts: Sequence[str]) -> tuple[str, ...]:
         else:
             found = (*found, text)
     return found
-
-
-def _texts(target: str, silicon: SiliconChoice) -> list[str]:
-    deck = deck_of(target)
-    if deck is None or deck.name:
-        return []
-    with implausible_allowed(silicon.allow_implausible):
-        return [each.text for each in read_netlist(deck.path).measures if each.analysis == "tran"]

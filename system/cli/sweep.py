@@ -21,8 +21,11 @@ from circuits.errors import ParameterError, unknown_name
 from circuits.measure.unit import value_text
 from circuits.sweep.line import Solve, solve_line
 from circuits.sweep.sweep import Plan, run_points, run_transients
-from system.cli.block_choice import choose_block
+from netlists.read.analysis import TEMPERATURE, Stepped
+from netlists.read.text.name import circuit_name
+from system.cli.block_choice import choose_block, steps_of
 from system.cli.deadline import deadline_of
+from system.cli.deck_measures import own_measures
 from system.cli.exit_status import DONE, NO
 from system.cli.option_names import option_of
 from system.cli.output import plain, print_json, print_line, print_table, progress_bar, working
@@ -62,6 +65,7 @@ def sweep_command(asked: Sweep) -> int:
 
     Returns the exit status, `NO` where no point has a solution.
     """
+    asked = _with_own(asked)
     _check(asked)
     choice = _choose(asked, {})
     swept = read_swept(choice, asked.over)
@@ -88,6 +92,25 @@ def sweep_command(asked: Sweep) -> int:
     return _status(found)
 
 
+def _with_own(asked: Sweep) -> Sweep:
+    """What is asked for, with a deck's own steps where none are, and its own measures of transients."""
+    own: tuple[str, ...] = ()
+    if asked.analysis == "tran":
+        own = own_measures(
+            asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin, steps="left"
+        )
+    over = asked.over or tuple(map(_over, steps_of(asked.block)))
+    return replace(asked, over=over, measure=(*own, *asked.measure))
+
+
+def _over(step: Stepped) -> str:
+    """A step of a deck as an option has it."""
+    if step.name == TEMPERATURE:
+        return f"temperature={','.join(f'{value!r}degC' for value in step.values)}"
+    unit = "V" if step.name[0] == "v" else "A"
+    return f"source:{circuit_name(step.name)}={','.join(f'{value!r}{unit}' for value in step.values)}"
+
+
 def _check(asked: Sweep) -> None:
     if not asked.over:
         raise ParameterError("--over: nothing to sweep, must be at least one; write --over v_in=0V..5V:101")
@@ -112,7 +135,7 @@ def _choose(asked: Sweep, over: Options) -> Choice:
         given, param=(*given.param, *over.get("param", ())), bias=(*given.bias, *over.get("bias", ()))
     )
     stimuli = (*asked.stimulus, *over.get("stimulus", ()))
-    return choose_block(asked.block, values, asked.silicon, stimuli, asked.begin)
+    return choose_block(asked.block, values, asked.silicon, stimuli, asked.begin, steps="left")
 
 
 def _plan(asked: Sweep, choice: Choice, swept: Sequence[Swept]) -> Plan:

@@ -1,5 +1,7 @@
 """Cards about a run."""
 
+import pytest
+
 from circuits.errors import DataError
 from netlists.read.analysis import (
     Controls,
@@ -35,6 +37,26 @@ def test_analyses() -> None:
     assert controls.uic
     assert not read(".tran 1n 1u", ".tran 1n 1u uic").uic
     assert read(".op").span == Span()
+
+
+def test_steps_of_sources_and_temperature() -> None:
+    controls = read(
+        ".step temp -20 80 50", ".step lin v1 1 0 -0.5", ".step dec i1 1n 1u 1", ".step v2 list 3 1"
+    )
+    assert [(s.name, s.place) for s in controls.steps] == [
+        ("temp", "a.cir:1"), ("v1", "a.cir:2"), ("i1", "a.cir:3"), ("v2", "a.cir:4")
+    ]  # fmt: skip
+    assert [s.values for s in controls.steps[::3]] == [(-20.0, 30.0, 80.0), (3.0, 1.0)]
+    assert controls.steps[1].values == (1.0, 0.5, 0.0)
+    assert controls.steps[2].values == pytest.approx((1e-9, 1e-8, 1e-7, 1e-6))
+
+
+@pytest.mark.parametrize(
+    "card", [".step v1 0 5 -1", ".step dec v1 0 5 10", ".step v1 0 1", ".step v1 0 1 1e-9"]
+)
+def test_steps_that_lead_nowhere_are_refused(card: str) -> None:
+    with pytest.raises(DataError, match=r"^a.cir:1: \.step: "):
+        read(card)
 
 
 def test_starts_and_temperature() -> None:

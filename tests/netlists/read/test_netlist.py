@@ -122,7 +122,11 @@ TRANSISTOR = "t\nm1 a a 0 0 n w=1u l=1u\n"
             "netlist:4: .model n: ",
             ("N",),
         ),
-        (TRANSISTOR + ".model n nmos\n.step param x 1 2 3\n", "netlist:4: .step: not honoured; ", (".step",)),
+        (
+            TRANSISTOR + ".model n nmos\n.step param x 1 2 3\n",
+            "netlist:4: .step of a parameter: not honoured; ",
+            (".step",),
+        ),
         (
             TRANSISTOR + ".model n nmos\n.options reltol=1 scale=1u\n",
             "netlist:4: option scale: not",

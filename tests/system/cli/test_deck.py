@@ -190,8 +190,10 @@ def test_a_step_card_is_told_of_noctule_sweep_since_ngspice_has_none(
     path.write_text(OURS.replace(".temp 60", ".step temp 0 60 30"))
     assert main(["op", ours, "--engine", engine]) != 0
     said = capsys.readouterr().err
-    assert "ours.cir:14: .step: not honoured" in said
+    assert "ours.cir:14: .step temp: not of one run" in said
     assert "noctule sweep" in said
     assert "--engine" not in said
-    path.write_text(OURS)
-    assert main(["sweep", ours, "--over", "temperature=0,60", "--json"]) == 0
+    capsys.readouterr()
+    assert main(["sweep", ours, "--json"]) == 0
+    swept = json.loads(capsys.readouterr().out)["over"]
+    assert [(each["name"], each["values"]) for each in swept] == [("temperature", [0.0, 30.0, 60.0])]
