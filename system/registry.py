@@ -120,6 +120,7 @@ EXPERIMENTS: dict[str, str] = {
     "random-circuits": "system.papers.checks.random_circuits:EXPERIMENT",
     "foundry-dies": "system.papers.checks.foundry_dies:EXPERIMENT",
     "coach": "system.papers.checks.coach:EXPERIMENT",
+    "foundry-blocks": "system.papers.checks.foundry_blocks:EXPERIMENT",
     "device-noise": "system.papers.checks.device_noise:EXPERIMENT",
     "chip-noise": "system.papers.checks.chip_noise:EXPERIMENT",
 }
@@ -199,6 +200,7 @@ EXPERIMENT_LINES: dict[str, str] = {
     "random-circuits": "random circuits of up to 12 devices in the solver and in ngspice",
     "foundry-dies": "a foundry's dies by our keys, and our law beside its cards",
     "coach": "a process and a die from a teaching chip's measurements, each left out in turn",
+    "foundry-blocks": "every block on a foundry's cards, its class and its first number",
     "device-noise": "k T / C, small signals and noise beside ngspice, jitter of the rebound neuron",
     "chip-noise": "jitter of ROLLS, NEF, latency and sonar chips beside that of their transistors",
 }

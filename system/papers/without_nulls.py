@@ -55,6 +55,7 @@ WITHOUT_NULLS: Mapping[str, str] = {
     "random-circuits": TRANSISTORS,
     "foundry-dies": TRANSISTORS,
     "coach": "measurements that a fit has not seen, beside its band: no robot is judged",
+    "foundry-blocks": BESIDE,
     "device-noise": TRANSISTORS,
     "chip-noise": TRANSISTORS,
 }

@@ -21,6 +21,7 @@ from system.papers.checks import (
     coach,
     forest_silicon,
     forest_weights,
+    foundry_blocks,
     foundry_dies,
     latency_agreement,
     latency_law,
@@ -167,6 +168,16 @@ def one_die(report: Report) -> None:
         assert rows[name].agrees, name
 
 
+def two_blocks(report: Report) -> None:
+    """A block does on the foundry's cards what it does at home; of one the sizes moved."""
+    rows = {row.name: row for row in report.rows}
+    outcome = rows["high_threshold_neuron_outcome"]
+    assert (outcome.shown, outcome.paper) == ("one-spike", "one-spike")
+    assert rows["high_threshold_neuron_latency_s"].shown == pytest.approx(139e-6, rel=0.05)
+    assert rows["dpi_synapse_outcome"].rule.text == "sizes moved into the foundry's range"
+    assert rows["blocks_that_run"].shown == 2.0
+
+
 def agreement(report: Report) -> None:
     found = {row.name: row for row in report.rows}
     assert found["pings"].shown == 6.0
@@ -286,6 +297,9 @@ SMALL: dict[str, Small] = {
     ),
     "foundry-dies": Small(lambda p: foundry_dies.reproduce(p, devices=500, dies=2), one_die),
     "coach": Small(lambda p: coach.reproduce(p, COACH), left_out),
+    "foundry-blocks": Small(
+        lambda p: foundry_blocks.reproduce(p, ("high-threshold-neuron", "dpi-synapse")), two_blocks
+    ),
     "stockel2017-fig5": Small(),
 }
 

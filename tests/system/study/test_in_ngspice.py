@@ -88,3 +88,38 @@ def test_a_study_is_kept_resumed_and_replayed(tmp_path: Path, capsys: pytest.Cap
     again = json.loads(capsys.readouterr().out)
     assert again["identical"]
     assert again["again"]["period_s"] == first["values"]["period_s"][1]
+
+
+DECK = """a mirror into a load
+.model nch nmos
+vdd vdd 0 5
+iref 0 a 1u
+m1 a a 0 0 nch w=6u l=6u
+m2 b a 0 0 nch w=6u l=6u
+r1 vdd b 2meg
+.tran 10n 1u
+.measure tran v_out find v(b) at=0.9u
+"""
+
+
+def test_several_workers_and_contributions_of_a_deck(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Our law in ngspice: workers change nothing, and the mirror's own transistors make the variance."""
+    deck = tmp_path / "mirror.cir"
+    deck.write_text(DECK)
+    found = []
+    for workers, more in (("--threads=1", []), ("--workers=2", ["--contributions", "v_out"])):
+        words = ["montecarlo", str(deck), "--engine", "ngspice", "-n", "20", "--chunk", "5", workers]
+        assert main([*words, "--no-process-variation", "-o", str(tmp_path / workers), *more, "--json"]) == 0
+        found.append(json.loads(capsys.readouterr().out))
+    assert found[0]["values"] == found[1]["values"]
+    (one,) = found[1]["contributions"]
+    assert one["r2"] > 0.99
+    assert one["unexplained"] < 0.01
+    assert (
+        main(["replay", str(tmp_path / "--workers=2"), "--die", "1019", "--engine", "ngspice", "--json"]) == 0
+    )
+    again = json.loads(capsys.readouterr().out)
+    assert again["identical"]
+    assert again["measured"][0]["value"] == again["again"]["v_out"]
