@@ -2,12 +2,14 @@
 
 OpenVAF (the extra `verilog-a`) turns the module into the equations of OSDI's descriptor: a resistive and a
 reactive residual for each node, internal ones included, and the derivatives of both. They are evaluated as
-OSDI has them, each call from the model's parameters on.
+OSDI has them, each call from the model's parameters on. The compiler takes a parameter of the type integer as
+the bits of its number.
 """
 
 from __future__ import annotations
 
 import re
+import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -20,6 +22,7 @@ from circuits.arrays import F64
 from circuits.errors import DataError, ParameterError, SimulatorError, unknown_name
 
 ZERO_CELSIUS = 273.15  # K
+_TYPE, _INTEGER, _TEXT = 3, 1, 2  # of a parameter, in the flags of OSDI's descriptor
 _BRANCH = re.compile(r"V\((\w+)(?:,(\w+))?\)")
 _UNKNOWN = re.compile(r"inode(\d+)")
 _KNOWN = {
@@ -64,6 +67,7 @@ class Module:
     terminals: int
     parameters: Mapping[str, float]
     compiled: Any = field(repr=False)
+    integers: frozenset[str] = field(repr=False)  # parameters of that type, in lower case
     names: tuple[tuple[str, str], ...] = field(repr=False)  # of all that an evaluation takes, and their kinds
 
     def parameter_names(self) -> set[str]:
@@ -86,7 +90,11 @@ class Module:
             raise ParameterError(
                 f"{self.name}: no number for {', '.join(lacking)}, whose defaults are expressions; give them"
             )
-        values = {name: own[name.lower()] for name, kind in self.names if kind == "param"}
+        values = {
+            name: self._bits(name, own[name.lower()]) if name.lower() in self.integers else own[name.lower()]
+            for name, kind in self.names
+            if kind == "param"
+        }
         for name, kind in self.names:
             if kind == "temperature":
                 values[name] = temperature_c + ZERO_CELSIUS
@@ -95,6 +103,12 @@ class Module:
             elif kind == "param_given":
                 values.setdefault(name, 0.0)
         return values
+
+    def _bits(self, name: str, value: float) -> float:
+        """A whole number as the compiler takes it: as the number whose lower 32 bits it is."""
+        if value != int(value) or abs(value) >= 1 << 31:
+            raise ParameterError(f"{self.name}.{name.lower()}: {value:g}, must be a whole number; correct it")
+        return float(struct.unpack("<d", struct.pack("<q", int(value) & 0xFFFFFFFF))[0])
 
     def evaluate(self, given: Mapping[str, float], v: F64) -> Residuals:
         """Evaluate at voltages of its nodes, float64[nodes], V; given: what the method of that name gives."""
@@ -165,8 +179,12 @@ def _module(path: Path, compiled: Any) -> Module:
             f"{path}: module {compiled.name} has {', '.join(strange[:3])}, which is not supported here; take"
             " another"
         )
+    kinds = {each["name"].lower(): each["flags"] & _TYPE for each in compiled.get_osdi_descriptor()["params"]}
+    if _TEXT in kinds.values():
+        raise DataError(f"{path}: module {compiled.name} has parameters that are texts; take another")
+    integers = frozenset(name for name, kind in kinds.items() if kind == _INTEGER)
     defaults = {key.lower(): float(value) for key, value in compiled.get_param_defaults().items()}
-    return Module(compiled.name, nodes, compiled.num_terminals, defaults, compiled, names)
+    return Module(compiled.name, nodes, compiled.num_terminals, defaults, compiled, integers, names)
 
 
 def _ends(branch: str) -> tuple[str, str | None]:

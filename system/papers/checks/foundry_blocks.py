@@ -2,11 +2,12 @@
 
 No paper has it. `paper` is the block on its own process by our law, ours the block on the foundry's cards in
 ngspice, nominal, at 27 degC and 3.3 V, under the same stimuli of its testbench. Its currents are the same;
-where they are biases, gates stand at the foundry's voltages for them (`netlists.foundry.deck`). Sizes stay
-but where the foundry's extraction does not reach: lengths are kept from 0.4 to 50 um, and widths from 0.5 to
-90 um with wider ones as equal parts (ours). A current below `FLOOR`, which the foundry's devices leak at a
-gate of 0 V, is off. The row of a block says its class of outcome, the next one its first number; a block that
-cannot be put there has the reason in its row. What a block does is shown; judged is how many run at all.
+where they are biases, gates stand at the foundry's voltages for them (`netlists.foundry.deck`), and one below
+`FLOOR` is raised to it, since the foundry's devices leak up to that at a gate of 0 V. Sizes stay but where
+the foundry's extraction does not reach: lengths are kept from 0.4 to 50 um, and widths from 0.5 to 90 um with
+wider ones as equal parts (ours). The row of a block says its class of outcome, the next one its first number;
+a block that cannot be put there has the reason in its row. What a block does is shown; judged is how many
+run.
 """
 
 from __future__ import annotations
@@ -119,7 +120,7 @@ def _on_cards(name: str, biased: bool) -> tuple[Choice, Result, bool]:  # noqa: 
     size = choice.silicon.process.n.size
     mapping = read_foundry(PROCESS)
     fitting = choice.circuit if size is None else within(choice.circuit, size)
-    circuit = map_circuit(_without_traces(fitting), mapping, choice.silicon)
+    circuit = map_circuit(_with_floor(fitting), mapping, choice.silicon)
     bench = choice.block.testbench(circuit, choice.stimuli, mapping.v_dd)
     settings = Settings(reltol=RELTOL)
     result = simulate_deck(
@@ -169,13 +170,12 @@ def _instance_within(each: Instance | InstanceArray, size: SizeTerms) -> Instanc
     return replace(each, circuit=inner, parameters=numbers)
 
 
-def _without_traces(circuit: Circuit) -> Circuit:
-    """The circuit whose currents below the floor are off."""
+def _with_floor(circuit: Circuit) -> Circuit:
+    """The circuit whose currents are the floor at least."""
     biases = []
     for bias in circuit.biases:
         value = np.asarray(bias.value, dtype=np.float64)
-        low = (value < FLOOR) if bias.kind == "gate" else np.zeros(value.shape, dtype=np.bool_)
-        kept = np.where(low, 0.0, value)
+        kept = np.maximum(value, FLOOR) if bias.kind == "gate" else value
         biases.append(replace(bias, value=tuple(kept.tolist()) if kept.ndim else float(kept)))
     return replace(circuit, biases=tuple(biases))
 

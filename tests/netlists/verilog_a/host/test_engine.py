@@ -165,6 +165,17 @@ def test_a_module_s_derivatives_are_those_of_its_currents(models: Path) -> None:
     assert found.current.sum() == pytest.approx(0.0, abs=1e-18)
 
 
+@pytest.mark.parametrize("turned", [1.0, -1.0])
+def test_a_parameter_of_the_type_integer_is_one(turned: float, tmp_path: Path) -> None:
+    text = LEVEL_1.replace("parameter real sign = 1.0;", "parameter integer sign = 1 from [-1:1] exclude 0;")
+    (tmp_path / "a.va").write_text(text)
+    module = compile_module(tmp_path / "a.va")
+    found = module.evaluate(module.given({"sign": turned}, 27.0), turned * np.array([2.0, 1.7, 0.0, 0.0]))
+    assert found.current[0] == pytest.approx(turned * 0.5e-4 * (1.0 + 0.05 * 2.0))
+    with pytest.raises(ParameterError, match=r"^level_1.sign: 0.5, must be a whole number"):
+        module.given({"sign": 0.5}, 27.0)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
