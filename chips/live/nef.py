@@ -58,15 +58,11 @@ class NefEngine:
     ) -> tuple[SimulationState, Train]:
         """Run the whole steps up to `until`, s."""
         run = self._restored(state)
-        sent: list[Train] = []
-        while (round(run.time / DT) + 1) * DT <= until + _CLOSE * DT:
-            before = run.state.spikes.copy()
-            run.advance(DT)
-            fired = np.repeat(np.arange(before.size), run.state.spikes - before)
-            sent.append((np.full(fired.size, round(run.time / DT) * DT), fired))
-        times = np.concatenate([np.empty(0), *(t for t, _ in sent)])
-        neurons = np.concatenate([np.empty(0, dtype=np.int64), *(n for _, n in sent)])
-        return run.snapshot(), (times, neurons)
+        run.record()
+        steps = int(np.floor(until / DT + _CLOSE)) - round(run.time / DT)
+        if steps > 0:
+            run.advance(steps * DT)
+        return run.snapshot(), run.recorded()
 
     def counts(self, state: SimulationState) -> Mapping[str, int]:
         """Return the counters of the chip."""

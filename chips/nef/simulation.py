@@ -17,7 +17,7 @@ from chips.nef.kernel import COUNTERS, ChipState, advance_chip, new_chip_state
 from chips.nef.network.kernel import DT, State, advance, new_state
 from chips.nef.noise import copied
 from chips.nef.temperature import carried
-from circuits.arrays import F64
+from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
 
 
@@ -52,7 +52,9 @@ class Simulation:
         The interval is no whole number of steps.
     """
 
-    __slots__ = ("_chip", "_drive", "_noise", "_steps", "_values", "built", "interval", "state", "time")
+    __slots__ = (
+        "_chip", "_drive", "_fired", "_noise", "_steps", "_values", "built", "interval", "state", "time",
+    )  # fmt: skip
 
     def __init__(self, built: Built, interval: float = DT) -> None:
         steps = round(interval / DT)
@@ -64,6 +66,7 @@ class Simulation:
         self.state = new_state(built.net) if self._chip is None else self._chip.base
         self.time = 0.0
         self._values = np.zeros(built.drive.shape[1])
+        self._fired: list[tuple[float, I64]] | None = None
         self._drive = built.drive
 
     def set(self, name: str, values: ArrayLike) -> None:
@@ -85,11 +88,35 @@ class Simulation:
                 if node.output is not None:
                     self.set(node.name, node.output(self.time, self.read(node.name)))
             np.einsum("kj,j->k", self._drive, self._values, out=self.state.held)
-            if self.built.chip is None or self._chip is None:
-                advance(self.built.net, self.state, self._steps)
+            if self._fired is None:
+                self._go_on(self._steps)
             else:
-                advance_chip(self.built.chip, self._chip, self._steps, self._noise, self.built.bends)
+                self._go_on_recording(self._fired)
             self.time += self.interval
+
+    def record(self) -> None:
+        """Keep every spike from now on, as `recorded` has them."""
+        self._fired = []
+
+    def recorded(self) -> tuple[F64, I64]:
+        """Return the spikes that were kept: the ends of their steps (s) and their neurons, in order."""
+        kept = self._fired or []
+        times = np.repeat(np.array([time for time, _ in kept]), [fired.size for _, fired in kept])
+        return times, np.concatenate([np.empty(0, dtype=np.int64), *(fired for _, fired in kept)])
+
+    def _go_on(self, steps: int) -> None:
+        if self.built.chip is None or self._chip is None:
+            advance(self.built.net, self.state, steps)
+        else:
+            advance_chip(self.built.chip, self._chip, steps, self._noise, self.built.bends)
+
+    def _go_on_recording(self, fired: list[tuple[float, I64]]) -> None:
+        """As `_go_on`, step by step."""
+        for k in range(self._steps):
+            before = self.state.spikes.copy()
+            self._go_on(1)
+            count = self.state.spikes - before
+            fired.append((self.time + (k + 1) * DT, np.repeat(np.arange(count.size), count)))
 
     def move(self, built: Built) -> None:
         """Go on with the same network as `built`, as at another temperature (`chips.nef.build.moved`)."""

@@ -11,7 +11,7 @@ from chips.nef.build import Built
 from chips.nef.network.memory import apart, states
 from chips.nef.network.network import Network
 from chips.nef.simulation import Simulation
-from circuits.arrays import F64
+from circuits.arrays import F64, I64
 from circuits.errors import ParameterError, unknown_name
 from system.bug import neural0 as bug_neural0
 from system.bug import neural2 as bug_neural2
@@ -45,7 +45,7 @@ class NeuralBrain:
     begin : is called once the senses of time 0 are set, before the first 10 ms.
     """
 
-    __slots__ = ("_begin", "_nodes", "_read", "simulation", "state", "verdict")
+    __slots__ = ("_began", "_begin", "_nodes", "_read", "simulation", "state", "verdict")
 
     def __init__(
         self, built: Built, nodes: Nodes, first: str, read: Callable[[Simulation], str],
@@ -53,6 +53,7 @@ class NeuralBrain:
     ) -> None:  # fmt: skip
         self.simulation, self.state, self.verdict = Simulation(built, STEP), first, ""
         self._nodes, self._read, self._begin = nodes, read, begin
+        self._began = 0.0
         self.simulation.set("one", 1.0)
 
     def step(self, senses: Senses) -> F64:
@@ -62,9 +63,16 @@ class NeuralBrain:
             run.set(node, told(senses))
         if run.time == 0.0:
             self._begin(run)
+            self._began = run.time
         run.advance(STEP)
         self.state = self._read(run)
         return run.read("motor?")
+
+    def spikes(self) -> tuple[F64, I64]:
+        """Return the spikes that its simulation kept from time 0 of the run on: times, s, and neurons."""
+        times, neurons = self.simulation.recorded()
+        since = times - self._began
+        return since[since > 0.0], neurons[since > 0.0]
 
 
 def bug0_brain(built: Built) -> NeuralBrain:

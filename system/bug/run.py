@@ -21,6 +21,7 @@ from chips.nef.chip import NefChip
 from chips.nef.network.curves import IdealCurves
 from chips.nef.simulation import Simulation
 from circuits.arrays import F64, I64
+from circuits.errors import ParameterError
 from circuits.silicon.course import Course, course_through, told_when
 from circuits.silicon.process import ROLLS_180
 from system.bug.body import ARRIVED, FASTEST, RADIUS, STEP, Robot, Senses
@@ -39,6 +40,7 @@ from system.options.codes import described
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.plot import silicon_text
+from system.spikes.output import spikes_made_again, trains_of
 from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, part
 from system.view.film import Film, Shape, Stage, Track, circles, corners, signal
 from system.worlds.standing import SLOW, share_standing
@@ -272,6 +274,24 @@ def drive(
     return path[: done + 1], states[:done]
 
 
+def spike_trains(trace: Trace, progress: Callable[[float], None]) -> tuple[dict[str, F64], float]:
+    """Return the spikes of a run's neurons, s by their names, and its end, s; the run is made again."""
+    s = trace.scenario
+    robot, _, _ = _at_start(s)
+    brain = make_brain(s, trace.world)
+    if not isinstance(brain, NeuralBrain):
+        raise ParameterError("spikes: a program has no neurons; give `brain=chip`")
+    brain.simulation.record()
+    drive(robot, warmed(brain, s), len(trace.state), progress)
+    times, neurons = brain.spikes()
+    return trains_of("neuron", brain.simulation.built.network.neurons, times, neurons), trace.time
+
+
+def no_neurons(scenario: Scenario) -> str:
+    """Say what puts neurons into the loop; empty where there are some."""
+    return "" if scenario.brain != "reference" else "add `brain=chip`"
+
+
 def summarise(trace: Trace) -> dict[str, float | None]:
     """Return the numbers of a run by their names; None where a number is not defined.
 
@@ -427,6 +447,7 @@ SYSTEM = System(
     check_run=check_seed,
     no_silicon=no_silicon,
     open=open_drive,
+    outputs={"spikes": spikes_made_again("the spikes of the network's neurons", spike_trains, no_neurons)},
     document=document,
     meanings=of_run(SUMMARY, DOCUMENT),
     title=lambda trace: f"{trace.world.map.name}, {trace.scenario.agent}, {trace.scenario.brain}",

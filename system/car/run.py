@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from circuits.arrays import F64
+from chips.ranging.circuit import NEURONS
+from circuits.arrays import F64, I64
 from circuits.silicon.course import beginning_of
 from system.car.arcs import Arcs, arcs_of
 from system.car.drive import COUNTS, REASONS, Drive, Pose, SonarAt, Voyage, drive
@@ -38,7 +39,8 @@ from system.options.codes import described
 from system.options.noise import device_noise
 from system.options.outside import inside_boxes
 from system.plot import entitle, silicon_text
-from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, part
+from system.spikes.output import spikes_made_again, trains_of
+from system.system import PROGRAMS, SUCCEEDED, Account, Progress, RunTrace, System, part
 from system.view.film import Film, Stage, Track, circles, signal
 from system.worlds.standing import SLOW, evenly, share_standing
 
@@ -138,16 +140,40 @@ def _drawn(scenario: Scenario) -> tuple[np.random.Generator, Pipes, Pose]:
     return random, forest, start_of(forest, random, scenario.robot.radius, scenario.start)
 
 
-def sonar_of(scenario: Scenario, random: np.random.Generator) -> tuple[SonarAt | None, int]:
+def spike_trains(trace: Trace, progress: Progress) -> tuple[dict[str, F64], float]:
+    """Return the spikes of the ranging chip, s by neuron, and the end of the drive, s; it is driven again."""
+    s = trace.scenario
+    random, forest, start = _drawn(s)
+    kept: list[tuple[F64, I64]] = []
+    sonar_at, _ = sonar_of(s, random, kept)
+    again = drive(s.robot, s.openspace, trace.arcs, sonar_at, forest, start, s.pings, progress)
+    times = np.concatenate([np.empty(0), *(time for time, _ in kept)])
+    neurons = np.concatenate([np.empty(0, dtype=np.int64), *(which for _, which in kept)])
+    return trains_of("neuron", NEURONS, times, neurons), again.time
+
+
+def no_spikes(scenario: Scenario) -> str:
+    """Say what makes a scenario's ranging chip spike one by one; empty where it does."""
+    if not scenario.silicon:
+        return no_silicon(scenario)
+    return "" if scenario.silicon_noise != "off" else "give `silicon_noise=white`, or all"
+
+
+def sonar_of(
+    scenario: Scenario, random: np.random.Generator, spikes: list[tuple[F64, I64]] | None = None
+) -> tuple[SonarAt | None, int]:
     """Return the sonar of a scenario in a ping at a time, s, and how many delays of its chip are unsure.
 
-    These are counted at the beginning. There is no sonar, but None, with exact ranges.
+    These are counted at the beginning. There is no sonar, but None, with exact ranges. spikes: where those of
+    the chip are kept.
     """
     s = scenario
     if s.ranges == "exact":
         return None, 0
     noise = noise_of(s.robot, random)
-    still = Sonar(s.robot, trained(s.robot), noise, np.empty(0), reader=no_reader(), **s.senses)
+    still = Sonar(
+        s.robot, trained(s.robot), noise, np.empty(0), reader=no_reader(), spikes=spikes, **s.senses
+    )
     if not s.silicon:
         return lambda _: still, 0
     codes = s.ranging_codes
@@ -301,6 +327,7 @@ SYSTEM = System(
     ideal={"ranges": "flight"},
     check_study=check_pipes,
     no_silicon=no_silicon,
+    outputs={"spikes": spikes_made_again("the spikes of the ranging chip", spike_trains, no_spikes)},
     open=open_drive,
     document=document,
     meanings=of_run(SUMMARY, DOCUMENT),

@@ -21,11 +21,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from circuits.arrays import C128, F64, Bools
+from circuits.arrays import C128, F64, I64, Bools
 from system.car.localiser import WIDEST, Localiser, hearing, localise, volts
 from system.car.numbers import PIPE_RADIUS, Robot
 from system.openspace.reader import STEP
-from system.openspace.reader_noise import Reader, next_ping, no_reader, read
+from system.openspace.reader_noise import Reader, answers, next_ping, no_reader, read
 from system.worlds.sound.acoustics import (
     AIR_TEMPERATURE,
     CARRIER_FREQUENCY,
@@ -63,6 +63,7 @@ class Sonar:
     occlusion : whether a pipe hides those behind it.
     multipath : whether echoes by way of two pipes are heard.
     soft_pings : whether a soft ping follows where something is near.
+    spikes : where those of the chip are kept, times (s) and neurons a ping; None to keep none.
     """
 
     robot: Robot
@@ -73,6 +74,7 @@ class Sonar:
     multipath: bool = True
     soft_pings: bool = True
     reader: Reader = field(default_factory=no_reader)
+    spikes: list[tuple[F64, I64]] | None = None
 
 
 class _Echoes(NamedTuple):
@@ -168,6 +170,9 @@ def _ranges(sonar: Sonar, delay: F64, time: float) -> tuple[F64, int]:
     if sonar.reader.value.size:
         next_ping(sonar.reader, time)
         found = 0.5 * SPEED * np.array([read(sonar.reader, d) for d in delay]) + PIPE_RADIUS
+        if sonar.spikes is not None:
+            told = [answers(sonar.reader, d) for d in delay.tolist()]
+            sonar.spikes.extend((time + late, which) for late, which in told)
         return found, int(np.isnan(found).sum())
     if sonar.reading.size == 0:
         return 0.5 * SPEED * delay + PIPE_RADIUS, 0

@@ -22,10 +22,13 @@ from system.openspace.law import ARCS, DIRECTIONS
 from system.openspace.map import cells_of
 from system.openspace.moving import Moving
 from system.openspace.picture import draw_forest, draw_path
-from system.openspace.reader_noise import begun
+from system.openspace.reader_noise import answers, begun
+from system.openspace.senses_kernel import SILENT
 from system.openspace.state import (
     ARC,
     CROSSED,
+    ECHO_BEARING,
+    ECHO_NUMBER,
     ECHO_RANGE,
     ECHO_X,
     ECHO_Y,
@@ -129,6 +132,20 @@ class LiveForest:
         x, y = x[~np.isnan(x)], y[~np.isnan(x)]
         heard = np.stack([np.hypot(x, y), np.arctan2(y, x)], axis=1)
         return np.asarray(heard[np.argsort(heard[:, 0], kind="stable")])
+
+    def spikes(self) -> tuple[F64, I64]:
+        """Return the spikes of its ranging chip's neurons after the last ping: times, s, and neurons.
+
+        They are those by which echoes are read: a neuron's first within `WINDOW` after each echo.
+        """
+        flight, senses = self._flight, self._senses
+        rows = flight.echo[: np.flatnonzero(np.isnan([*flight.echo[:, ECHO_RANGE], np.nan]))[0]]
+        sounding = rows[rows[:, ECHO_NUMBER] != SILENT]
+        pace = float(self.arcs.speed[flight.counts[ARC]])
+        toward = senses.sound_speed + pace * np.cos(sounding[:, ECHO_BEARING])
+        told = [answers(senses.reader, delay) for delay in (2.0 * sounding[:, ECHO_RANGE] / toward).tolist()]
+        times = self.time + np.concatenate([np.empty(0), *(late for late, _ in told)])
+        return times, np.concatenate([np.empty(0, dtype=np.int64), *(which for _, which in told)])
 
     def sense(self) -> F64:
         """Return the observation, as `SENSES`."""

@@ -17,7 +17,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from chips.ranging.circuit import NEURONS
 from chips.selection.model import selection_errors
+from circuits.arrays import F64
 from circuits.silicon.course import beginning_of, course_through
 from circuits.silicon.process import AMI_1500
 from system.forest.animation import check_animation, save_animation
@@ -46,6 +48,7 @@ from system.options.block import describe_run
 from system.options.codes import described
 from system.options.outside import inside_boxes
 from system.plot import silicon_text
+from system.spikes.output import spikes_made_again, trains_of
 from system.system import PROGRAMS, SUCCEEDED, Account, Output, Progress, RunTrace, System, part
 from system.view.film import Film
 
@@ -131,6 +134,26 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
 def open_flight(scenario: Scenario) -> LiveForest:
     """Return the bat of a scenario at its start, which goes on ping by ping; raises as `run` does."""
     return LiveForest(scenario, moving_of(scenario), _key(scenario))
+
+
+def spike_trains(trace: Trace, progress: Progress) -> tuple[dict[str, F64], float]:
+    """Return the spikes of the ranging chip in the first flight of a sample, s by neuron, and its end, s."""
+    bat, pings = open_flight(trace.scenario), trace.scenario.pings
+    told = []
+    while not (bat.ended or bat.late):
+        told.append(bat.spikes())
+        bat.act(bat.own())
+        progress(len(told) / pings)
+    times, neurons = (np.concatenate(each) for each in zip(*told, strict=True))
+    return trains_of("neuron", NEURONS, times, neurons), bat.time
+
+
+def no_spikes(scenario: Scenario) -> str:
+    """Say what makes a scenario's ranging chip spike one by one; empty where it does."""
+    sensing = scenario.sensing
+    if sensing.ranges != "chip":
+        return "give `ranges=chip`"
+    return "" if sensing.silicon_noise != "off" else "give `silicon_noise=white`, or all"
 
 
 def _key(scenario: Scenario) -> tuple[int, int]:
@@ -309,6 +332,11 @@ SYSTEM = System(
     before=first_run,
     after=told,
     outputs={
-        "animate": Output(help="Draw the first pings into a .gif file.", check=check_animation, write=animate)
+        "spikes": spikes_made_again(
+            "the spikes of the ranging chip in the first flight", spike_trains, no_spikes
+        ),
+        "animate": Output(
+            help="Draw the first pings into a .gif file.", check=check_animation, write=animate
+        ),
     },
 )

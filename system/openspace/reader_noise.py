@@ -38,7 +38,7 @@ from chips.ranging.kernel import (
 )
 from chips.ranging.law import Neurons
 from chips.ranging.noise import Jitter, new_jitter, next_durations, no_jitter
-from circuits.arrays import F64
+from circuits.arrays import F64, I64
 from circuits.circuit import BiasKind
 from circuits.compiled import compiled
 from circuits.silicon.silicon import Silicon
@@ -145,6 +145,14 @@ def read(r: Reader, delay: float) -> float:
     if which == _first(r, delay / STEP, 0.0):
         which = _first(r, math.floor(delay / STEP + 0.5), 0.0)
     return r.value[which] if which >= 0 else math.nan
+
+
+def answers(r: Reader, delay: float) -> tuple[F64, I64]:
+    """Return when neurons answer an echo of a delay (s) after the last call, s after it, and which do."""
+    at = delay / STEP - (r.t_inh - r.jitter.t_inh) / STEP
+    late = np.array([_late_at(table, place) for table, place in zip(r.late, at.tolist(), strict=True)])
+    which = np.flatnonzero(late <= WINDOW)
+    return delay + late[which], which
 
 
 @_compiled

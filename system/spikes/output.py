@@ -9,7 +9,7 @@ import numpy as np
 
 from circuits.arrays import F64, I64
 from system.spikes.file import SUFFIXES, check_spikes, write_spikes
-from system.system import Output
+from system.system import Output, Progress
 
 T = TypeVar("T")
 HELP = f"Write {{}} into a {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}."
@@ -32,6 +32,18 @@ def spikes_output(
         What puts the chip whose spikes they are into the loop of a scenario, "" where it is in it; it always
         is unless given.
     """
+    return spikes_made_again(what, lambda trace, _: found(trace), no_silicon)
+
+
+def spikes_made_again(
+    what: str,
+    found: Callable[[T, Progress], tuple[Mapping[str, F64], float]],
+    no_silicon: Callable[[Any], str] | None = None,
+) -> Output[T]:
+    """Give the output that writes spikes for which a run is made again, since it keeps none by itself.
+
+    found : as of `spikes_output`, and is told the share that is done; the others are its parameters.
+    """
 
     def refuse(scenario: Any) -> str:
         remedy = "" if no_silicon is None else no_silicon(scenario)
@@ -40,7 +52,7 @@ def spikes_output(
     return Output(
         help=HELP.format(what),
         check=check_spikes,
-        write=lambda path, trace, _: _write(path, *found(trace)),
+        write=lambda path, trace, progress: _write(path, *found(trace, progress)),
         refuse=refuse,
         trains=lambda trace: found(trace)[0],
     )

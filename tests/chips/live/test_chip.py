@@ -121,6 +121,7 @@ def test_a_network_on_the_nef_chip_is_its_simulation() -> None:
     assert np.array_equal(counts, run.state.spikes)
     assert np.array_equal(live.show()["x?"], run.read("x?"))
     assert live.lost["spikes"] == run.counters["spikes"]
+    assert np.array_equal(run.snapshot().base.y, live.state.inner.base.y)
     with pytest.raises(ParameterError, match=r"nef-chip\.address: 0, not on the chip; it has none"):
         live.send(live.time, [0])
     with pytest.raises(UnknownNameError, match="nef-chip line out: unknown; known are clock, in"):

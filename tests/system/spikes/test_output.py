@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from system.bug.neural import NeuralBrain
+from system.bug.run import make_brain
 from system.cli.command_line import main
+from system.play.run import open_robot
 from system.registry import load_system, system_names
 from system.spikes.output import trains_of
 from tests.system.conftest import Run, RunJson
 
-WITH_SPIKES = {"approach", "head", "pushbot", "rolls", "rover", "spiking-bat"}
+WITH_SPIKES = {"approach", "bug", "car", "forest", "head", "pushbot", "rolls", "rover", "spiking-bat"}
 
 
 def _trains(path: Path) -> dict[str, list[float]]:
@@ -96,6 +100,38 @@ def test_the_approach_writes_its_spikes(run_json: RunJson, tmp_path: Path) -> No
     assert told
 
 
+def test_the_bug_writes_its_neurons_which_a_run_does_not_keep(tmp_path: Path) -> None:
+    path = tmp_path / "a.npz"
+    system = load_system("bug")
+    scenario = system.scenario(agent="bug0", brain="ideal", map="bug-open", duration=0.2, neurons=300)
+    trace = system.run(scenario)
+    system.outputs["spikes"].write(str(path), trace, lambda _: None)
+    robot, brain = open_robot(system, scenario), make_brain(scenario, trace.world)
+    assert isinstance(brain, NeuralBrain)
+    for _ in trace.state:  # the same drive, without a record
+        robot.act(brain.step(robot.readings()).clip(-1.0, 1.0))
+    counts = [len(times) for times in _trains(path).values()]
+    assert counts == brain.simulation.state.spikes.tolist()
+    assert sum(counts) > 100
+
+
+@pytest.mark.parametrize(
+    ("name", "given"), [("forest", {"ranges": "chip", "pings": 30}), ("car", {"ranges": "chip", "pings": 30})]
+)
+def test_the_bat_and_the_car_write_the_spikes_by_which_they_read_echoes(
+    name: str, given: dict[str, Any], tmp_path: Path
+) -> None:
+    path = tmp_path / "a.npz"
+    system = load_system(name)
+    trace = system.run(system.scenario(seed=1000, codes="default", **given))
+    system.outputs["spikes"].write(str(path), trace, lambda _: None)
+    trains = _trains(path)
+    assert list(trains) == [f"neuron[{k}]" for k in range(13)]
+    found = system.numbers(trace)
+    heard = found["heard"] if name == "forest" else found["echoes"]
+    assert sum(map(len, trains.values())) >= heard > 0  # one neuron at least answers what is heard
+
+
 @pytest.mark.usefixtures("unmeasured_power")
 def test_the_chips_of_the_pushbot_and_of_rolls_write_theirs(run_json: RunJson, tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
@@ -114,7 +150,9 @@ def test_each_robot_has_the_option_or_refuses_it_in_one_line(run: Run, tmp_path:
     assert {name for name in system_names() if "spikes" in load_system(name).outputs} == WITH_SPIKES
     path = tmp_path / "a.npz"
     refused = {
-        ("bug",): "No such option: --spikes",
+        ("bug", "--ideal"): "--spikes: only those of a chip are recorded; add --brain chip",
+        ("car", "--ranges", "exact"): "--spikes: only those of a chip are recorded; give --ranges chip",
+        ("forest", "--silicon-noise", "off"): "recorded; give --silicon-noise white, or all, or leave it out",
         ("rover", "--ideal"): "--spikes: only those of a chip are recorded; add --cells chip",
         ("spiking-bat", "--ideal"): "--spikes: only those of a chip are recorded; add --brain chip",
     }
