@@ -99,7 +99,7 @@ class Simulation:
         self._fired = []
 
     def recorded(self) -> tuple[F64, I64]:
-        """Return the spikes that were kept: the ends of their steps (s) and their neurons, in order."""
+        """Return the spikes that were kept: ends of their steps, s, float64[m], and neurons, int64[m]."""
         kept = self._fired or []
         times = np.repeat(np.array([time for time, _ in kept]), [fired.size for _, fired in kept])
         return times, np.concatenate([np.empty(0, dtype=np.int64), *(fired for _, fired in kept)])
