@@ -30,12 +30,9 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ),
     ("montecarlo",): ("noctule montecarlo rebound-neuron -n 50 --metric best_delay --csv dies.csv",),
     ("gradient",): ('noctule gradient rebound-neuron --metric "spike_time(spike,0)" --die 1003',),
-    ("match",): ("noctule match rebound-neuron --metric t_inh_s --spread 9ms",),
-    ("worst",): (
-        'noctule worst rebound-neuron --spec "t_inh_s in :30ms" -o worst',
-        "noctule simulate rebound-neuron --die worst/t_inh_s-above.toml",
-    ),
-    ("corners",): ("noctule corners rebound-neuron --metric t_inh_s -o corners",),
+    ("match",): ("noctule match rebound-neuron --metric t_inh_s --spread 6ms",),
+    ("worst",): ('noctule worst rebound-neuron --spec "t_inh_s in :8ms" --no-process-variation',),
+    ("corners",): ("noctule corners rebound-neuron --metric t_inh_s --no-process-variation",),
     ("mission",): ("noctule mission approach --dies 8 --worlds 1 -o mission",),
     ("merge",): (
         "noctule mission approach --dies 2 --chunk 1 --shard 1/2 -o one",

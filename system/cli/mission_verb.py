@@ -42,7 +42,7 @@ class Mission:
     chunk: int = option(8, "Dies that are run and kept together")
     output: str | None = option(None, "Keep runs and the page there", short="o", metavar="FOLDER")
     resume: bool = option(default=False, about="Go on with the mission in --output")
-    shard: str | None = option(None, "Run this part alone, as 3/8; see noctule merge", metavar="I/N")
+    shard: str | None = option(None, "Run this part alone, as 3/8; merge puts parts together", metavar="I/N")
     threads: int | None = shared.threads_option()
     workers: int | None = option(None, "Processes of a local Dask cluster")
     scheduler: str | None = option(None, "Dask cluster, as tcp://host:8786", metavar="ADDRESS")

@@ -99,9 +99,14 @@ class Slopes:
 
     def values(self, rows: F64) -> F64:
         """Measure dies with the draws float64[n, labels]; float64[n] in SI units, NaN where not defined."""
+        return np.asarray(self.all_values(rows)[:, self._column])
+
+    def all_values(self, rows: F64) -> F64:
+        """Measure all metrics of the target on the same dies; float64[n, metrics]."""
         self.runs += len(rows)
         found = measure_rows(self.target, self.die, self.condition, self.labels, rows, self.threads)
-        return np.array([m.values[self._column] for m in found], dtype=np.float64)
+        values = np.array([m.values for m in found], dtype=np.float64)
+        return values.reshape(len(rows), len(self.target.quantities))
 
     def _machine(self, z: F64) -> Machine:
         """The testbench of the metric on the die with some draws."""
