@@ -8,6 +8,8 @@
 
 PYTHON ?= python3
 BENCH_FLAGS ?=
+# Processes of the tests: one a core, up to four, each of which imports and collects all of them.
+WORKERS ?= $(shell cores=$$(nproc 2>/dev/null || echo 2); echo $$((cores < 4 ? cores : 4)))
 VENV := .venv
 BIN := $(VENV)/bin
 PACKAGES := circuits chips netlists system
@@ -26,7 +28,7 @@ HAS_APT = command -v apt-get >/dev/null
 # worker, and each process that a test starts, compiles it anew. A file's tests go to one worker, with what they
 # share.
 KEEP_BYTE_CODE := PYTHONDONTWRITEBYTECODE= PYTHONPYCACHEPREFIX=$(CURDIR)/$(VENV)/pycache
-PYTEST = $(KEEP_BYTE_CODE) MPLBACKEND=Agg $(BIN)/pytest -n 2 --dist loadfile
+PYTEST = $(KEEP_BYTE_CODE) MPLBACKEND=Agg $(BIN)/pytest -n $(WORKERS) --dist loadfile
 
 LOAD_NGSPICE = $(BIN)/python -c 'import ctypes, ctypes.util, os; \
 	ctypes.CDLL(os.environ.get("NGSPICE_LIBRARY_PATH") or ctypes.util.find_library("ngspice") or "libngspice.so.0")' \

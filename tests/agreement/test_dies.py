@@ -51,7 +51,7 @@ def agreed(bench: Testbench, silicon: Silicon, case: Case) -> tuple[Result, Resu
     return ours, peer
 
 
-@pytest.mark.parametrize("name", ["rebound-neuron", "lso-neuron", "rolls-neuron", "latency-neuron"])
+@pytest.mark.parametrize("name", ["rebound-neuron", "tonic-neuron", "rolls-neuron", "latency-neuron"])
 def test_a_block_agrees_on_a_die_with_all_components(name: str) -> None:
     block, case = load_block(name), case_of(name)
     drawn = silicon_of(block)
