@@ -156,7 +156,7 @@ def film_of(scene: Scene, drive: Run, brain: Brain, record: Record, asked: tuple
     chosen = busiest(names, neurons[np.isin(neurons, drives)], asked)
     rate_time, rate = rates(network, record, max(end, LOOK))
     commands = np.array(record.commands, dtype=np.float64).reshape(-1, 3)
-    panels = [Panel(title="neurons by their populations", raster=_raster(brain, times, neurons))]
+    panels = [Panel(title="neurons by their populations", raster=_rows(brain, times, neurons))]
     panels.append(
         Panel(
             title="mean rate of a neuron",
@@ -176,7 +176,7 @@ def film_of(scene: Scene, drive: Run, brain: Brain, record: Record, asked: tuple
     )  # fmt: skip
 
 
-def _raster(brain: Brain, times: F64, neurons: I64) -> Raster:
+def _rows(brain: Brain, times: F64, neurons: I64) -> Raster:
     """Spikes of all populations' neurons, a row each, the first population on top."""
     rows: list[str] = []
     groups: list[Group] = []

@@ -54,7 +54,7 @@ def spikes_made_again(
         check=check_spikes,
         write=lambda path, trace, progress: _write(path, *found(trace, progress)),
         refuse=refuse,
-        trains=lambda trace: found(trace)[0],
+        trains=lambda trace: found(trace, lambda _: None)[0],
     )
 
 
