@@ -30,6 +30,8 @@ HAS_APT = command -v apt-get >/dev/null
 KEEP_BYTE_CODE := PYTHONDONTWRITEBYTECODE= PYTHONPYCACHEPREFIX=$(CURDIR)/$(VENV)/pycache
 PYTEST = $(KEEP_BYTE_CODE) MPLBACKEND=Agg $(BIN)/pytest -n $(WORKERS) --dist loadfile
 
+HAS_BROWSER = command -v chromium >/dev/null && command -v chromedriver >/dev/null
+
 LOAD_NGSPICE = $(BIN)/python -c 'import ctypes, ctypes.util, os; \
 	ctypes.CDLL(os.environ.get("NGSPICE_LIBRARY_PATH") or ctypes.util.find_library("ngspice") or "libngspice.so.0")' \
 	2>/dev/null
@@ -65,11 +67,11 @@ ngspice: $(TEST_READY)
 		if [ "$$CI" = true ]; then echo "in CI this is a failure" >&2; exit 1; fi; \
 		echo "going on: what needs ngspice is skipped" >&2; }
 
-# Debian's browser and what drives it open the pages of runs.
-browser:
-	@command -v chromium chromedriver >/dev/null || { $(HAS_APT) \
+# Debian's browser and what drives it open the pages of runs. After ngspice, since apt serves one at a time.
+browser: ngspice
+	@$(HAS_BROWSER) || { $(HAS_APT) \
 		&& $(APT) update && $(APT) install -y --no-install-recommends chromium chromium-driver; } || true
-	@command -v chromium chromedriver >/dev/null || { \
+	@$(HAS_BROWSER) || { \
 		echo "chromium and chromedriver were not found: install Debian's chromium and chromium-driver" >&2; \
 		if [ "$$CI" = true ]; then echo "in CI this is a failure" >&2; exit 1; fi; \
 		echo "going on: what needs a browser is skipped" >&2; }
