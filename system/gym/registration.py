@@ -17,7 +17,7 @@ IDS: dict[str, dict[str, Any]] = {
     "Head": {"system": "head"},
     "System": {},
 }  # options of each environment; `System` takes any system by its name
-WHERE = "system.gym.environment:Environment"
+WHERE, TOGETHER = "system.gym.environment:Environment", "system.gym.vector:Workers"
 
 
 def id_of(name: str) -> str:
@@ -29,4 +29,4 @@ def register_all() -> None:
     """Register every environment with Gymnasium, once."""
     for name, options in IDS.items():
         if id_of(name) not in gymnasium.registry:
-            gymnasium.register(id_of(name), entry_point=WHERE, kwargs=options)
+            gymnasium.register(id_of(name), entry_point=WHERE, vector_entry_point=TOGETHER, kwargs=options)
