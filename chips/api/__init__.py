@@ -17,7 +17,7 @@ from chips.model import Model, characterise, load_model, model_names
 from chips.noise import SiliconNoise
 from chips.part import Output, Part
 from chips.ranging.chip import RangingChip
-from chips.ranging.response import Response, respond
+from chips.ranging.response import respond
 from chips.record import Record, Table, content, matching_record, read_record, record_key
 from chips.registry import Chip, chip_names, load_chip
 from chips.validity import outside_boxes
@@ -59,7 +59,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     # Ranging chip
     "RangingChip",
     "respond",
-    "Response",
     # Wavefront chip
     "WavefrontChip",
     "ChipCells",

@@ -32,6 +32,7 @@ from system.rule import (
 )
 from system.scenario import scenario_of
 from system.spikes.file import write_spikes
+from system.spikes.read import read_spikes
 from system.statement import Statement
 from system.study.cluster import on_cluster
 from system.study.engine import on_threads, run_study
@@ -151,6 +152,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "nulls_of",
     # Spikes as files
     "write_spikes",
+    "read_spikes",
     # Pictures
     "save_picture",
     "draw_waveforms",

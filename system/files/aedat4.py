@@ -5,6 +5,8 @@ It is imported here alone. Times are whole microseconds.
 
 from __future__ import annotations
 
+import zipfile
+import zlib
 from importlib import import_module
 from typing import Any
 
@@ -12,12 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circuits.arrays import F64, I64
-from circuits.errors import ParameterError, SimulatorError
+from circuits.errors import DataError, ParameterError, SimulatorError
 from system.files.writing import replace_atomic
 
 SUFFIX = ".aedat4"
 WIDEST = 65_535  # the file has 16 bits for a column
 _MICRO = 1e6
+# What numpy, zipfile, zlib and faery raise for a file that is damaged, which may say that arrays are endless.
+UNREADABLE = (
+    OSError, ValueError, KeyError, TypeError, EOFError, OverflowError, MemoryError, RuntimeError,
+    AttributeError, SyntaxError, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
 
 
 def microseconds(time: F64) -> I64:
@@ -54,6 +61,22 @@ def write_aedat4(
     packed["t"], packed["x"], packed["y"], packed["on"] = t, x, y, on
     with replace_atomic(path) as temporary:
         faery.events_stream_from_array(packed, dimensions=size).to_file(temporary)
+
+
+def read_aedat4(path: str, other: str) -> tuple[I64, I64, I64, int]:
+    """Return the events of a file: microseconds, columns and rows, int64[n] each, and its width in columns.
+
+    other : what to read instead where `faery` is not installed, which raises `SimulatorError`. Raises
+    `DataError` for a file that is none.
+    """
+    faery = _faery(other)
+    try:
+        stream = faery.events_stream_from_file(path)
+        packed, (width, _) = stream.to_array(), stream.dimensions()
+    except UNREADABLE as error:
+        raise DataError(f"{path}: no AEDAT4 file of events, {' '.join(str(error).split())[:80]}") from None
+    t, x, y = (packed[name].astype(np.int64) for name in ("t", "x", "y"))
+    return t, x, y, int(width)
 
 
 def _faery(other: str) -> Any:

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import io
 import warnings
-import zipfile
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -24,11 +22,6 @@ SUFFIXES = (aedat4.SUFFIX, ".npz", ".txt")
 _OTHER = ".txt or .npz"  # which need nothing
 HEADER = "# t_us x y on"
 _MICRO = 1e6
-# What numpy, zipfile and zlib raise for a file that is damaged, which may say that arrays are endless.
-_UNREADABLE = (
-    OSError, ValueError, KeyError, TypeError, EOFError, OverflowError, MemoryError, RuntimeError,
-    AttributeError, SyntaxError, zipfile.BadZipFile, zlib.error,
-)  # fmt: skip
 
 
 def check_events(path: str) -> None:
@@ -105,7 +98,7 @@ def read_events(path: str, rows: int = 128) -> Events:
         else:
             with warnings.catch_warnings(action="ignore", category=UserWarning):  # a file without an event
                 t, x, y, on = np.loadtxt(path, dtype=np.int64, ndmin=2).reshape(-1, 4).T
-    except _UNREADABLE as error:
+    except aedat4.UNREADABLE as error:
         reason = " ".join(str(error).split())[:200]
         raise DataError(f"{path}: {reason}, must be events that write_events wrote, .txt or .npz") from None
     if t.ndim != 1 or len({a.shape for a in (t, x, y, on)}) > 1:
