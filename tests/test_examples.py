@@ -14,7 +14,7 @@ SAYS = {
     "latch": "unstable",
     "pushbot_program": "written as read: True",
     "learn_a_map": "unknown cells taken for 5: 26 26",
-    "cartpole_on_a_die": "outside: [500, 500]",
+    "policies_on_a_die": "steps outside [500, 500]",
     "light_seeker": "die A/1001: at the lamp",
     "winner_take_all": "die A/1003: left then right wins",
     "working_memory": "2.3 s: holds 0.51",
