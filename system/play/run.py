@@ -11,11 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from functools import wraps
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from chips.validity import outside_boxes
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.options.code import code_of, guarded, load_code
@@ -88,6 +90,11 @@ class LiveRun:
     def succeeded(self) -> bool:
         """Whether the robot has done what the system is for."""
         return self.robot.succeeded
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """What was left of the boxes of its chips' models, a sentence each, where `outside` is `warn`."""
+        return tuple(text for _, text in self.robot.found.values()) if isinstance(self.robot, Warned) else ()
 
     @property
     def way(self) -> F64:
@@ -168,8 +175,38 @@ def scenario_of_run(system: System[Any, Any], given: Mapping[str, Any], *, ideal
 
 
 def open_robot(system: System[Any, Any], scenario: Any) -> LiveRobot:
-    """Return the robot of a scenario at its start; raises `ParameterError` for a system without any."""
+    """Return the robot of a scenario at its start, whose chips leave their boxes as the scenario asks.
+
+    Raises `ParameterError` for a system without any.
+    """
     if system.open is None:
         able = ", ".join(name for name in system_names() if load_system(name).open is not None)
         raise ParameterError(f"{system.name}: has no runs step by step, those that have are {able}")
-    return system.open(scenario)
+    if getattr(scenario, "outside", "refuse") == "refuse":
+        return system.open(scenario)
+    return cast("LiveRobot", Warned(system.open, scenario))
+
+
+class Warned:
+    """A robot whose chips' models go on outside of their boxes, which is remembered.
+
+    make, scenario : what makes the robot, and of what.
+    """
+
+    def __init__(self, make: Callable[[Any], LiveRobot], scenario: Any) -> None:
+        self.found: dict[str, tuple[float, str]] = {}  # sides that were left, as `chips.validity` has them
+        self.robot: LiveRobot = self._held(make)(scenario)
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(self.robot, name)
+        return self._held(found) if callable(found) else found
+
+    def _held(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(function)
+        def call(*values: Any) -> Any:
+            with outside_boxes("warn") as left:
+                result = function(*values)
+            self.found |= left.found
+            return result
+
+        return call

@@ -144,3 +144,21 @@ def test_a_robot_of_ones_own_is_opened_from_its_file() -> None:
     assert run.over == "at the lamp"
     with pytest.raises(ParameterError, match=r"light_seeker\.py.*unexpected keyword argument 'sead'"):
         open_run(path, sead=1)
+
+
+def test_outside_of_a_models_box_a_run_is_refused_or_warns() -> None:
+    given: dict[str, Any] = {
+        "seed": 1000,
+        "ranges": "chip",
+        "selection": "ideal",
+        "codes": "default",
+        "pings": 3,
+    }
+    with pytest.raises(ParameterError, match=r"ranging_chip\.temperature"):
+        open_run("forest", **given, temperature_c=95.0)
+    run = open_run("forest", **given, temperature_c=95.0, outside="warn")
+    for _ in run:
+        pass
+    assert run.over
+    assert any("ranging_chip" in sentence for sentence in run.cautions)
+    assert open_run("forest", **given).cautions == ()
