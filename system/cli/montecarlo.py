@@ -47,6 +47,7 @@ from system.study.report.picture import draw_study
 from system.study.report.report import write_report
 from system.study.report.result import Result, groups, judge_table
 from system.study.search.breakdown import Breakdown, breakdowns, check_breakdown
+from system.study.search.order import worst_first
 from system.study.specification import Classes, Specification, limited_metrics, parse_spec
 from system.study.statistics.confidence_sequence import StopRule, ended, sequence_interval
 from system.study.table import FAILED, Condition, Table, empty, join, place_text, to_csv
@@ -246,6 +247,10 @@ def prepare(asked: Montecarlo, subject: Subject) -> tuple[Study, tuple[Specifica
         raise ParameterError(
             f"--until: its intervals need independent dies, {asked.plan} has none; use random"
         )
+    if rule is not None and asked.order != "number":
+        raise ParameterError(
+            f"--order: {asked.order}, but --until and --require need dies at random; leave one out"
+        )
     plan = Plan(asked.plan, asked.seed, asked.first_die, asked.samples)
     study = Study(subject, plan, _conditions(asked), asked.chunk)
     _check_target(asked, target)
@@ -338,10 +343,13 @@ def _run(
         return ended(rule, sequence_interval(passed, samples, rule.level))
 
     folder = None if asked.output is None else Path(asked.output)
+    part = None
+    if asked.order == "worst":
+        part = worst_first(study, open_target(study.subject), specifications)
     with progress_bar(f"{asked.target}, {study.samples} samples") as progress, _workers(asked) as workers:
         return run_study(
             study, folder, workers=workers, resume=asked.resume, stop=stop if rule or asked.csv else None,
-            progress=progress, command=sys.argv,
+            progress=progress, command=sys.argv, part=part,
         )  # fmt: skip
 
 

@@ -51,6 +51,9 @@ class Montecarlo:
     workers: int | None = option(None, "Processes of a local Dask cluster")
     scheduler: str | None = option(None, "Dask cluster, as tcp://host:8786", metavar="ADDRESS")
     chunk: int = option(32, "Dies that are measured and kept together")
+    order: Literal["number", "worst"] = option(
+        "number", "Of chunks; worst: those first that the gradient tells to be nearest to failing"
+    )
     output: str | None = option(None, "Keep samples and manifest there", short="o", metavar="FOLDER")
     resume: bool = option(default=False, about="Go on with the study in --output")
     csv: str | None = shared.file_option("Write a row a sample")

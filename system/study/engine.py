@@ -96,7 +96,7 @@ def run_study(
     stop: Callable[[Table], bool] | None = None,
     progress: Callable[[float], None] | None = None,
     command: Sequence[str] = (),
-    part: slice = slice(None),
+    part: Sequence[int] | None = None,
 ) -> Outcome:
     """Measure all samples of a study, or as many as `stop` asks for.
 
@@ -117,7 +117,8 @@ def run_study(
     command
         Words of the command that asked for the study; the manifest keeps them.
     part
-        Which of its chunks are measured. Of a part no final table is written.
+        Numbers of the chunks that are measured, in that order; all of them, from the first die on, unless
+        given. Where some are missing no final table is written.
 
     Raises
     ------
@@ -131,7 +132,8 @@ def run_study(
         return Outcome(empty([q.name for q in open_target(study.subject).quantities]), 0, (), stopped=False)
     kept = nullcontext() if folder is None else open_folder(folder, study, resume=resume, command=command)
     tables: list[Table] = []
-    stopped, chunks = False, study.chunks()[part]
+    every = study.chunks()
+    stopped, chunks = False, every if part is None else [every[k] for k in part]
     with kept as files:
         with closing(in_order(partial(_measure_dies, study), chunks, files, workers)) as measured:
             for _, table in measured:
@@ -141,10 +143,10 @@ def run_study(
                 if stop is not None and stop(table):
                     stopped = len(tables) < len(chunks)
                     break
-        whole = join(tables)
+        whole = join(sorted(tables, key=lambda table: int(table.die[0])))
         if files is None:
             return Outcome(whole, 0, (), stopped)
-        if part == slice(None):
+        if len(chunks) == len(every):
             keep_samples(files, whole)
         return Outcome(whole, files.read, tuple(files.redone), stopped)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from system.study.campaign import Workers
 from system.study.engine import run_study
-from system.study.manifest import FILE
+from system.study.manifest import FILE, Study
 from system.study.mission.found import Found, found_of
 from system.study.mission.mission import Mission, Way
 from system.study.statistics.clustered import narrow
@@ -25,18 +25,22 @@ class Part:
     number: int = 1
     of: int = 1
 
-    @property
-    def chunks(self) -> slice:
-        """Its chunks among those of a study."""
-        return slice(None) if self.of == 1 else slice(self.number - 1, None, self.of)
+    def chunks(self, study: Study) -> range:
+        """Numbers of its chunks among those of a study."""
+        return range(self.number - 1, len(study.chunks()), self.of)
 
 
 ALL = Part()
 
 
+def _nobody(_: object) -> None:
+    """Takes what nobody asked to be told."""
+
+
 def run_mission(
-    mission: Mission, folder: Path | None, *, workers: Workers, progress: Callable[[float], None], told: Told,
-    command: Sequence[str], part: Part = ALL,
+    mission: Mission, folder: Path | None = None, *, workers: Workers,
+    progress: Callable[[float], None] = _nobody, told: Told = _nobody, command: Sequence[str] = (),
+    part: Part = ALL,
 ) -> tuple[Found, ...]:  # fmt: skip
     """Run all ways of a mission, or go on with them.
 
@@ -63,8 +67,8 @@ def run_mission(
         own = None if folder is None else folder / way.name
         begun = own is not None and (own / FILE).exists()
         outcome = run_study(
-            way.study, own, workers=workers, resume=begun, stop=going.stop, command=command, part=part.chunks,
-            progress=partial(_told_share, progress, k, len(mission.ways)),
+            way.study, own, workers=workers, resume=begun, stop=going.stop, command=command,
+            progress=partial(_told_share, progress, k, len(mission.ways)), part=part.chunks(way.study),
         )  # fmt: skip
         done.append(found_of(mission, way, outcome.table))
     return tuple(done)
