@@ -15,6 +15,7 @@ from typing import Any
 
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
+from system.option import Setting
 from system.options.silicon import SiliconChoice
 from system.reader import with_params
 from system.registry import load_system
@@ -170,7 +171,7 @@ def usual_changes(system: System[Any, Any], options: Mapping[str, Any], celsius:
     known, scenario = system.settings, system.scenario(**options)
     found = []
     if "area" in known:
-        found.append(f"area={AREA * _field(scenario, known['area'].part, 'area'):g}")
+        found.append(f"area={AREA * _area(known['area'], scenario, options):g}")
     kind = getattr(scenario, "bias_kind", None)
     if "calibrated_at" in known and kind != "gate":
         if scenario.code_choice == "default":
@@ -182,8 +183,11 @@ def usual_changes(system: System[Any, Any], options: Mapping[str, Any], celsius:
     return tuple(found)
 
 
-def _field(scenario: Any, part: str | None, name: str) -> float:
-    return float(getattr(getattr(scenario, part) if part else scenario, name))
+def _area(setting: Setting, scenario: Any, options: Mapping[str, Any]) -> float:
+    """Relative area of a robot's devices; 1 where its option sets no field and is not given."""
+    if setting.part == "":
+        return float(options.get("area", 1.0))
+    return float(getattr(getattr(scenario, setting.part) if setting.part else scenario, setting.field))
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,6 +222,9 @@ class _Maker:
         asked, own = self.asked, self.system.study_metrics
         options = self.system.study_options(asked.level, kind, {**asked.options, **changed})
         self._check_noise(options)
+        remedy = self.system.no_silicon(self.system.scenario(**options))
+        if remedy:
+            raise ParameterError(f"mission: no chip is in the loop, so that all dies are alike; {remedy}")
         metrics = dict.fromkeys((SUCCEEDED, *own, *(self.wanted.metrics if self.wanted else ())))
         subject = Subject(
             asked.system, tuple(metrics), silicon=asked.silicon, system=options, noises=asked.trials
@@ -260,4 +267,6 @@ def _check_counts(system: System[Any, Any], asked: Asked) -> None:
         raise ParameterError(
             f"trials: {asked.trials}, noise of {system.name} has no seed of its own; take 1, and more worlds"
         )
+    if asked.dies > 1 and not (asked.silicon.mismatch or asked.silicon.process_variation):
+        raise ParameterError("mismatch: none, and no process varies either, so all dies are one; leave it on")
     check_samples(asked.dies, asked.worlds * asked.trials)

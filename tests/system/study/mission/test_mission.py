@@ -175,6 +175,8 @@ def test_what_does_not_belong_together_is_not_merged(
         (["--change", "area"], "must be NAME=VALUE"),
         (["--temperature", "27", "--temperature", "27"], "generator-27C is there twice"),
         (["--param", "silicon_noise=off"], "--trials: 2, there is no noise"),
+        (["--no-mismatch", "--no-process-variation"], "so all dies are one; leave it on"),
+        (["--param", "pace=3"], "pace: not an option of tries"),
         (["--resume", "-o", "out"], "--resume: out has no mission to go on with"),
     ],
 )
