@@ -10,7 +10,7 @@ from system.option import option
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Labs:
-    """Give out dies of the teaching chip to students, or check what one has extracted."""
+    """Give dies of the teaching chip to students. Check what one has extracted."""
 
     students: int | None = option(None, "Write a die and a sheet of answers for so many, into `output`")
     output: str | None = option(None, "Folder that is written", short="o", metavar="FOLDER")
