@@ -121,6 +121,7 @@ EXPERIMENTS: dict[str, str] = {
     "foundry-dies": "system.papers.checks.foundry_dies:EXPERIMENT",
     "coach": "system.papers.checks.coach:EXPERIMENT",
     "foundry-blocks": "system.papers.checks.foundry_blocks:EXPERIMENT",
+    "coach-synthetic": "system.papers.checks.coach_synthetic:EXPERIMENT",
     "device-noise": "system.papers.checks.device_noise:EXPERIMENT",
     "chip-noise": "system.papers.checks.chip_noise:EXPERIMENT",
 }
@@ -199,6 +200,7 @@ EXPERIMENT_LINES: dict[str, str] = {
     "ngspice-dies": "20 dies of the rebound neuron, class and edges in the solver and in ngspice",
     "random-circuits": "random circuits of up to 12 devices in the solver and in ngspice",
     "foundry-dies": "a foundry's dies by our keys, and our law beside its cards",
+    "coach-synthetic": "measurements of known dies of the teaching chip, each fitted alone",
     "coach": "a process and a die from a teaching chip's measurements, each left out in turn",
     "foundry-blocks": "every block on a foundry's cards, its class and its first number",
     "device-noise": "k T / C, small signals and noise beside ngspice, jitter of the rebound neuron",

@@ -54,6 +54,7 @@ WITHOUT_NULLS: Mapping[str, str] = {
     "ngspice-dies": TRANSISTORS,
     "random-circuits": TRANSISTORS,
     "foundry-dies": TRANSISTORS,
+    "coach-synthetic": "known dies of the fit's own model, so that coverage has its own expectation",
     "coach": "measurements that a fit has not seen, beside its band: no robot is judged",
     "foundry-blocks": BESIDE,
     "device-noise": TRANSISTORS,

@@ -19,6 +19,7 @@ from system.papers.checks import (
     beside,
     choice_law,
     coach,
+    coach_synthetic,
     forest_silicon,
     forest_weights,
     foundry_blocks,
@@ -161,6 +162,14 @@ def left_out(report: Report) -> None:
     assert "inside_of_transistors_share" in rows
 
 
+def covered(report: Report) -> None:
+    """Each of three known dies is fitted, and their pairs' offsets are found."""
+    rows = {row.name: row for row in report.rows}
+    assert rows["fits_that_fail"].shown == 0
+    assert float(rows["pair_offset_error_over_nominal"].shown or 9.0) < 1.0
+    assert "n.v_t0_covered_share" in rows
+
+
 def one_die(report: Report) -> None:
     """A foundry's die is one in a batch, alone and in its netlist; our law is near its cards."""
     rows = {row.name: row for row in report.rows}
@@ -296,6 +305,7 @@ SMALL: dict[str, Small] = {
         weights,
     ),
     "foundry-dies": Small(lambda p: foundry_dies.reproduce(p, devices=500, dies=2), one_die),
+    "coach-synthetic": Small(lambda p: coach_synthetic.reproduce(p, dies=3, names=COACH), covered),
     "coach": Small(lambda p: coach.reproduce(p, COACH), left_out),
     "foundry-blocks": Small(
         lambda p: foundry_blocks.reproduce(p, ("high-threshold-neuron", "dpi-synapse")), two_blocks
