@@ -96,6 +96,7 @@ def _describe(file: str, imported: Imported) -> dict[str, Any]:
         "sources": [_source(source) for source in bench.sources],
         "stop_s": bench.stop,
         "analyses": [_analysis(each) for each in imported.analyses],
+        "steps": [asdict(step) for step in imported.steps],
         "measures": [asdict(measure) for measure in imported.measures],
         "foreign": [asdict(card) for card in imported.foreign],
         "notes": [asdict(note) for note in imported.notes],
@@ -143,6 +144,9 @@ def _print(document: Mapping[str, Any]) -> None:
     runs = [(a["analysis"], ", ".join(f"{k}={v}" for k, v in a.items() if k != "analysis")) for a in
             document["analyses"]]  # fmt: skip
     print_table("analyses", ("analysis", "values"), runs)
+    if document["steps"]:
+        steps = [(s["place"], s["name"], ", ".join(f"{v:g}" for v in s["values"])) for s in document["steps"]]
+        print_table("steps, which noctule sweep goes over", ("at", "of", "values"), steps)
     if document["measures"]:
         print_table("measures", ("analysis", "expression"), [tuple(m.values()) for m in document["measures"]])
     _print_foreign(document["foreign"])
