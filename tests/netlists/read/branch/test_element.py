@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 
 from circuits.errors import DataError
+from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.small_signal import ac
 from circuits.solver.transient import Result, simulate
+from netlists.compare.circuits import compare
 from netlists.read import read_netlist
 from netlists.read.branch.element import RESISTANCE
+from netlists.registry import Settings, dialect_names, load_dialect
 from tests.refusals import refusals
 
 
@@ -60,6 +63,24 @@ def test_small_signals_pass_by_a_source_between_two_nodes() -> None:
     bench = read_netlist("t\nv1 a 0 1\nr1 a b 1k\nv2 b c 0.5 ac 1\nr2 c 0 1k").testbench
     found = ac(operating_point(bench), "v2", np.array([1e3]), ["c"])
     assert abs(found.transfer[0, 0]) == pytest.approx(0.5, rel=1e-6)
+
+
+def test_a_resonance_in_small_signals() -> None:
+    bench = read_netlist("t\nv1 a 0 1\nr1 a b 100\nl1 b c 1m\nc1 c 0 1n").testbench
+    frequency = np.geomspace(1e4, 1e6, 21)
+    found = ac(operating_point(bench), "v1", frequency, ["c"]).transfer[:, 0]
+    s = 2j * np.pi * frequency
+    assert found == pytest.approx(1.0 / (1.0 + s * 1e-7 + s**2 * 1e-12), rel=1e-9)
+
+
+def test_a_deck_with_branches_is_exported_and_read_back_equal() -> None:
+    text = "t\nv1 a 0 3\nv2 a b 1\nl1 b c 1m\nr1 c 0 1k\nf1 0 d v2 2\nr2 d 0 1k\nc1 c 0 1p\n.tran 1n 1u"
+    bench = read_netlist(text).testbench
+    for name in dialect_names():
+        if name == "verilog-a":
+            continue
+        written = load_dialect(name).write(bench, Silicon(), Settings())
+        assert compare(bench.circuit, read_netlist(written).circuit).equal, name
 
 
 test_what_no_circuit_can_hold = refusals(
