@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property, lru_cache, update_wrapper
+from operator import attrgetter
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any, TypeVar, cast, final
@@ -75,9 +76,8 @@ class Kernel:
         self._options = options
         update_wrapper(self, function)
 
-    def __call__(self, *args: Any, **keywords: Any) -> Any:
-        """Call the compiled function."""
-        return self.dispatcher(*args, **keywords)
+    # what is called is the dispatcher: a function in between would take as long as the call of a small kernel
+    __call__: Any = property(attrgetter("dispatcher"))
 
     def __reduce__(self) -> str:
         """Pickle it by its name, as functions are."""
