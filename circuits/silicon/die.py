@@ -309,7 +309,7 @@ def _edited(die: Die, process: Process, what: Family, drawn: F64 | float) -> F64
     changed = edited(die.edits, *what)
     if changed is None:
         return drawn
-    if any(path.startswith(_NOTED) for edit in die.edits for path in edit.paths):
+    if _to_note(die) is not die:
         drawn_for(die)[what] = Drawn(np.broadcast_to(np.asarray(drawn), changed.kept.shape), process)
     return changed.of(drawn)
 
@@ -330,11 +330,17 @@ def _drawn_mismatch(
 
 def shared(die: Die, process: Process, polarity: Polarity) -> Shift:
     """Deviations that all devices of a polarity share on a die; raises as `components_of`."""
-    drawn = _drawn_shared(die, process, polarity)
+    drawn = _drawn_shared(_to_note(die), process, polarity)
     if not die.edits:
         return drawn
     both = zip(PARAMETERS, drawn, strict=True)
     return Shift(*(_edited_shared(die, process, (polarity, name), value) for name, value in both))
+
+
+def _to_note(die: Die) -> Die:
+    """The die whose draws are noted for a die of `noted`, which has no edits; any other die itself."""
+    noting = any(path.startswith(_NOTED) for edit in die.edits for path in edit.paths)
+    return replace(die, edits=()) if noting else die
 
 
 def _edited_shared(die: Die, process: Process, what: tuple[str, str], drawn: float) -> float:
@@ -365,7 +371,7 @@ def shared_relative(die: Die, process: Process, kind: str, parameter: str, sigma
     `components_of`.
     """
     varies = sigma > 0.0 and die.components and die.process and die.corner == "random"
-    drawn = sigma * _levels(die, components_of(process), kind, parameter) if varies else 0.0
+    drawn = sigma * _levels(_to_note(die), components_of(process), kind, parameter) if varies else 0.0
     return _edited_shared(die, process, (kind, parameter), drawn) if die.edits else drawn
 
 

@@ -31,7 +31,7 @@ from system.study.statistics.share import Share, share_where
 BUDGET = 300  # trials of one die
 AREAS = (2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # times the devices', of which the least that mends is found; ours
 RANDOM = 5  # sets of devices at random; ours
-OTHERS = RANDOM + len(AREAS) + 3 * 6 + 2 * FEWEST  # trials that a search leaves over
+OTHERS = 20 + 2 * FEWEST  # trials that a search leaves over
 CALIBRATED, DEFAULT = "calibrated", "default"
 
 

@@ -17,6 +17,8 @@ from system.plot import COLOURS, INK, STYLE, settle
 from system.study.blame.blame import Blame
 from system.study.blame.story import Told
 
+MOST_BARS = 16
+
 
 def draw_blame(found: Blame, told: Told, figure: Figure) -> None:
     """Fill a figure: deviations of the culprits above, below each run as its system draws it."""
@@ -32,13 +34,18 @@ def draw_blame(found: Blame, told: Told, figure: Figure) -> None:
         ax.set_title(f"{name} {word}, seed {told.seed}", fontsize=9)
 
 
+def shown(found: Blame) -> int:
+    """How many deviations its culprits have."""
+    return sum(len(each.deviations) for each in found.culprits)
+
+
 def draw_culprits(found: Blame, ax: Axes) -> None:
-    """Draw the deviations of the culprits in standard deviations, one bar a parameter."""
+    """Draw the first deviations of the culprits in standard deviations, one bar a parameter."""
     rows = [
         (f"{each.path.removesuffix(f'.{name}')} {name}", value / sigma if sigma > 0.0 else 0.0)
         for each in found.culprits
         for name, (value, sigma) in each.deviations.items()
-    ]
+    ][:MOST_BARS]
     ax.barh(range(len(rows)), [z for _, z in rows], color=COLOURS[0])
     ax.set_yticks(range(len(rows)), [text for text, _ in rows], fontsize=7)
     ax.axvline(0.0, color=INK, lw=0.8)

@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from system.study.blame.blame import Blame
-from system.study.blame.picture import draw_culprits
+from system.study.blame.picture import MOST_BARS, draw_culprits, shown
 from system.study.blame.story import Told, device_lines, number_rows, train_rows, verdict_lines
 from system.study.report.page import Code, Grid, picture, render
 
@@ -54,7 +54,7 @@ def _search(found: Blame) -> dict[str, Any]:
 
 def _devices(found: Blame) -> dict[str, Any]:
     def draw(figure: Any) -> None:
-        figure.set_size_inches(7.5, 1.2 + 0.35 * sum(len(c.deviations) for c in found.culprits))
+        figure.set_size_inches(8.0, 2.0 + 0.3 * min(shown(found), MOST_BARS))
         draw_culprits(found, figure.subplots())
 
     told = any(each.deviations for each in found.culprits)

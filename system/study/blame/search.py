@@ -96,20 +96,17 @@ def fresh(known: Sequence[int]) -> int:
 
 def narrow(parts: Parts, trials: Trials, rates: Rates) -> tuple[list[Part], list[Step], bool]:
     """Narrow all parts down; returns what is left, the levels, and whether it ended before its trials did."""
-    found, steps = parts.circuits(), []
+    asked = found = parts.circuits()
+    steps: list[Step] = []
     try:
         while True:
-            level = min(parts.level(part) for part in found)
-            kept = _confirmed(sorted(found, key=lambda part: preference(parts, part)), trials, rates)
-            steps.append(Step(LEVELS[level], len(found), tuple(p.path for p in kept), trials.made))
-            found = kept
-            if level == len(LEVELS) - 1:
-                return found, steps, True
+            level = min(parts.level(part) for part in asked)
+            found = _confirmed(sorted(asked, key=lambda part: preference(parts, part)), trials, rates)
+            steps.append(Step(LEVELS[level], len(asked), tuple(p.path for p in found), trials.made))
             opened = [parts.below(part) if parts.level(part) == level else [part] for part in found]
-            below = [one for own, part in zip(opened, found, strict=True) for one in own or [part]]
-            if below == found:
+            asked = [one for own, part in zip(opened, found, strict=True) for one in own or [part]]
+            if asked == found:
                 return found, steps, True
-            found = below
     except SpentError:
         return found, steps, False
 

@@ -28,6 +28,7 @@ from system.study.blame.trial import ALL, outcome_of
 from system.system import SUCCEEDED
 
 SHOWN = 8  # trains and numbers that are told
+MOST_TOLD = 20  # devices that are
 DIE, MENDED, HEALED = "the die", "the mended die", "the healed die"
 
 
@@ -75,7 +76,8 @@ def current_ratio(deviations: Mapping[str, tuple[float, float]], process: Proces
 def device_lines(found: Blame) -> list[str]:
     """A sentence on each culprit: its deviations, and its current."""
     celsius = beginning_of(found.case.scenario.temperature_c, getattr(found.case.scenario, "course", ()))
-    return [_line(found, each, celsius) for each in found.culprits]
+    more = [f"And {len(found.culprits) - MOST_TOLD} more."] if len(found.culprits) > MOST_TOLD else []
+    return [*(_line(found, each, celsius) for each in found.culprits[:MOST_TOLD]), *more]
 
 
 def _line(found: Blame, each: Culprit, celsius: float) -> str:

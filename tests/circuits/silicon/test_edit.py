@@ -9,7 +9,7 @@ from circuits.blocks.sonar import rebound_neuron
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
 from circuits.lowering.on_die import on_die
-from circuits.silicon.die import Die
+from circuits.silicon.die import Die, drawn_for, noted
 from circuits.silicon.edit import Edit, matched, unmatched
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
@@ -147,3 +147,36 @@ def test_shared_edits_touch_no_single_device():
     shared = replace(DIE, edits=DIE.healed("process.n", "a.b").with_("a.b", "beta", 0.1).shared_edits)
     assert Silicon(die=shared).law("n") == Silicon().law("n")
     assert not any("a.b" in path for edit in shared.edits for path in edit.paths)
+
+
+def test_circuit_sees_its_own_edits_and_those_of_what_is_shared():
+    die = DIE.healed("board.m1", "chip[2].m1", "*.m3", "process.n").with_("board.m1", "beta", 0.1)
+    assert [path for edit in die.seen_by("chip").edits for path in edit.paths] == [
+        "chip[2].m1",
+        "*.m3",
+        "process.n",
+    ]
+    assert DIE.only("board.m1").seen_by("chip").edits == DIE.only("board.m1").edits
+    assert Silicon(die=die).seen_by("chip").die == die.seen_by("chip")
+
+
+@pytest.mark.parametrize(
+    "text", ["chip.cell[3]", "chip.cell[3].x[1,2]", "chip.cell[*].x[1,2]", "chip.cell[9]"]
+)
+def test_indices_are_found_as_letters_are(text):
+    place, path = (("chip", ()),), (("cell", (5,)), ("x", (3, 4)), ("m", ()))
+    own = matched([text], place, [path], "v_t0")
+    spelt = matched([text.replace("cell", "ce?l")], place, [path], "v_t0")  # a wildcard, by its letters
+    np.testing.assert_array_equal(own, spelt)
+
+
+def test_draws_of_a_die_are_noted_as_they_are_without_edits():
+    probe = noted(DIE.with_("ranging_chip.neuron[3]", "v_t0", 0.01), "a test")
+    Silicon(die=probe).deviations("ranging_chip", [PATH], AREA)
+    Silicon(die=probe).law("n")
+    plain = Silicon(die=DIE).deviations("ranging_chip", [PATH], AREA)
+    found = {(place[0][0], parameter): drawn for (place, _, parameter), drawn in drawn_for(probe).items()}
+    np.testing.assert_array_equal(found["ranging_chip", "v_t0"].value, plain.v_t0)
+    shift = Silicon(die=DIE).law("n").v_t0 - Silicon().law("n").v_t0
+    assert found["process", "shared.v_t0"].value == pytest.approx([shift], rel=1e-9)
+    assert found["process", "shared.v_t0"].process is AMI_1500

@@ -45,6 +45,7 @@ def run(scenario: Scenario, progress: object = None) -> Trace:
     silicon = Silicon(AMI_1500, die=scenario.die)
     own = np.reshape(silicon.deviations("toy_chip", CELLS, AREA).v_t0 * np.ones(16), (2, 8))
     silicon.deviations("toy_board", ((("m_in", ()),),), AREA)
+    silicon.law("n")
     noise = scenario.blur * np.random.default_rng(scenario.seed).standard_normal()
     return Trace(scenario, float(own[0].sum() + 0.1 * own[1].sum() + noise))
 

@@ -8,6 +8,7 @@ import pytest
 
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
 from system.study.blame.blame import OTHERS, Blame, blame, enlarged
 from system.study.blame.part import Parts
 from system.study.blame.search import fewest
@@ -88,8 +89,10 @@ def test_search_that_runs_out_of_trials_says_so() -> None:
 def test_parts_hold_the_devices_that_the_run_draws() -> None:
     own = case(Die(number=FAILS))
     parts = Parts(own.die, own.drawn())
-    assert [part.path for part in parts.circuits()] == ["toy_board", "toy_chip"]
-    chip = parts.circuits()[1]
+    assert [part.path for part in parts.circuits()] == ["process", "toy_board", "toy_chip"]
+    shared, _, chip = parts.circuits()
+    law, nominal = (Silicon(die=die).law("n").v_t0 for die in (own.die, Die()))
+    assert parts.deviations(parts.below(shared)[0])["v_t0"][0] == pytest.approx(law - nominal, rel=1e-9)
     assert parts.devices(chip) == 16
     below = parts.below(chip)
     assert [part.path for part in below] == ["toy_chip.cell[*].far", "toy_chip.cell[*].near"]
