@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from circuits.errors import ParameterError
+from circuits.silicon.die import Die
 from system.cli.exit_status import DONE, NO
 from system.cli.option_names import as_options, option_of, words_of
 from system.cli.output import print_json, print_line, print_table, progress_bar
@@ -24,6 +25,7 @@ from system.study.blame.report import blame_page
 from system.study.blame.story import (
     DIE,
     Told,
+    caution_lines,
     device_lines,
     mended_options,
     number_rows,
@@ -73,12 +75,27 @@ def command(found: Blame, texts: Mapping[str, Any]) -> str:
     scenario = found.case.scenario
     words = ["noctule", "run", found.case.system.name]
     for name, value in texts.items():
-        words += [
-            word for each in (value if isinstance(value, list) else [value]) for word in _option(name, each)
-        ]
-    words += ["--die", "nominal" if scenario.die.number is None else str(scenario.die.number)]
-    words += ["--seed", str(scenario.seed), "--temperature", f"{scenario.temperature_c:g}"]
+        each = value if isinstance(value, list) else [value]
+        words += [word for one in each for word in _option(name, one)]
+    words += [*_silicon(scenario.die), "--seed", str(scenario.seed), *_temperature(scenario)]
     return shlex.join([*words, *words_of(mended_options(found))])
+
+
+def _silicon(die: Die) -> list[str]:
+    """Options of a die as it was drawn."""
+    words = ["--die", "nominal" if die.number is None else str(die.number)]
+    usual = Die()
+    for name in ("lot", "corner", "variation"):
+        if getattr(die, name) != getattr(usual, name):
+            words += [option_of(name), getattr(die, name)]
+    words += [] if die.mismatch else ["--no-mismatch"]
+    return words if die.process else [*words, "--no-process-variation"]
+
+
+def _temperature(scenario: Any) -> list[str]:
+    course = getattr(scenario, "course", ())
+    text = ",".join(f"{time:g}s:{celsius:g}" for time, celsius in course) or f"{scenario.temperature_c:g}"
+    return ["--temperature", text]
 
 
 def _option(name: str, value: Any) -> list[str]:
@@ -117,7 +134,7 @@ def document(found: Blame, told: Told, again: str) -> dict[str, Any]:
             {"name": r.name, "succeeds": None if r.share is None else _share(r.share)}
             for r in found.remedies
         ],
-        "story": [*verdict_lines(found), *device_lines(found)],
+        "story": [*verdict_lines(found), *caution_lines(told), *device_lines(found)],
         "runs": [
             {"name": name, "seed": told.seed, "succeeded": s["succeeded"], "reason": s["reason"]}
             for name, s in told.summaries.items()
@@ -140,7 +157,7 @@ def _share(share: Share) -> dict[str, Any]:
 
 
 def _print(found: Blame, told: Told, again: str) -> None:
-    for line in verdict_lines(found):
+    for line in (*verdict_lines(found), *caution_lines(told)):
         print_line(line)
     if not found.accused.guilty:
         return

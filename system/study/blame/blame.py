@@ -226,7 +226,7 @@ def enlarged(die: Die, culprits: Sequence[Culprit], area: float) -> Die:
 def _remedies(begun: Blame, trials: Trials) -> tuple[Remedy, ...]:
     """Codes that might mend: of a calibration of the die, and of the mended and the healed die."""
     case, seeds = begun.case, begun.accused.pairs.seeds[:6]
-    if not case.coded:
+    if not case.coded or case.scenario.bias_kind == "gate":  # fixed gates have no codes
         return ()
     asked = {
         "the die at codes of its own calibration": (case.die, CALIBRATED),

@@ -18,13 +18,14 @@ from system.study.blame.blame import Blame
 from system.study.blame.story import Told
 
 MOST_BARS = 16
+SIGMAS = 3.0  # to which a picture of deviations reaches at least, either way
 
 
 def draw_blame(found: Blame, told: Told, figure: Figure) -> None:
     """Fill a figure: deviations of the culprits above, below each run as its system draws it."""
     ways = [drawn(found, told.traces[name]) for name in told.traces]
-    figure.set_size_inches(4.6 * max(len(ways), 1), 5.8)
-    both: Any = figure.subfigures(2, 1, height_ratios=(1.0, 2.2))
+    figure.set_size_inches(4.6 * max(len(ways), 1), 4.2 + 0.25 * min(shown(found), MOST_BARS))
+    both: Any = figure.subfigures(2, 1, height_ratios=(1.0 + 0.25 * min(shown(found), MOST_BARS), 3.2))
     above, below = both
     draw_culprits(found, above.subplots())
     for ax, name, image in zip(np.ravel(below.subplots(1, len(ways))), told.traces, ways, strict=True):
@@ -46,7 +47,10 @@ def draw_culprits(found: Blame, ax: Axes) -> None:
         for each in found.culprits
         for name, (value, sigma) in each.deviations.items()
     ][:MOST_BARS]
-    ax.barh(range(len(rows)), [z for _, z in rows], color=COLOURS[0])
+    ax.barh(range(len(rows)), [z for _, z in rows], 0.5, color=COLOURS[0])
+    reach = max([SIGMAS, *(1.05 * abs(z) for _, z in rows)])
+    ax.set_xlim(-reach, reach)
+    ax.set_ylim(-0.6, len(rows) - 0.4)
     ax.set_yticks(range(len(rows)), [text for text, _ in rows], fontsize=7)
     ax.axvline(0.0, color=INK, lw=0.8)
     ax.invert_yaxis()

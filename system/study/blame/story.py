@@ -116,11 +116,36 @@ def number_rows(told: Told) -> list[tuple[str, ...]]:
     own = {
         key: [summary.get(key) for summary in told.summaries.values()]
         for key, value in told.summaries[DIE].items()
-        if key != SUCCEEDED and isinstance(value, int | float) and not isinstance(value, bool)
+        if key != SUCCEEDED and _is_number(value)
     }
     differ = {key: values for key, values in own.items() if len({*values}) > 1}
     order = sorted(differ, key=lambda key: -_apart(differ[key]))
     return [(key, *("-" if x is None else f"{x:.4g}" for x in differ[key])) for key in order[:SHOWN]]
+
+
+def caution_lines(told: Told) -> list[str]:
+    """A caution where the mended robot is, by its numbers, nearer to the failing one; else none."""
+    if len(told.summaries) < len((DIE, MENDED, HEALED)):
+        return []
+    own = [
+        [float(told.summaries[name][key]) for name in (DIE, MENDED, HEALED)]
+        for key, value in told.summaries[DIE].items()
+        if not isinstance(value, bool) and all(_is_number(s.get(key)) for s in told.summaries.values())
+    ]
+    differ = [each for each in own if each[0] != each[2]]
+    nearer = sum(abs(mended - die) < abs(mended - healed) for die, mended, healed in differ)
+    if 2 * nearer <= len(differ):
+        return []
+    text = (
+        f"Caution: in {nearer} of the {len(differ)} numbers in which the die and the healed die differ, the"
+        f" mended robot of seed {told.seed} is nearer to the failing one: it meets what success asks for, and"
+        " still does not do what the healed one does."
+    )
+    return [text]
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _apart(values: Sequence[float | None]) -> float:

@@ -12,7 +12,15 @@ from circuits.silicon.silicon import Silicon
 from system.study.blame.blame import OTHERS, Blame, blame, enlarged
 from system.study.blame.part import Parts
 from system.study.blame.search import fewest
-from system.study.blame.story import current_ratio, device_lines, mended_options, told_runs, verdict_lines
+from system.study.blame.story import (
+    Told,
+    caution_lines,
+    current_ratio,
+    device_lines,
+    mended_options,
+    told_runs,
+    verdict_lines,
+)
 from system.study.blame.trial import ALL, Case, healed
 from system.study.blame.verdict import FEWEST, MOST, pairs_for
 from tests.system.study.blame.robot import AREA, LIMIT, SYSTEM, run
@@ -141,3 +149,10 @@ def test_fewest_finds_what_is_needed(needed: set[int]) -> None:
 
 def test_fewest_prefers_what_comes_first() -> None:
     assert fewest([3, 1, 2], lambda parts: bool({*parts} & {1, 2})) == [1]
+
+
+def test_robot_that_only_meets_its_success_is_told() -> None:
+    own = {"the die": {"x": 0.0}, "the mended die": {"x": 0.4}, "the healed die": {"x": 1.0}}
+    assert "in 1 of the 1 numbers" in caution_lines(Told(0, {}, own))[0]
+    own["the mended die"]["x"] = 0.6
+    assert caution_lines(Told(0, {}, own)) == []
