@@ -37,11 +37,12 @@ def test_rows_count_devices_and_the_null_mends_none(monkeypatch: pytest.MonkeyPa
 
 def test_campaign_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(blame, "run_one", outcome)
-    goes_on(
+    report = goes_on(
         lambda execution: blame.reproduce(lambda _: None, execution, dies=2, faults=1),
         lambda execution: blame.reproduce(lambda _: None, execution, dies=4, faults=3),
         tmp_path,
     )
+    assert len(report.notes) == 4
 
 
 def test_fault_is_on_a_device_of_the_chip() -> None:
