@@ -147,15 +147,21 @@ def keep_samples(files: StudyFiles, table: Table) -> None:
 def study_table(folder: Path) -> Table:
     """Read the samples of the study in `folder`: its final table, or all chunks that it has so far.
 
+    The final table of a study that was lengthened since, and has not ended, has fewer than the chunks have.
     Raises `DataError` where there are no samples, or a file cannot be read or belongs to another study.
     """
-    key = study_key(read_manifest(folder))
-    if (folder / SAMPLES).exists():
-        return read_table(folder / SAMPLES, key)
+    manifest = read_manifest(folder)
+    key, whole = study_key(manifest), manifest["plan"]["count"] * len(manifest["conditions"])
+    final = read_table(folder / SAMPLES, key) if (folder / SAMPLES).exists() else None
+    if final is not None and len(final) >= whole:
+        return final
     chunks = sorted((folder / CHUNKS).glob("[0-9]*.nc"))
-    if not chunks:
+    if final is None and not chunks:
         raise DataError(f"{folder}: no samples yet; run the study first")
-    return join([read_table(path, key) for path in chunks])
+    if final is not None and not chunks:
+        return final
+    found = join([read_table(path, key) for path in chunks])
+    return found if final is None or len(found) > len(final) else final
 
 
 def _file(files: StudyFiles, dies: range) -> Path:

@@ -63,6 +63,21 @@ def test_a_subcircuit_is_studied_under_its_testbench_and_replayed_from_copies(
     assert "begin another study" in capsys.readouterr().err
 
 
+def test_a_study_that_was_lengthened_and_not_ended_replays_what_it_has(
+    deck: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "study"
+    words = ["montecarlo", str(deck), "--chunk", "2", "-o", str(folder), "--json"]
+    assert main([*words, "-n", "2"]) == 0
+    ended = (folder / "samples.nc").read_bytes()
+    assert main([*words, "-n", "4", "--resume"]) == 0
+    (folder / "samples.nc").write_bytes(ended)  # as where the second run was stopped before its end
+    capsys.readouterr()
+    for die in ("1001", "1003"):
+        assert main(["replay", str(folder), "--die", die, "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["identical"]
+
+
 def test_biases_and_sizes_of_a_deck_are_none_to_move(
     deck: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
