@@ -60,7 +60,7 @@ from system.study.statistics.share import Share
 from system.study.statistics.summary import Summary, Yield, summarise, summarise_yield
 from system.study.table import Condition, Table
 from system.study.target import Measurement, Subject, Target, open_target
-from system.system import Account, Run, System, metrics_with
+from system.system import Account, Run, System
 from system.verdict.null import nulls_of
 
 __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its headings
@@ -70,7 +70,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "System",
     "Account",
     "Run",
-    "metrics_with",
     "scenario_of",
     # Options of a scenario
     "option",

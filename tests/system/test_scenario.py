@@ -24,19 +24,19 @@ DIE = {
     "ripple": Ripple(10e-3, 50.0),
 }  # fmt: skip
 WARM = {**DIE, "temperature_c": 30.0, "course": ((0.0, 27.0), (60.0, 44.0))}
-CODED = {**WARM, "codes": "default", "calibrated_c": 20.0}
+CODED = {**WARM, "codes": "default", "calibrated_c": 20.0, "coded_on": Die(number=5)}
 
 # another value than the usual one for every field of each scenario; what it needs besides is NEEDED
 FIELDS: dict[str, dict[str, Any]] = {
     "approach": {
         **CODED, "targets": default_scene()[:1], "duration": 1.0, "isolation": False, "amplitude_law": "d4",
         "noise_rms": 1e-3, "level": "behavioural", "transistors": frozenset({"chip"}),
-        "silicon_noise": "white",
+        "silicon_noise": "white", "noise_seed": 6,
     },
     "rover": {
         **CODED, "map": "map2", "start": (3, 3), "goal": (4, 4), "planner": "dijkstra", "cells": "chip",
         "need": "speed", "learn": 0.5, "prior": 2.0, "trips": 2, "posts": True, "sonar": True,
-        "unit": 2e-4, "silicon_noise": "white", "rover": Rover(reach=5.0),
+        "unit": 2e-4, "silicon_noise": "white", "noise_seed": 6, "rover": Rover(reach=5.0),
     },
     "forest": {
         **CODED, "bat": Bat(max_speed=1.0), "sensing": Sensing(ranges="chip"), "map": "forest.csv",
@@ -50,8 +50,8 @@ FIELDS: dict[str, dict[str, Any]] = {
     "spiking-bat": {
         **WARM, "brain": "chip", "max_speed": 1.0, "ping_rate": 8.0, "paths": 30, "taps": 20,
         "map": "forest.csv", "obstacles": 900, "start": (1.0, 2.0), "pings": 7,
-        "codes": "default", "calibrated_c": 30.0, "area": 2.0, "units": ((16, 5),),
-        "silicon_noise": "white",
+        "codes": "default", "calibrated_c": 30.0, "coded_on": Die(number=5), "area": 2.0, "units": ((16, 5),),
+        "silicon_noise": "white", "noise_seed": 6,
     },
     "head": {
         **CODED, "head": SonarHead(ping_rate=5.0), "target": Motion(distance=2.0), "motion": "step",
@@ -61,18 +61,18 @@ FIELDS: dict[str, dict[str, Any]] = {
     "bug": {
         **WARM, "agent": "bug0", "brain": "chip", "design": "improved", "neurons": 600, "map": "bug-open",
         "start": "2,2", "goal": "3,3", "duration": 5.0, "calibrated_c": 20.0, "codes": "default",
-        "solved_c": 21.0,
+        "solved_c": 21.0, "coded_on": Die(number=5),
         "area": 2.0, "silicon_noise": "white", "noise_seed": 9,
     },
     "pushbot": {
         **WARM, "scene": "pair", "speed_factor": 1.0, "turn_factor": 1.0, "window": 0.1, "readout": "fixed",
         "modified": True, "dropped": 0.5, "colour": "red", "light": "dark", "target": True, "duration": 3.0,
-        "way": 2.0, "exc": 12, "codes": "default", "calibrated_c": 20.0, "frame": True, "raise_lateral": True,
+        "way": 2.0, "exc": 12, "codes": "default", "calibrated_c": 20.0, "coded_on": Die(number=5), "frame": True, "raise_lateral": True,
         "silicon_noise": "white", "noise_seed": 8,
     },
     "rolls": {
         **WARM, "bias_file": "rolls_parallella", "input_rate": 50.0, "duration": 2.0,
-        "silicon_noise": "white", "codes": "default", "calibrated_c": 30.0,
+        "silicon_noise": "white", "noise_seed": 6, "codes": "default", "calibrated_c": 30.0, "coded_on": Die(number=5),
     },
 }  # fmt: skip
 
