@@ -73,7 +73,15 @@ IN_NGSPICE = ("--stimulus", "duration=1ms")  # what a run there takes, which is 
 # samples: `system/study/search/test_breakdown.py` carries out studies with them.
 DROPPED = ("--workers", "--contributions", "--pareto")
 # What no option makes short enough; `system/cli/test_show_rolls.py` shows a chip.
-LONG = (("reproduce",), ("characterise",), ("extract",), ("identify",), ("predict",), ("show", "rolls"))
+LONG = (
+    ("reproduce",),
+    ("blame",),
+    ("characterise",),
+    ("extract",),
+    ("identify",),
+    ("predict",),
+    ("show", "rolls"),
+)
 LETTERS = {"-n": "--samples", "-o": "--output"}
 WRITTEN = ("--output", "--plot", "--csv", "--raw", "--events", "--animate")
 

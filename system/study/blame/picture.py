@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import matplotlib as mpl
@@ -43,7 +44,7 @@ def shown(found: Blame) -> int:
 def draw_culprits(found: Blame, ax: Axes) -> None:
     """Draw the first deviations of the culprits in standard deviations, one bar a parameter."""
     rows = [
-        (f"{each.path.removesuffix(f'.{name}')} {name}", value / sigma if sigma > 0.0 else 0.0)
+        (_label(each.path, name, value, sigma), value / sigma if sigma > 0.0 else 0.0)
         for each in found.culprits
         for name, (value, sigma) in each.deviations.items()
     ][:MOST_BARS]
@@ -57,9 +58,21 @@ def draw_culprits(found: Blame, ax: Axes) -> None:
     ax.set_xlabel("deviation (sigma)")
 
 
+def _label(path: str, name: str, value: float, sigma: float) -> str:
+    set_by_hand = "" if sigma > 0.0 else f" set to {value:g}"
+    return f"{path.removesuffix(f'.{name}')} {name}{set_by_hand}"
+
+
+def draw_run(found: Blame, trace: Any, figure: Figure) -> None:
+    """Draw a run as its system does, its die named without what was healed: the title around it says that."""
+    scenario = trace.scenario
+    plain = replace(scenario, die=replace(scenario.die, edits=()))
+    found.case.system.draw(replace(trace, scenario=plain), figure)
+
+
 def drawn(found: Blame, trace: Any) -> Any:
     """A run as its system draws it, as an image, float[height, width, 4]."""
-    return _image(lambda figure: found.case.system.draw(trace, figure))
+    return _image(lambda figure: draw_run(found, trace, figure))
 
 
 def _image(draw: Callable[[Figure], None]) -> Any:

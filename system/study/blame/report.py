@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from system.study.blame.blame import Blame
-from system.study.blame.picture import MOST_BARS, draw_culprits, shown
+from system.study.blame.picture import MOST_BARS, draw_culprits, draw_run, shown
 from system.study.blame.story import Told, caution_lines, device_lines, number_rows, train_rows, verdict_lines
 from system.study.report.page import Code, Grid, picture, render
 
@@ -79,5 +79,5 @@ def _way(found: Blame, told: Told, name: str) -> dict[str, Any]:
     word = "succeeds" if summary["succeeded"] else "fails"
     return _section(
         f"The robot on {name} {word}", [f"{summary['reason']}."],
-        image=picture(partial(found.case.system.draw, told.traces[name]), f"Run on {name}"),
+        image=picture(partial(draw_run, found, told.traces[name]), f"Run on {name}"),
     )  # fmt: skip

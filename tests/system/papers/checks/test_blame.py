@@ -50,4 +50,6 @@ def test_fault_is_on_a_device_of_the_chip() -> None:
     assert device == blame._device(7) != blame._device(8)
     assert device.startswith("ranging_chip.neuron[")
     die = blame._with_fault(device, 7)
-    assert die.edits == Die().with_(device, "v_t0", blame.FAULT).edits
+    assert die.edits[-1] == Die().with_(device, "v_t0", blame.FAULT).edits[0]
+    assert die.edits[0].kind == "heal"  # what fails without a fault
+    assert die.number == 7
