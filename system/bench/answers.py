@@ -2,7 +2,7 @@
 
 Each is measured as its lab does, on the die's own bench, several times over; the mean is the die's. What the
 bench can tell is a number each, ours: a step of the DAC or a sample of a record, or three standard deviations
-of readings where these are more.
+of readings where these are more. A number is NaN on a die whose neuron stays silent.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from system.files.document import converted, toml_file
 READINGS = 5  # times that a number is measured
 SIGMAS = 3.0
 _PAIR_SPAN, _WRT_SPAN = 0.1, 0.04  # V
+_LEAST_JUMP = 0.1  # V, below which a neuron is silent
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,8 +174,9 @@ def _synapse(bench: CoachBench) -> tuple[float, float]:
 
 def _jump(bench: CoachBench) -> float:
     bench.select("AHN")
-    bench.set_bias("AHN_VPW_N", "N", 60e-12, 4)
-    return float(np.diff(bench.record(["ADC11"], 600, 10e-3).values["ADC11"]).max())
+    bench.set_bias("AHN_VPW_N", "N", 60e-12, 8)
+    jump = float(np.diff(bench.record(["ADC11"], 600, 4e-3).values["ADC11"]).max())
+    return jump if jump > _LEAST_JUMP else float("nan")
 
 
 def _interval(bench: CoachBench) -> float:

@@ -35,22 +35,34 @@ def _give_out(asked: Labs) -> int:
     if folder.exists():
         raise ParameterError(f"--output: {folder} is there already; name a new folder")
     check_folder(str(folder))
-    dies = [asked.first + k for k in range(count)]
-    sheets = []
-    with progress_bar("labs") as progress:
-        for k, die in enumerate(dies):
-            sheets.append(_sheet(die, answers_of(die)))
-            progress((k + 1) / count)
+    sheets = _sheets(asked.first, count)
+    dies, silent = list(sheets), max(sheets) + 1 - asked.first - count
     (folder / "answers").mkdir(parents=True)
-    for die, sheet in zip(dies, sheets, strict=True):
+    for die, sheet in sheets.items():
         write_text_atomic(str(folder / "answers" / f"{die}.toml"), sheet)
     rows = "".join(f"{k + 1},{die}\n" for k, die in enumerate(dies))
     write_text_atomic(str(folder / "students.csv"), f"student,die\n{rows}")
     if asked.as_json:
-        print_json({"folder": str(folder), "dies": dies})
+        print_json({"folder": str(folder), "dies": dies, "silent": silent})
     else:
+        if silent:
+            print_line(f"passed over: {silent} dies on which a neuron stays silent")
         print_line(f"{folder}: students.csv with {count} dies, and answers/, which only the lecturer needs")
     return DONE
+
+
+def _sheets(first: int, count: int) -> dict[int, str]:
+    """Sheets by die, of the first so many dies on which every number can be measured."""
+    found: dict[int, str] = {}
+    die = first
+    with progress_bar("labs") as progress:
+        while len(found) < count:
+            answers = answers_of(die)
+            if all(math.isfinite(each.value) for each in answers.values()):
+                found[die] = _sheet(die, answers)
+                progress(len(found) / count)
+            die += 1
+    return found
 
 
 def _sheet(die: int, answers: dict[str, Answer]) -> str:

@@ -21,6 +21,7 @@ columns   number[]{}  -  a number a point or sample by the column's name, which 
 LABS = meanings("""
 folder   string     -  of what was given out: the folder that was written
 dies     integer[]  -  of what was given out: the die of each student
+silent   integer    -  of what was given out: how many dies were passed over, since a neuron stays silent
 die      integer    -  of a check: the student's die
 numbers  object{}   -  of a check: each number of the student, by its name
 numbers.*.value   number   -  the student's, in the unit that its name ends with

@@ -44,7 +44,7 @@ from system.study.campaign import ALONE, Campaign, Execution
 TEMPERATURES = (-20.0, 27.0, 85.0)  # degC
 DRAWN = ("rebound-neuron", 27.0)
 # what is smaller than it stands, where ngspice takes more than ten minutes: 16 cells, or many spikes
-FORMS = {"winner-take-all-ring": Form({"cells": 4}), "adaptive-neuron": Form(stop=7e-3)}
+FORMS = {"winner-take-all-ring": Form({"cells": 4}), "adaptive-neuron": Form(kind="ideal", stop=7e-3)}
 CHIP, COUPLING = "ranging-chip-biased", "coupling"
 CHIP_TEMPERATURES = (27.0,)  # degC; ngspice takes 11 minutes of CPU time
 CHIP_RELTOL, CHIP_POINTS = 5e-5, 1800  # where ngspice begins, trapezoidal; at twice both it is not converged

@@ -119,7 +119,7 @@ def test_what_cannot_be() -> None:
     with pytest.raises(ParameterError, match=r"record: 1 samples, must be 2 to 1000000"):
         bench.record(["C2F0"], 1, 1e-3)
     bench.select("AHN")
-    bench.set_bias("AHN_VPW_N", "N", 60e-12, 2)
+    bench.set_bias("AHN_VPW_N", "N", 60e-12, 8)
     with pytest.raises(SolverError, match=r"coach.AHN: comes to no rest with these biases; record"):
         bench.read_voltage("ADC11")
 

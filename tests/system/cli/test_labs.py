@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from system.bench.answers import ASKED, answers_of, read_numbers
+from system.bench.answers import ASKED, Answer, answers_of, read_numbers
+from system.cli import labs
 from tests.system.conftest import Run
 
 
@@ -17,13 +18,25 @@ def test_dies_and_sheets_are_written_and_a_sheet_passes_the_check(run: Run, tmp_
     assert all(name in sheet for sheet in sheets for name in ASKED)
     assert sheets[0].splitlines()[3] != sheets[1].splitlines()[3]
     mine = tmp_path / "mine.toml"
-    lines = [line for line in sheets[0].splitlines() if not line.startswith("neuron_interval_s = nan")]
-    mine.write_text("\n".join(lines), encoding="utf-8")
+    mine.write_text(sheets[0], encoding="utf-8")
     assert run("labs", "--check", str(mine))[0] == 0
     mine.write_text(sheets[0].replace("die = 1005", "die = 1006"), encoding="utf-8")  # somebody else's
     status, out, _ = run("labs", "--check", str(mine))
     assert status == 1
     assert "outside" in out
+
+
+def test_a_die_with_a_silent_neuron_is_passed_over(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def measured(die: int, names: tuple[str, ...] = tuple(ASKED)) -> dict[str, Answer]:
+        return dict.fromkeys(names, Answer(float("nan") if die == 1001 else 1.0, 0.1))
+
+    monkeypatch.setattr(labs, "answers_of", measured)
+    folder = tmp_path / "class"
+    options = ("labs", "--students", "1", "-o", str(folder), "--first", "1001")
+    assert "passed over: 1 dies" in run(*options)[1]
+    assert (folder / "students.csv").read_text(encoding="utf-8") == "student,die\n1,1002\n"
 
 
 def test_a_wrong_number_is_outside(run: Run, tmp_path: Path) -> None:
