@@ -60,7 +60,7 @@ def begin(folder: Path, mission: Mission, part: Part, command: Sequence[str], *,
     if resume and not path.exists():
         raise ParameterError(f"resume: {folder} has no mission to go on with; leave it out")
     if resume:
-        _check_same(folder, _read(folder), mission, part)
+        _check_same("resume", folder, _read(folder), (mission, part))
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -85,7 +85,7 @@ def merge(folders: Sequence[Path], output: Path) -> tuple[Mission, tuple[str, ..
     asked, command = parts[0][1].asked, parts[0][1].command
     mission = mission_of(asked)
     for folder, document in parts:
-        _check_same(folder, document, mission, document.part)
+        _check_same("merge", folder, document, (mission, document.part))
         _check_versions(folder, mission)
     by_number = {document.part.number: folder for folder, document in parts}
     sources = [by_number[k] for k in sorted(by_number)]
@@ -168,8 +168,9 @@ def _check_versions(folder: Path, mission: Mission) -> None:
             )
 
 
-def _check_same(folder: Path, document: _Document, mission: Mission, part: Part) -> None:
-    """Refuse a folder of another mission; more dies are none."""
+def _check_same(what: str, folder: Path, document: _Document, asked: tuple[Mission, Part]) -> None:
+    """Refuse a folder of another mission; more dies are none. What is refused is the first word."""
+    mission, part = asked
     old, new = (_plain(asked) for asked in (document.asked, mission.asked))
     old["part"], new["part"] = (f"{p.number}/{p.of}" for p in (document.part, part))
     if new["dies"] >= old["dies"] and part.of == 1:
@@ -177,7 +178,7 @@ def _check_same(folder: Path, document: _Document, mission: Mission, part: Part)
     for name, now in new.items():
         if old[name] != now:
             raise ParameterError(
-                f"resume: {folder} has {name} {old[name]}, asked for {now}; begin another mission"
+                f"{what}: {folder} has {name} {old[name]}, must be {now}; name a folder of the same mission"
             )
 
 

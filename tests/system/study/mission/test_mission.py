@@ -142,7 +142,7 @@ def test_what_does_not_belong_together_is_not_merged(
     twice = refused("merge", "part1", "part2", "part1/", "-o", "whole")
     assert "merge: 1/2 is in part1 and in part1, must be there once" in twice
     assert run(*words, "--worlds", "1", "--shard", "2/2", "-o", "other")[0] == 0
-    assert "other has worlds 1, asked for 2" in refused("merge", "part1", "other", "-o", "whole")
+    assert "merge: other has worlds 1, must be 2" in refused("merge", "part1", "other", "-o", "whole")
     manifest = Path("part2/generator-27C/study.json")
     kept = manifest.read_text()
     manifest.write_text(kept.replace('"noctule": "', '"noctule": "9.'))
