@@ -38,6 +38,9 @@ _DECADES = 10.0 ** -np.arange(3.0, 20.0)
 _BOX = (0.1e-6, 100e-6, 0.1e-6, 100e-6)
 _LOGARITHMS = ("mu_cox", "early_field")
 
+LUMPED = ("adaptive_neuron", "axon_hillock", "bench_dpi_synapse")
+"""Circuits that were themselves fitted, with nuisances that hold what their own devices deviate by."""
+
 MODEL: tuple[tuple[str, float, str], ...] = (
     ("v_t0", 0.05, "V"), ("kappa", 0.05, ""), ("mu_cox", 0.5, "ln"), ("mobility_reduction", 0.6, "1/V"),
     ("early_field", 0.7, "ln"), ("early_rise", 0.15, ""), ("surface_potential", 0.05, "V"),
@@ -146,7 +149,8 @@ class Bench:
             for name in self.theta
             if name.startswith(start)
         )
-        die = replace(self.die, edits=edits) if edits else self.die
+        drawn = NOMINAL if circuit in LUMPED else self.die
+        die = replace(drawn, edits=edits) if edits else drawn
         return Silicon(self.process(polarities), self.theta["temperature_c"], die)
 
     def current(self, bias: BiasSetting, square: float, fine: float | None = None) -> float:

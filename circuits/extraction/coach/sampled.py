@@ -207,7 +207,8 @@ def _prediction(
 def _intervals(rows: list[dict[str, Metric]]) -> dict[str, Metric]:
     """The metrics of the fit, with the interval of 95 % of draws; a switch point's ends are its points."""
     outer, found = 50.0 * (1.0 - LEVEL), {}
-    for name, centre in rows[0].items():
+    for name, first in rows[0].items():
+        centre = first
         drawn = [row[name] for row in rows[1:] if name in row]
         low = np.array([m.low for m in drawn if math.isfinite(m.low)])
         high = np.array([m.high for m in drawn if math.isfinite(m.high)])
@@ -216,6 +217,9 @@ def _intervals(rows: list[dict[str, Metric]]) -> dict[str, Metric]:
             if low.size
             else (centre.low, centre.high)
         )
+        middle = [row[name].value for row in rows[1:] if name in row and math.isfinite(row[name].value)]
+        if not math.isfinite(centre.value) and middle:  # the fit's own curve has none in its record
+            centre = centre._replace(value=float(np.median(middle)))
         found[name] = replace_metric(centre, *ends)
     return found
 
