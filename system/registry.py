@@ -197,7 +197,7 @@ EXPERIMENT_LINES: dict[str, str] = {
     "rolls-law": "what the full law moves in a ROLLS chip",
     "defaults": "what the full law and the bias generator make of every robot",
     "mission-yield": "dies on which every robot does what it is for, calibrated or not",
-    "blame": "devices that mend failing dies of the approach, and planted faults that are named",
+    "blame": "devices that mend failing dies of the approach, and planted faults",
     "agreement": "solver against ngspice: every block at three temperatures, and the ranging chip",
     "ngspice-dies": "20 dies of the rebound neuron, class and edges in the solver and in ngspice",
     "random-circuits": "random circuits of up to 12 devices in the solver and in ngspice",

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, final
 
-from circuits.arrays import F64
 from circuits.errors import ParameterError, meant
 from system.meaning import Meaning, meanings, numbers_of
 from system.option import Option, Setting
@@ -20,6 +19,7 @@ from system.scenario import Make, all_settings, keep, read_texts, scenario_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from circuits.arrays import F64
     from circuits.circuit import BiasKind, Circuit
     from system.live.robot import LiveRobot
     from system.view.film import Film

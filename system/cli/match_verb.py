@@ -30,7 +30,7 @@ class OverDies:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Match:
-    """Show what spreads a metric, and the area for a wanted spread. By one gradient; sampling checks it."""
+    """Show what spreads a metric, and what area helps. By one gradient; sampling checks it."""
 
     block: str = shared.block_argument()
     metric: str = required("What is matched, as t_inh_s", metavar="NAME")
@@ -59,7 +59,7 @@ class Worst:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Corners:
-    """Find the dies at k sigma on which a metric is lowest and highest. They stand for ss and ff."""
+    """Find the dies at k sigma of a metric, low and high. They stand for ss and ff."""
 
     block: str = shared.block_argument()
     metric: tuple[str, ...] = option((), "Of the testbench, as t_inh_s, repeatable", metavar="NAME")

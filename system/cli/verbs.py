@@ -138,7 +138,7 @@ class Characterise:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Extract:
-    """Fit our transistor law to a foundry's cards, or to measurements."""
+    """Fit our transistor law to cards, or to measurements."""
 
     output: str = required("Process's file to write, for --process", short="o", metavar="FILE.toml")
     process: str | None = option(None, "A foundry's process, whose cards ngspice runs", metavar="NAME")
@@ -155,7 +155,7 @@ class Extract:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Identify:
-    """Find the die that a chip is from measurements; takes minutes."""
+    """Find the die that a measured chip is; takes minutes."""
 
     output: str = required("Die's file to write, for --die", short="o", metavar="FILE.toml")
     fit: str = required("Folder of its measurements, or coach", metavar="FOLDER")

@@ -67,12 +67,14 @@ FIELDS: dict[str, dict[str, Any]] = {
     "pushbot": {
         **WARM, "scene": "pair", "speed_factor": 1.0, "turn_factor": 1.0, "window": 0.1, "readout": "fixed",
         "modified": True, "dropped": 0.5, "colour": "red", "light": "dark", "target": True, "duration": 3.0,
-        "way": 2.0, "exc": 12, "codes": "default", "calibrated_c": 20.0, "coded_on": Die(number=5), "frame": True, "raise_lateral": True,
+        "way": 2.0, "exc": 12, "codes": "default", "calibrated_c": 20.0,
+        "coded_on": Die(number=5), "frame": True, "raise_lateral": True,
         "silicon_noise": "white", "noise_seed": 8,
     },
     "rolls": {
         **WARM, "bias_file": "rolls_parallella", "input_rate": 50.0, "duration": 2.0,
-        "silicon_noise": "white", "noise_seed": 6, "codes": "default", "calibrated_c": 30.0, "coded_on": Die(number=5),
+        "silicon_noise": "white", "noise_seed": 6, "codes": "default", "calibrated_c": 30.0,
+        "coded_on": Die(number=5),
     },
 }  # fmt: skip
 

@@ -211,6 +211,6 @@ def _draw(found: Found, figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "blame", "devices that mend failing dies of the approach, and planted faults that are named", reproduce,
+    "blame", "devices that mend failing dies of the approach, and planted faults", reproduce,
     {"dies": DIES, "faults": FAULTS}, (RANDOM,),
 )  # fmt: skip
