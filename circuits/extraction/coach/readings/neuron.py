@@ -5,6 +5,7 @@ When a record begins within a period is not known; a draw takes any phase alike.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Mapping
 
@@ -18,9 +19,9 @@ from circuits.blocks.mos import mos
 from circuits.devices import Transistor
 from circuits.errors import SolverError
 from circuits.extraction.coach.bench import ADC, V_DD, Bench, code_name, code_unknowns, lowered
-from circuits.extraction.coach.conditions import Condition
+from circuits.extraction.coach.conditions import DATA, Condition, read_conditions
 from circuits.extraction.coach.metrics import Metric, metrics_of
-from circuits.extraction.coach.table import Table
+from circuits.extraction.coach.table import Table, read_table
 from circuits.extraction.coach.unknown import Unknown
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
@@ -34,6 +35,7 @@ _RTOL = 1e-4
 _SHAPE, _ISI, _NOISE = 8e-3, 0.3, 1e-3  # V, samples, V
 _NAMES = {"axon-hillock": "ahn", "adaptive-neuron": "acn"}  # how their unknowns begin
 _EDGE = 3e-3  # s; ours
+_PACE = "acn_dc10"  # the record by whose interval samples are paced
 _FALL = 0.2  # V, of a membrane that is reset
 
 
@@ -64,9 +66,26 @@ def predict(bench: Bench, condition: Condition, table: Table) -> dict[str, F64]:
         return _features(bench, condition)
     time, v, period = _period(bench, condition)
     sample = _sample(bench, condition)
+    if condition.circuit == "adaptive-neuron":
+        sample = _paced(bench)
     phase = float(ndtr(bench.theta[f"{condition.name} phase"]))
     at = (phase * period + sample * np.arange(table["t_nominal_s"].size)) % period
     return {"v_mem_V": bench.adc(np.interp(at, time, v))}
+
+
+def _paced(bench: Bench) -> float:
+    """A sample's time, s, by which the neuron that was fitted has the interval that was measured.
+
+    The time's own unknown is linear in the fit's posterior, the interval is not.
+    """
+    condition, table = _reference()
+    return _period(bench, condition)[2] / metrics_of(condition, table)["isi_samples"].value
+
+
+@functools.lru_cache(maxsize=1)
+def _reference() -> tuple[Condition, Table]:
+    condition = read_conditions()[_PACE]
+    return condition, read_table(DATA / condition.file, condition)
 
 
 def _sample(bench: Bench, condition: Condition) -> float:
