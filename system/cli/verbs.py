@@ -121,6 +121,7 @@ class View:
     beside: str | None = option(None, "Another run, beside it", metavar="RUN.nc")
     output: str = required("Page to write", short="o", metavar="FILE.html")
     open: bool = option(default=False, about="Show it in the browser")
+    as_json: bool = shared.json_option()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,7 +8,7 @@ import webbrowser
 from pathlib import Path
 
 from circuits.errors import ParameterError
-from system.cli.output import print_line
+from system.cli.output import print_json, print_line
 from system.cli.verbs import View
 from system.files.writing import check_folder, checked_suffix
 from system.view.film import Film
@@ -21,8 +21,14 @@ PAGE, RUN = ".html", ".nc"
 def view_command(asked: View) -> None:
     """Write the page of kept runs, and show it in the browser if asked to."""
     check_page(asked.output)
-    write_page(asked.output, [kept(path) for path in (asked.run, asked.beside) if path is not None])
-    print_line(f"{asked.output}: {Path(asked.output).stat().st_size / 1e6:.2f} MB")
+    films = [kept(path) for path in (asked.run, asked.beside) if path is not None]
+    write_page(asked.output, films)
+    size = Path(asked.output).stat().st_size
+    if asked.as_json:
+        runs = [{"title": f.title, "headline": f.headline, "duration_s": f.duration} for f in films]
+        print_json({"page": asked.output, "bytes": size, "runs": runs})
+    else:
+        print_line(f"{asked.output}: {size / 1e6:.2f} MB")
     if asked.open and not webbrowser.open(Path(asked.output).resolve().as_uri()):
         raise ParameterError(f"open: there is no browser; open {asked.output} where there is one")
 

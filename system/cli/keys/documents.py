@@ -27,6 +27,7 @@ from system.cli.keys.over_dies import CORNERS, MATCH, WORST
 from system.cli.keys.study import BLAME, CENTRE, GRADIENT, MONTECARLO, RARE, REPLAY
 from system.cli.keys.sweep import SWEEP
 from system.cli.keys.transient import AC, DECK, NOISE, SIMULATE, TRAN_NOISE
+from system.cli.keys.view import VIEW
 from system.cli.option_names import option_of
 from system.meaning import SUMMARY, Meaning, Meanings, kind_of, meanings
 from system.options.block import DIE_KEYS
@@ -46,6 +47,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "simulate --analysis noise": NOISE,
     "simulate --analysis tran-noise": TRAN_NOISE,
     "sweep": SWEEP,
+    "view": VIEW,
     "export": EXPORT,
     "export rolls": EXPORT_ROLLS,
     "import": IMPORT,

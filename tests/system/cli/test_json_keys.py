@@ -18,10 +18,12 @@ from system.cli.command_line import app, main
 from system.cli.keys.documents import DOCUMENTS, run_keys
 from system.meaning import Meaning
 from system.registry import load_system, system_names
+from system.view.kept import keep
 from tests.circuits.extraction.test_fit import points, table
 from tests.documents import ROOT
 from tests.json_document import wrong
 from tests.system.cli.test_blame import TOY
+from tests.system.view.films import film
 
 FORMS = {
     "list": ["list"],
@@ -38,6 +40,7 @@ FORMS = {
         "sweep rebound-neuron --over v_rest=1V,2V --over corner=ss,ff --measure max(v_mem) --node v_mem",
         "sweep rebound-neuron --over die=1000,1001 --measure t=cross(spike,9V) --analysis tran",
     ],
+    "view": ["view run.nc -o run.html"],
     "export": [
         "export rebound-neuron -o a.cir",
         "export rebound-neuron --param membrane_capacitance=700fF -o b.cir",
@@ -139,6 +142,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (found / "sweep.cir").write_text("t\nv1 a 0 1\nr1 a b 1k\nr2 b 0 1k\n.dc v1 0 1 1\n", encoding="utf-8")
     (found / "synapses.csv").write_text("post,pre,level\n5,3,1\n", encoding="utf-8")
     (found / "pair.toml").write_bytes((ROOT / "examples" / "pair.toml").read_bytes())
+    keep(str(found / "run.nc"), film())
     table(points(sizes=((2.0, 1.0),), celsius=(27.0,)), found / "currents.csv")
     return found
 
