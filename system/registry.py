@@ -202,9 +202,9 @@ EXPERIMENT_LINES: dict[str, str] = {
     "ngspice-dies": "20 dies of the rebound neuron, class and edges in the solver and in ngspice",
     "random-circuits": "random circuits of up to 12 devices in the solver and in ngspice",
     "foundry-dies": "a foundry's dies by our keys, and our law beside its cards",
-    "coach-synthetic": "measurements of known dies of the teaching chip, each fitted alone",
     "coach": "a process and a die from a teaching chip's measurements, each left out in turn",
     "foundry-blocks": "every block on a foundry's cards, its class and its first number",
+    "coach-synthetic": "measurements of known dies of the teaching chip, each fitted alone",
     "device-noise": "k T / C, small signals and noise beside ngspice, jitter of the rebound neuron",
     "chip-noise": "jitter of ROLLS, NEF, latency and sonar chips beside that of their transistors",
 }

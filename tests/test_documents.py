@@ -270,6 +270,9 @@ def test_the_command_runs(
 def test_the_long_command_begins(begun: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv(ENVIRONMENT, str(tmp_path / "records"))  # one that ends keeps its record to itself
+    (tmp_path / "die.toml").write_text(
+        "die = 1003\n", encoding="utf-8"
+    )  # as the long command before it makes
     arguments = shortened(begun, options_of(begun.verb))
     status, out, err = _begun(arguments)
     if status == INTERRUPTED:

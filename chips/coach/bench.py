@@ -15,6 +15,7 @@ comes as the board reads it, with its steps, dead zones and counts; the chip's o
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import final
@@ -44,7 +45,6 @@ from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.event import pulse
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.measure.current import static_currents
-from circuits.silicon.die import Die, standard_normals
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import OperatingPoint, operating_point, solve_near
@@ -368,9 +368,10 @@ class CoachBench:
     def _normal(self, pin: str) -> float:
         """A standard normal of this reading, which hangs on the seed, the die, the pin and its number."""
         self._readings += 1
-        key = Die(lot=f"bench {self.seed}", number=self._readings)
-        place = ((f"{self.silicon.die.lot} {self.silicon.die.number}", ()),)
-        return float(standard_normals(key, place, (((pin, ()),),), "reading")[0])
+        die = self.silicon.die
+        text = f"{self.seed}/{die.lot}/{die.number}/{pin}/{self._readings}"
+        key = int.from_bytes(hashlib.blake2b(text.encode(), digest_size=16, person=b"coach-reading").digest())
+        return float(np.random.Generator(np.random.Philox(key=key)).standard_normal())
 
 
 def _number(pin: str) -> int:

@@ -19,16 +19,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Literal, get_args
+from dataclasses import dataclass, field, replace
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
 from circuits.bias import deviating_gate_voltage
 from circuits.blocks.bench.bias import CODES, MASTERS, OUTPUT, code_current
 from circuits.checks import require_choice
+from circuits.circuit import Circuit
 from circuits.devices import Transistor
 from circuits.errors import ParameterError
+from circuits.lowering.on_die import DieDevices, on_die
+from circuits.silicon.die import Path
 from circuits.silicon.process import Polarity, kelvin
 from circuits.silicon.silicon import Silicon
 
@@ -37,7 +40,7 @@ BITS = (1.12, 1.05, 1.0, 1.0, 1.0, 0.945, 0.93, 1.0)
 IDEAL_BITS = (1.0,) * 8
 CHIP = "coach"
 REFERENCE_C = 27.0  # degC
-_UNIT_AREA = 1e-6 * 6e-6  # m^2
+_UNIT = 1e-6, 6e-6  # m, width and length of the splitter's unit device
 _UM = 1e-6
 
 
@@ -95,10 +98,10 @@ class Generator:
 def line_current(generator: Generator, name: str, code: Code, silicon: Silicon) -> float:
     """Current in the output device of the line `name` on a silicon, A; 0 for fine code 0."""
     law = silicon.law("n")
-    share = 0.0
+    share, devices = 0.0, _devices(silicon, name, "n")
     for bit, worth in enumerate(generator.bits):
         if code.fine >> bit & 1:
-            v_t0, beta = _deviation(silicon, name, f"bit{bit}", _UNIT_AREA * 2.0**bit, "n")
+            v_t0, beta = devices.deviation(f"bit{bit}")
             error = (1.0 + beta) * math.exp(-law.kappa * v_t0 / law.u_t)
             share += worth * error * 2.0**bit / CODES
     warm = kelvin(silicon.temperature_c) / kelvin(REFERENCE_C)
@@ -111,9 +114,8 @@ def line_voltage(generator: Generator, name: str, code: Code, silicon: Silicon) 
     v_dd, current = silicon.process.v_dd, line_current(generator, name, code, silicon)
     above = 0.0
     if current > 0.0:
-        device = _output(polarity)
-        own = _deviation(silicon, name, "output", device.gate_area, polarity)
-        above = deviating_gate_voltage(silicon.law(polarity), device, current, own)
+        own = _devices(silicon, name, polarity).deviation("output")
+        above = deviating_gate_voltage(silicon.law(polarity), _output(polarity), current, own)
     above = min(max(above, 0.0), v_dd)
     return above if polarity == "n" else v_dd - above
 
@@ -123,13 +125,25 @@ def _output(polarity: Polarity) -> Transistor:
     return Transistor("output", polarity, "v", "v", bulk, bulk, OUTPUT[0] * _UM, OUTPUT[1] * _UM)
 
 
-def _deviation(
-    silicon: Silicon, line: str, device: str, area: float, polarity: Polarity
-) -> tuple[float, float]:
-    """Deviations of V_T0 (V) and of beta of one device of a line."""
-    path = (("bias generator", ()), (line, ()), (device, ()))
-    v_t0, beta = silicon.deviation(CHIP, path, area, polarity)
-    return float(np.ravel(v_t0)[0]), float(np.ravel(beta)[0])
+class _Line(NamedTuple):
+    """Devices of a line on a die."""
+
+    found: DieDevices
+
+    def deviation(self, device: str) -> tuple[float, float]:
+        """Deviations of V_T0 (V) and of beta of one of them."""
+        fet = self.found.fet[device]
+        return float(np.ravel(fet.v_t0)[0]), float(np.ravel(fet.beta)[0])
+
+
+def _devices(silicon: Silicon, line: str, polarity: Polarity) -> _Line:
+    """The splitter's bits, each of as many unit devices as it is worth, and the output device."""
+    bits = (
+        Transistor(f"bit{k}", "n", "v", "v", "0", "0", _UNIT[0] * 2.0**k, _UNIT[1]) for k in range(len(BITS))
+    )
+    circuit = Circuit("bias_line", (), (*bits, _output(polarity)))
+    place: Path = ((CHIP, ()), ("bias generator", ()), (line, ()))
+    return _Line(on_die(circuit, replace(silicon, place=place[:1]), place=place))
 
 
 def master_named(text: str) -> float:

@@ -16,7 +16,6 @@ from types import FunctionType, ModuleType
 from typing import Any, NamedTuple
 
 import pytest
-from numba.core.dispatcher import Dispatcher
 
 from chips import law_lattice, record
 from chips.law_lattice import changed, law_of
@@ -25,6 +24,7 @@ from chips.model import MODELS
 from chips.ranging.chip import shipped_model
 from chips.record import kept_record, read_record
 from chips.record_file import shipped_file
+from circuits.compiled import Kernel
 from circuits.devices import transistor
 from circuits.errors import DataError
 from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
@@ -152,7 +152,7 @@ def _replaced(old: dict[str, Any], new: dict[str, Any], monkeypatch: pytest.Monk
             yield from _replaced(dict(vars(value)), dict(vars(other)), monkeypatch)
         elif isinstance(value, property):
             yield from _code(name, value.fget, other.fget, monkeypatch)  # type: ignore[union-attr]
-        elif isinstance(value, FunctionType | Dispatcher):
+        elif isinstance(value, FunctionType | Kernel):
             yield from _code(name, _python(value), _python(other), monkeypatch)
         elif isinstance(value, float | dict) and not name.startswith("__") and value != other:
             for each in _ours():
