@@ -101,7 +101,7 @@ def line_current(generator: Generator, name: str, code: Code, silicon: Silicon) 
     share, devices = 0.0, _devices(silicon, name, "n")
     for bit, worth in enumerate(generator.bits):
         if code.fine >> bit & 1:
-            v_t0, beta = devices.deviation(f"bit{bit}")
+            v_t0, beta = devices.own(f"bit{bit}")
             error = (1.0 + beta) * math.exp(-law.kappa * v_t0 / law.u_t)
             share += worth * error * 2.0**bit / CODES
     warm = kelvin(silicon.temperature_c) / kelvin(REFERENCE_C)
@@ -114,7 +114,7 @@ def line_voltage(generator: Generator, name: str, code: Code, silicon: Silicon) 
     v_dd, current = silicon.process.v_dd, line_current(generator, name, code, silicon)
     above = 0.0
     if current > 0.0:
-        own = _devices(silicon, name, polarity).deviation("output")
+        own = _devices(silicon, name, polarity).own("output")
         above = deviating_gate_voltage(silicon.law(polarity), _output(polarity), current, own)
     above = min(max(above, 0.0), v_dd)
     return above if polarity == "n" else v_dd - above
@@ -130,7 +130,7 @@ class _Line(NamedTuple):
 
     found: DieDevices
 
-    def deviation(self, device: str) -> tuple[float, float]:
+    def own(self, device: str) -> tuple[float, float]:
         """Deviations of V_T0 (V) and of beta of one of them."""
         fet = self.found.fet[device]
         return float(np.ravel(fet.v_t0)[0]), float(np.ravel(fet.beta)[0])
