@@ -272,8 +272,6 @@ def test_the_long_command_begins(begun: Command, tmp_path: Path, monkeypatch: py
     monkeypatch.setenv(ENVIRONMENT, str(tmp_path / "records"))  # one that ends keeps its record to itself
     # as the long command before it makes one
     (tmp_path / "die.toml").write_bytes((ROOT / "evidence" / "coach" / "die.toml").read_bytes())
-        "die = 1003\n", encoding="utf-8"
-    )  # as the long command before it makes
     arguments = shortened(begun, options_of(begun.verb))
     status, out, err = _begun(arguments)
     if status == INTERRUPTED:
