@@ -19,7 +19,7 @@ import pkgutil
 import re
 from collections.abc import Iterator
 from dataclasses import MISSING, fields, is_dataclass
-from itertools import takewhile
+from itertools import takewhile, zip_longest
 from pathlib import Path
 from typing import Any, get_args
 
@@ -198,7 +198,10 @@ def _type(each: dict[str, Any]) -> str:
     many = {"array": ("list of {}", "items"), "object": ("{} by name", "additionalProperties")}
     if known in many:
         words, inside = many[known]
-        return words.format(_type(each[inside]))
+        of = each.get(inside)
+        return (
+            words.format(_type(of)) if isinstance(of, dict) else {"array": "list", "object": "table"}[known]
+        )
     return simple.get(known, str(known))
 
 
@@ -216,7 +219,7 @@ def entries(docstring: str) -> dict[str, str]:
         return found
     text = " ".join(docstring.split())
     marks = list(ENTRY.finditer(text))
-    for mark, following in zip(marks, [*marks[1:], None], strict=True):
+    for mark, following in zip_longest(marks, marks[1:]):
         words = text[mark.end() : following.start() if following else len(text)]
         words = words.partition(" Raises ")[0].rstrip(" ;.")
         found |= dict.fromkeys(mark["names"].split(", "), words)

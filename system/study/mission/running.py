@@ -20,7 +20,15 @@ Told = Callable[[Sequence[Found]], object]  # told what was found so far, after 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Which chunks of each way are run here: all, or every `of`-th one from the `number`-th on."""
+    """Which chunks of each way are run here: all, or every `of`-th one from the `number`-th on.
+
+    Attributes
+    ----------
+    number : int
+        Number of the part, from 1 on.
+    of : int
+        How many parts there are.
+    """
 
     number: int = 1
     of: int = 1
