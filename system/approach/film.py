@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -124,7 +125,7 @@ def _isolated(trace: Trace, opened: float, v_dd: float) -> tuple[tuple[float, ..
     """Times (s) and voltages (V) of v_ex_max: the supply from a call's first spike to the next call."""
     spikes = np.sort([time for time, _ in trace.spikes])
     times, volts, shut = [0.0], [opened], False
-    for begin, end in zip(trace.pulses, (*trace.pulses[1:], np.inf), strict=True):
+    for begin, end in pairwise((*trace.pulses, np.inf)):
         if shut:
             times += [float(begin), float(begin) + EDGE]
             volts += [v_dd, opened]

@@ -42,11 +42,12 @@ def _device(path: str, name: str, fet: Fet, at: int, circuit: Circuit, silicon: 
         for x in (fet.width, fet.length, fet.v_t0, fet.beta)
     )
     root, process = math.sqrt(2.0 * width * length), silicon.process
-    sigmas = abs(volts) * root / process.pair_a_vt, abs(beta) * root / process.pair_a_beta
+    pairs = (volts, process.pair_a_vt), (beta, process.pair_a_beta)
+    sigmas = [abs(value) * root / scale for value, scale in pairs if scale > 0.0]
     polarity = transistor_of(circuit, name).polarity
     return Device(
         path=path,
         what=f"{polarity}FET {1e6 * width:.3g}/{1e6 * length:.3g} um",
         deviation=f"V_T0 {1e3 * volts:+.2f} mV, beta {100.0 * beta:+.2f} %",
-        sigma=max(sigmas),
+        sigma=max(sigmas, default=0.0),
     )

@@ -15,11 +15,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from circuits.arrays import F64
 from circuits.blocks.bench.bias import MASTERS, coded_bias
-from circuits.blocks.bench.curve import crossing, difference_sweep
+from circuits.blocks.bench.curve import crossing, difference_sweep, log_ratio
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.drive import driven
 from circuits.blocks.mos import mos
@@ -96,13 +93,9 @@ def measures(result: Result) -> dict[str, float | None]:
         "centre_V": 0.5 * (left + right) if left is not None and right is not None else None,
         "width_V": right - left if left is not None and right is not None else None,
         "peak_share": float(middle[top]) / total if found else None,
-        "antibump_offset_V": crossing(difference, _log_ratio(i1, i2), 0.0),
+        "antibump_offset_V": crossing(difference, log_ratio(i1, i2), 0.0),
         "tail_A": total if found else None,
     }
-
-
-def _log_ratio(one: F64, other: F64) -> F64:
-    return np.asarray(np.log(np.maximum(one, 1e-30) / np.maximum(other, 1e-30)))
 
 
 def outcome(result: Result) -> str:

@@ -18,6 +18,7 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result
 
 DIFFERENCE_POINTS = 240  # of a sweep of a difference: 2.5 mV apart at 0.3 V
+LEAST = 1e-30  # A, of a current whose logarithm is taken: far below what any device leaks; ours
 
 
 def ramp(begin: float, end: float, first: float, last: float, points: int) -> PiecewiseLinear:
@@ -92,3 +93,8 @@ def thermal_voltage(result: Result) -> float:
     """U_T of a run, V."""
     silicon: Silicon = result.machine.silicon
     return silicon.thermal_voltage
+
+
+def log_ratio(one: F64, other: F64) -> F64:
+    """Return ln(one / other) of two currents, A, of which each counts as `LEAST` at least."""
+    return np.asarray(np.log(np.maximum(one, LEAST) / np.maximum(other, LEAST)))

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.blocks.bench.bias import MASTERS, coded_bias
-from circuits.blocks.bench.curve import crossing, difference_sweep, slope, thermal_voltage
+from circuits.blocks.bench.curve import crossing, difference_sweep, log_ratio, slope, thermal_voltage
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.drive import driven
 from circuits.blocks.mos import mos
@@ -85,7 +85,7 @@ def measures(result: Result) -> dict[str, float | None]:
     if offset is None:
         return dict.fromkeys(("kappa", "offset_V", "tail_A", "transconductance_S"))
     straight = np.abs(difference - offset) < STRAIGHT
-    rise = slope(difference, np.log(np.maximum(i1, 1e-30) / np.maximum(i2, 1e-30)), straight)
+    rise = slope(difference, log_ratio(i1, i2), straight)
     near = np.abs(difference - offset) < 0.01
     return {
         "kappa": None if rise is None else rise * thermal_voltage(result),
