@@ -112,7 +112,7 @@ def _prepare(costs: I32 | I64, state: I32) -> tuple[int, int]:
 def _run(state: I32, following: I32, heads: I32, stride: int, high: int, start: int, goal: int) -> None:
     """Move from time step to time step until nothing is under way or the goal has fired."""
     mask = 1
-    while mask <= high:
+    while mask < high:  # times under way span `high` steps, which need that many buckets and one
         mask = 2 * mask + 1
     heads[: mask + 1] = _EMPTY
     if state[start] >= 0:

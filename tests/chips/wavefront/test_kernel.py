@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from chips.wavefront.axon_graph import AxonGraph, edge_weights, graph_of, grid_graph
 from chips.wavefront.kernel import Wave, graph_wave, graph_waves, integer_wave, real_wave
+from chips.wavefront.wave.integer import HIGHEST_COST, spread, work_size
 from circuits.arrays import F64, I64, Bools
 from circuits.errors import ParameterError
 
@@ -66,6 +67,15 @@ def test_integer_wave_is_dijkstra(shape: tuple[int, int], seed: int, highest: in
         assert (other.arrivals.ravel() == wave.arrivals.ravel()).all()
         assert (other.pointers.ravel() == wave.pointers.ravel()).all()
         assert other.ties == wave.ties
+
+
+@pytest.mark.parametrize("highest", [1, 2, 3, 4, 31, 32, 4094, HIGHEST_COST])
+def test_an_integer_wave_writes_its_working_space_alone(highest: int) -> None:
+    costs = np.full((5, 7), highest)
+    needed = work_size(*costs.shape)
+    work = np.full(needed + 2 * HIGHEST_COST, 12345, np.int32)
+    spread(costs, work[:needed], np.empty(costs.shape), np.empty(costs.shape, np.int8), 0, -1)
+    assert (work[needed:] == 12345).all()
 
 
 @FEW
