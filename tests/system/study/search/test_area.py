@@ -1,5 +1,7 @@
 """Areas of least total for a wanted spread: the closed form, its least areas, and dies of a real block."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -11,6 +13,7 @@ from system.study.search.slope import Slopes
 from system.study.table import Condition
 from system.study.target import BlockTarget, Subject
 
+MIRROR = str(Path(__file__).parents[4] / "examples" / "circuits" / "mirror.py") + ":drive"
 VARIANCE, AREA = np.array([4.0, 1.0, 1e-4]), np.array([2.0, 8.0, 5.0])
 
 
@@ -34,15 +37,13 @@ def test_no_device_is_made_smaller_than_it_may() -> None:
 
 @pytest.fixture(scope="module")
 def slopes() -> Slopes:
-    target = BlockTarget(Subject("axon-delay", ("unit_delay",)))
-    return Slopes(target, read_die(target_silicon()), Condition("random", 27.0, 0), "unit_delay", 1)
+    subject = Subject(MIRROR, ("v_out_last_V",))
+    return Slopes(
+        BlockTarget(subject), read_die(subject.silicon), Condition("random", 27.0, 0), "v_out_last_V", 1
+    )
 
 
-def target_silicon() -> object:
-    return Subject("axon-delay", ()).silicon
-
-
-def test_a_block_matched_by_its_gradient_spreads_as_told(slopes: Slopes) -> None:
+def test_a_circuit_matched_by_its_gradient_spreads_as_told(slopes: Slopes) -> None:
     """40 dies tell a standard deviation to 11 % at one standard error."""
     rows = np.random.default_rng(4).standard_normal((40, len(slopes.labels)))
     rows[:, [label.startswith("process") for label in slopes.labels]] = 0.0
