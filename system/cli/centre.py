@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
 
@@ -16,54 +16,34 @@ from circuits.units import parse_quantity
 from system.cli.block_choice import target_of
 from system.cli.deck_measures import own_measures
 from system.cli.exit_status import DONE, NO
+from system.cli.fresh_dies import (
+    TRANSISTOR,
+    FreshDies,
+    Report,
+    percent,
+    print_report,
+    report_document,
+    report_on,
+    silicons,
+)
 from system.cli.option_names import words_of
 from system.cli.output import json_text, print_json, print_line, print_table, progress_bar, quantity_cell
-from system.cli.study_output import share_document
 from system.cli.study_verbs import Centre
 from system.files.writing import check_folder, write_text_atomic
 from system.notice import say
 from system.options.block import Value, read_die
-from system.options.silicon import SiliconChoice
 from system.plot import COLOURS, INK, check_picture, save_picture
 from system.registry import system_names
-from system.study.engine import on_threads, run_study
-from system.study.manifest import Study
 from system.study.metrics.measure import named_measures
 from system.study.metrics.metric import with_named
-from system.study.plan import Plan
-from system.study.report.result import judge_table
 from system.study.search.behavioural_target import BehaviouralTarget, has_model
 from system.study.search.centre import Budget, Centred, Problem, centre
 from system.study.search.knob import Knob, knobs_of, moved_subject, options_of
 from system.study.specification import Specification, limited_metrics, parse_spec
-from system.study.statistics.comparison import YieldDifference, compare_yields
-from system.study.statistics.summary import Yield, summarise_yield
-from system.study.table import Condition, Table
+from system.study.table import Condition
 from system.study.target import BlockTarget, Subject, Target, hashed
 
-FIRST_FRESH = 1000  # dies before it are tuned on, it and later ones reported on
-CHUNK = 32
-BEHAVIOURAL, TRANSISTOR = "behavioural", "transistor"
-
-
-@dataclass(frozen=True, slots=True)
-class Report:
-    """Yield of fresh dies before and after a search.
-
-    Attributes
-    ----------
-    varied : what varies from die to die, in words.
-    before : yield at the start.
-    after : yield at the biases that were found.
-    difference : difference of the two yields, on the same dies.
-    means : mean of each metric over the dies where it is defined, before and after, in SI units.
-    """
-
-    varied: str
-    before: Yield
-    after: Yield
-    difference: YieldDifference
-    means: Mapping[str, tuple[float, float]]
+BEHAVIOURAL = "behavioural"
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +153,9 @@ def run(asked: Centre) -> Result:
         found = centre(problem, budget=budget, seed=asked.seed, workers=asked.threads, progress=progress)
     values = values_at(found.coordinates)
     designs = subject, moved_subject(subject, knobs, values)
-    reports = tuple(_report(asked, designs, s, specifications, condition) for s in _silicons(asked.silicon))
+    reports = tuple(
+        report_on(fresh_of(asked), designs, s, specifications, condition) for s in silicons(asked.silicon)
+    )
     return Result(asked, subject, specifications, units, knobs, values, level, found, reports)
 
 
@@ -187,15 +169,7 @@ def _level(asked: Centre, target: BlockTarget) -> str:
 def _check(asked: Centre, span: float) -> None:
     if not asked.spec:
         raise ParameterError('--spec: what should pass, must be given; write --spec "class is works"')
-    if not 1 <= asked.tuning_dies <= FIRST_FRESH:
-        raise ParameterError(
-            f"--tuning-dies: {asked.tuning_dies}, must be 1 to {FIRST_FRESH}; later dies are for the report"
-        )
-    if asked.first_fresh_die < FIRST_FRESH or asked.fresh_dies < 1:
-        raise ParameterError(
-            f"--fresh-dies: {asked.fresh_dies} from die {asked.first_fresh_die}, must be at least one from"
-            f" {FIRST_FRESH} on; earlier dies are for the search"
-        )
+    fresh_of(asked).check()
     if asked.generations < 0 or not 0 <= asked.seed < 2**64:
         raise ParameterError(f"--generations, --seed: {asked.generations}, {asked.seed}, must be at least 0")
     if not 1.0 < asked.reach <= 1e3:
@@ -211,6 +185,11 @@ def _check(asked: Centre, span: float) -> None:
         check_folder(asked.output)
 
 
+def fresh_of(asked: Centre) -> FreshDies:
+    """Give the dies that a search is judged on."""
+    return FreshDies(asked.tuning_dies, asked.fresh_dies, asked.first_fresh_die, asked.threads)
+
+
 def _default(block: str) -> tuple[str, ...]:
     """Best delay, whose measurement tells a neuron's class."""
     if block == "rebound-neuron":
@@ -218,52 +197,6 @@ def _default(block: str) -> tuple[str, ...]:
     raise ParameterError(
         "--metric: whose run tells the class, must be given; name one of the block's metrics"
     )
-
-
-def _silicons(silicon: SiliconChoice) -> list[SiliconChoice]:
-    """Mismatch alone first, where both vary."""
-    both = silicon.mismatch and silicon.process_variation
-    return [replace(silicon, process_variation=False), silicon] if both else [silicon]
-
-
-def _report(
-    asked: Centre,
-    designs: tuple[Subject, Subject],
-    silicon: SiliconChoice,
-    specifications: Sequence[Specification],
-    condition: Condition,
-) -> Report:
-    plan = Plan("random", 0, asked.first_fresh_die, asked.fresh_dies)
-    tables = []
-    for label, subject in zip(("before", "after"), designs, strict=True):
-        study = Study(replace(subject, silicon=silicon), plan, (condition,), CHUNK)
-        with (
-            progress_bar(f"fresh dies, {_varied(silicon)}, {label}") as progress,
-            on_threads(asked.threads) as workers,
-        ):
-            tables.append(run_study(study, workers=workers, progress=progress).table)
-    first, second = tables
-    verdicts = [judge_table(t, specifications) for t in tables]
-    return Report(
-        _varied(silicon),
-        summarise_yield(verdicts[0]),
-        summarise_yield(verdicts[1]),
-        compare_yields(first.die, verdicts[0].passed, second.die, verdicts[1].passed),
-        {m: (_mean(first, m), _mean(second, m)) for m in first.metrics},
-    )
-
-
-def _mean(table: Table, metric: str) -> float:
-    x = table.column(metric)
-    x = x[np.isfinite(x)]
-    return float(x.mean()) if x.size else float("nan")
-
-
-def _varied(silicon: SiliconChoice) -> str:
-    parts = [
-        name for name, on in (("mismatch", silicon.mismatch), ("process", silicon.process_variation)) if on
-    ]
-    return " and ".join(parts)
 
 
 def document(result: Result) -> dict[str, Any]:
@@ -287,22 +220,8 @@ def document(result: Result) -> dict[str, Any]:
         ],
         "options": words_of(options_of(result.subject)),
         "search": search,
-        "fresh": [
-            {
-                "varied": f.varied,
-                "before": _yield_document(f.before),
-                "after": _yield_document(f.after),
-                "difference": asdict(f.difference),
-                "means": {m: {"before": a, "after": b} for m, (a, b) in f.means.items()},
-            }
-            for f in result.reports
-        ],
+        "fresh": [report_document(f) for f in result.reports],
     }
-
-
-def _yield_document(found: Yield) -> dict[str, Any]:
-    shares = share_document(found, "Clopper-Pearson")
-    return {"samples": found.samples, **shares, "causes": dict(found.causes)}
 
 
 def _print(result: Result) -> None:
@@ -320,48 +239,14 @@ def _print(result: Result) -> None:
         print_line("nothing beat the start: nothing is moved")
     print_line(
         f"search: {found.candidates} candidates, {found.measurements} dies measured; sigma x {found.scale:g}:"
-        f" {_percent(found.share_before)} before, {_percent(found.share_after)} after; as it is:"
-        f" {_percent(found.yield_before)} before, {_percent(found.yield_after)} after"
+        f" {percent(found.share_before)} before, {percent(found.share_after)} after; as it is:"
+        f" {percent(found.yield_before)} before, {percent(found.yield_after)} after"
     )
     if found.impossible:
         print_line(f"{found.impossible} candidates were no circuit, and counted as failing")
     for report in result.reports:
-        _print_report(result, report)
+        print_report(fresh_of(asked), report, result.units)
     print_line(f"{' '.join(words_of(options_of(result.subject)))}")
-
-
-def _print_report(result: Result, report: Report) -> None:
-    asked, d = result.asked, report.difference
-    last = asked.first_fresh_die + asked.fresh_dies - 1
-    print_line("")
-    rows = [
-        (name, f"{y.passed} of {y.samples}", _percent(y.estimate.value), _between(y), _causes(y))
-        for name, y in (("before", report.before), ("after", report.after))
-    ]
-    heads = ("", "pass:", "yield:", "95 % interval (Clopper-Pearson)", "does not pass because of")
-    print_table(
-        f"fresh dies {asked.first_fresh_die} to {last}, {report.varied}, transistor level", heads, rows
-    )
-    print_line(
-        f"{d.only_second_passes} dies gained, {d.only_first_passes} lost; McNemar's test of equal yields:"
-        f" p = {d.p_value:.2g}"
-    )
-    for metric, (before, after) in report.means.items():
-        cells = (quantity_cell(v, result.units[metric]) for v in (before, after))
-        print_line(f"mean {metric} where defined: {' before, '.join(cells)} after")
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.1f} %"
-
-
-def _between(found: Yield) -> str:
-    ends = found.estimate.interval
-    return f"{100.0 * ends.low:.2f} to {100.0 * ends.high:.2f} %"
-
-
-def _causes(found: Yield) -> str:
-    return ", ".join(f"{n} {cause}" for cause, n in found.causes.items())
 
 
 def draw(result: Result, figure: Figure) -> None:

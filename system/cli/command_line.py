@@ -31,7 +31,7 @@ from system.cli.mend import measured_again
 from system.cli.mission_verb import Merge, Mission
 from system.cli.run_command_line import names_in_study
 from system.cli.simulate_verb import Simulate
-from system.cli.study_verbs import Centre, Gradient, Montecarlo, Replay
+from system.cli.study_verbs import Centre, Gradient, Montecarlo, Replay, Size
 from system.cli.sweep_verb import Sweep
 from system.cli.verb import verb
 from system.cli.verbs import (
@@ -112,6 +112,7 @@ _VERBS = {
     "merge": verb("mission:merge_command", Merge),
     "replay": verb("replay:replay_command", Replay),
     "centre": verb("centre:centre_command", Centre),
+    "size": verb("size:size_command", Size),
     "characterise": verb("characterise:characterise_command", Characterise),
     "extract": verb("extract:extract_command", Extract),
     "identify": verb("identify:identify_command", Identify),

@@ -44,6 +44,7 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
         "noctule replay dies --die 1000 --plot die.png",
     ),
     ("centre",): ('noctule centre rebound-neuron --spec "class is works"',),
+    ("size",): ('noctule size differential-pair --spec "offset_V in -5mV:5mV" --yield 95%',),
     ("characterise",): ("noctule characterise lso-neuron -o lso.nc",),
     ("extract",): ("noctule extract --process gf180mcu -o mine.toml --plot fit.png",),
     ("identify",): ("noctule identify --fit coach --only 'ndp_*' --process rolls-180 -o die.toml",),

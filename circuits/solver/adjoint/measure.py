@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, final
 
 import numpy as np
 
 from circuits.arrays import F64
+from circuits.lowering.kernel import on_die
 from circuits.lowering.supply import spike_levels
+from circuits.silicon.die import Die
 from circuits.solver.adjoint.way import Way
 from circuits.solver.transient import Result
 
@@ -279,7 +281,9 @@ class Integral(Measure):
 class Measured(Measure):
     """A number that a function takes from a run, as those that a block's testbench measures.
 
-    Its slopes are found by moving the run's spikes and voltages, of which a number of the kind reads few.
+    Its slopes are found by moving the run's spikes and voltages, of which a number of the kind reads few. A
+    number that depends on the devices beside them, as a current does, has other slopes too, which are not
+    known here: it has none.
 
     Attributes
     ----------
@@ -310,7 +314,22 @@ class Measured(Measure):
         value = self.of(result)
         if value is None or not np.isfinite(value):
             return Reading(np.nan, (), "not defined in this run")
+        if self.of(elsewhere(result)) != value:
+            return Reading(
+                float(value),
+                (),
+                "reads devices beside the run's voltages, as a current does; ask dies instead",
+            )
         return _Search(self, result, way, float(value)).reading()
+
+
+def elsewhere(result: Result) -> Result:
+    """The voltages of a run as if another die had made them, and a warmer one."""
+    machine = result.machine
+    silicon, die = machine.silicon, machine.silicon.die
+    warm = replace(silicon, temperature_c=silicon.temperature_c + 1.0)
+    other = Die(number=1 + (die.number or 0), variation=die.variation)
+    return replace(result, machine=on_die(replace(machine, silicon=warm), other))
 
 
 class _Search:

@@ -24,7 +24,7 @@ from system.cli.keys.installed import (
 from system.cli.keys.mission import MISSION
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
 from system.cli.keys.over_dies import CORNERS, MATCH, WORST
-from system.cli.keys.study import BLAME, CENTRE, GRADIENT, MONTECARLO, RARE, REPLAY
+from system.cli.keys.study import BLAME, CENTRE, GRADIENT, MONTECARLO, RARE, REPLAY, SIZE
 from system.cli.keys.sweep import SWEEP
 from system.cli.keys.transient import AC, DECK, NOISE, SIMULATE, TRAN_NOISE
 from system.cli.keys.view import VIEW
@@ -62,6 +62,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "merge": MISSION,
     "replay": REPLAY,
     "centre": CENTRE,
+    "size": SIZE,
     "blame SYSTEM": BLAME,
     "characterise": CHARACTERISE,
     "extract": EXTRACT,

@@ -1,4 +1,4 @@
-"""Keys of `noctule montecarlo`, `noctule replay` and `noctule centre`."""
+"""Keys of `noctule montecarlo`, `noctule replay` `noctule centre` and `noctule size`."""
 
 from __future__ import annotations
 
@@ -170,35 +170,8 @@ samples  integer    -  fresh dies
 causes   integer{{}}  -  dies that do not pass, by why
 {SHARE_KEYS}
 """
-CENTRE = {
+FRESH = {
     **meanings("""
-block           string     -     name of the block
-specifications  string[]   -     what should pass
-temperature_C   number     degC  temperature
-lot             string     -     lot of the dies
-at              string?    -     place on a chip; null for a block by itself
-seed            integer    -     seed of the search
-search_level    string     -     level at which it searched: `behavioural` or `transistor`
-level           string     -     level of the report
-tuning_dies     integer[]  -     first and last die of the search
-fresh_dies      integer[]  -     first and last die of the report
-moved           object[]   -     what was moved
-moved.name      string     -     its name
-moved.unit      string     -     unit of its values
-moved.before    number     -     value at the start
-moved.after     number     -     value at the end
-moved.change    number     -     ratio of both, or of a voltage the difference, V
-options         string[]   -     options that give the new values to other commands
-search               object    -  how the search went
-search.scale         number    -  scale of the variation in its last stage
-search.share_before  number    -  share of the tuning dies that passed at the start, at that scale
-search.share_after   number    -  the same at the end
-search.yield_before  number    -  share of the tuning dies that pass at the start, as they are
-search.yield_after   number    -  the same at the end
-search.best          number?[] -  best objective so far, after each candidate of the first stage
-search.candidates    integer   -  candidates that were measured
-search.impossible    integer   -  of these, those that no circuit can have
-search.measurements  integer   -  dies that were measured
 fresh                object[]  -  report on fresh dies, by what varies
 fresh.varied         string    -  `mismatch`, or `mismatch and process`
 fresh.before         object    -  yield at the start
@@ -225,6 +198,72 @@ fresh.means.*.after  number?   -  at the end
 """),
     **meanings(YIELD_KEYS, "fresh.before"),
     **meanings(YIELD_KEYS, "fresh.after"),
+}
+MOVED = meanings("""
+moved           object[]   -     what was moved
+moved.name      string     -     its name
+moved.unit      string     -     unit of its values
+moved.before    number     -     value at the start
+moved.after     number     -     value at the end
+moved.change    number     -     ratio of both, or of a voltage the difference, V
+options         string[]   -     options that give the new values to other commands
+""")
+CENTRE = {
+    **meanings("""
+block           string     -     name of the block
+specifications  string[]   -     what should pass
+temperature_C   number     degC  temperature
+lot             string     -     lot of the dies
+at              string?    -     place on a chip; null for a block by itself
+seed            integer    -     seed of the search
+search_level    string     -     level at which it searched: `behavioural` or `transistor`
+level           string     -     level of the report
+tuning_dies     integer[]  -     first and last die of the search
+fresh_dies      integer[]  -     first and last die of the report
+"""),
+    **MOVED,
+    **meanings("""
+search               object    -  how the search went
+search.scale         number    -  scale of the variation in its last stage
+search.share_before  number    -  share of the tuning dies that passed at the start, at that scale
+search.share_after   number    -  the same at the end
+search.yield_before  number    -  share of the tuning dies that pass at the start, as they are
+search.yield_after   number    -  the same at the end
+search.best          number?[] -  best objective so far, after each candidate of the first stage
+search.candidates    integer   -  candidates that were measured
+search.impossible    integer   -  of these, those that no circuit can have
+search.measurements  integer   -  dies that were measured
+"""),
+    **FRESH,
+}
+SIZE = {
+    **meanings("""
+block           string     -     name of the block
+specifications  string[]   -     what should pass
+temperature_C   number     degC  temperature
+lot             string     -     lot of the dies
+at              string?    -     place on a chip; null for a block by itself
+level           string     -     level at which dies were measured
+yield_wanted    number     -     share of dies that should pass
+verdict         string     -     `met`, `missed` or `undecided`, as fresh dies tell
+tuning_dies     integer[]  -     first and last die of the search
+fresh_dies      integer[]  -     first and last die of the report
+area_before_m2  number     m^2   area of all gates and of the plates of all capacitors at the start
+area_after_m2   number     m^2   the same at the end
+"""),
+    **MOVED,
+    **meanings("""
+search               object    -  how the search went
+search.predicted     number    -  share of dies that pass at the end in the linear theory, at least
+search.yield_before  number    -  share of the tuning dies that pass at the start
+search.yield_after   number    -  the same at the end
+search.met           boolean   -  whether the wanted share of the tuning dies passes at the end
+search.rounds        integer   -  how many least areas were sought
+search.designs       integer   -  sizes whose gradients were taken
+search.impossible    integer   -  of these, those that no circuit can have
+search.measurements  integer   -  tuning dies that were measured
+"""),
+    **FRESH,
 }
 GRADIENT = {
     **meanings("block  string  -  name of the block"),

@@ -76,10 +76,11 @@ def knobs_of(choice: Choice, moves: Sequence[str], move_params: Sequence[str]) -
         if name not in known:
             raise unknown_name("bias", name, known)
     biases = [Knob("bias", n, bias_unit(known[n]), _plain(known[n].value)) for n in dict.fromkeys(wanted)]
-    return (*biases, *_sizes(choice, move_params))
+    return (*biases, *sizes_of(choice, move_params))
 
 
-def _sizes(choice: Choice, move_params: Sequence[str]) -> list[Knob]:
+def sizes_of(choice: Choice, move_params: Sequence[str]) -> list[Knob]:
+    """Give the knobs for the sizes `move_params` of a block; raises as `knobs_of`."""
     sizes = {p.name: p for p in parameters(choice.params)}
     names = list(dict.fromkeys(n.replace("-", "_") for n in move_params))
     for name in names:

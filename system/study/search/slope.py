@@ -117,13 +117,15 @@ class Slopes:
         return on_die(machine, replace(self.die, sampling=Sampling("rows", 0, columns, z[None])))
 
     def _by_run(self, measure: Measure, z: F64) -> Slope | None:
-        """By one run backwards; None where some draws have no gradient of that kind."""
+        """By one run backwards; None where the metric, or some draw, has no gradient of that kind."""
         found = gradients_of(self._machine(z), (measure,))
         self.runs += BACKWARDS
         known = {label: k for k, label in enumerate(found.labels)}
         if not all(label in known for label in self.labels):
             return None
         columns = [known[label] for label in self.labels]
+        if np.isfinite(found.values[0]) and not np.isfinite(found.by[0, columns]).any():
+            return None
         return Slope(float(found.values[0]), found.by[0, columns] * found.sigma[columns], found.notes[0])
 
     def _by_dies(self, z: F64) -> Slope:

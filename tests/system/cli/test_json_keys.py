@@ -61,6 +61,7 @@ FORMS = {
     "merge": ["merge mission -o merged"],
     "replay": ["replay study --die 1000"],
     "centre": [],
+    "size": [],
     "blame SYSTEM": [f"blame {TOY} --die 1003"],
     "characterise": [],
     "extract": ["extract --points currents.csv -o process.toml"],
@@ -100,6 +101,7 @@ MORE = {
     "centre": [
         "centre rebound-neuron --spec 'class is works' --tuning-dies 2 --fresh-dies 2 --generations 0"
     ],
+    "size": ["size differential-pair --spec 'offset_V in -5mV:5mV' --move-param pair_width --fresh-dies 4"],
     "characterise": ["characterise winner-take-all -o record.nc"],
     "extract": ["extract --process gf180mcu -o process.toml"],
     "calibrate": ["calibrate latency-chip --die 1003"],

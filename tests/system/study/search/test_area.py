@@ -60,3 +60,15 @@ def test_a_spread_that_no_area_gives_is_refused(slopes: Slopes) -> None:
     slope = slopes.at(np.zeros(len(slopes.labels)))
     with pytest.raises(ParameterError, match="which the process alone makes and no area lessens"):
         matched(slopes, slope, 1e-9, 0.1)
+
+
+def test_a_number_that_reads_currents_is_asked_of_dies() -> None:
+    """An offset follows the devices beside the run's voltages; Pelgrom's law tells its spread."""
+    subject = Subject("differential-pair", ("offset_V",))
+    target = BlockTarget(subject)
+    found = Slopes(target, read_die(subject.silicon), Condition("random", 27.0, 0), "offset_V", 1)
+    slope = found.at(np.zeros(len(found.labels)))
+    assert not found.by_gradient
+    threshold = [label.endswith(("m1.v_t0", "m2.v_t0")) for label in found.labels]
+    pair = target.choice.silicon.process.pair_a_vt / 1e-6  # of gates of 1 um by 1 um
+    assert float(np.linalg.norm(slope.by[threshold])) == pytest.approx(pair, rel=1e-3)

@@ -1,0 +1,178 @@
+"""Fresh dies that judge a search: their yield before and after, in print and as a document."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from circuits.errors import ParameterError
+from system.cli.output import print_line, print_table, progress_bar, quantity_cell
+from system.cli.study_output import share_document
+from system.options.silicon import SiliconChoice
+from system.study.engine import on_threads, run_study
+from system.study.manifest import Study
+from system.study.plan import Plan
+from system.study.report.result import judge_table
+from system.study.specification import Specification
+from system.study.statistics.comparison import YieldDifference, compare_yields
+from system.study.statistics.summary import Yield, summarise_yield
+from system.study.table import Condition, Table
+from system.study.target import Subject
+
+FIRST_FRESH = 1000  # dies before it are tuned on, it and later ones reported on
+CHUNK = 32
+TRANSISTOR = "transistor"
+
+
+@dataclass(frozen=True, slots=True)
+class FreshDies:
+    """Dies that a search is judged on.
+
+    Attributes
+    ----------
+    tuning : dies of the search, from 0 on.
+    count : dies of the report.
+    first : the first of them.
+    threads : how many measure them; all cores if None.
+    """
+
+    tuning: int
+    count: int
+    first: int
+    threads: int | None
+
+    @property
+    def last(self) -> int:
+        """The last die of the report."""
+        return self.first + self.count - 1
+
+    def check(self) -> None:
+        """Raise `ParameterError` where the search would see dies of the report, or there are none."""
+        if not 1 <= self.tuning <= FIRST_FRESH:
+            raise ParameterError(
+                f"--tuning-dies: {self.tuning}, must be 1 to {FIRST_FRESH}; later dies are for the report"
+            )
+        if self.first < FIRST_FRESH or self.count < 1:
+            raise ParameterError(
+                f"--fresh-dies: {self.count} from die {self.first}, must be at least one from"
+                f" {FIRST_FRESH} on; earlier dies are for the search"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """Yield of fresh dies before and after a search.
+
+    Attributes
+    ----------
+    varied : what varies from die to die, in words.
+    before : yield at the start.
+    after : yield at the biases that were found.
+    difference : difference of the two yields, on the same dies.
+    means : mean of each metric over the dies where it is defined, before and after, in SI units.
+    """
+
+    varied: str
+    before: Yield
+    after: Yield
+    difference: YieldDifference
+    means: Mapping[str, tuple[float, float]]
+
+
+def silicons(silicon: SiliconChoice) -> list[SiliconChoice]:
+    """Mismatch alone first, where both vary."""
+    both = silicon.mismatch and silicon.process_variation
+    return [replace(silicon, process_variation=False), silicon] if both else [silicon]
+
+
+def report_on(
+    fresh: FreshDies,
+    designs: tuple[Subject, Subject],
+    silicon: SiliconChoice,
+    specifications: Sequence[Specification],
+    condition: Condition,
+) -> Report:
+    """Measure the fresh dies of a block as a search began and as it ended."""
+    plan = Plan("random", 0, fresh.first, fresh.count)
+    tables = []
+    for label, subject in zip(("before", "after"), designs, strict=True):
+        study = Study(replace(subject, silicon=silicon), plan, (condition,), CHUNK)
+        with (
+            progress_bar(f"fresh dies, {_varied(silicon)}, {label}") as progress,
+            on_threads(fresh.threads) as workers,
+        ):
+            tables.append(run_study(study, workers=workers, progress=progress).table)
+    first, second = tables
+    verdicts = [judge_table(t, specifications) for t in tables]
+    return Report(
+        _varied(silicon),
+        summarise_yield(verdicts[0]),
+        summarise_yield(verdicts[1]),
+        compare_yields(first.die, verdicts[0].passed, second.die, verdicts[1].passed),
+        {m: (_mean(first, m), _mean(second, m)) for m in first.metrics},
+    )
+
+
+def _mean(table: Table, metric: str) -> float:
+    x = table.column(metric)
+    x = x[np.isfinite(x)]
+    return float(x.mean()) if x.size else float("nan")
+
+
+def _varied(silicon: SiliconChoice) -> str:
+    parts = [
+        name for name, on in (("mismatch", silicon.mismatch), ("process", silicon.process_variation)) if on
+    ]
+    return " and ".join(parts)
+
+
+def report_document(found: Report) -> dict[str, Any]:
+    """Give a report as members of a JSON document."""
+    return {
+        "varied": found.varied,
+        "before": _yield_document(found.before),
+        "after": _yield_document(found.after),
+        "difference": asdict(found.difference),
+        "means": {m: {"before": a, "after": b} for m, (a, b) in found.means.items()},
+    }
+
+
+def _yield_document(found: Yield) -> dict[str, Any]:
+    shares = share_document(found, "Clopper-Pearson")
+    return {"samples": found.samples, **shares, "causes": dict(found.causes)}
+
+
+def print_report(fresh: FreshDies, report: Report, units: Mapping[str, str]) -> None:
+    """Print the yields of fresh dies, what a search gained and lost, and the metrics' means."""
+    d = report.difference
+    print_line("")
+    rows = [
+        (name, f"{y.passed} of {y.samples}", percent(y.estimate.value), _between(y), _causes(y))
+        for name, y in (("before", report.before), ("after", report.after))
+    ]
+    heads = ("", "pass:", "yield:", "95 % interval (Clopper-Pearson)", "does not pass because of")
+    print_table(f"fresh dies {fresh.first} to {fresh.last}, {report.varied}, transistor level", heads, rows)
+    print_line(
+        f"{d.only_second_passes} dies gained, {d.only_first_passes} lost; McNemar's test of equal yields:"
+        f" p = {d.p_value:.2g}"
+    )
+    for metric, (before, after) in report.means.items():
+        cells = (quantity_cell(v, units[metric]) for v in (before, after))
+        print_line(f"mean {metric} where defined: {' before, '.join(cells)} after")
+
+
+def percent(share: float) -> str:
+    """Write a share in percent."""
+    return f"{100.0 * share:.1f} %"
+
+
+def _between(found: Yield) -> str:
+    ends = found.estimate.interval
+    return f"{100.0 * ends.low:.2f} to {100.0 * ends.high:.2f} %"
+
+
+def _causes(found: Yield) -> str:
+    return ", ".join(f"{n} {cause}" for cause, n in found.causes.items())

@@ -1,0 +1,238 @@
+"""The verb `noctule size`: the least area at which enough dies pass, and fresh dies tell whether they do."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from circuits.arrays import F64
+from circuits.errors import ParameterError
+from circuits.units import parse_quantity
+from system.cli.block_choice import target_of
+from system.cli.deck_measures import own_measures
+from system.cli.exit_status import DONE, NO
+from system.cli.fresh_dies import (
+    TRANSISTOR,
+    FreshDies,
+    Report,
+    percent,
+    print_report,
+    report_document,
+    report_on,
+    silicons,
+)
+from system.cli.option_names import words_of
+from system.cli.output import json_text, print_json, print_line, print_table, progress_bar, quantity_cell
+from system.cli.study_verbs import Size
+from system.files.writing import check_folder, write_text_atomic
+from system.notice import say
+from system.options.block import Value, parameters, read_die
+from system.registry import system_names
+from system.study.metrics.measure import named_measures
+from system.study.metrics.metric import with_named
+from system.study.search.centre import Bench, Problem
+from system.study.search.knob import Knob, moved_subject, options_of, sizes_of
+from system.study.search.size import Sized, size
+from system.study.specification import Specification, limited_metrics, parse_spec
+from system.study.statistics.summary import Yield
+from system.study.table import Condition
+from system.study.target import BlockTarget, Subject, hashed
+
+SQUARE_MICROMETRE = 1e-12  # m^2
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """Finished search with the yield of fresh dies.
+
+    Attributes
+    ----------
+    asked : options of the verb.
+    start : block with its options at the start, and what is measured of it.
+    specifications : conditions that a die must fulfil to pass.
+    units : unit of each metric.
+    wanted : share of dies that should pass.
+    knobs : sizes that moved.
+    values : value of each that the search found.
+    found : where the search ended.
+    reports : yields of fresh dies.
+    """
+
+    asked: Size
+    start: Subject
+    specifications: tuple[Specification, ...]
+    units: Mapping[str, str]
+    wanted: float
+    knobs: tuple[Knob, ...]
+    values: tuple[Value, ...]
+    found: Sized
+    reports: tuple[Report, ...]
+
+    @property
+    def subject(self) -> Subject:
+        """The block with the sizes that the search found."""
+        return moved_subject(self.start, self.knobs, self.values)
+
+    @property
+    def after(self) -> Yield:
+        """The yield of fresh dies at the sizes found, of all that varies as in the search."""
+        return self.reports[-1].after
+
+    @property
+    def verdict(self) -> str:
+        """Whether the wanted share of fresh dies passes: `met`, `missed`, or `undecided` by their number."""
+        if self.after.estimate.value >= self.wanted:
+            return "met"
+        return "undecided" if self.after.estimate.interval.high >= self.wanted else "missed"
+
+
+def size_command(asked: Size) -> int:
+    """Search, report on fresh dies, and write the file that is asked for.
+
+    Returns the exit status, `NO` where fresh dies tell that fewer pass than are wanted.
+    """
+    result = run(asked)
+    if asked.output is not None:
+        write_text_atomic(asked.output, json_text(document(result)))
+    if asked.as_json:
+        print_json(document(result))
+    else:
+        _print(result)
+    if result.verdict == "missed":
+        share = percent(result.after.estimate.value)
+        say(f"size: {share} of fresh dies pass, of {percent(result.wanted)}; let more sizes move, or farther")
+        return NO
+    return DONE
+
+
+def run(asked: Size) -> Result:
+    """Search on the tuning dies, and report on fresh ones.
+
+    Whatever can fail is checked before the search. Raises `ParameterError` for options that contradict each
+    other or the block.
+    """
+    wanted, fresh = _checked(asked), _fresh_of(asked)
+    subject = _subject_of(asked)
+    target = BlockTarget(subject)
+    limited = {q.name: q.limit_unit for q in target.quantities}
+    specifications = tuple(parse_spec(text, limited) for text in asked.spec)
+    lengths = [p.name for p in parameters(target.choice.params) if p.unit.endswith("m")]
+    knobs = tuple(sizes_of(target.choice, asked.move_param or lengths))
+    condition = Condition("random", target.choice.silicon.temperature_c, 0)
+
+    def values_at(coordinates: F64) -> tuple[Value, ...]:
+        return tuple(k.at(u, asked.reach, 0.0) for k, u in zip(knobs, coordinates.tolist(), strict=True))
+
+    def open_at(coordinates: F64) -> BlockTarget:
+        made = BlockTarget(moved_subject(subject, knobs, values_at(coordinates)))
+        made.machines(condition.temperature_c)  # lowered once, before threads share it
+        return made
+
+    problem = Problem(open_at, len(knobs), specifications, read_die(subject.silicon), condition)
+    with (
+        progress_bar(f"{subject.target}, search") as progress,
+        ThreadPoolExecutor(asked.threads or os.cpu_count() or 1) as executor,
+    ):
+        bench = Bench(problem, asked.tuning_dies, executor, lambda _: None)
+        found = size(problem, open_at, wanted, bench, asked.tuning_dies, asked.threads, progress)
+    values = values_at(found.coordinates)
+    designs = subject, moved_subject(subject, knobs, values)
+    reports = tuple(report_on(fresh, designs, s, specifications, condition) for s in silicons(asked.silicon))
+    units = {q.name: q.unit for q in target.quantities}
+    return Result(asked, subject, specifications, units, wanted, knobs, values, found, reports)
+
+
+def _subject_of(asked: Size) -> Subject:
+    block, values = asked.block, asked.values
+    if block in system_names():
+        raise ParameterError(f"size: {block} is a system, must be a block or chip; name one of its chips")
+    measures = named_measures((*own_measures(block, values, asked.silicon, asked.stimulus), *asked.measure))
+    named = with_named(measures, limited_metrics(asked.spec))
+    return hashed(
+        Subject(
+            target_of(block, values), named, values.param, values.bias, values.bias_set, values.bias_kind,
+            asked.stimulus, asked.silicon,
+        )
+    )  # fmt: skip
+
+
+def _fresh_of(asked: Size) -> FreshDies:
+    return FreshDies(asked.tuning_dies, asked.fresh_dies, asked.first_fresh_die, asked.threads)
+
+
+def _checked(asked: Size) -> float:
+    """The wanted share of dies, once all options are possible."""
+    if not asked.spec:
+        raise ParameterError('--spec: what should pass, must be given; write --spec "t_inh_s in 5ms:8ms"')
+    _fresh_of(asked).check()
+    text = asked.wanted.strip()
+    wanted = parse_quantity(text.removesuffix("%"), "", "--yield") / (100.0 if text.endswith("%") else 1.0)
+    if not 0.5 <= wanted < 1.0:
+        raise ParameterError(f"--yield: {asked.wanted}, must be at least 50% and below 100%; write as in 99%")
+    if not 1.0 < asked.reach <= 1e3:
+        raise ParameterError(
+            f"--range: {asked.reach:g}, must be above 1 and at most 1000; 3 is a third to three"
+        )
+    if not (asked.silicon.mismatch or asked.silicon.process_variation):
+        raise ParameterError("--no-mismatch: no process varies either, so all dies are one; leave it out")
+    if asked.output is not None:
+        check_folder(asked.output)
+    return wanted
+
+
+def document(result: Result) -> dict[str, Any]:
+    """Give the result of a search as members of a JSON document."""
+    asked, found = result.asked, result.found
+    return {
+        "block": asked.block,
+        "specifications": [str(s) for s in result.specifications],
+        "temperature_C": parse_quantity(asked.silicon.temperature, "degC", "--temperature"),
+        "lot": asked.silicon.lot,
+        "at": asked.silicon.at,
+        "level": TRANSISTOR,
+        "yield_wanted": result.wanted,
+        "verdict": result.verdict,
+        "tuning_dies": [0, asked.tuning_dies - 1],
+        "fresh_dies": [asked.first_fresh_die, _fresh_of(asked).last],
+        "area_before_m2": found.area_before,
+        "area_after_m2": found.area_after,
+        "moved": [
+            {"name": k.name, "unit": k.unit, "before": k.value, "after": v, "change": k.change(v)}
+            for k, v in zip(result.knobs, result.values, strict=True)
+        ],
+        "options": words_of(options_of(result.subject)),
+        "search": {k: v for k, v in asdict(found).items() if k != "coordinates" and not k.startswith("area")},
+        "fresh": [report_document(f) for f in result.reports],
+    }
+
+
+def _print(result: Result) -> None:
+    asked, found = result.asked, result.found
+    print_line(
+        f"{asked.block}, {' and '.join(map(str, result.specifications))} on {percent(result.wanted)} of dies;"
+        f" tuned on dies {asked.silicon.lot}/0 to {asked.tuning_dies - 1}\n"
+    )
+    rows = [
+        (k.name, quantity_cell(k.value, k.unit), quantity_cell(v, k.unit), k.change_text(v))
+        for k, v in zip(result.knobs, result.values, strict=True)
+    ]
+    print_table("sizes", ("name", "before:", "after:", "change:"), rows)
+    before, after = (x / SQUARE_MICROMETRE for x in (found.area_before, found.area_after))
+    print_line(
+        f"area of gates and capacitors {before:.4g} um^2, after {after:.4g} um^2, x {after / before:.3f}"
+    )
+    print_line(
+        f"search: gradients of {found.designs} sizes, {found.measurements} dies measured; of the tuning dies"
+        f" {percent(found.yield_before)} pass before, {percent(found.yield_after)} after, in the linear"
+        f" theory {percent(found.predicted)}"
+    )
+    if found.impossible:
+        print_line(f"{found.impossible} sizes were no circuit, and were passed over")
+    for report in result.reports:
+        print_report(_fresh_of(asked), report, result.units)
+    told = {"met": "passes", "missed": "does not pass", "undecided": "may pass: more dies would tell"}
+    print_line(f"{percent(result.wanted)} of fresh dies wanted, which {told[result.verdict]}\n")
+    print_line(" ".join(words_of(options_of(result.subject))))

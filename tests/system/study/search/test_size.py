@@ -1,0 +1,66 @@
+"""Sizes of least area: a pair needs what Pelgrom's law says, and what cannot be is said in a line."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from scipy.special import ndtri
+
+from circuits.blocks.rolls import dpi_synapse
+from circuits.registry import load_block
+from system.cli.command_line import main
+from system.study.search.size import area_of
+from tests.refusals import command_refusals
+
+PAIR = ("size", "differential-pair", "--no-process-variation", "--move-param", "pair_length")
+
+
+def test_a_pair_gets_the_area_that_its_offset_needs(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = [*PAIR, "--spec", "offset_V in -5mV:5mV", "--yield", "95%", "--fresh-dies", "60", "--json"]
+    assert main(asked) in {0, 1}
+    found = json.loads(capsys.readouterr().out)
+    block = load_block("differential-pair")
+    sigma = 5e-3 / float(ndtri(0.975))
+    wanted = (block.process.pair_a_vt / sigma) ** 2  # of each gate, whose width stays 1 um
+    assert found["search"]["yield_after"] >= 0.95
+    (moved,) = found["moved"]
+    assert (moved["unit"], moved["after"]) == (
+        "um",
+        pytest.approx(wanted / 1e-12, rel=0.25),
+    )  # 200 dies move it from there
+    assert found["area_after_m2"] == pytest.approx(2e-12 * moved["after"] + 1e-12, rel=1e-3)
+    (fresh,) = found["fresh"]
+    share = fresh["after"]["value"]
+    high = fresh["after"]["interval"]["high"]
+    verdict = "met" if share >= 0.95 else "undecided" if high >= 0.95 else "missed"
+    assert found["verdict"] == verdict
+
+
+def test_area_is_that_of_gates_and_plates() -> None:
+    block = load_block("differential-pair")
+    assert area_of(block.build(), block.process) == pytest.approx(3e-12)
+    neuron = load_block("dpi-synapse")
+    assert neuron.process.components is not None
+    plates = 1e-12 / neuron.process.components.capacitance_density
+    small, large = (
+        area_of(neuron.build(dpi_synapse.Params(synapse_capacitance=c)), neuron.process)
+        for c in (1e-12, 1.5e-12)
+    )
+    assert large - small == pytest.approx(plates, rel=1e-6)  # two filters of half a picofarad more
+
+
+test_what_cannot_be = command_refusals(
+    "size",
+    rows=[
+        ("approach --spec x", "size: approach is a system, must be a block or chip"),
+        ("differential-pair", "--spec: what should pass, must be given"),
+        ("differential-pair --spec x --yield 100%", "--yield: 100%, must be at least 50% and below 100%"),
+        ("differential-pair --spec x --range 1", "--range: 1, must be above 1"),
+        ("differential-pair --spec x --fresh-dies 0", "--fresh-dies: 0 from die 1000, must be at least one"),
+        (
+            "differential-pair --spec 'class is balanced' --no-process-variation",
+            "needs a size to move and a metric with a limit",
+        ),
+    ],
+)
