@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-
-from circuits.checks import require_positive
 from circuits.errors import ParameterError
 
 PARTS = 64  # of one kind in a block or a chip; ours: twice the largest here, and solved whole in minutes
@@ -17,22 +14,6 @@ def whole_number(name: str, value: float, least: int = 1, most: int = PARTS) -> 
     if not least <= value <= most or value != int(value):
         raise ParameterError(f"{name}: {value:g}, must be a whole number from {least} to {most}")
     return int(value)
-
-
-@dataclass(frozen=True, slots=True)
-class Sizes:
-    """Sizes and counts that a block is built of; it adds its own.
-
-    Raises `ParameterError` for a size that is not above zero, or a count that cannot be built. Counts are the
-    fields whose default is a whole number, sizes all others.
-    """
-
-    def __post_init__(self) -> None:
-        """Check all fields."""
-        counts = [each.name for each in fields(self) if isinstance(each.default, int)]
-        require_positive(self, *(each.name for each in fields(self) if each.name not in counts))
-        for name in counts:
-            whole_number(name, getattr(self, name))
 
 
 def pulse_count(name: str, count: float, rate: float) -> int:

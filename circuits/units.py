@@ -69,10 +69,11 @@ _NUMBER = re.compile(r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[eE]([+-]?[0-9]{1,4
 _SIGNIFICANT_DIGITS = 6
 
 
-def quantity(default: Any, unit: str) -> Any:
+def quantity(default: Any, unit: str, least: float | None = None) -> Any:
     """Make a field of a dataclass whose number, or numbers, are in one unit.
 
-    The unit stands in the field's metadata, where the edges look for it.
+    The unit stands in the field's metadata, where the edges look for it, and so does `least`, if there is
+    one.
 
     Parameters
     ----------
@@ -80,8 +81,11 @@ def quantity(default: Any, unit: str) -> Any:
         Value of the field unless another is given.
     unit
         SI unit of the field; empty for a plain number.
+    least
+        The smallest number that a block takes (`circuits.blocks.sizes`), in that unit; unless given a size
+        is above zero, and a count at least 1.
     """
-    return field(default=default, metadata={"unit": unit})
+    return field(default=default, metadata={"unit": unit} | ({} if least is None else {"least": least}))
 
 
 def unit_of_name(name: str) -> str:

@@ -28,7 +28,7 @@ from circuits.blocks.drive import powered
 from circuits.blocks.measure import last_rate, spike_outcome
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports, event_out
-from circuits.checks import require_no_less, require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor
 from circuits.silicon.process import ROLLS_180
@@ -38,17 +38,14 @@ from circuits.units import quantity
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors (F) and sizes (um).
-
-    Raises `ParameterError` for one that is not above zero, or a line's capacitance below.
-    """
+class Params(Sizes):
+    """Capacitors (F) and sizes (um)."""
 
     membrane_capacitance: float = quantity(2.08e-12, "F")
     refractory_capacitance: float = quantity(1e-12, "F")
     adaptation_capacitance: float = quantity(1e-12, "F")
     acknowledge_capacitance: float = quantity(1e-12, "F")  # makes the acknowledge late; ours
-    line_capacitance: float = quantity(0.0, "F")  # of the membrane, beside: the buffer's input
+    line_capacitance: float = quantity(0.0, "F", least=0.0)  # of the membrane, beside: the buffer's input
     input_width: float = quantity(3.4, "um")
     input_length: float = quantity(1.0, "um")
     pair_width: float = quantity(4.0, "um")  # of what is square: the pairs, leaks and discharges
@@ -59,18 +56,11 @@ class Params:
     logic_width: float = quantity(0.5, "um")
     logic_length: float = quantity(0.5, "um")
 
-    def __post_init__(self) -> None:
-        require_positive(self, "membrane_capacitance", "refractory_capacitance", "adaptation_capacitance")
-        require_positive(self, "acknowledge_capacitance")
-        require_positive(self, "input_width", "input_length", "pair_width", "pair_length", "spike_width")
-        require_positive(self, "spike_length", "switch_length", "logic_width", "logic_length")
-        require_no_less(self, "line_capacitance")
-
 
 def soma(params: Params) -> Circuit:
     """Input, leak and spike: ports v_mem, v_refr, spike (out), v_dc, dc_off, v_gain, v_leak, the supply."""
-    given, pair = (params.input_width, params.input_length), (params.pair_width, params.pair_length)
-    core, logic = (params.spike_width, params.spike_length), (params.logic_width, params.logic_length)
+    given, pair = params.size("input"), params.size("pair")
+    core, logic = params.size("spike"), params.size("logic")
     return Circuit(
         "adaptive_soma",
         (
@@ -105,7 +95,7 @@ def refractory(params: Params) -> Circuit:
 
     v_ref: its bias; v_refr: its capacitor, high while the membrane is held.
     """
-    logic = params.logic_width, params.logic_length
+    logic = params.size("logic")
     return Circuit(
         "adaptive_refractory",
         (SUPPLY, *analog_in("spike"), *analog_out("v_mem", "v_refr"), *bias_in("v_ref")),
@@ -114,7 +104,7 @@ def refractory(params: Params) -> Circuit:
             mos("mr2", "n", "r1", "spike", "0", *logic),
             Capacitor("c_ack", "r1", "0", params.acknowledge_capacitance),
             mos("mr3", "p", "v_refr", "r1", "vdd", *logic),
-            mos("mr4", "n", "v_refr", "v_ref", "0", params.pair_width, params.pair_length),
+            mos("mr4", "n", "v_refr", "v_ref", "0", *params.size("pair")),
             Capacitor("c_refr", "v_refr", "0", params.refractory_capacitance),
             mos("mr5", "n", "v_mem", "v_refr", "0", *logic),
         ),
@@ -123,7 +113,7 @@ def refractory(params: Params) -> Circuit:
 
 def adaptation(params: Params) -> Circuit:
     """A DPI that spikes feed, and what draws its current: ports spike (in), v_mem, v_adp, adapt, biases."""
-    pair, weight = (params.pair_width, params.pair_length), (params.spike_width, params.spike_length)
+    pair, weight = params.size("pair"), params.size("spike")
     switch = params.spike_width, params.logic_length
     return Circuit(
         "adaptation_dpi",

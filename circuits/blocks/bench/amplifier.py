@@ -1,6 +1,8 @@
-"""What transconductance amplifiers have in common: the sweep of an input, and what is read off the output."""
+"""What transconductance amplifiers have in common: sizes, the sweep of an input, and what is read off it."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -8,10 +10,23 @@ from circuits.arrays import F64
 from circuits.blocks.bench.curve import crossing, ramp, within_supply
 from circuits.blocks.block import Stimulus, Values
 from circuits.blocks.drive import Wave, powered
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.lowering.supply import half_supply
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
+from circuits.units import quantity
+
+
+@dataclass(frozen=True, slots=True)
+class AmplifierSizes(Sizes):
+    """Sizes of an amplifier's transistors, um, one for each polarity."""
+
+    n_width: float = quantity(1.0, "um")
+    n_length: float = quantity(1.0, "um")
+    p_width: float = quantity(3.4, "um")
+    p_length: float = quantity(1.0, "um")
+
 
 POINTS = 360  # of the sweep: 5 mV apart at 1.8 V
 STIMULI = (

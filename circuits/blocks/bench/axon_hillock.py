@@ -30,7 +30,7 @@ from circuits.blocks.drive import current_into, powered
 from circuits.blocks.measure import spike_outcome
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, bias_ports, event_out
-from circuits.checks import require_no_less, require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor
 from circuits.lowering.supply import half_supply
@@ -41,15 +41,12 @@ from circuits.units import quantity
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors (F) and sizes (um).
-
-    Raises `ParameterError` for one that is not above zero, or a line's capacitance below.
-    """
+class Params(Sizes):
+    """Capacitors (F) and sizes (um)."""
 
     membrane_capacitance: float = quantity(2.08e-12, "F")
     feedback_capacitance: float = quantity(0.81e-12, "F")
-    line_capacitance: float = quantity(0.0, "F")  # of the membrane, beside: the buffer's input
+    line_capacitance: float = quantity(0.0, "F", least=0.0)  # of the membrane, beside: the buffer's input
     first_p_width: float = quantity(13.6, "um")
     first_n_width: float = quantity(4.0, "um")
     first_length: float = quantity(4.0, "um")
@@ -59,19 +56,13 @@ class Params:
     reset_width: float = quantity(3.4, "um")
     reset_length: float = quantity(1.0, "um")
 
-    def __post_init__(self) -> None:
-        require_positive(self, "membrane_capacitance", "feedback_capacitance", "first_p_width")
-        require_positive(self, "first_n_width", "first_length", "second_p_width", "second_n_width")
-        require_positive(self, "second_length", "reset_width", "reset_length")
-        require_no_less(self, "line_capacitance")
-
 
 BIASES = (coded_bias("pw", MASTERS[0], 2, "m_pw", (3.4, 1.0)),)
 
 
 def build(params: Params = Params()) -> Circuit:
     """The neuron: ports v_mem (current in), spike (out), v_pw (bias) and the supply; params: its sizes."""
-    reset = params.reset_width, params.reset_length
+    reset = params.size("reset")
     return Circuit(
         "axon_hillock",
         (SUPPLY, *analog_in("v_mem"), *event_out("spike"), *bias_ports(BIASES)),

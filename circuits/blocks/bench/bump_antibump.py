@@ -21,7 +21,7 @@ from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.drive import driven
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import analog_in, analog_out, bias_ports
-from circuits.checks import require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import drain_current
@@ -31,8 +31,8 @@ from circuits.units import quantity
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Sizes, um. Raises `ParameterError` for a size that is not above zero."""
+class Params(Sizes):
+    """Sizes, um."""
 
     outer_width: float = quantity(1.0, "um")
     outer_length: float = quantity(1.0, "um")
@@ -41,17 +41,13 @@ class Params:
     tail_width: float = quantity(3.0, "um")
     tail_length: float = quantity(1.0, "um")
 
-    def __post_init__(self) -> None:
-        require_positive(self, "outer_width", "outer_length", "middle_width", "middle_length")
-        require_positive(self, "tail_width", "tail_length")
-
 
 BIASES = (coded_bias("tail", MASTERS[3], 12, "mb", (3.0, 1.0)),)
 
 
 def build(params: Params = Params()) -> Circuit:
     """The circuit: ports v1, v2 (gates), i1, i2, i_out (currents in), v_tail (bias); params: sizes."""
-    outer, middle = (params.outer_width, params.outer_length), (params.middle_width, params.middle_length)
+    outer, middle = params.size("outer"), params.size("middle")
     return Circuit(
         "bump_antibump",
         (*analog_in("v1", "v2"), *analog_out("i1", "i2", "i_out"), *bias_ports(BIASES)),
@@ -60,7 +56,7 @@ def build(params: Params = Params()) -> Circuit:
             mos("m2", "n", "i2", "v2", "v_s", *outer),
             mos("m3", "n", "v_x", "v1", "v_s", *middle),
             mos("m4", "n", "i_out", "v2", "v_x", *middle),
-            mos("mb", "n", "v_s", "v_tail", "0", params.tail_width, params.tail_length),
+            mos("mb", "n", "v_s", "v_tail", "0", *params.size("tail")),
         ),
         biases=BIASES,
     )

@@ -29,7 +29,7 @@ from circuits.blocks.measure import between, fall, rise
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_out, bias_ports, event_in
 from circuits.blocks.rolls import dpi_synapse
-from circuits.checks import require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import drain_current
@@ -38,8 +38,8 @@ from circuits.units import quantity
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors (F) and sizes (um). Raises `ParameterError` for one that is not above zero."""
+class Params(Sizes):
+    """Capacitors (F) and sizes (um)."""
 
     slow_capacitance: float = quantity(2.08e-12, "F")
     fast_capacitance: float = quantity(1.45e-12, "F")
@@ -48,10 +48,6 @@ class Params:
     filter_length: float = quantity(3.2, "um")
     switch_width: float = quantity(1.0, "um")
     switch_length: float = quantity(1.0, "um")
-
-    def __post_init__(self) -> None:
-        require_positive(self, "slow_capacitance", "fast_capacitance", "extender_capacitance")
-        require_positive(self, "filter_width", "filter_length", "switch_width", "switch_length")
 
 
 BIASES = (
@@ -67,7 +63,7 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """The synapse: ports event (in), i_out (current out), biases and the supply; params: its sizes."""
-    size, switch = (params.filter_width, params.filter_length), (params.switch_width, params.switch_length)
+    size, switch = params.size("filter"), params.size("switch")
     shared = DpiParams(filter_width=size[0], filter_length=size[1]).filter_params()
     slow = replace(shared, synapse_capacitance=params.slow_capacitance)
     fast = replace(shared, synapse_capacitance=params.fast_capacitance)

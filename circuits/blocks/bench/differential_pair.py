@@ -21,7 +21,7 @@ from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.drive import driven
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import analog_in, analog_out, bias_ports
-from circuits.checks import require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import drain_current
@@ -33,16 +33,13 @@ STRAIGHT = 0.15  # V of difference within which kappa is read
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Sizes, um. Raises `ParameterError` for a size that is not above zero."""
+class Params(Sizes):
+    """Sizes, um."""
 
     pair_width: float = quantity(1.0, "um")
     pair_length: float = quantity(1.0, "um")
     tail_width: float = quantity(1.0, "um")
     tail_length: float = quantity(1.0, "um")
-
-    def __post_init__(self) -> None:
-        require_positive(self, "pair_width", "pair_length", "tail_width", "tail_length")
 
 
 BIASES = (coded_bias("tail", MASTERS[3], 50, "mb", (1.0, 1.0)),)
@@ -50,14 +47,14 @@ BIASES = (coded_bias("tail", MASTERS[3], 50, "mb", (1.0, 1.0)),)
 
 def build(params: Params = Params()) -> Circuit:
     """The pair: ports v1, v2 (gates), i1, i2 (currents in), v_tail (bias); params: sizes."""
-    pair = params.pair_width, params.pair_length
+    pair = params.size("pair")
     return Circuit(
         "differential_pair",
         (*analog_in("v1", "v2"), *analog_out("i1", "i2"), *bias_ports(BIASES)),
         (
             mos("m1", "n", "i1", "v1", "v_s", *pair),
             mos("m2", "n", "i2", "v2", "v_s", *pair),
-            mos("mb", "n", "v_s", "v_tail", "0", params.tail_width, params.tail_length),
+            mos("mb", "n", "v_s", "v_tail", "0", *params.size("tail")),
         ),
         biases=BIASES,
     )

@@ -30,7 +30,7 @@ from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_out, bias_ports, event_in
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls import dpi_synapse
-from circuits.checks import require_no_less, require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
 from circuits.event import pulse
 from circuits.silicon.process import ROLLS_180
@@ -44,28 +44,20 @@ OUT_AT = 0.6  # V, where the output's current is read; ours
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors (F) and sizes (um).
-
-    Raises `ParameterError` for one that is not above zero, or a line's capacitance below.
-    """
+class Params(Sizes):
+    """Capacitors (F) and sizes (um)."""
 
     synapse_capacitance: float = quantity(2.08e-12, "F")
-    line_capacitance: float = quantity(0.0, "F")  # of v_syn, beside: the buffer's input
+    line_capacitance: float = quantity(0.0, "F", least=0.0)  # of v_syn, beside: the buffer's input
     extender_capacitance: float = quantity(0.40e-12, "F")
     filter_width: float = quantity(3.2, "um")  # of the pair, the weight, I_tau and the output
     filter_length: float = quantity(3.2, "um")
     switch_width: float = quantity(1.0, "um")
     switch_length: float = quantity(1.0, "um")
 
-    def __post_init__(self) -> None:
-        require_positive(self, "synapse_capacitance", "extender_capacitance", "filter_width")
-        require_positive(self, "filter_length", "switch_width", "switch_length")
-        require_no_less(self, "line_capacitance")
-
     def filter_params(self) -> dpi_synapse.Params:
         """Sizes and capacitors of the filter, as that of ROLLS takes them."""
-        size = self.filter_width, self.filter_length
+        size = self.size("filter")
         return dpi_synapse.Params(
             synapse_capacitance=self.synapse_capacitance + self.line_capacitance,
             line_capacitance=0.0,
@@ -98,7 +90,7 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """The synapse: ports event (in), v_syn, i_out (current out), biases and the supply; params: its sizes."""
-    size = params.filter_width, params.filter_length
+    size = params.size("filter")
     extender = pulse_extender.Params(extender_capacitance=params.extender_capacitance)
     instances = (
         pulse_extender.build(extender).instance("extender", v_tau="v_pulse"),
@@ -106,7 +98,7 @@ def build(params: Params = Params()) -> Circuit:
     )
     weight = (
         mos("mw", "n", "line", "v_weight", "low", *size),
-        mos("m_in", "n", "low", "pulse", "0", params.switch_width, params.switch_length),
+        mos("m_in", "n", "low", "pulse", "0", *params.size("switch")),
     )
     ports = (SUPPLY, *event_in("event"), *analog_out("v_syn", "i_out"), *bias_ports(BIASES))
     return Circuit("bench_dpi_synapse", ports, weight, instances, biases=BIASES)

@@ -31,7 +31,7 @@ from circuits.blocks.drive import current_into, powered
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, bias_ports, event_out
 from circuits.blocks.rest import started_at_rest
-from circuits.checks import require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor
 from circuits.devices.source import PiecewiseLinear
@@ -47,8 +47,8 @@ POINTS = 120  # of a change of light
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors (F) and sizes (um). Raises `ParameterError` for one that is not above zero."""
+class Params(Sizes):
+    """Capacitors (F) and sizes (um)."""
 
     photodiode_capacitance: float = quantity(0.1e-12, "F")
     input_capacitance: float = quantity(0.98e-12, "F")
@@ -59,10 +59,6 @@ class Params:
     n_length: float = quantity(2.0, "um")
     switch_width: float = quantity(0.5, "um")
     switch_length: float = quantity(0.5, "um")
-
-    def __post_init__(self) -> None:
-        require_positive(self, "photodiode_capacitance", "input_capacitance", "feedback_capacitance")
-        require_positive(self, "p_width", "p_length", "n_width", "n_length", "switch_width", "switch_length")
 
 
 SQUARE = (2.0, 2.0)
@@ -78,7 +74,7 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """The pixel: ports v_pd (photocurrent out), hold (low resets), on, off (out), biases, the supply."""
-    p, n = (params.p_width, params.p_length), (params.n_width, params.n_length)
+    p, n = params.size("p"), params.size("n")
     receptor = photoreceptor.build(photoreceptor.Params(photodiode_capacitance=params.photodiode_capacitance))
     return Circuit(
         "dvs_pixel",
@@ -88,7 +84,7 @@ def build(params: Params = Params()) -> Circuit:
             Capacitor("c2", "v_diff", "v_x", params.feedback_capacitance),
             mos("m_dp", "p", "v_diff", "v_x", "vdd", *p),
             mos("m_dn", "n", "v_diff", "v_dfb", "0", *n),
-            mos("m_rst", "p", "v_x", "hold", "v_diff", params.switch_width, params.switch_length),
+            mos("m_rst", "p", "v_x", "hold", "v_diff", *params.size("switch")),
             mos("m_onp", "p", "on", "v_diff", "vdd", *p),
             mos("m_on", "n", "on", "v_on", "0", *n),
             mos("m_offp", "p", "off", "v_diff", "vdd", *p),

@@ -22,7 +22,6 @@ from circuits.blocks.bench.curve import slope, within_supply
 from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.drive import powered
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports
-from circuits.checks import require_no_less, require_positive
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor
 from circuits.devices.source import PiecewiseLinear
@@ -35,22 +34,11 @@ END_FROM, END_TO = 10e-3, 1e-3  # V from where the output settles, between which
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Sizes of the amplifier (um), and capacitors (F).
+class Params(amplifier.Params):
+    """Sizes of the amplifier (um), and capacitors (F)."""
 
-    Raises `ParameterError` for a size or an integrating capacitor that is not above zero, or a line's below.
-    """
-
-    n_width: float = quantity(1.0, "um")  # of the pair, the tail and the nFET mirror
-    n_length: float = quantity(1.0, "um")
-    p_width: float = quantity(3.4, "um")  # of the pFET mirrors
-    p_length: float = quantity(1.0, "um")
     capacitance: float = quantity(1e-12, "F")
-    line_capacitance: float = quantity(0.0, "F")  # of the output, beside
-
-    def __post_init__(self) -> None:
-        require_positive(self, "n_width", "n_length", "p_width", "p_length", "capacitance")
-        require_no_less(self, "line_capacitance")
+    line_capacitance: float = quantity(0.0, "F", least=0.0)  # of the output, beside
 
 
 BIASES = (coded_bias("tail", MASTERS[1], 37, "amplifier.mb", (1.0, 1.0)),)
@@ -61,8 +49,7 @@ def build(params: Params = Params()) -> Circuit:
 
     params: sizes and capacitors.
     """
-    sizes = amplifier.Params(params.n_width, params.n_length, params.p_width, params.p_length)
-    inside = amplifier.amplifier(sizes).instance("amplifier", v_plus="v_in", v_minus="v_out")
+    inside = amplifier.amplifier(params).instance("amplifier", v_plus="v_in", v_minus="v_out")
     ports = (SUPPLY, *analog_in("v_in"), *analog_out("v_out"), *bias_ports(BIASES))
     c = Capacitor("c", "v_out", "0", params.capacitance + params.line_capacitance)
     return Circuit("follower_integrator", ports, (c,), (inside,), biases=BIASES)

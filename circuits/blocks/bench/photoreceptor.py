@@ -26,7 +26,7 @@ from circuits.blocks.measure import between
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports
 from circuits.blocks.rest import started_at_rest
-from circuits.checks import require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor
 from circuits.devices.source import PiecewiseLinear
@@ -42,8 +42,8 @@ MOST = 20.0  # e-folds of a step
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitor (F) and sizes (um). Raises `ParameterError` for one that is not above zero."""
+class Params(Sizes):
+    """Capacitor (F) and sizes (um)."""
 
     photodiode_capacitance: float = quantity(0.1e-12, "F")
     feedback_width: float = quantity(2.0, "um")
@@ -52,10 +52,6 @@ class Params:
     n_length: float = quantity(1.0, "um")
     p_width: float = quantity(3.4, "um")
     p_length: float = quantity(1.0, "um")
-
-    def __post_init__(self) -> None:
-        require_positive(self, "photodiode_capacitance", "feedback_width", "feedback_length")
-        require_positive(self, "n_width", "n_length", "p_width", "p_length")
 
 
 BIASES = (
@@ -67,13 +63,13 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """The photoreceptor: ports v_pd (photocurrent out), v_sf (out), biases, the supply; params: its sizes."""
-    n, p = (params.n_width, params.n_length), (params.p_width, params.p_length)
+    n, p = params.size("n"), params.size("p")
     return Circuit(
         "photoreceptor",
         (SUPPLY, *analog_in("v_pd"), *analog_out("v_sf"), *bias_ports(BIASES)),
         (
             Capacitor("c_pd", "v_pd", "0", params.photodiode_capacitance),
-            mos("m_fb", "n", "vdd", "v_pr", "v_pd", params.feedback_width, params.feedback_length),
+            mos("m_fb", "n", "vdd", "v_pr", "v_pd", *params.size("feedback")),
             mos("m_n", "n", "v_n", "v_pd", "0", *n),
             mos("m_cas", "n", "v_pr", "v_cas", "v_n", *n),
             mos("m_pr", "p", "v_pr", "v_prb", "vdd", *p),

@@ -23,7 +23,7 @@ from circuits.blocks.measure import fall, high_time, rise
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_out, bias_ports, event_in
 from circuits.blocks.rest import started_at_rest
-from circuits.checks import require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor
 from circuits.event import pulse
@@ -36,8 +36,8 @@ BEGIN = 1e-3  # s, of the event
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitor (F) and sizes (um). Raises `ParameterError` for one that is not above zero."""
+class Params(Sizes):
+    """Capacitor (F) and sizes (um)."""
 
     extender_capacitance: float = quantity(0.40e-12, "F")
     logic_width: float = quantity(0.5, "um")
@@ -49,18 +49,13 @@ class Params:
     feedback_width: float = quantity(0.22, "um")
     feedback_length: float = quantity(2.0, "um")
 
-    def __post_init__(self) -> None:
-        require_positive(self, "extender_capacitance", "logic_width", "logic_length", "tau_width")
-        require_positive(self, "tau_length", "diode_width", "diode_length", "feedback_width")
-        require_positive(self, "feedback_length")
-
 
 BIASES = (coded_bias("tau", MASTERS[0], 10, "m_tau", (4.0, 4.0)),)
 
 
 def build(params: Params = Params()) -> Circuit:
     """The extender: ports event (in), pulse (out), v_tau (bias), the supply; params: capacitor, sizes."""
-    logic = params.logic_width, params.logic_length
+    logic = params.size("logic")
     return Circuit(
         "bench_pulse_extender",
         (SUPPLY, *event_in("event"), *analog_out("pulse"), *bias_ports(BIASES)),
@@ -69,11 +64,11 @@ def build(params: Params = Params()) -> Circuit:
             mos("m1n", "n", "quiet", "event", "0", *logic),
             mos("m3", "p", "v_ext", "quiet", "vdd", *logic),
             Capacitor("c_ext", "v_ext", "0", params.extender_capacitance),
-            mos("m_tau", "n", "v_ext", "v_tau", "0", params.tau_width, params.tau_length),
-            mos("m_d", "p", "under", "under", "vdd", params.diode_width, params.diode_length),
+            mos("m_tau", "n", "v_ext", "v_tau", "0", *params.size("tau")),
+            mos("m_d", "p", "under", "under", "vdd", *params.size("diode")),
             mos("m2p", "p", "over", "v_ext", "under", *logic),
             mos("m2n", "n", "over", "v_ext", "0", *logic),
-            mos("m_fb", "n", "v_ext", "over", "0", params.feedback_width, params.feedback_length),
+            mos("m_fb", "n", "v_ext", "over", "0", *params.size("feedback")),
             mos("m4p", "p", "pulse", "over", "vdd", *logic),
             mos("m4n", "n", "pulse", "over", "0", *logic),
         ),

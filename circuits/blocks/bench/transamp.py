@@ -25,13 +25,12 @@ from functools import partial
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.blocks.bench.amplifier import STIMULI, open_sweep, output_measures, switches
+from circuits.blocks.bench.amplifier import STIMULI, AmplifierSizes, open_sweep, output_measures, switches
 from circuits.blocks.bench.bias import MASTERS, coded_bias
 from circuits.blocks.bench.curve import crossing, slope
 from circuits.blocks.block import Block, Stimulus
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in
-from circuits.checks import require_positive
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Transistor
 from circuits.silicon.process import ROLLS_180, Polarity
@@ -44,26 +43,18 @@ FOLLOWING = (0.14, 0.46)  # V between the inputs, where the open output follows 
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Sizes, um. Raises `ParameterError` for a size that is not above zero."""
+class Params(AmplifierSizes):
+    """Sizes of each copy and of the readout, um."""
 
-    n_width: float = quantity(1.0, "um")
-    n_length: float = quantity(1.0, "um")
-    p_width: float = quantity(3.4, "um")
-    p_length: float = quantity(1.0, "um")
     readout_n_width: float = quantity(1.0, "um")
     readout_n_length: float = quantity(1.0, "um")
     readout_p_width: float = quantity(3.4, "um")
     readout_p_length: float = quantity(1.0, "um")
 
-    def __post_init__(self) -> None:
-        require_positive(self, "n_width", "n_length", "p_width", "p_length", "readout_n_width")
-        require_positive(self, "readout_n_length", "readout_p_width", "readout_p_length")
-
 
 def stage(polarity: Polarity, params: Params) -> Circuit:
     """One amplifier with inputs of a polarity: ports v_plus, v_minus, v_out, v_tail and the supply."""
-    n, p = (params.n_width, params.n_length), (params.p_width, params.p_length)
+    n, p = params.size("n"), params.size("p")
     pair, mirror = (n, p) if polarity == "n" else (p, n)
     rail, other = ("0", "vdd") if polarity == "n" else ("vdd", "0")
     load: Polarity = "p" if polarity == "n" else "n"
@@ -82,8 +73,8 @@ def stage(polarity: Polarity, params: Params) -> Circuit:
 
 def readout(params: Params) -> tuple[Transistor, ...]:
     """The loads of the second and third copies, and the mirrors behind them; params: their sizes."""
-    n = params.readout_n_width, params.readout_n_length
-    p = params.readout_p_width, params.readout_p_length
+    n = params.size("readout_n")
+    p = params.size("readout_p")
     return (
         mos("mp1", "n", "v_source", "v_source", "0", *n),
         mos("mp2", "n", "i_plus", "v_source", "0", *n),

@@ -29,7 +29,7 @@ from circuits.blocks.block import Block, Stimulus, Values
 from circuits.blocks.drive import Wave, driven
 from circuits.blocks.mos import UM
 from circuits.blocks.ports import analog_in
-from circuits.checks import require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.devices import Resistor, Transistor
 from circuits.devices.source import PiecewiseLinear
@@ -47,19 +47,13 @@ EARLY_FROM = 1.0  # V between drain and source, from where the Early voltage is 
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Sizes (um) and shunts (Ohm).
-
-    Raises `ParameterError` for a size or a shunt that is not above zero.
-    """
+class Params(Sizes):
+    """Sizes (um) and shunts (Ohm)."""
 
     width: float = quantity(4.0, "um")
     length: float = quantity(4.0, "um")
     drain_resistance: float = quantity(33e3, "Ohm")
     source_resistance: float = quantity(33e3, "Ohm")
-
-    def __post_init__(self) -> None:
-        require_positive(self, "width", "length", "drain_resistance", "source_resistance")
 
 
 def build(polarity: Polarity, params: Params) -> Circuit:

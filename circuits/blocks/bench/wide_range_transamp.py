@@ -13,34 +13,24 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 
-from circuits.blocks.bench.amplifier import STIMULI, open_sweep, output_measures, switches
+from circuits.blocks.bench.amplifier import STIMULI, AmplifierSizes, open_sweep, output_measures, switches
 from circuits.blocks.bench.bias import MASTERS, coded_bias
 from circuits.blocks.block import Block
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports
-from circuits.checks import require_positive
 from circuits.circuit import Circuit
 from circuits.devices import Transistor
 from circuits.silicon.process import ROLLS_180
-from circuits.units import quantity
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Sizes, um. Raises `ParameterError` for a size that is not above zero."""
-
-    n_width: float = quantity(1.0, "um")  # of the pair, the tail and the nFET mirror
-    n_length: float = quantity(1.0, "um")
-    p_width: float = quantity(3.4, "um")  # of the pFET mirrors
-    p_length: float = quantity(1.0, "um")
-
-    def __post_init__(self) -> None:
-        require_positive(self, "n_width", "n_length", "p_width", "p_length")
+class Params(AmplifierSizes):
+    """Sizes, um: n is that of the pair, the tail and the nFET mirror, p that of the pFET mirrors."""
 
 
 def devices(params: Params) -> tuple[Transistor, ...]:
     """Its transistors between v_plus, v_minus, v_tail, v_out and the rails; params: their sizes."""
-    n, p = (params.n_width, params.n_length), (params.p_width, params.p_length)
+    n, p = params.size("n"), params.size("p")
     return (
         mos("mb", "n", "v_s", "v_tail", "0", *n),
         mos("m1", "n", "v_p1", "v_plus", "v_s", *n),

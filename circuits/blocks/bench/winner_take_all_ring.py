@@ -33,9 +33,8 @@ from circuits.blocks.drive import Wave, powered
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports
 from circuits.blocks.rest import started_at_rest
-from circuits.checks import require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Node, Port
-from circuits.count import whole_number
 from circuits.devices import Transistor
 from circuits.devices.source import PiecewiseLinear
 from circuits.silicon.process import ROLLS_180
@@ -48,26 +47,19 @@ FEWEST = 3  # cells of a ring
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Number of cells, and sizes, um.
+class Params(Sizes):
+    """Number of cells, and sizes, um."""
 
-    Raises `ParameterError` for fewer than three cells or too many, and for a size that is not above zero.
-    """
-
-    cells: int = quantity(16, "")
+    cells: int = quantity(16, "", least=FEWEST)
     n_width: float = quantity(1.0, "um")
     n_length: float = quantity(1.0, "um")
     p_width: float = quantity(3.4, "um")
     p_length: float = quantity(1.0, "um")
 
-    def __post_init__(self) -> None:
-        whole_number("cells", self.cells, FEWEST)
-        require_positive(self, "n_width", "n_length", "p_width", "p_length")
-
 
 def cell(params: Params = Params()) -> Circuit:
     """One cell: ports v_in, v_out, v_c, i_out, i_all, v_tail, v_gain, enable, the supply; params: sizes."""
-    n, p = (params.n_width, params.n_length), (params.p_width, params.p_length)
+    n, p = params.size("n"), params.size("p")
     outputs = analog_out("v_out", "v_c", "i_out", "i_all")
     return Circuit(
         "ring_cell",
@@ -116,7 +108,7 @@ def build(params: Params = Params()) -> Circuit:
 
 def _joints(params: Params, k: int) -> tuple[Transistor, Transistor]:
     """What joins a cell to the next one: `mh` their common nodes, `mx` their outputs."""
-    size, next_one = (params.n_width, params.n_length), (k + 1) % int(params.cells)
+    size, next_one = params.size("n"), (k + 1) % int(params.cells)
     return (
         mos(f"mh{k}", "n", f"v_c[{k}]", "v_inh", f"v_c[{next_one}]", *size),
         mos(f"mx{k}", "n", f"v_out[{k}]", "v_ex", f"v_out[{next_one}]", *size),

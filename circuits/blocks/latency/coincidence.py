@@ -27,8 +27,8 @@ from circuits.blocks.measure import latency, low_time, spiking
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_out
 from circuits.blocks.rest import started_at_rest
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import Sizes
 from circuits.devices import Capacitor
 from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result

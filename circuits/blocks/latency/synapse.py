@@ -22,8 +22,8 @@ from dataclasses import dataclass
 from circuits.blocks.drive import Wave, elements
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, event_in, event_out
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Instance, Port
-from circuits.count import Sizes
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
 from circuits.errors import ParameterError

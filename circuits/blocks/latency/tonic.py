@@ -31,8 +31,8 @@ from circuits.blocks.measure import high_time
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
-from circuits.count import Sizes
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
 from circuits.devices.source import PiecewiseLinear

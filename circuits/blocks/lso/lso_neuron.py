@@ -29,8 +29,8 @@ from circuits.blocks.measure import latency, low_time, spiking
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, bias_in, bias_ports, event_in, event_out
 from circuits.blocks.rest import started_at_rest
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Port
-from circuits.count import Sizes
 from circuits.devices import Capacitor
 from circuits.errors import ParameterError
 from circuits.silicon.process import AMI_1500_IDEAL

@@ -25,7 +25,7 @@ from circuits.blocks.drive import Wave, powered, step
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_out, bias_ports
 from circuits.blocks.rest import started_at_rest
-from circuits.checks import require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
 from circuits.errors import ParameterError
 from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
@@ -41,8 +41,8 @@ MEMBRANE = 0.3  # V, ours: ideal voltage at which the testbench measures the out
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Sizes, um; ours. Raises `ParameterError` for a size that is not above zero."""
+class Params(Sizes):
+    """Sizes, um; ours."""
 
     unit_width: float = quantity(0.5, "um")
     unit_length: float = quantity(2.0, "um")
@@ -50,9 +50,6 @@ class Params:
     mirror_length: float = quantity(8.0, "um")
     switch_width: float = quantity(0.5, "um")
     switch_length: float = quantity(1.0, "um")
-
-    def __post_init__(self) -> None:
-        require_positive(self, "unit_width", "unit_length", "mirror_width", "mirror_length")
 
 
 BIASES = (
@@ -65,7 +62,7 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """The stage: ports i_out, v_pos, v_neg, b0 to b7 (low is on), sign (high is positive), the supply."""
-    unit, switch = (params.unit_width, params.unit_length), (params.switch_width, params.switch_length)
+    unit, switch = params.size("unit"), params.size("switch")
     banks = []
     for letter, gate, out in (("d", "v_pos", "pos"), ("r", "v_neg", "neg")):
         for k in range(BITS):
@@ -78,8 +75,8 @@ def build(params: Params = Params()) -> Circuit:
         mos("mx2", "p", "low", "sign", "pos", *switch),
         mos("mx3", "p", "i_out", "sign", "neg", *switch),
         mos("mx4", "p", "low", "unsigned", "neg", *switch),
-        mos("mm1", "n", "low", "low", "0", params.mirror_width, params.mirror_length),
-        mos("mm2", "n", "i_out", "low", "0", params.mirror_width, params.mirror_length),
+        mos("mm1", "n", "low", "low", "0", *params.size("mirror")),
+        mos("mm2", "n", "i_out", "low", "0", *params.size("mirror")),
     )
     ports = (SUPPLY, *analog_out("i_out"), *bias_ports(BIASES))
     return Circuit("nef_encoder", ports, (*banks, *steering), biases=BIASES)

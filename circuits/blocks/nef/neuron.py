@@ -33,7 +33,7 @@ from circuits.blocks.measure import last_rate, latency, spike_outcome
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, bias_ports, event_out
 from circuits.blocks.rest import started_at_rest
-from circuits.checks import require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, Source
 from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
@@ -47,8 +47,8 @@ REFRACTORY_CURRENT = 0.27e-9  # A: a refractory period of 2.0 ms
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors (F) and sizes (um); ours. Raises `ParameterError` unless the capacitors are above zero."""
+class Params(Sizes):
+    """Capacitors (F) and sizes (um); ours."""
 
     membrane_capacitance: float = quantity(2e-12, "F")
     refractory_capacitance: float = quantity(0.5e-12, "F")
@@ -63,9 +63,6 @@ class Params:
     switch_length: float = quantity(16.0, "um")
     logic_length: float = quantity(0.18, "um")
 
-    def __post_init__(self) -> None:
-        require_positive(self, "membrane_capacitance", "refractory_capacitance", "hold_capacitance")
-
 
 BIASES = (
     Bias("i_leak", "v_leak", "gate", LEAK, "mf1"),
@@ -78,11 +75,11 @@ BIASES = (
 def build(params: Params = Params()) -> Circuit:
     """The neuron: ports v_mem (current in), spike (event out), biases and the supply."""
     ports = (SUPPLY, *analog_in("v_mem"), *event_out("spike"), *bias_ports(BIASES))
-    length, switch = params.logic_length, (params.switch_width, params.switch_length)
+    length, switch = params.logic_length, params.size("switch")
     devices = (
         Capacitor("c_mem", "v_mem", "0", params.membrane_capacitance),
-        mos("mf1", "n", "v_mem", "v_leak", "0", params.leak_width, params.leak_length),
-        mos("mc1", "n", "v_o1", "v_mem", "0", params.sense_width, params.sense_length),
+        mos("mf1", "n", "v_mem", "v_leak", "0", *params.size("leak")),
+        mos("mc1", "n", "v_o1", "v_mem", "0", *params.size("sense")),
         mos("mc2", "p", "v_o1", "v_buf", "vdd", 1.0, 1.0),
         *inverter("mc3", "v_o1", "spike", width=0.5, length=length),
         mos("mc4", "p", "v_mem", "v_o1", "vdd", *switch),

@@ -36,7 +36,7 @@ from circuits.blocks.nef.encoder import Params as EncoderParams
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls import dpi_synapse
-from circuits.checks import require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, OperationalAmplifier, Transistor
 from circuits.errors import ParameterError
@@ -56,11 +56,8 @@ DRIVER_GAIN, DRIVER_RESISTANCE = 1e3, 1e4  # of a line's driver, in Ohm
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors (F) and sizes (um); ours.
-
-    Raises `ParameterError` unless the capacitor of the filter is above zero.
-    """
+class Params(Sizes):
+    """Capacitors (F) and sizes (um); ours."""
 
     synapse_capacitance: float = quantity(6e-12, "F")
     tau_width: float = quantity(0.5, "um")
@@ -74,13 +71,9 @@ class Params:
     mirror_length: float = quantity(4.0, "um")
     split_width: float = quantity(0.5, "um")
     split_length: float = quantity(0.5, "um")
-    cascode_width: float = quantity(0.5, "um")  # 0 for a line without cascodes
+    cascode_width: float = quantity(0.5, "um", least=0.0)  # 0 for a line without cascodes
     cascode_length: float = quantity(0.5, "um")
     load_capacitance: float = quantity(100e-12, "F")  # F, of the stages' gates on a line; ours
-
-    def __post_init__(self) -> None:
-        require_positive(self, "synapse_capacitance")
-        require_positive(self, "cascode_length")
 
 
 def low_pass(params: Params = Params()) -> Circuit:
@@ -99,12 +92,12 @@ def low_pass(params: Params = Params()) -> Circuit:
 
 def line(params: Params = Params()) -> Circuit:
     """What adds up filters and splits their sum: ports i_sum (current in), v_pos, v_neg, v_ref, v_split."""
-    mirror, split = (params.mirror_width, params.mirror_length), (params.split_width, params.split_length)
+    mirror, split = params.size("mirror"), params.size("split")
     unit, held = EncoderParams(), params.cascode_width > 0.0
     gates = ("v_cas_n", "v_cas_p") if held else ()
 
     def diode(name: str, node: str) -> Transistor:
-        one = mos(name, "p", node, node, "vdd", unit.unit_width, unit.unit_length)
+        one = mos(name, "p", node, node, "vdd", *unit.size("unit"))
         return replace(one, multiplicity=LINE_UNITS)
 
     def driver(name: str, node: str, out: str) -> OperationalAmplifier:
@@ -115,7 +108,7 @@ def line(params: Params = Params()) -> Circuit:
         rail = "0" if polarity == "n" else "vdd"
         if not held:
             return (mos(name, polarity, out, gate, rail, *mirror),)
-        size = (params.cascode_width, params.cascode_length)
+        size = params.size("cascode")
         cascode = mos(f"{name}c", polarity, out, f"v_cas_{polarity}", f"{name}d", *size)
         return (mos(name, polarity, f"{name}d", gate, rail, *mirror), cascode)
 
@@ -162,7 +155,7 @@ def build(params: Params = Params()) -> Circuit:
         low_pass(params).instance("filter", line="i_in", i_out="i_sum"),
         line(params).instance("line"),
     )
-    middle = mos("mv1", "n", "i_in", "v_mid", "0", params.converter_width, params.converter_length)
+    middle = mos("mv1", "n", "i_in", "v_mid", "0", *params.size("converter"))
     return Circuit("nef_synapse", ports, (middle,), parts, biases=biases)
 
 

@@ -31,6 +31,7 @@ from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls.bias import gate_bias
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
 from circuits.blocks.rolls.dpi_synapse import pulse_extender
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
@@ -51,7 +52,7 @@ THRESHOLDS = ("thmin", "thdn", "thup")
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
+class Params(Sizes):
     """Sizes (um) of copies, thresholds and comparator, and the sizes of the filter; ours."""
 
     copy_width: float = quantity(1.0, "um")
@@ -70,7 +71,7 @@ def gate(params: Params) -> Circuit:
 
 def _calcium(params: Params) -> tuple[Device, ...]:
     s = params.synapse
-    pair = s.pair_width, s.pair_length
+    pair = s.size("pair")
     return (
         Capacitor("c_line", "line", "0", s.line_capacitance),
         Capacitor("c_ca", "vdd", "v_ca", s.synapse_capacitance),
@@ -78,16 +79,16 @@ def _calcium(params: Params) -> tuple[Device, ...]:
         mos("mc1", "n", "line", "pulse", "far", 0.5, s.logic_length),
         mos("mc3", "n", "far", "pulse", "step", 0.5, s.logic_length),
         mos("mc4", "n", "far", "pulse_b", "v_shift", 0.5, s.logic_length),
-        mos("mc2", "n", "step", "v_caw", "0", s.weight_width, s.weight_length),
+        mos("mc2", "n", "step", "v_caw", "0", *s.size("weight")),
         mos("md1", "n", "vdd", "v_cathr", "line", *pair),
         mos("md2", "n", "v_ca", "v_ca", "line", *pair),
-        mos("md3", "p", "v_ca", "v_catau", "vdd", s.tau_width, s.tau_length),
-        mos("md4", "p", "0", "v_cathr", "vdd", s.output_width, s.output_length),
+        mos("md3", "p", "v_ca", "v_catau", "vdd", *s.size("tau")),
+        mos("md4", "p", "0", "v_cathr", "vdd", *s.size("output")),
     )
 
 
 def _comparators(params: Params) -> tuple[Device, ...]:
-    copy, pair = (params.copy_width, params.copy_length), (params.pair_width, params.pair_length)
+    copy, pair = params.size("copy"), params.size("pair")
     against = [
         device
         for name in THRESHOLDS

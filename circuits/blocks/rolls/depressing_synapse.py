@@ -35,7 +35,7 @@ from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls.bias import gate_bias
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
-from circuits.checks import require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor
 from circuits.event import falling_crossing, rising_crossing
@@ -51,11 +51,8 @@ STEP, RECOVERY = (5, 36), (7, 27)  # codes, ours: R falls to 0.6 at a spike; tau
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitor of a weight (F), sizes (um) and the synapse; ours.
-
-    Raises `ParameterError` unless the capacitor is above zero.
-    """
+class Params(Sizes):
+    """Capacitor of a weight (F), sizes (um) and the synapse; ours."""
 
     weight_capacitance: float = quantity(0.2e-12, "F")
     bias_width: float = quantity(0.5, "um")  # of the nFETs of both biases, long enough to be turned off
@@ -71,9 +68,6 @@ class Params:
     recovery_length: float = quantity(4.0, "um")
     synapse: SynapseParams = field(default_factory=SynapseParams)
 
-    def __post_init__(self) -> None:
-        require_positive(self, "weight_capacitance")
-
     @property
     def ratio(self) -> float:
         """The share r of I_rec that recovery gets."""
@@ -82,9 +76,9 @@ class Params:
 
 def depression(params: Params) -> Circuit:
     """One weight's gate: ports exc_off, exc_on (pulse), level (its bias), w (the gate), v_std, v_rec."""
-    bias = params.bias_width, params.bias_length
-    mirror = params.mirror_width, params.mirror_length
-    switch = params.switch_width, params.switch_length
+    bias = params.size("bias")
+    mirror = params.size("mirror")
+    switch = params.size("switch")
     devices = (
         Capacitor("c_w", "w", "0", params.weight_capacitance),
         mos("ms1", "n", "step", "v_std", "0", *bias),
@@ -93,8 +87,8 @@ def depression(params: Params) -> Circuit:
         mos("ms4", "p", "s", "exc_off", "vdd", *switch),
         mos("ms5", "p", "level", "exc_on", "s", *switch),
         mos("mr1", "n", "back", "v_rec", "0", *bias),
-        mos("mr2", "p", "back", "back", "level", params.diode_width, params.diode_length),
-        mos("mr3", "p", "level", "back", "w", params.recovery_width, params.recovery_length),
+        mos("mr2", "p", "back", "back", "level", *params.size("diode")),
+        mos("mr3", "p", "level", "back", "w", *params.size("recovery")),
     )
     pulse, biases = analog_in("exc_off", "exc_on"), bias_in("v_std", "v_rec")
     ports = (SUPPLY, *pulse, *bias_in("level"), *analog_out("w"), *biases)

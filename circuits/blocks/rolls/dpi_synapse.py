@@ -37,6 +37,7 @@ from circuits.blocks.mos import inverter, mos, nand
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports, event_in
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls.bias import gate_bias
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
@@ -53,12 +54,12 @@ LATCHES = ("recurrent", "sign", "w0", "w1")
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
+class Params(Sizes):
     """Capacitors in farad, sizes in um; all ours."""
 
     synapse_capacitance: float = quantity(1.5e-12, "F")
     pulse_capacitance: float = quantity(0.15e-12, "F")
-    line_capacitance: float = quantity(0.1e-12, "F")
+    line_capacitance: float = quantity(0.1e-12, "F", least=0.0)
     # wide, so that a filter's pair is in weak inversion at the excitatory weights
     pair_width: float = quantity(8.0, "um")
     pair_length: float = quantity(0.5, "um")
@@ -118,7 +119,7 @@ def synapse(params: Params) -> Circuit:
 
 def _excitatory(params: Params) -> tuple[Device, ...]:
     """PFETs of the three currents, switched by the pulse and the bits, and their mirror."""
-    weight = params.weight_width, params.weight_length
+    weight = params.size("weight")
     return (
         mos("me1", "p", "es", "exc_off", "vdd", 4.0, params.logic_length),
         mos("me2", "p", "em", "v_exc", "es", *weight),
@@ -135,7 +136,7 @@ def _excitatory(params: Params) -> tuple[Device, ...]:
 
 def _inhibitory(params: Params) -> tuple[Device, ...]:
     """NFETs of the three currents, switched by the pulse and the bits."""
-    weight = params.weight_width, params.weight_length
+    weight = params.size("weight")
     switch = 0.5, params.logic_length
     return (
         mos("mi1", "n", "inh", "inh_on", "ix", *switch),
@@ -151,7 +152,7 @@ def _inhibitory(params: Params) -> tuple[Device, ...]:
 
 def _filter(params: Params, plate: str = "vdd") -> tuple[Device, ...]:
     """The pair at `line`, v_syn with its capacitor to `plate`, I_tau, and the gate voltage of I_th."""
-    pair = params.pair_width, params.pair_length
+    pair = params.size("pair")
     ends = ("v_syn", "0") if plate == "0" else ("vdd", "v_syn")
     line = (Capacitor("c_line", "line", "0", params.line_capacitance),) if params.line_capacitance else ()
     return (
@@ -159,8 +160,8 @@ def _filter(params: Params, plate: str = "vdd") -> tuple[Device, ...]:
         Capacitor("c_syn", *ends, params.synapse_capacitance),
         mos("md1", "n", "vdd", "v_thr", "line", *pair),
         mos("md2", "n", "v_syn", "v_syn", "line", *pair),
-        mos("md3", "p", "v_syn", "v_tau", "vdd", params.tau_width, params.tau_length),
-        mos("md4", "p", "0", "v_thr", "vdd", params.output_width, params.output_length),
+        mos("md3", "p", "v_syn", "v_tau", "vdd", *params.size("tau")),
+        mos("md4", "p", "0", "v_thr", "vdd", *params.size("output")),
     )
 
 
@@ -178,7 +179,7 @@ def excitatory_filter(params: Params, plate: str = "vdd") -> Circuit:
     plate
         Rail at which the capacitor ends: `vdd` or `0`.
     """
-    output = mos("md5", "p", "i_out", "v_syn", "vdd", params.output_width, params.output_length)
+    output = mos("md5", "p", "i_out", "v_syn", "vdd", *params.size("output"))
     return Circuit("excitatory_dpi", _filter_ports("i_out"), (*_filter(params, plate), output))
 
 
@@ -192,7 +193,7 @@ def inhibitory_filter(params: Params, plate: str = "vdd") -> Circuit:
     plate
         Rail at which the capacitor ends: `vdd` or `0`.
     """
-    width, length = params.output_width, params.output_length
+    width, length = params.size("output")
     output = (
         mos("md5", "p", "vm", "v_syn", "vdd", width, length),
         mos("md6", "n", "vm", "vm", "0", width, length),

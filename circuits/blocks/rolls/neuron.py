@@ -38,6 +38,7 @@ from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls.bias import OFF_CURRENT, gate_bias
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor
 from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
@@ -47,7 +48,7 @@ from circuits.units import quantity
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
+class Params(Sizes):
     """Capacitors (F) and sizes (um); ours."""
 
     membrane_capacitance: float = quantity(2e-12, "F")
@@ -73,9 +74,9 @@ class Params:
 
 def leak(params: Params) -> Circuit:
     """The leak, a DPI: ports i_in, v_mem, select (high takes tau1), v_thr, v_tau1, v_tau2, v_dc."""
-    pair = params.pair_width, params.pair_length
-    slow = params.leak_width, params.leak_length
-    switch = params.switch_width, params.switch_length
+    pair = params.size("pair")
+    slow = params.size("leak")
+    switch = params.size("switch")
     return Circuit(
         "leak",
         (SUPPLY, *analog_out("i_in", "v_mem"), *bias_in("select", "v_thr", "v_tau1", "v_tau2", "v_dc")),
@@ -96,12 +97,12 @@ def leak(params: Params) -> Circuit:
 
 def sodium(params: Params) -> Circuit:
     """Positive feedback into v_mem; `v_shift` is the source of the transistor that senses the membrane."""
-    mirror = params.mirror_width, params.mirror_length
+    mirror = params.size("mirror")
     return Circuit(
         "sodium",
         (SUPPLY, *analog_out("v_mem"), *bias_in("v_shift")),
         (
-            mos("mn1", "n", "nf", "v_mem", "v_shift", params.feedback_width, params.feedback_length),
+            mos("mn1", "n", "nf", "v_mem", "v_shift", *params.size("feedback")),
             mos("mn3", "p", "nf", "nf", "vdd", *mirror),
             mos("mn4", "p", "v_mem", "nf", "vdd", *mirror),
         ),
@@ -111,7 +112,7 @@ def sodium(params: Params) -> Circuit:
 def reset(params: Params) -> Circuit:
     """The comparator, the spike, and the refractory reset of v_mem."""
     length = params.logic_length
-    switch = params.switch_width, params.switch_length
+    switch = params.size("switch")
     return Circuit(
         "reset",
         (
@@ -141,8 +142,8 @@ def reset(params: Params) -> Circuit:
 
 def adaptation(params: Params) -> Circuit:
     """A DPI that spikes feed (v_o1 is low then), and whose output draws a current from v_mem."""
-    pair = params.adaptation_width, params.adaptation_length
-    slow = params.leak_width, params.leak_length
+    pair = params.size("adaptation")
+    slow = params.size("leak")
     return Circuit(
         "adaptation",
         (
@@ -170,15 +171,15 @@ def nmda_gate(params: Params) -> Circuit:
 
     Two mirrors stand between, or the current of the input would leave backwards through the pair.
     """
-    pair = params.pair_width, params.pair_length
-    mirror = params.switch_width, params.switch_length
+    pair = params.size("pair")
+    mirror = params.size("switch")
     return Circuit(
         "nmda_gate",
         (SUPPLY, *analog_in("i_nmda", "v_mem"), *analog_out("i_in"), *bias_in("v_nmda")),
         (
             mos("mg1", "p", "gn", "v_nmda", "i_nmda", *pair),
             mos("mg2", "p", "0", "v_mem", "i_nmda", *pair),
-            mos("mg3", "n", "0", "v_nmda", "0", params.leak_width, params.leak_length),
+            mos("mg3", "n", "0", "v_nmda", "0", *params.size("leak")),
             mos("mg4", "n", "gn", "gn", "0", *mirror),
             mos("mg5", "n", "gp", "gn", "0", *mirror),
             mos("mg6", "p", "gp", "gp", "vdd", *mirror),

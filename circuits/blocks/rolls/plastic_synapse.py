@@ -38,7 +38,7 @@ from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls.bias import gate_bias
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
 from circuits.blocks.rolls.dpi_synapse import pulse_extender
-from circuits.checks import require_positive
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
@@ -59,11 +59,8 @@ SHIFT = 0.25  # V, as the non-plastic synapse's
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitor (F), sizes (um), and the synapse whose pulse extender it shares; ours.
-
-    Raises `ParameterError` unless the capacitor is above zero.
-    """
+class Params(Sizes):
+    """Capacitor (F), sizes (um), and the synapse whose pulse extender it shares; ours."""
 
     weight_capacitance: float = quantity(0.1e-12, "F")
     move_width: float = quantity(0.25, "um")  # of the devices whose current moves w
@@ -78,9 +75,6 @@ class Params:
     tail_length: float = quantity(4.0, "um")
     synapse: SynapseParams = field(default_factory=SynapseParams)
 
-    def __post_init__(self) -> None:
-        require_positive(self, "weight_capacitance")
-
 
 def cell(params: Params) -> Circuit:
     """The weight: ports pulse, up_b, dn (in), line (it draws from it), w, low (out), biases.
@@ -88,7 +82,7 @@ def cell(params: Params) -> Circuit:
     low: the weight's bit, inverted.
     """
     size = {"width": params.synapse.logic_width, "length": params.synapse.logic_length}
-    move = params.move_width, params.move_length
+    move = params.size("move")
     switch = params.move_width, params.switch_length
     devices = (
         Capacitor("c_w", "w", "0", params.weight_capacitance),
@@ -119,8 +113,8 @@ def cell(params: Params) -> Circuit:
 
 def _comparator(params: Params) -> tuple[Device, ...]:
     """`c` is high where w is above v_wthr, `low` where it is below."""
-    width, length = params.pair_width, params.pair_length
-    tail = params.tail_width, params.tail_length
+    width, length = params.size("pair")
+    tail = params.size("tail")
     return (
         mos("mb1", "n", "tail", "v_cmp", "0", *tail),
         mos("mb2", "n", "b", "w", "tail", width, length),
@@ -128,7 +122,7 @@ def _comparator(params: Params) -> tuple[Device, ...]:
         mos("mb4", "p", "b", "b", "vdd", width, length),
         mos("mb5", "p", "c", "b", "vdd", width, length),
         # mb5 has half of I_cmp in balance and mb6 all of it: of twice the W/L, both stages turn at once
-        mos("mb6", "p", "low", "c", "vdd", params.second_width, params.second_length),
+        mos("mb6", "p", "low", "c", "vdd", *params.size("second")),
         mos("mb7", "n", "low", "v_cmp", "0", *tail),
     )
 

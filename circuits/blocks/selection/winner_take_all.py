@@ -53,8 +53,8 @@ from circuits.blocks.drive import current_into, powered, step
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, event_in, event_out
 from circuits.blocks.rest import started_at_rest
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Node, Port
-from circuits.count import whole_number
 from circuits.devices import Capacitor, Device
 from circuits.errors import ParameterError
 from circuits.lowering.supply import half_supply
@@ -72,25 +72,16 @@ LOAD = (3.0, 12.0)  # um
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
+class Params(Sizes):
     """Number of cells, width and reach of the projection (cells), and a cell's capacitor (F); ours.
 
-    Nine cells are enough to see a decision and quick in any simulator; the selection has `CELLS`. Raises
-    `ParameterError` for fewer than two cells or too many, a reach below zero, and a width or capacitor that
-    is not above zero.
+    Nine cells are enough to see a decision and quick in any simulator; the selection has `CELLS`.
     """
 
-    cells: int = quantity(9, "")
+    cells: int = quantity(9, "", least=2)
     sigma: float = quantity(2.0, "")
-    reach: int = quantity(3, "")
+    reach: int = quantity(3, "", least=0)
     input_capacitance: float = quantity(0.5e-12, "F")
-
-    def __post_init__(self) -> None:
-        for name, least in (("cells", 2), ("reach", 0)):
-            whole_number(name, getattr(self, name), least)
-        for name, unit in (("sigma", "cells"), ("input_capacitance", "F")):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"{name}: {getattr(self, name):g} {unit}, must be > 0")
 
 
 BIASES = (Bias("i_tail", "v_tail", "gate", 1e-6, "mt"),)  # ours

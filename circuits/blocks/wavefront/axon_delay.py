@@ -38,6 +38,7 @@ from circuits.blocks.latency.synapse import comparator_stages
 from circuits.blocks.measure import between, fall, rise, spiking
 from circuits.blocks.mos import UM, inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
+from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor, Device, Transistor
 from circuits.devices.source import PiecewiseLinear
@@ -55,18 +56,13 @@ SWITCH = (3.0, 1.5)  # um, of every bit, and of its reset
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Capacitors (F) and size of the sink (m); ours. Raises `ParameterError` unless all are above zero."""
+class Params(Sizes):
+    """Capacitors (F) and size of the sink (m); ours."""
 
     unit_capacitance: float = quantity(100e-15, "F")  # C_u
     offset_capacitance: float = quantity(157e-15, "F")  # C_o
     sink_width: float = quantity(12e-6, "m")
     sink_length: float = quantity(12e-6, "m")
-
-    def __post_init__(self) -> None:
-        for name in ("unit_capacitance", "offset_capacitance", "sink_width", "sink_length"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"{name}: {getattr(self, name):g}, must be > 0")
 
 
 BIASES = (
@@ -115,7 +111,7 @@ def _ramp(params: Params) -> tuple[Device, ...]:
         *inverter("mf", "fired", "fired_n", width=3.0, length=1.5),
         *inverter("mh", "fired_n", "hold", width=3.0, length=1.5),
         mos("mr", "p", "ramp", "hold", "vdd", 3, 1.5),
-        Transistor("ms", "n", "ramp", "v_delay", "0", "0", params.sink_width, params.sink_length),
+        Transistor("ms", "n", "ramp", "v_delay", "0", "0", *params.size("sink")),
         mos("mdp", "p", "step", "hold", "vdd", 6, 1.5),
         mos("mdn", "n", "step", "hold", "0", 3, 12),
         Capacitor("c_o", "step", "ramp", params.offset_capacitance),

@@ -22,12 +22,12 @@ from circuits.arrays import F64, I64
 from circuits.blocks.block import DURATION, Block, Stimulus, Values
 from circuits.blocks.drive import Wave, powered, step
 from circuits.blocks.ports import SUPPLY, event_in
+from circuits.blocks.sizes import Sizes
 from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
 from circuits.blocks.wavefront.axon_delay import EDGE, UNIT, code_voltages
 from circuits.blocks.wavefront.cell import INPUTS
 from circuits.circuit import Circuit, Node, Port
-from circuits.count import whole_number
 from circuits.devices import Resistor
 from circuits.errors import ParameterError
 from circuits.event import pulse
@@ -41,21 +41,14 @@ NEIGHBOURS = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -
 
 
 @dataclass(frozen=True, slots=True)
-class Params:
-    """Size of the grid, resistance of a wire (Ohm; ours), and the sizes of cells and axons.
-
-    Raises `ParameterError` for a grid without cells, or with too many.
-    """
+class Params(Sizes):
+    """Size of the grid, resistance of a wire (Ohm; ours), and the sizes of cells and axons."""
 
     rows: int = quantity(20, "")
     columns: int = quantity(20, "")
     wire_resistance: float = quantity(100.0, "Ohm")
     cell: wavefront_cell.Params = field(default_factory=wavefront_cell.Params)
     axon: axon_delay.Params = field(default_factory=axon_delay.Params)
-
-    def __post_init__(self) -> None:
-        for name in ("rows", "columns"):
-            whole_number(name, getattr(self, name))
 
 
 def build(params: Params = Params()) -> Circuit:

@@ -131,7 +131,7 @@ def test_a_size_or_a_stimulus_that_is_none_is_refused() -> None:
         Params(cells=1)
     with pytest.raises(ParameterError, match="reach: -1, must be a whole number from 0 to 64"):
         Params(reach=-1)
-    with pytest.raises(ParameterError, match="sigma: 0 cells, must be > 0"):
+    with pytest.raises(ParameterError, match="sigma: 0, must be > 0"):
         Params(sigma=0.0)
     with pytest.raises(ParameterError, match="winner: 9, must be a cell from 0 to 8, or off"):
         run(winner=9)

@@ -90,5 +90,5 @@ def test_a_bit_adds_its_weight() -> None:
 
 
 def test_a_size_that_is_none_is_refused() -> None:
-    with pytest.raises(ParameterError, match="unit_capacitance: 0, must be > 0"):
+    with pytest.raises(ParameterError, match="unit_capacitance: 0 F, must be > 0"):
         replace(Params(), unit_capacitance=0.0)
