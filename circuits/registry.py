@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from circuits.blocks.summary import SUMMARIES
 from circuits.catalogue import Catalogue
 
 if TYPE_CHECKING:
@@ -75,54 +76,6 @@ METRICS: dict[str, str] = {
 }
 
 # What each is, as its own summary says: `noctule list` and a shell's completion load none of them.
-BLOCK_LINES: dict[str, str] = {
-    "rebound-neuron": "range-tuned neuron: fires when an echo meets its postinhibitory rebound",
-    "centroid-board": "mean of the spiking neurons' look-up voltages, held and low-passed",
-    "vocalization-controller": "call rate and amplitude from the proximity voltage",
-    "envelope-detector": "envelope of a 40 kHz microphone: follower and difference amplifier",
-    "onset-neuron": "single spike at the beginning of a sound, by the slope of its envelope",
-    "high-threshold-neuron": "single spike when the envelope passes what only the call reaches",
-    "bias-generator": "current of a coarse and a fine code, proportional to absolute temperature",
-    "bias-chain": "13 pairs of bias voltages from cascaded mirrors that add a current a stage",
-    "first-target-isolation": "latch that rests the array from the first spike until the next call",
-    "dpi-synapse": "ROLLS synapse: pulse extender, four levels of either sign, DPI filters",
-    "depressing-synapse": "ROLLS synapse whose excitatory weights are depressed by spikes and recover",
-    "plastic-synapse": "bistable weight that spikes move and that drifts to its nearer rail",
-    "calcium-gate": "learning circuit of a neuron: whether its plastic synapses may go up or down",
-    "rolls-neuron": "silicon neuron: DPI leak, positive feedback, refractory reset, adaptation",
-    "axon-delay": "axonal delay, affine in a 5-bit cost code: a starved sink on switched capacitors",
-    "wavefront-cell": "fires once at the first of eight arrivals and remembers which it was",
-    "winner-take-all": "9 of 33 directions (all: cells=33): Gaussian inhibition, the best raises its line",
-    "latency-neuron": "integrate-and-fire, 20 ms step synapses: latencies in, one latency out",
-    "coincidence-detector": "spikes where two of three inputs come within 3 ms of each other",
-    "race-cell": "cell of a race to the first spike: a current against step inhibitions",
-    "race-layer": "cells that race to the first spike, and the inhibition that stops them",
-    "delay-tap": "delay line of spikes: each tap passes an event on after 3 ms",
-    "tonic-neuron": "tonic inhibitory neuron that a long synapse silences for 177 ms",
-    "latency-unit": "latency memory: stores a spike's coincidence with a tap, repeats it",
-    "conductance-neuron": "sodium and potassium conductances: coincidences, tonic spikes",
-    "lso-neuron": "neuron of the lateral superior olive: excited by one ear and inhibited by the other",
-    "nef-neuron": "integrate-and-fire neuron of the NEF chip: constant leak, threshold, refractory reset",
-    "nef-synapse": "synapse of the NEF chip: DPI low-pass about a middle current, and its signal's line",
-    "nef-encoder": "encoder stage of the NEF chip: a signed copy of 8 bits of a signal's current",
-    "test-nfet": "the teaching chip's nFET of 4 um by 4 um between two ammeters' shunts",
-    "test-pfet": "the teaching chip's pFET of 4 um by 4 um between two ammeters' shunts",
-    "differential-pair": "nFET pair on a tail current: a tanh of the difference of two voltages",
-    "wide-range-transamp": "transconductance amplifier whose output reaches both rails",
-    "follower-integrator": "wide-range amplifier as a follower on 1 pF: low-pass and slew rate",
-    "bump-antibump": "similarity of two voltages: a bump of current where they are equal",
-    "transamp-n": "transconductance amplifier of five transistors, nFETs at its inputs",
-    "transamp-p": "transconductance amplifier of five transistors, pFETs at its inputs",
-    "winner-take-all-ring": "16 cells in a ring: the greatest current takes all tails, and keeps them",
-    "pulse-extender": "makes an event of microseconds as long as a small current says",
-    "dpi-synapse-bench": "DPI synapse of the teaching chip: pulse extender, weight, filter",
-    "axon-hillock": "two inverters and a feedback capacitor: slow pulses from a picoampere",
-    "adaptive-neuron": "integrate-and-fire neuron of the teaching chip: DPI leak, adaptation",
-    "ddi-synapse": "two DPI filters, fast from slow: a current that rises and falls",
-    "photoreceptor": "logarithmic photoreceptor: a voltage by the logarithm of the light",
-    "dvs-pixel": "pixel of an event camera: on and off events by contrast since a reset",
-}
-
 METRIC_LINES: dict[str, str] = {
     "best_delay": "midpoint of the facilitating interval",
     "width": "length of the facilitating interval",
@@ -137,7 +90,7 @@ METRIC_LINES: dict[str, str] = {
 }
 
 _blocks: Catalogue[Block] = Catalogue(
-    "block", BLOCKS, "noctule.blocks", ("circuits.blocks.block:Block",), BLOCK_LINES
+    "block", BLOCKS, "noctule.blocks", ("circuits.blocks.block:Block",), SUMMARIES
 )
 _metrics: Catalogue[Metric] = Catalogue(
     "metric", METRICS, "noctule.metrics", ("circuits.blocks.metric:Metric",), METRIC_LINES

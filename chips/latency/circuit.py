@@ -211,6 +211,15 @@ def _value(line: Line, current: np.ndarray) -> float | tuple[float, ...]:
 FIRST, PERIOD = 25e-3, 100e-3  # s, ours: the first ping, INH having settled, and the second
 LATER = 75e-3  # s, that a run goes on after its last ping
 
+STIMULI = (
+    Stimulus("first", "s", 5e-3, "event of memory 0, after the first ping", can_be_off=True),
+    Stimulus("second", "s", None, "event of memory 1", can_be_off=True),
+    Stimulus("goal", "s", 5e-3, "charge of the goal, after each ping", can_be_off=True),
+    Stimulus("direction", "s", None, "charge of the first direction", can_be_off=True),
+    Stimulus("pings", "", 2.0, "how many, 1 or 2"),
+    Stimulus("duration", "s", None, "length of the run", can_be_off=True),
+)
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """Return a testbench: a reset until 30 us, a ping at 25 ms, and one 0.1 s later unless `pings` is 1.
@@ -280,14 +289,7 @@ CHIP = Block(
     name="latency-chip",
     summary="33 latency memories, delay line, two racing layers; a part: paths=2, taps=2",
     build=build,
-    stimuli=(
-        Stimulus("first", "s", 5e-3, "event of memory 0, after the first ping", can_be_off=True),
-        Stimulus("second", "s", None, "event of memory 1", can_be_off=True),
-        Stimulus("goal", "s", 5e-3, "charge of the goal, after each ping", can_be_off=True),
-        Stimulus("direction", "s", None, "charge of the first direction", can_be_off=True),
-        Stimulus("pings", "", 2.0, "how many, 1 or 2"),
-        Stimulus("duration", "s", None, "length of the run", can_be_off=True),
-    ),
+    stimuli=STIMULI,
     testbench=testbench,
     measures=measures,
     outcome=outcome,

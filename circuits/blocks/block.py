@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from inspect import signature
 from typing import Any
 
+from circuits.blocks.summary import SUMMARIES
 from circuits.circuit import Circuit
 from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
@@ -43,6 +44,11 @@ class Stimulus:
 
 
 DURATION = Stimulus("duration", "s", None, "length of the run", can_be_off=True)  # the testbench's own if off
+
+
+def lasting(seconds: float, summary: str = "length of the run") -> Stimulus:
+    """The knob `duration` of a testbench, whose runs last so many seconds unless it is turned."""
+    return Stimulus("duration", "s", seconds, summary)
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,3 +175,14 @@ class Block:
         They are what the block measures, and `supply_power_W`, the mean power of its sources.
         """
         return {**self.measures(result), "supply_power_W": supply_power(result)}
+
+
+def catalogued(
+    name: str, build: Callable[..., Circuit], stimuli: tuple[Stimulus, ...],
+    testbench: Callable[[Circuit, Values, float], Testbench],
+    measures: Callable[[Result], dict[str, float | None]], outcome: Callable[[Result], str],
+    plotted: tuple[str, ...], process: Process = AMI_1500,
+) -> Block:  # fmt: skip
+    """A block of the catalogue, whose summary is in `circuits.blocks.summary`; all else is a `Block`'s."""
+    summary = SUMMARIES[name]
+    return Block(name, summary, build, stimuli, testbench, measures, outcome, plotted, process=process)

@@ -5,13 +5,15 @@ The supply is the one that the circuit is wired to (`circuits.lowering.supply`).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 
 from circuits.arrays import F64
 from circuits.event import falling_crossing, rising_crossing
 from circuits.lowering.supply import half_supply
 from circuits.solver.transient import Result
+
+Measures = Callable[[Result], Mapping[str, float | None]]
 
 
 def rise(result: Result, node: str) -> float | None:
@@ -64,6 +66,15 @@ def spiked(result: Result, port: str = "spike") -> bool:
 def spiking(yes: str, no: str, port: str = "spike") -> Callable[[Result], str]:
     """An outcome of runs: the word `yes` where a watched port has spiked, else the word `no`."""
     return partial(_word, yes=yes, no=no, port=port)
+
+
+def whether(measures: Measures, name: str, yes: str, no: str) -> Callable[[Result], str]:
+    """An outcome of runs: the word `yes` where `measures` finds the number `name`, else the word `no`."""
+    return partial(_found, measures=measures, name=name, yes=yes, no=no)
+
+
+def _found(result: Result, measures: Measures, name: str, yes: str, no: str) -> str:
+    return no if measures(result)[name] is None else yes
 
 
 def _word(result: Result, yes: str, no: str, port: str) -> str:

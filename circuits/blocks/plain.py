@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from circuits.blocks.arguments import Arguments
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Block, Stimulus, Values, lasting
 from circuits.blocks.measure import last_rate
 from circuits.circuit import GROUND, Circuit, Port, references, split_reference
 from circuits.devices.source import Constant, Source, Waveform
@@ -32,7 +32,7 @@ from circuits.testbench import Testbench
 STOP = 1e-3  # s, of a run that nothing else ends; ours
 SHOWN = 8  # nodes at most that are measured and drawn by default; ours
 _LOW = ("vss", "vee", "gnd")  # beginnings of names of supplies that are at 0 V
-_RUN = Stimulus("duration", "s", STOP, "length of the run")
+_RUN = lasting(STOP)
 
 Made = Circuit | Testbench
 Make = Callable[[Any, Values, float], Made]

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from circuits.circuit import Circuit
 from circuits.devices.source import Source
-from circuits.silicon.process import Process
+from circuits.silicon.process import AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.testbench import Testbench
@@ -26,3 +27,21 @@ def started_at_rest(bench: Testbench, process: Process, held: tuple[Source, ...]
     choosing = replace(bench, sources=(*bench.sources, *held))
     voltages = operating_point(choosing, Silicon(process, REFERENCE_C)).voltages()
     return replace(bench, start={node: round(v, 3) for node, v in voltages.items() if node not in driven})
+
+
+def rested(
+    title: str, circuit: Circuit, sources: tuple[Source, ...], stop: float,
+    process: Process = AMI_1500_IDEAL, watch: tuple[str, ...] = (),
+) -> Testbench:  # fmt: skip
+    """A testbench of these parts, started as by `started_at_rest`.
+
+    Parameters
+    ----------
+    title, circuit, sources, watch
+        As those of a `Testbench`.
+    stop
+        Length of its runs, s.
+    process
+        Process whose nominal die is at rest at the start.
+    """
+    return started_at_rest(Testbench(title, circuit, sources, stop, watch=watch), process)

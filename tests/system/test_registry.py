@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from chips.registry import CHIP_LINES, CHIPS, load_chip
-from circuits.registry import BLOCK_LINES, BLOCKS, METRIC_LINES, METRICS, load_block, load_metric
+from circuits.blocks.summary import SUMMARIES
+from circuits.registry import BLOCKS, METRIC_LINES, METRICS, load_block, load_metric
 from netlists.registry import DIALECT_LINES, DIALECTS, load_dialect
 from system.registry import (
     EXPERIMENT_LINES,
@@ -17,7 +18,7 @@ from system.registry import (
 )
 
 TABLES = {
-    "blocks": (BLOCKS, BLOCK_LINES, load_block),
+    "blocks": (BLOCKS, SUMMARIES, load_block),
     "metrics": (METRICS, METRIC_LINES, load_metric),
     "chips": (CHIPS, CHIP_LINES, load_chip),
     "dialects": (DIALECTS, DIALECT_LINES, load_dialect),

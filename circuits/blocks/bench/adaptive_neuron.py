@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.blocks.bench.bias import MASTERS, coded_bias
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import powered
 from circuits.blocks.measure import last_rate, spike_outcome
 from circuits.blocks.mos import mos
@@ -166,6 +166,15 @@ def build(params: Params = Params()) -> Circuit:
     return Circuit("adaptive_neuron", ports, (), instances, biases=BIASES)
 
 
+DURATION = 60e-3  # s
+
+STIMULI = (
+    Stimulus("adapt", "", None, "whether spikes slow it down", can_be_off=True),
+    lasting(DURATION),
+)
+PLOTTED = ("v_mem", "soma.v_o", "v_refr", "spike")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A direct current, from a membrane at ground on; with `adapt` the adaptation is on."""
     sources = powered(v_dd, {"adapt": 0.0 if stimuli["adapt"] is None else v_dd})
@@ -174,7 +183,6 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     return Testbench("adaptive neuron", circuit, sources, stop, watch=("spike",), initial=begin)
 
 
-DURATION = 60e-3  # s
 HELD = 0.1  # V, below which the membrane is held at ground
 
 
@@ -207,17 +215,4 @@ def _refractory(result: Result, since: float) -> float | None:
     return float(time[first + free[0]] - since) if free.size else None
 
 
-BLOCK = Block(
-    name="adaptive-neuron",
-    summary="integrate-and-fire neuron of the teaching chip: DPI leak, adaptation",
-    build=build,
-    stimuli=(
-        Stimulus("adapt", "", None, "whether spikes slow it down", can_be_off=True),
-        Stimulus("duration", "s", DURATION, "length of the run"),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=spike_outcome,
-    plotted=("v_mem", "soma.v_o", "v_refr", "spike"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("adaptive-neuron", build, STIMULI, testbench, measures, spike_outcome, PLOTTED, ROLLS_180)

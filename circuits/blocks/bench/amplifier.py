@@ -8,8 +8,9 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.blocks.bench.curve import crossing, ramp, within_supply
-from circuits.blocks.block import Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, lasting
 from circuits.blocks.drive import Wave, powered
+from circuits.blocks.measure import whether
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.lowering.supply import half_supply
@@ -31,7 +32,7 @@ class AmplifierSizes(Sizes):
 POINTS = 360  # of the sweep: 5 mV apart at 1.8 V
 STIMULI = (
     Stimulus("v_minus", "V", 0.9, "at the inverting input"),
-    Stimulus("duration", "s", 1.0, "length of the sweep of the other input over the supply"),
+    lasting(1.0, "length of the sweep of the other input over the supply"),
 )
 
 
@@ -86,6 +87,5 @@ def steepest(x: F64, y: F64) -> float:
     return float((np.diff(np.interp(even, x, y)) / np.diff(even)).max())
 
 
-def switches(result: Result) -> str:
-    """`switches` where the output of a sweep passes half the supply, else `stays`."""
-    return "stays" if output_measures(result)["switch_V"] is None else "switches"
+switches = whether(output_measures, "switch_V", "switches", "stays")
+"""The outcome of a sweep: whether the output passes half the supply."""

@@ -25,7 +25,7 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.blocks.bench.bias import MASTERS, coded_bias
 from circuits.blocks.bench.curve import slope
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import current_into, powered
 from circuits.blocks.measure import spike_outcome
 from circuits.blocks.mos import mos
@@ -80,6 +80,15 @@ def build(params: Params = Params()) -> Circuit:
     )
 
 
+BEGIN, DURATION = 0.6, 6.0  # V, s
+
+STIMULI = (
+    Stimulus("current", "A", 3e-12, "into the membrane"),
+    lasting(DURATION),
+)
+PLOTTED = ("v_mem", "v_o", "spike")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A current into the membrane, which begins at 0.6 V."""
     sources = (*powered(v_dd), current_into("v_mem", stimuli["current"] or 0.0))
@@ -87,7 +96,6 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     return Testbench("axon hillock", circuit, sources, stop, watch=("spike",), initial={"v_mem": BEGIN})
 
 
-BEGIN, DURATION = 0.6, 6.0  # V, s
 MARGIN = 0.15  # of a phase at each end that slopes leave out
 
 
@@ -127,17 +135,4 @@ def _slope_within(time: F64, v: F64, begin: float, end: float) -> float | None:
     return slope(time, v, (time > begin + margin) & (time < end - margin))
 
 
-BLOCK = Block(
-    name="axon-hillock",
-    summary="two inverters and a feedback capacitor: slow pulses from a picoampere",
-    build=build,
-    stimuli=(
-        Stimulus("current", "A", 3e-12, "into the membrane"),
-        Stimulus("duration", "s", DURATION, "length of the run"),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=spike_outcome,
-    plotted=("v_mem", "v_o", "spike"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("axon-hillock", build, STIMULI, testbench, measures, spike_outcome, PLOTTED, ROLLS_180)

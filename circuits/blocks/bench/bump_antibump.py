@@ -14,11 +14,12 @@ Source: topology, sizes and the bias's code are the laboratory's. The drains' vo
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 from circuits.blocks.bench.bias import MASTERS, coded_bias
-from circuits.blocks.bench.curve import crossing, difference_sweep, log_ratio
-from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.drive import driven
+from circuits.blocks.bench.curve import crossing, difference_knobs, difference_sweep, log_ratio
+from circuits.blocks.block import catalogued
+from circuits.blocks.measure import whether
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import analog_in, analog_out, bias_ports
 from circuits.blocks.sizes import Sizes
@@ -26,7 +27,6 @@ from circuits.circuit import Circuit
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
-from circuits.testbench import Testbench
 from circuits.units import quantity
 
 
@@ -62,15 +62,6 @@ def build(params: Params = Params()) -> Circuit:
     )
 
 
-def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """The difference from -span to +span about `common`, with all drains at `out`.
-
-    Raises `ParameterError` for a sweep that leaves the supply.
-    """
-    waves, duration = difference_sweep(stimuli, v_dd, ("i1", "i2", "i_out"))
-    return Testbench("bump-antibump", circuit, driven(waves), duration)
-
-
 def measures(result: Result) -> dict[str, float | None]:
     """Numbers of a run: `centre_V`, `width_V`, `peak_share`, `antibump_offset_V` and `tail_A`.
 
@@ -94,24 +85,9 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-def outcome(result: Result) -> str:
-    """`bump` where the sweep shows both flanks of the middle current, else `flank`."""
-    return "flank" if measures(result)["width_V"] is None else "bump"
+STIMULI = difference_knobs(0.5, "all")
+PLOTTED = ("v1", "v2", "v_s")
+testbench = partial(difference_sweep, "bump-antibump", ("i1", "i2", "i_out"))
+outcome = whether(measures, "width_V", "bump", "flank")
 
-
-BLOCK = Block(
-    name="bump-antibump",
-    summary="similarity of two voltages: a bump of current where they are equal",
-    build=build,
-    stimuli=(
-        Stimulus("common", "V", 0.9, "mean of both gates"),
-        Stimulus("span", "V", 0.5, "largest difference of the gates"),
-        Stimulus("out", "V", 1.2, "of all drains"),
-        Stimulus("duration", "s", 1.0, "length of the sweep"),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("v1", "v2", "v_s"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("bump-antibump", build, STIMULI, testbench, measures, outcome, PLOTTED, ROLLS_180)

@@ -9,13 +9,15 @@ from __future__ import annotations
 import numpy as np
 
 from circuits.arrays import F64, Bools
-from circuits.blocks.block import Values
-from circuits.blocks.drive import Wave
+from circuits.blocks.block import Stimulus, Values, lasting
+from circuits.blocks.drive import Wave, driven
+from circuits.circuit import Circuit
 from circuits.devices.source import PiecewiseLinear
 from circuits.errors import ParameterError
 from circuits.event import rising_crossing
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result
+from circuits.testbench import Testbench
 
 DIFFERENCE_POINTS = 240  # of a sweep of a difference: 2.5 mV apart at 0.3 V
 LEAST = 1e-30  # A, of a current whose logarithm is taken: far below what any device leaks; ours
@@ -46,19 +48,35 @@ def within_supply(name: str, v_dd: float, *levels: float) -> None:
             )
 
 
-def difference_sweep(stimuli: Values, v_dd: float, drains: tuple[str, ...]) -> tuple[dict[str, Wave], float]:
-    """Waves of a sweep of v1 - v2 from -span to +span about `common`, and its length, s.
+def difference_knobs(span: float, drains: str) -> tuple[Stimulus, ...]:
+    """Knobs of a `difference_sweep` to a difference of `span` (V), and what it calls its drains."""
+    return (
+        Stimulus("common", "V", 0.9, "mean of both gates"),
+        Stimulus("span", "V", span, "largest difference of the gates"),
+        Stimulus("out", "V", 1.2, f"of {drains} drains"),
+        lasting(1.0, "length of the sweep"),
+    )
+
+
+def difference_sweep(
+    title: str, drains: tuple[str, ...], circuit: Circuit, stimuli: Values, v_dd: float
+) -> Testbench:
+    """A sweep of v1 - v2 from -span to +span about `common`, with all drains at `out`.
 
     Raises `ParameterError` for a sweep that leaves the supply.
 
     Parameters
     ----------
-    stimuli
-        Values of the knobs common, span, out (V) and duration (s).
-    v_dd
-        The supply, V.
+    title
+        Name of the testbench.
     drains
         Nodes that are held at `out`.
+    circuit
+        A circuit with ports v1 and v2, and the drains.
+    stimuli
+        Values of `difference_knobs`.
+    v_dd
+        The supply, V.
     """
     common, span, out, duration = (stimuli[name] or 0.0 for name in ("common", "span", "out", "duration"))
     low, high = common - 0.5 * span, common + 0.5 * span
@@ -66,7 +84,7 @@ def difference_sweep(stimuli: Values, v_dd: float, drains: tuple[str, ...]) -> t
     within_supply("out", v_dd, out)
     held: dict[str, Wave] = dict.fromkeys(drains, out)
     up, down = (ramp(0.0, duration, *ends, DIFFERENCE_POINTS) for ends in ((low, high), (high, low)))
-    return {"v1": up, "v2": down, **held}, duration
+    return Testbench(title, circuit, driven({"v1": up, "v2": down, **held}), duration)
 
 
 def slope(x: F64, y: F64, chosen: Bools) -> float | None:

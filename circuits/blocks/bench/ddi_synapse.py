@@ -24,7 +24,7 @@ from circuits.blocks.bench.curve import slope
 from circuits.blocks.bench.dpi_synapse import FIRST_EVENT, SIZE, STIMULI
 from circuits.blocks.bench.dpi_synapse import Params as DpiParams
 from circuits.blocks.bench.dpi_synapse import testbench as events_into
-from circuits.blocks.block import Block
+from circuits.blocks.block import catalogued
 from circuits.blocks.measure import between, fall, rise
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_out, bias_ports, event_in
@@ -114,14 +114,6 @@ def outcome(result: Result) -> str:
     return "excites" if (found["peak_A"] or 0.0) > -(found["trough_A"] or 0.0) else "inhibits"
 
 
-BLOCK = Block(
-    name="ddi-synapse",
-    summary="two DPI filters, fast from slow: a current that rises and falls",
-    build=build,
-    stimuli=STIMULI,
-    testbench=events_into,
-    measures=measures,
-    outcome=outcome,
-    plotted=("event", "pulse", "v_syn1", "v_syn2"),
-    process=ROLLS_180,
-)
+PLOTTED = ("event", "pulse", "v_syn1", "v_syn2")
+
+BLOCK = catalogued("ddi-synapse", build, STIMULI, events_into, measures, outcome, PLOTTED, ROLLS_180)

@@ -12,13 +12,21 @@ Source: topology, sizes (1 um by 1 um) and the bias's code are the laboratory's.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from circuits.blocks.bench.bias import MASTERS, coded_bias
-from circuits.blocks.bench.curve import crossing, difference_sweep, log_ratio, slope, thermal_voltage
-from circuits.blocks.block import Block, Stimulus, Values
-from circuits.blocks.drive import driven
+from circuits.blocks.bench.curve import (
+    crossing,
+    difference_knobs,
+    difference_sweep,
+    log_ratio,
+    slope,
+    thermal_voltage,
+)
+from circuits.blocks.block import catalogued
+from circuits.blocks.measure import whether
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import analog_in, analog_out, bias_ports
 from circuits.blocks.sizes import Sizes
@@ -26,7 +34,6 @@ from circuits.circuit import Circuit
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
-from circuits.testbench import Testbench
 from circuits.units import quantity
 
 STRAIGHT = 0.15  # V of difference within which kappa is read
@@ -60,15 +67,6 @@ def build(params: Params = Params()) -> Circuit:
     )
 
 
-def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
-    """The difference from -span to +span about `common`, with both drains at `out`.
-
-    Raises `ParameterError` for a sweep that leaves the supply.
-    """
-    waves, duration = difference_sweep(stimuli, v_dd, ("i1", "i2"))
-    return Testbench("differential pair", circuit, driven(waves), duration)
-
-
 def measures(result: Result) -> dict[str, float | None]:
     """Numbers of a run: `kappa`, `offset_V`, `tail_A` and `transconductance_S`.
 
@@ -92,24 +90,9 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-def outcome(result: Result) -> str:
-    """`balanced` where the sweep passes the point of equal currents, else `one-sided`."""
-    return "one-sided" if measures(result)["offset_V"] is None else "balanced"
+STIMULI = difference_knobs(0.3, "both")
+PLOTTED = ("v1", "v2", "v_s")
+testbench = partial(difference_sweep, "differential pair", ("i1", "i2"))
+outcome = whether(measures, "offset_V", "balanced", "one-sided")
 
-
-BLOCK = Block(
-    name="differential-pair",
-    summary="nFET pair on a tail current: a tanh of the difference of two voltages",
-    build=build,
-    stimuli=(
-        Stimulus("common", "V", 0.9, "mean of both gates"),
-        Stimulus("span", "V", 0.3, "largest difference of the gates"),
-        Stimulus("out", "V", 1.2, "of both drains"),
-        Stimulus("duration", "s", 1.0, "length of the sweep"),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("v1", "v2", "v_s"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("differential-pair", build, STIMULI, testbench, measures, outcome, PLOTTED, ROLLS_180)

@@ -23,12 +23,12 @@ import numpy as np
 from circuits.blocks.bench import pulse_extender
 from circuits.blocks.bench.bias import MASTERS, coded_bias
 from circuits.blocks.bench.curve import slope
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import powered, train
 from circuits.blocks.measure import between, fall, rise
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_out, bias_ports, event_in
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
@@ -113,16 +113,16 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     times = train("events", values["events"], values["rate"], FIRST_EVENT)
     held = dict.fromkeys(OUTPUTS & {port.name for port in circuit.ports}, OUT_AT)
     sources = powered(v_dd, {"event": pulse(times, v_dd), **held})
-    bench = Testbench(circuit.name, circuit, sources, values["duration"])
-    return started_at_rest(bench, ROLLS_180)
+    return rested(circuit.name, circuit, sources, values["duration"], ROLLS_180)
 
 
 OUTPUTS = {"i_out"}
 STIMULI = (
     Stimulus("events", "", 1.0, "how many events"),
     Stimulus("rate", "Hz", 4.0, "of the events"),
-    Stimulus("duration", "s", 0.25, "length of the run"),
+    lasting(0.25),
 )
+PLOTTED = ("event", "pulse", "v_syn")
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -156,14 +156,4 @@ def outcome(result: Result) -> str:
     return "responds" if float(current.max()) > 100.0 * float(current[0]) else "silent"
 
 
-BLOCK = Block(
-    name="dpi-synapse-bench",
-    summary="DPI synapse of the teaching chip: pulse extender, weight, filter",
-    build=build,
-    stimuli=STIMULI,
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("event", "pulse", "v_syn"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("dpi-synapse-bench", build, STIMULI, testbench, measures, outcome, PLOTTED, ROLLS_180)

@@ -26,11 +26,11 @@ import numpy as np
 from circuits.blocks.bench import photoreceptor
 from circuits.blocks.bench.bias import MASTERS, coded_bias
 from circuits.blocks.bench.curve import slope
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import current_into, powered
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, bias_ports, event_out
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor
@@ -95,6 +95,14 @@ def build(params: Params = Params()) -> Circuit:
     )
 
 
+STIMULI = (
+    Stimulus("photocurrent", "A", 10e-12, "before the change"),
+    Stimulus("change", "", 0.6, "e-folds by which it grows, and then falls back"),
+    lasting(0.4),
+)
+PLOTTED = ("v_pd", "v_sf", "v_diff", "on", "off")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """Light that grows by so many e-folds, and after a second reset falls back; each takes half of the run.
 
@@ -109,8 +117,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     time, level = (np.concatenate(pair) for pair in zip(up, down, strict=True))
     wave = PiecewiseLinear((0.0, *time.tolist()), (-dark, *(-level).tolist()))
     sources = (*powered(v_dd, {"hold": _resets(half, v_dd)}), current_into("v_pd", wave))
-    bench = Testbench("DVS pixel", circuit, sources, stop, watch=("on",))
-    return started_at_rest(bench, ROLLS_180)
+    return rested("DVS pixel", circuit, sources, stop, ROLLS_180, watch=("on",))
 
 
 def _resets(half: float, v_dd: float) -> PiecewiseLinear:
@@ -151,18 +158,4 @@ def outcome(result: Result) -> str:
     return ("none", "off", "on", "both")[2 * on + off]
 
 
-BLOCK = Block(
-    name="dvs-pixel",
-    summary="pixel of an event camera: on and off events by contrast since a reset",
-    build=build,
-    stimuli=(
-        Stimulus("photocurrent", "A", 10e-12, "before the change"),
-        Stimulus("change", "", 0.6, "e-folds by which it grows, and then falls back"),
-        Stimulus("duration", "s", 0.4, "length of the run"),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("v_pd", "v_sf", "v_diff", "on", "off"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("dvs-pixel", build, STIMULI, testbench, measures, outcome, PLOTTED, ROLLS_180)

@@ -19,7 +19,7 @@ import numpy as np
 from circuits.blocks.bench import wide_range_transamp as amplifier
 from circuits.blocks.bench.bias import MASTERS, coded_bias
 from circuits.blocks.bench.curve import slope, within_supply
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import powered
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports
 from circuits.circuit import Circuit
@@ -56,6 +56,13 @@ def build(params: Params = Params()) -> Circuit:
 
 
 BEGIN, EDGE = 1e-3, 1e-6  # s, when the input is stepped, and how long that takes
+
+STIMULI = (
+    Stimulus("base", "V", 0.9, "the input before the step"),
+    Stimulus("step", "V", 0.3, "height of the step"),
+    lasting(14e-3, "from the step on; back after half of it"),
+)
+PLOTTED = ("v_in", "v_out")
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
@@ -105,18 +112,4 @@ def outcome(result: Result) -> str:
     return "settles" if abs(end - before) < END_TO else "slews"
 
 
-BLOCK = Block(
-    name="follower-integrator",
-    summary="wide-range amplifier as a follower on 1 pF: low-pass and slew rate",
-    build=build,
-    stimuli=(
-        Stimulus("base", "V", 0.9, "the input before the step"),
-        Stimulus("step", "V", 0.3, "height of the step"),
-        Stimulus("duration", "s", 14e-3, "from the step on; back after half of it"),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("v_in", "v_out"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("follower-integrator", build, STIMULI, testbench, measures, outcome, PLOTTED, ROLLS_180)

@@ -20,12 +20,12 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.blocks.bench.bias import MASTERS, coded_bias
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import current_into, powered
 from circuits.blocks.measure import between
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor
@@ -80,6 +80,14 @@ def build(params: Params = Params()) -> Circuit:
     )
 
 
+STIMULI = (
+    Stimulus("photocurrent", "A", 10e-12, "before the step"),
+    Stimulus("step", "", 1.0, "e-folds by which it steps"),
+    lasting(20e-3, "from the step on"),
+)
+PLOTTED = ("v_pd", "v_pr", "v_sf")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A photocurrent that steps by so many e-folds 10 ms into the run.
 
@@ -89,8 +97,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     check_light(dark, step)
     wave = PiecewiseLinear((0.0, BEGIN, BEGIN + EDGE), (-dark, -dark, -dark * math.exp(step)))
     sources = (*powered(v_dd), current_into("v_pd", wave))
-    bench = Testbench("photoreceptor", circuit, sources, BEGIN + (stimuli["duration"] or 0.0))
-    return started_at_rest(bench, ROLLS_180)
+    return rested("photoreceptor", circuit, sources, BEGIN + (stimuli["duration"] or 0.0), ROLLS_180)
 
 
 def check_light(photocurrent: float, step: float) -> None:
@@ -142,18 +149,4 @@ def outcome(result: Result) -> str:
     return "brighter" if moved > 0.0 else "darker"
 
 
-BLOCK = Block(
-    name="photoreceptor",
-    summary="logarithmic photoreceptor: a voltage by the logarithm of the light",
-    build=build,
-    stimuli=(
-        Stimulus("photocurrent", "A", 10e-12, "before the step"),
-        Stimulus("step", "", 1.0, "e-folds by which it steps"),
-        Stimulus("duration", "s", 20e-3, "from the step on"),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("v_pd", "v_pr", "v_sf"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("photoreceptor", build, STIMULI, testbench, measures, outcome, PLOTTED, ROLLS_180)

@@ -17,12 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.blocks.bench.bias import MASTERS, coded_bias
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Values, catalogued, lasting
 from circuits.blocks.drive import powered
 from circuits.blocks.measure import fall, high_time, rise
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_out, bias_ports, event_in
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor
@@ -76,14 +76,16 @@ def build(params: Params = Params()) -> Circuit:
     )
 
 
+DURATION = 0.15  # s
+
+STIMULI = (lasting(DURATION),)
+PLOTTED = ("event", "v_ext", "over", "pulse")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """One event at 1 ms."""
     sources = powered(v_dd, {"event": pulse((BEGIN,), v_dd)})
-    bench = Testbench("pulse extender", circuit, sources, stimuli["duration"] or DURATION)
-    return started_at_rest(bench, ROLLS_180)
-
-
-DURATION = 0.15  # s
+    return rested("pulse extender", circuit, sources, stimuli["duration"] or DURATION, ROLLS_180)
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -111,14 +113,4 @@ def outcome(result: Result) -> str:
     return "long" if fall(result, "pulse") is None else "pulse"
 
 
-BLOCK = Block(
-    name="pulse-extender",
-    summary="makes an event of microseconds as long as a small current says",
-    build=build,
-    stimuli=(Stimulus("duration", "s", DURATION, "length of the run"),),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("event", "v_ext", "over", "pulse"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("pulse-extender", build, STIMULI, testbench, measures, outcome, PLOTTED, ROLLS_180)

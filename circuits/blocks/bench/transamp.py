@@ -28,7 +28,7 @@ from circuits.arrays import F64
 from circuits.blocks.bench.amplifier import STIMULI, AmplifierSizes, open_sweep, output_measures, switches
 from circuits.blocks.bench.bias import MASTERS, coded_bias
 from circuits.blocks.bench.curve import crossing, slope
-from circuits.blocks.block import Block, Stimulus
+from circuits.blocks.block import Block, Stimulus, catalogued
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in
 from circuits.circuit import Bias, Circuit
@@ -145,17 +145,11 @@ def _slope_at(over: F64, current: F64, at: float) -> float | None:
 
 
 def _block(polarity: Polarity, made: Callable[..., Circuit]) -> Block:
-    return Block(
-        name=f"transamp-{polarity}",
-        summary=f"transconductance amplifier of five transistors, {polarity}FETs at its inputs",
-        build=made,
-        stimuli=(*STIMULI, Stimulus("out", "V", 1.2, "where both currents are read")),
-        testbench=partial(open_sweep, f"transamp {polarity}", held=("i_plus", "i_minus")),
-        measures=measures,
-        outcome=switches,
-        plotted=("v_plus", "v_out", "v_source", "v_sink"),
-        process=ROLLS_180,
-    )
+    stimuli = (*STIMULI, Stimulus("out", "V", 1.2, "where both currents are read"))
+    testbench = partial(open_sweep, f"transamp {polarity}", held=("i_plus", "i_minus"))
+    plotted = ("v_plus", "v_out", "v_source", "v_sink")
+    name = f"transamp-{polarity}"
+    return catalogued(name, made, stimuli, testbench, measures, switches, plotted, ROLLS_180)
 
 
 N = _block("n", with_nfets)

@@ -25,8 +25,9 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.blocks.bench.curve import crossing, ramp, slope, thermal_voltage, within_supply
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Block, Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import Wave, driven
+from circuits.blocks.measure import whether
 from circuits.blocks.mos import UM
 from circuits.blocks.ports import analog_in
 from circuits.blocks.sizes import Sizes
@@ -150,28 +151,16 @@ def _early_voltage(drain: F64, current: F64) -> float | None:
     return float(current[far].mean() / rise - drain[far].mean())
 
 
-def outcome(result: Result) -> str:
-    """`on` where the gate's sweep reaches the threshold, else `off`."""
-    return "off" if measures(result)["threshold_V"] is None else "on"
-
-
 def _block(polarity: Polarity, made: Callable[..., Circuit], rail: str) -> Block:
-    return Block(
-        name=f"test-{polarity}fet",
-        summary=f"the teaching chip's {polarity}FET of 4 um by 4 um between two ammeters' shunts",
-        build=made,
-        stimuli=(
-            Stimulus("drain", "V", 1.8, f"drain{rail} while the gate is swept"),
-            Stimulus("gate", "V", 0.8, f"gate{rail} while the drain is swept"),
-            Stimulus("source", "V", 0.0, f"source{rail}"),
-            Stimulus("duration", "s", 2.0, "length of both sweeps"),
-        ),
-        testbench=partial(testbench, polarity),
-        measures=measures,
-        outcome=outcome,
-        plotted=("gate", "drain", "d", "s"),
-        process=ROLLS_180,
+    stimuli = (
+        Stimulus("drain", "V", 1.8, f"drain{rail} while the gate is swept"),
+        Stimulus("gate", "V", 0.8, f"gate{rail} while the drain is swept"),
+        Stimulus("source", "V", 0.0, f"source{rail}"),
+        lasting(2.0, "length of both sweeps"),
     )
+    bench, outcome = partial(testbench, polarity), whether(measures, "threshold_V", "on", "off")
+    plotted = ("gate", "drain", "d", "s")
+    return catalogued(f"test-{polarity}fet", made, stimuli, bench, measures, outcome, plotted, ROLLS_180)
 
 
 NFET = _block("n", nfet, "")

@@ -15,7 +15,7 @@ from functools import partial
 
 from circuits.blocks.bench.amplifier import STIMULI, AmplifierSizes, open_sweep, output_measures, switches
 from circuits.blocks.bench.bias import MASTERS, coded_bias
-from circuits.blocks.block import Block
+from circuits.blocks.block import catalogued
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports
 from circuits.circuit import Circuit
@@ -59,14 +59,9 @@ def build(params: Params = Params()) -> Circuit:
     return Circuit("wide_range_transamp", ports, devices(params), biases=BIASES)
 
 
-BLOCK = Block(
-    name="wide-range-transamp",
-    summary="transconductance amplifier whose output reaches both rails",
-    build=build,
-    stimuli=STIMULI,
-    testbench=partial(open_sweep, "wide-range transamp"),
-    measures=output_measures,
-    outcome=switches,
-    plotted=("v_plus", "v_out"),
-    process=ROLLS_180,
+PLOTTED = ("v_plus", "v_out")
+testbench = partial(open_sweep, "wide-range transamp")
+
+BLOCK = catalogued(
+    "wide-range-transamp", build, STIMULI, testbench, output_measures, switches, PLOTTED, ROLLS_180
 )

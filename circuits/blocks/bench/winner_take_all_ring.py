@@ -28,11 +28,11 @@ from dataclasses import dataclass
 
 from circuits.blocks.bench.bias import MASTERS, coded_bias
 from circuits.blocks.bench.curve import crossing, ramp, within_supply
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import Wave, powered
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Node, Port
 from circuits.devices import Transistor
@@ -115,6 +115,15 @@ def _joints(params: Params, k: int) -> tuple[Transistor, Transistor]:
     )
 
 
+STIMULI = (
+    Stimulus("high", "V", 1.75, "v_in of cell 0 at the beginning and the end"),
+    Stimulus("low", "V", 1.55, "v_in of cell 0 in the middle"),
+    Stimulus("rival", "V", 1.65, "v_in of cell 1"),
+    lasting(2.0, "length of the sweep there and back"),
+)
+PLOTTED = ("v_in[0]", "v_out[0]", "v_out[1]", "v_out[2]", "v_c[0]")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """v_in of cell 0 from `high` to `low` and back, that of cell 1 at `rival`, the others' at the supply.
 
@@ -131,8 +140,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     waves |= {"v_in[0]": swept, "v_in[1]": rival}
     waves |= dict.fromkeys(circuit.port("i_out").elements(), OUT_AT)
     waves |= dict.fromkeys(circuit.port("i_all").elements(), ALL_AT)
-    bench = Testbench("winner-take-all ring", circuit, powered(v_dd, waves), duration)
-    return started_at_rest(bench, ROLLS_180)
+    return rested("winner-take-all ring", circuit, powered(v_dd, waves), duration, ROLLS_180)
 
 
 OUT_AT, ALL_AT = (
@@ -168,19 +176,4 @@ def outcome(result: Result) -> str:
     return "keeps" if found["switch_up_V"] is None else "switches"
 
 
-BLOCK = Block(
-    name="winner-take-all-ring",
-    summary="16 cells in a ring: the greatest current takes all tails, and keeps them",
-    build=build,
-    stimuli=(
-        Stimulus("high", "V", 1.75, "v_in of cell 0 at the beginning and the end"),
-        Stimulus("low", "V", 1.55, "v_in of cell 0 in the middle"),
-        Stimulus("rival", "V", 1.65, "v_in of cell 1"),
-        Stimulus("duration", "s", 2.0, "length of the sweep there and back"),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("v_in[0]", "v_out[0]", "v_out[1]", "v_out[2]", "v_c[0]"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("winner-take-all-ring", build, STIMULI, testbench, measures, outcome, PLOTTED, ROLLS_180)

@@ -29,7 +29,7 @@ from typing import NamedTuple
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.blocks.block import DURATION, Block, Values
+from circuits.blocks.block import DURATION, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports
 from circuits.circuit import Bias, Circuit, Instance, Port
@@ -179,6 +179,10 @@ def currents(point: OperatingPoint) -> Currents:
     return Currents(sink, -source)
 
 
+STIMULI = (DURATION,)
+PLOTTED = ("v_inh_tau[0]", "v_inh_tau[12]", "v_ex_tau[0]", "v_ex_tau[12]")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """The supply alone."""
     return Testbench("bias chain", circuit, powered(v_dd), stimuli["duration"] or STOP)
@@ -201,13 +205,4 @@ def outcome(result: Result) -> str:
     return "falling" if all((s < 0.0).all() for s in steps) else "not-monotone"
 
 
-BLOCK = Block(
-    name="bias-chain",
-    summary="13 pairs of bias voltages from cascaded mirrors that add a current a stage",
-    build=build,
-    stimuli=(DURATION,),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("v_inh_tau[0]", "v_inh_tau[12]", "v_ex_tau[0]", "v_ex_tau[12]"),
-)
+BLOCK = catalogued("bias-chain", build, STIMULI, testbench, measures, outcome, PLOTTED)

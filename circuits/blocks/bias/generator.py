@@ -28,10 +28,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.checks import require_positive
 from circuits.circuit import Circuit
 from circuits.count import whole_number
@@ -53,7 +53,6 @@ from circuits.generator.circuit import (
     sum_mirror,
 )
 from circuits.generator.code import COARSE, CODES, REFERENCE_C
-from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -101,11 +100,17 @@ def build(params: Params = Params()) -> Circuit:
     )
 
 
+STIMULI = (
+    Stimulus("output", "V", 2.5, "ideal voltage at the output"),
+    DURATION,
+)
+PLOTTED = ("v_n", "v_p")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """An ideal voltage `output` (V) at i_out, through which the current flows; it begins as it works."""
     sources = powered(v_dd, {"i_out": stimuli["output"] or 0.0})
-    bench = Testbench("bias generator", circuit, sources, stimuli["duration"] or STOP)
-    return started_at_rest(bench, AMI_1500_IDEAL)
+    return rested("bias generator", circuit, sources, stimuli["duration"] or STOP)
 
 
 STOP = 1e-3  # s; ours: nothing moves
@@ -147,16 +152,4 @@ def outcome(result: Result) -> str:
     return "started" if np.abs(master) > 0.1 * scale * MASTER_CURRENT else "no-current"
 
 
-BLOCK = Block(
-    name="bias-generator",
-    summary="current of a coarse and a fine code, proportional to absolute temperature",
-    build=build,
-    stimuli=(
-        Stimulus("output", "V", 2.5, "ideal voltage at the output"),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("v_n", "v_p"),
-)
+BLOCK = catalogued("bias-generator", build, STIMULI, testbench, measures, outcome, PLOTTED)

@@ -20,17 +20,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.latency.synapse import comparator_biases, events, step_synapse
 from circuits.blocks.measure import latency, low_time, spiking
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_out
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor
-from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -78,13 +77,19 @@ def build(params: Params = Params()) -> Circuit:
 START = 1e-3  # s, ours: the first input of the testbench
 STOP = 12e-3  # s
 
+STIMULI = (
+    Stimulus("second", "s", 2e-3, "second input after the first", can_be_off=True),
+    Stimulus("third", "s", None, "third input after the first", can_be_off=True),
+    DURATION,
+)
+PLOTTED = ("event[0]", "event[1]", "input0.timer", "sum", "spike")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """The first input comes at 1 ms, and the others `second` and `third` (s) after it, or not at all."""
     times = (0.0, stimuli["second"], stimuli["third"])
     sources = powered(v_dd, events(circuit.port("event"), times, START, v_dd))
-    bench = Testbench("coincidence", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
-    return started_at_rest(bench, AMI_1500_IDEAL)
+    return rested("coincidence", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -98,17 +103,6 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-BLOCK = Block(
-    name="coincidence-detector",
-    summary="spikes where two of three inputs come within 3 ms of each other",
-    build=build,
-    stimuli=(
-        Stimulus("second", "s", 2e-3, "second input after the first", can_be_off=True),
-        Stimulus("third", "s", None, "third input after the first", can_be_off=True),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=spiking("coincidence", "none"),
-    plotted=("event[0]", "event[1]", "input0.timer", "sum", "spike"),
-)
+outcome = spiking("coincidence", "none")
+
+BLOCK = catalogued("coincidence-detector", build, STIMULI, testbench, measures, outcome, PLOTTED)

@@ -22,17 +22,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.latency.synapse import comparator_biases, events, step_inhibition, step_synapse
 from circuits.blocks.measure import last_rate, latency
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor, Device
-from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -115,14 +114,21 @@ def _follower(name: str, tail: str, plus: str, out: str) -> tuple[Device, ...]:
 START = 5e-3  # s, ours: from which the testbench counts
 STOP = 40e-3  # s
 
+STIMULI = (
+    Stimulus("first", "s", 0.0, "first excitation, after 5 ms", can_be_off=True),
+    Stimulus("second", "s", 1e-3, "second excitation", can_be_off=True),
+    Stimulus("inhibit", "s", None, "inhibition", can_be_off=True),
+    DURATION,
+)
+PLOTTED = ("excite[0]", "excite[1]", "v_mem", "w", "spike")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """Two excitations and an inhibition, each so long (s) after 5 ms, or not at all."""
     excite = events(circuit.port("excite"), (stimuli["first"], stimuli["second"]), START, v_dd)
     inhibit = events(circuit.port("inhibit"), (stimuli["inhibit"],), START, v_dd)
     sources = powered(v_dd, excite | inhibit)
-    bench = Testbench("conductance", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
-    return started_at_rest(bench, AMI_1500_IDEAL)
+    return rested("conductance", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -144,18 +150,4 @@ def outcome(result: Result) -> str:
     return ("silent", "spike", "spikes")[min(result.spikes["spike"].size, 2)]
 
 
-BLOCK = Block(
-    name="conductance-neuron",
-    summary="sodium and potassium conductances: coincidences, tonic spikes",
-    build=build,
-    stimuli=(
-        Stimulus("first", "s", 0.0, "first excitation, after 5 ms", can_be_off=True),
-        Stimulus("second", "s", 1e-3, "second excitation", can_be_off=True),
-        Stimulus("inhibit", "s", None, "inhibition", can_be_off=True),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("excite[0]", "excite[1]", "v_mem", "w", "spike"),
-)
+BLOCK = catalogued("conductance-neuron", build, STIMULI, testbench, measures, outcome, PLOTTED)

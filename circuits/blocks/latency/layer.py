@@ -17,18 +17,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.latency import race as latency_race
 from circuits.blocks.latency.synapse import MembraneSizes, compared, events
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor
 from circuits.event import pulse, rising_crossing
 from circuits.lowering.supply import half_supply
-from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -100,6 +99,19 @@ def build(params: Params = Params()) -> Circuit:
 PING = latency_race.PING
 STOP = 70e-3  # s
 
+STIMULI = (
+    *(
+        Stimulus(f"excite_{k}", "s", (5e-3, 6e-3, None)[k], f"charge of cell {k}", can_be_off=True)
+        for k in range(3)
+    ),
+    *(
+        Stimulus(f"inhibit_{k}", "s", (None, 40e-3, 20e-3)[k], f"inhibition of cell {k}", can_be_off=True)
+        for k in range(3)
+    ),
+    DURATION,
+)
+PLOTTED = ("cell0.v_mem", "cell1.v_mem", "cell2.v_mem", "recurrent.timer", "stop")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """The ping at 20 us; excitation and inhibition of three cells, each so long (s) after it or off."""
@@ -108,8 +120,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
         for kind in ("excite", "inhibit")
     )
     sources = powered(v_dd, {"reset": pulse((PING,), v_dd)} | excite | inhibit)
-    bench = Testbench("race layer", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
-    return started_at_rest(bench, AMI_1500_IDEAL)
+    return rested("race layer", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -134,19 +145,4 @@ def outcome(result: Result) -> str:
     return " ".join(sorted(won)) if won else "none"
 
 
-BLOCK = Block(
-    name="race-layer",
-    summary="cells that race to the first spike, and the inhibition that stops them",
-    build=build,
-    stimuli=(
-        *(Stimulus(f"excite_{k}", "s", (5e-3, 6e-3, None)[k], f"charge of cell {k}", can_be_off=True)
-          for k in range(3)),
-        *(Stimulus(f"inhibit_{k}", "s", (None, 40e-3, 20e-3)[k], f"inhibition of cell {k}", can_be_off=True)
-          for k in range(3)),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("cell0.v_mem", "cell1.v_mem", "cell2.v_mem", "recurrent.timer", "stop"),
-)  # fmt: skip
+BLOCK = catalogued("race-layer", build, STIMULI, testbench, measures, outcome, PLOTTED)

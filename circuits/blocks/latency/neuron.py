@@ -18,17 +18,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.latency.synapse import MembraneSizes, comparator_biases, compared, events, step_synapse
 from circuits.blocks.measure import latency, low_time, spiking
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor
 from circuits.event import pulse
-from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -67,14 +66,21 @@ def build(params: Params = Params()) -> Circuit:
 PING = 20e-6  # s, ours: the testbench's reset
 STOP = 30e-3  # s
 
+STIMULI = (
+    Stimulus("first", "s", 3e-3, "first event after the ping", can_be_off=True),
+    Stimulus("second", "s", 6e-3, "second event", can_be_off=True),
+    Stimulus("third", "s", None, "third event", can_be_off=True),
+    DURATION,
+)
+PLOTTED = ("event[0]", "synapse0.timer", "synapse0.off", "v_mem", "spike")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """The ping at 20 us, and an event at each of three synapses so long (s) after it, or none."""
     times = (stimuli["first"], stimuli["second"], stimuli["third"])
     inputs = events(circuit.port("event"), times, PING, v_dd)
     sources = powered(v_dd, {"reset": pulse((PING,), v_dd), **inputs})
-    bench = Testbench("latency neuron", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
-    return started_at_rest(bench, AMI_1500_IDEAL)
+    return rested("latency neuron", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -89,18 +95,6 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-BLOCK = Block(
-    name="latency-neuron",
-    summary="integrate-and-fire, 20 ms step synapses: latencies in, one latency out",
-    build=build,
-    stimuli=(
-        Stimulus("first", "s", 3e-3, "first event after the ping", can_be_off=True),
-        Stimulus("second", "s", 6e-3, "second event", can_be_off=True),
-        Stimulus("third", "s", None, "third event", can_be_off=True),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=spiking("spike", "none"),
-    plotted=("event[0]", "synapse0.timer", "synapse0.off", "v_mem", "spike"),
-)
+outcome = spiking("spike", "none")
+
+BLOCK = catalogued("latency-neuron", build, STIMULI, testbench, measures, outcome, PLOTTED)

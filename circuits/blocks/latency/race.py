@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import Wave, powered
 from circuits.blocks.latency.synapse import (
     MembraneSizes,
@@ -31,11 +31,10 @@ from circuits.blocks.latency.synapse import (
 from circuits.blocks.measure import latency, spiking
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor, Device
 from circuits.event import pulse
-from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -97,6 +96,16 @@ def membrane_resets() -> tuple[Device, Device]:
 PING = 20e-6  # s, ours: the testbench's reset
 STOP = 90e-3  # s
 
+STIMULI = (
+    Stimulus("goal", "s", 5e-3, "charge of the goal, after the ping", can_be_off=True),
+    Stimulus("direction", "s", None, "charge of the ping's direction", can_be_off=True),
+    Stimulus("first", "s", 20e-3, "first inhibition", can_be_off=True),
+    Stimulus("second", "s", None, "second inhibition", can_be_off=True),
+    Stimulus("stop", "s", None, "recurrent inhibition", can_be_off=True),
+    DURATION,
+)
+PLOTTED = ("inhibit[0]", "inhibit0.timer", "inhibit0.on", "v_mem", "spike")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """The ping at 20 us; excitations, inhibitions and `stop` so long (s) after it, or not at all."""
@@ -105,8 +114,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     for name, knobs in ports.items():
         waves |= events(circuit.port(name), tuple(stimuli[knob] for knob in knobs), PING, v_dd)
     sources = powered(v_dd, waves)
-    bench = Testbench("race cell", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
-    return started_at_rest(bench, AMI_1500_IDEAL)
+    return rested("race cell", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -114,20 +122,6 @@ def measures(result: Result) -> dict[str, float | None]:
     return {"latency_s": latency(result, PING)}
 
 
-BLOCK = Block(
-    name="race-cell",
-    summary="cell of a race to the first spike: a current against step inhibitions",
-    build=build,
-    stimuli=(
-        Stimulus("goal", "s", 5e-3, "charge of the goal, after the ping", can_be_off=True),
-        Stimulus("direction", "s", None, "charge of the ping's direction", can_be_off=True),
-        Stimulus("first", "s", 20e-3, "first inhibition", can_be_off=True),
-        Stimulus("second", "s", None, "second inhibition", can_be_off=True),
-        Stimulus("stop", "s", None, "recurrent inhibition", can_be_off=True),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=spiking("spike", "none"),
-    plotted=("inhibit[0]", "inhibit0.timer", "inhibit0.on", "v_mem", "spike"),
-)
+outcome = spiking("spike", "none")
+
+BLOCK = catalogued("race-cell", build, STIMULI, testbench, measures, outcome, PLOTTED)

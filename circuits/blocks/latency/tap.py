@@ -19,19 +19,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import DURATION, Block, Values
+from circuits.blocks.block import DURATION, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.latency.synapse import comparator_biases, compared, timer
 from circuits.blocks.measure import between, high_time
 from circuits.blocks.mos import inverter, mos, nand
 from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
 from circuits.event import pulse
-from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -95,11 +94,14 @@ START = 20e-6  # s, ours: the testbench's event
 STOP = 8e-3  # s
 
 
+STIMULI = (DURATION,)
+PLOTTED = ("event", "tap.timer", "out[0]", "out[1]")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """One event at 20 us."""
     sources = powered(v_dd, {"event": pulse((START,), v_dd)})
-    bench = Testbench("delay line", circuit, sources, stimuli["duration"] or STOP, watch=("out",))
-    return started_at_rest(bench, AMI_1500_IDEAL)
+    return rested("delay line", circuit, sources, stimuli["duration"] or STOP, watch=("out",))
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -121,13 +123,4 @@ def outcome(result: Result) -> str:
     return f"{count} taps" if count else "none"
 
 
-BLOCK = Block(
-    name="delay-tap",
-    summary="delay line of spikes: each tap passes an event on after 3 ms",
-    build=build,
-    stimuli=(DURATION,),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("event", "tap.timer", "out[0]", "out[1]"),
-)
+BLOCK = catalogued("delay-tap", build, STIMULI, testbench, measures, outcome, PLOTTED)

@@ -23,14 +23,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.latency.synapse import comparator_biases, compared, events, timer
 from circuits.blocks.latency.tap import starved_inverter
 from circuits.blocks.measure import high_time
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor
@@ -38,7 +38,6 @@ from circuits.devices.device import Device
 from circuits.devices.source import PiecewiseLinear
 from circuits.errors import ParameterError
 from circuits.event import EDGE, WIDTH
-from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -114,6 +113,13 @@ def build(params: Params = Params()) -> Circuit:
 START = 20e-6  # s, ours: from which the testbench counts
 STOP = 0.25  # s
 
+STIMULI = (
+    Stimulus("inhibit", "s", 15e-3, "event of the long synapse", can_be_off=True),
+    Stimulus("end", "s", None, "event that ends it", can_be_off=True),
+    DURATION,
+)
+PLOTTED = ("event", "hold.timer", "on", "cell.v_mem", "spike")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """`end` is high until 30 us, and for an event so long (s) after 20 us or not; `event` likewise."""
@@ -122,8 +128,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
         raise ParameterError(f"end: {end:g} s, must be after the start's event of {WIDTH:g} s, or off")
     event = events(circuit.port("event"), (inhibit,), START, v_dd)
     sources = powered(v_dd, {**event, "end": reset_wave(None if end is None else START + end, v_dd)})
-    bench = Testbench("tonic neuron", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
-    return started_at_rest(bench, AMI_1500_IDEAL)
+    return rested("tonic neuron", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
 
 
 def reset_wave(again: float | None, v_dd: float) -> PiecewiseLinear:
@@ -155,17 +160,4 @@ def outcome(result: Result) -> str:
     return "tonic" if result.spikes["spike"].size > 1 else "silent"
 
 
-BLOCK = Block(
-    name="tonic-neuron",
-    summary="tonic inhibitory neuron that a long synapse silences for 177 ms",
-    build=build,
-    stimuli=(
-        Stimulus("inhibit", "s", 15e-3, "event of the long synapse", can_be_off=True),
-        Stimulus("end", "s", None, "event that ends it", can_be_off=True),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("event", "hold.timer", "on", "cell.v_mem", "spike"),
-)
+BLOCK = catalogued("tonic-neuron", build, STIMULI, testbench, measures, outcome, PLOTTED)

@@ -16,7 +16,7 @@ Source: Wen & Horiuchi 2022, section 3, "Evaluation Memory", Figure 7A. The circ
 
 from __future__ import annotations
 
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.latency import coincidence as latency_coincidence
 from circuits.blocks.latency import tonic as latency_tonic
@@ -25,12 +25,11 @@ from circuits.blocks.latency.tonic import Params
 from circuits.blocks.measure import latency, spiked
 from circuits.blocks.mos import inverter, nand
 from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.circuit import Bias, Circuit, Node
 from circuits.devices.source import Pulse
 from circuits.errors import ParameterError
 from circuits.event import WIDTH, pulse
-from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 
@@ -86,6 +85,14 @@ START = latency_tonic.START
 FIRST, PERIOD, PINGS = 25e-3, 100e-3, 3  # s, ours: the first tap's event, INH having settled
 STOP = 0.36  # s
 
+STIMULI = (
+    Stimulus("first", "s", FIRST, "the first tap's event"),
+    Stimulus("integrating", "s", 1e-3, "integrating neuron's spike, after the tap's event", can_be_off=True),
+    Stimulus("reset", "s", 160e-3, "reset, after the first tap's event", can_be_off=True),
+    DURATION,
+)
+PLOTTED = ("tap", "inh_spike", "gate.timer", "seen[1]", "cd.sum", "spike")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A reset until 30 us, three events of the tap, the integrating neuron's about the first, and a reset.
@@ -110,8 +117,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
             "reset": latency_tonic.reset_wave(None if again is None else first + again, v_dd),
         },
     )
-    bench = Testbench("latency unit", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
-    return started_at_rest(bench, AMI_1500_IDEAL)
+    return rested("latency unit", circuit, sources, stimuli["duration"] or STOP, watch=("spike",))
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -142,19 +148,4 @@ def outcome(result: Result) -> str:
     return "remembered" if measures(result)["recalls"] else "seen"
 
 
-BLOCK = Block(
-    name="latency-unit",
-    summary="latency memory: stores a spike's coincidence with a tap, repeats it",
-    build=build,
-    stimuli=(
-        Stimulus("first", "s", FIRST, "the first tap's event"),
-        Stimulus("integrating", "s", 1e-3, "integrating neuron's spike, after the tap's event",
-                 can_be_off=True),
-        Stimulus("reset", "s", 160e-3, "reset, after the first tap's event", can_be_off=True),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("tap", "inh_spike", "gate.timer", "seen[1]", "cd.sum", "spike"),
-)  # fmt: skip
+BLOCK = catalogued("latency-unit", build, STIMULI, testbench, measures, outcome, PLOTTED)

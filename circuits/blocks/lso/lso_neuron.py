@@ -21,19 +21,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import Wave, powered
 from circuits.blocks.latency.synapse import comparator_biases, compared, events, step_synapse
 from circuits.blocks.latency.tonic import START, reset_wave, spike_and_reset
 from circuits.blocks.measure import latency, low_time, spiking
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, bias_in, bias_ports, event_in, event_out
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor
 from circuits.errors import ParameterError
-from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -97,6 +96,15 @@ def build(params: Params = Params()) -> Circuit:
 
 STOP = 10e-3  # s
 
+STIMULI = (
+    Stimulus("excite_1", "s", 0.5e-3, "first event of the near ear, after the reset", can_be_off=True),
+    Stimulus("excite_2", "s", 0.54e-3, "second event of the near ear", can_be_off=True),
+    Stimulus("inhibit_1", "s", 0.6e-3, "first event of the far ear", can_be_off=True),
+    Stimulus("inhibit_2", "s", None, "second event of the far ear", can_be_off=True),
+    DURATION,
+)
+PLOTTED = ("excite[0]", "inhibit[0]", "turned", "v_mem", "spike")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A reset until 30 us, and events at the first two synapses of either side so long (s) after 20 us.
@@ -111,8 +119,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
             raise ParameterError(f"{found}, there is one synapse; give off, or two synapses")
         waves |= events(port, times, START, v_dd)
     stop = stimuli["duration"] or STOP
-    bench = Testbench("lso neuron", circuit, powered(v_dd, waves), stop, watch=("spike",))
-    return started_at_rest(bench, AMI_1500_IDEAL)
+    return rested("lso neuron", circuit, powered(v_dd, waves), stop, watch=("spike",))
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -128,19 +135,6 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-BLOCK = Block(
-    name="lso-neuron",
-    summary="neuron of the lateral superior olive: excited by one ear and inhibited by the other",
-    build=build,
-    stimuli=(
-        Stimulus("excite_1", "s", 0.5e-3, "first event of the near ear, after the reset", can_be_off=True),
-        Stimulus("excite_2", "s", 0.54e-3, "second event of the near ear", can_be_off=True),
-        Stimulus("inhibit_1", "s", 0.6e-3, "first event of the far ear", can_be_off=True),
-        Stimulus("inhibit_2", "s", None, "second event of the far ear", can_be_off=True),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=spiking("spikes", "silent"),
-    plotted=("excite[0]", "inhibit[0]", "turned", "v_mem", "spike"),
-)
+outcome = spiking("spikes", "silent")
+
+BLOCK = catalogued("lso-neuron", build, STIMULI, testbench, measures, outcome, PLOTTED)

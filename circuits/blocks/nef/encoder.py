@@ -20,11 +20,11 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.bias import bias_voltages
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued
 from circuits.blocks.drive import Wave, powered, step
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_out, bias_ports
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
 from circuits.errors import ParameterError
@@ -96,6 +96,12 @@ def bits_of(code: float, v_dd: float) -> dict[str, float]:
 
 STEP_TIME, STOP = 1e-3, 5e-3  # s
 
+STIMULI = (
+    Stimulus("code", "", 50.0, "weight, -255 to 255"),
+    Stimulus("step", "V", 20e-3, "of the signal's gate down from its bias at 1 ms", can_be_off=True),
+)
+PLOTTED = ("v_pos", "pos", "neg", "low")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A code, and a signal above its middle, whose gate falls by `step` (V) below its bias at 1 ms."""
@@ -103,7 +109,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     if stimuli["step"]:
         begin = float(bias_voltages(circuit, circuit.bias("i_pos"), Silicon(ROLLS_180_IDEAL)))
         waves["v_pos"] = step(STEP_TIME, 1.1 * STEP_TIME, begin, begin - stimuli["step"])
-    return started_at_rest(Testbench("NEF encoder", circuit, powered(v_dd, waves), STOP), ROLLS_180_IDEAL)
+    return rested("NEF encoder", circuit, powered(v_dd, waves), STOP, ROLLS_180_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -133,17 +139,4 @@ def outcome(result: Result) -> str:
     return "source" if current > 0.0 else "sink"
 
 
-BLOCK = Block(
-    name="nef-encoder",
-    summary="encoder stage of the NEF chip: a signed copy of 8 bits of a signal's current",
-    build=build,
-    stimuli=(
-        Stimulus("code", "", 50.0, "weight, -255 to 255"),
-        Stimulus("step", "V", 20e-3, "of the signal's gate down from its bias at 1 ms", can_be_off=True),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("v_pos", "pos", "neg", "low"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("nef-encoder", build, STIMULI, testbench, measures, outcome, PLOTTED, ROLLS_180)

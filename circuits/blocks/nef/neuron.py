@@ -27,12 +27,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import powered, step
 from circuits.blocks.measure import last_rate, latency, spike_outcome
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, bias_ports, event_out
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, Source
@@ -98,14 +98,19 @@ def build(params: Params = Params()) -> Circuit:
 STEP_TIME = 1e-3  # s, when the testbench's current begins; ours
 STEP_RISE = 1e-6  # s
 
+STIMULI = (
+    Stimulus("current", "A", 0.4e-9, "step into the membrane"),
+    lasting(12e-3),
+)
+PLOTTED = ("v_mem", "v_o1", "v_ref", "spike")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A step of current into the membrane at 1 ms."""
     values = {name: value or 0.0 for name, value in stimuli.items()}
     current = step(STEP_TIME, STEP_TIME + STEP_RISE, 0.0, values["current"])
     sources = (*powered(v_dd), Source("i_in", "v_mem", current, "current"))
-    bench = Testbench("NEF neuron", circuit, sources, values["duration"], watch=("spike",))
-    return started_at_rest(bench, ROLLS_180_IDEAL)
+    return rested("NEF neuron", circuit, sources, values["duration"], ROLLS_180_IDEAL, watch=("spike",))
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -119,17 +124,4 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-BLOCK = Block(
-    name="nef-neuron",
-    summary="integrate-and-fire neuron of the NEF chip: constant leak, threshold, refractory reset",
-    build=build,
-    stimuli=(
-        Stimulus("current", "A", 0.4e-9, "step into the membrane"),
-        Stimulus("duration", "s", 12e-3, "length of the run"),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=spike_outcome,
-    plotted=("v_mem", "v_o1", "v_ref", "spike"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("nef-neuron", build, STIMULI, testbench, measures, spike_outcome, PLOTTED, ROLLS_180)

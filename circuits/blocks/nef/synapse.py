@@ -27,14 +27,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import current_into, powered, step
 from circuits.blocks.measure import between
 from circuits.blocks.mos import mos
 from circuits.blocks.nef.encoder import UNIT
 from circuits.blocks.nef.encoder import Params as EncoderParams
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
@@ -162,6 +162,12 @@ def build(params: Params = Params()) -> Circuit:
 STEP_TIME = 1e-3  # s
 _SETTLED = 12.0  # time constants of the longest step response that is awaited, at 5 ms each
 
+STIMULI = (
+    Stimulus("step", "", 0.5, "x from 1 ms on, above -1"),
+    lasting(30e-3),
+)
+PLOTTED = ("v_syn", "i_sum", "v_pos", "v_neg")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """The converter at its middle, and x = `step` from 1 ms on.
@@ -174,7 +180,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     drawn = step(STEP_TIME, STEP_TIME + 1e-6, 0.0, -x * MIDDLE)
     sources = (*powered(v_dd), current_into("i_in", drawn))
     stop = stimuli["duration"] or STEP_TIME + _SETTLED * 5e-3
-    return started_at_rest(Testbench("NEF synapse", circuit, sources, stop), ROLLS_180_IDEAL)
+    return rested("NEF synapse", circuit, sources, stop, ROLLS_180_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -210,17 +216,4 @@ def outcome(result: Result) -> str:
     return "up" if ratio > 1.0 else "down"
 
 
-BLOCK = Block(
-    name="nef-synapse",
-    summary="synapse of the NEF chip: DPI low-pass about a middle current, and its signal's line",
-    build=build,
-    stimuli=(
-        Stimulus("step", "", 0.5, "x from 1 ms on, above -1"),
-        Stimulus("duration", "s", 30e-3, "length of the run"),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("v_syn", "i_sum", "v_pos", "v_neg"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("nef-synapse", build, STIMULI, testbench, measures, outcome, PLOTTED, ROLLS_180)

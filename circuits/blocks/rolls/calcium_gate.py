@@ -23,11 +23,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered, train
 from circuits.blocks.mos import inverter, mos, nand
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports, event_in
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.rolls.bias import gate_bias
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
 from circuits.blocks.rolls.dpi_synapse import pulse_extender
@@ -149,14 +149,21 @@ def build(params: Params = Params()) -> Circuit:
 FIRST = 1e-3  # s, of the first spike; ours
 AFTER = 0.25  # s, ours: of the run, after the last spike
 
+STIMULI = (
+    Stimulus("spikes", "", 6.0, "spikes of the neuron"),
+    Stimulus("rate", "Hz", 100.0, "of the spikes"),
+    Stimulus("membrane", "V", 0.5, "v_mem", can_be_off=True),
+    DURATION,
+)
+PLOTTED = ("event", "gate.v_ca", "up_b", "dn")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """`spikes` spikes at `rate` (Hz) from 1 ms on, with the membrane at an ideal voltage."""
     count, rate = (float(stimuli[name] or 0.0) for name in ("spikes", "rate"))
     times = train("spikes", count, rate, FIRST)
     sources = powered(v_dd, {"event": pulse(times, v_dd), "v_mem": stimuli["membrane"] or 0.0})
-    bench = Testbench("calcium gate", circuit, sources, stimuli["duration"] or times[-1] + AFTER)
-    return started_at_rest(bench, ROLLS_180_IDEAL)
+    return rested("calcium gate", circuit, sources, stimuli["duration"] or times[-1] + AFTER, ROLLS_180_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -197,19 +204,4 @@ def outcome(result: Result) -> str:
     return {(True, True): "both", (True, False): "up", (False, True): "dn"}.get((up, dn), "neither")
 
 
-BLOCK = Block(
-    name="calcium-gate",
-    summary="learning circuit of a neuron: whether its plastic synapses may go up or down",
-    build=build,
-    stimuli=(
-        Stimulus("spikes", "", 6.0, "spikes of the neuron"),
-        Stimulus("rate", "Hz", 100.0, "of the spikes"),
-        Stimulus("membrane", "V", 0.5, "v_mem", can_be_off=True),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("event", "gate.v_ca", "up_b", "dn"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("calcium-gate", build, STIMULI, testbench, measures, outcome, PLOTTED, ROLLS_180)

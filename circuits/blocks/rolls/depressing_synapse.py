@@ -29,7 +29,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.blocks.block import Block, Values
+from circuits.blocks.block import Values, catalogued
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in
 from circuits.blocks.rolls import dpi_synapse
@@ -124,6 +124,10 @@ def build(params: Params = Params()) -> Circuit:
 AFTER = 25e-3  # s, ours: of the run, after the last event
 
 
+STIMULI = dpi_synapse.knobs(6.0, 200.0)
+PLOTTED = ("event", "w_exc", "v_exc_syn")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """`events` events at `rate` (Hz) from 1 ms on, at a rested synapse of a `level`."""
     bench = dpi_synapse.testbench(circuit, stimuli, v_dd)
@@ -202,14 +206,4 @@ def outcome(result: Result) -> str:
     return "depresses" if _charge(result, *pulses[-1]) < DEPRESSES * _charge(result, *pulses[0]) else "steady"
 
 
-BLOCK = Block(
-    name="depressing-synapse",
-    summary="ROLLS synapse whose excitatory weights are depressed by spikes and recover",
-    build=build,
-    stimuli=dpi_synapse.knobs(6.0, 200.0),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("event", "w_exc", "v_exc_syn"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("depressing-synapse", build, STIMULI, testbench, measures, outcome, PLOTTED, ROLLS_180)

@@ -30,12 +30,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered, train
 from circuits.blocks.measure import between, fall, rise
 from circuits.blocks.mos import inverter, mos, nand
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports, event_in
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.rolls.bias import gate_bias
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Port
@@ -263,14 +263,17 @@ def knobs(events: float, rate: float) -> tuple[Stimulus, ...]:
     )
 
 
+STIMULI = knobs(2.0, 1e3)
+PLOTTED = ("event", "pulse", "v_exc_syn", "v_inh_syn")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """`events` events at `rate` (Hz) from 1 ms on, at a synapse of a `level`, into ideal voltages."""
     values = {name: value or 0.0 for name, value in stimuli.items()}
     times = train("events", values["events"], values["rate"], FIRST_EVENT)
     held = {"i_exc_out": MEMBRANE, "i_inh_out": MEMBRANE, **latches(values["level"], v_dd)}
     sources = powered(v_dd, {"event": pulse(times, v_dd), **held})
-    bench = Testbench("DPI synapse", circuit, sources, stimuli["duration"] or times[-1] + 5e-3)
-    return started_at_rest(bench, ROLLS_180_IDEAL)
+    return rested("DPI synapse", circuit, sources, stimuli["duration"] or times[-1] + 5e-3, ROLLS_180_IDEAL)
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -308,14 +311,4 @@ def outcome(result: Result) -> str:
     return "excites" if result["sign"][0] > half else "inhibits"
 
 
-BLOCK = Block(
-    name="dpi-synapse",
-    summary="ROLLS synapse: pulse extender, four levels of either sign, DPI filters",
-    build=build,
-    stimuli=knobs(2.0, 1e3),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("event", "pulse", "v_exc_syn", "v_inh_syn"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("dpi-synapse", build, STIMULI, testbench, measures, outcome, PLOTTED, ROLLS_180)

@@ -31,12 +31,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import current_into, powered, step
 from circuits.blocks.measure import last_rate, latency, spike_outcome
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports, event_out
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.blocks.rolls.bias import OFF_CURRENT, gate_bias
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
@@ -223,6 +223,14 @@ STEP_TIME = 2e-3  # s, when the testbench's current begins; ours
 STEP_RISE = 1e-6  # s
 RESTING = 0.13e-12  # A, ours: leak of a silent filter into the NMDA gate, whose node would float at 0 A
 
+STIMULI = (
+    Stimulus("current", "A", 1e-9, "step into the input"),
+    Stimulus("nmda", "A", RESTING, "step through the NMDA gate"),
+    Stimulus("slow", "", None, "the leak's latch: tau1 where on, tau2 where off", can_be_off=True),
+    lasting(20e-3),
+)
+PLOTTED = ("i_in", "v_mem", "spike")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A step of current into the input at 2 ms, and one through the NMDA gate; `slow` takes the leak tau1."""
@@ -234,8 +242,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
         current_into("i_nmda", step(*edge, RESTING, values["nmda"])),
     )
     sources = (supply, *currents, select)
-    bench = Testbench("ROLLS neuron", circuit, sources, values["duration"], watch=("spike",))
-    return started_at_rest(bench, ROLLS_180_IDEAL)
+    return rested("ROLLS neuron", circuit, sources, values["duration"], ROLLS_180_IDEAL, watch=("spike",))
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -253,19 +260,4 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-BLOCK = Block(
-    name="rolls-neuron",
-    summary="silicon neuron: DPI leak, positive feedback, refractory reset, adaptation",
-    build=build,
-    stimuli=(
-        Stimulus("current", "A", 1e-9, "step into the input"),
-        Stimulus("nmda", "A", RESTING, "step through the NMDA gate"),
-        Stimulus("slow", "", None, "the leak's latch: tau1 where on, tau2 where off", can_be_off=True),
-        Stimulus("duration", "s", 20e-3, "length of the run"),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=spike_outcome,
-    plotted=("i_in", "v_mem", "spike"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("rolls-neuron", build, STIMULI, testbench, measures, spike_outcome, PLOTTED, ROLLS_180)

@@ -30,7 +30,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered, train
 from circuits.blocks.mos import inverter, mos, nor
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports, event_in
@@ -152,6 +152,14 @@ FIRST = 1e-3  # s, of the first event; ours
 LINE = 0.9  # V, ours: ideal voltage of the line
 AFTER = 4e-3  # s, ours: of the run, after the last event
 
+STIMULI = (
+    Stimulus("up", "", 1.0, "1: events move the weight up, -1: down, 0: not", can_be_off=True),
+    Stimulus("events", "", 5.0, "how many events"),
+    Stimulus("rate", "Hz", 200.0, "of the events"),
+    DURATION,
+)
+PLOTTED = ("event", "w", "cell.c", "low")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """`events` events at `rate` (Hz) from 1 ms on, which move w up (1), down (-1) or not (0), from a rail."""
@@ -189,19 +197,4 @@ def outcome(result: Result) -> str:
     return "low" if result["low"][-1] > half_supply(result.machine) else "high"
 
 
-BLOCK = Block(
-    name="plastic-synapse",
-    summary="bistable weight that spikes move and that drifts to its nearer rail",
-    build=build,
-    stimuli=(
-        Stimulus("up", "", 1.0, "1: events move the weight up, -1: down, 0: not", can_be_off=True),
-        Stimulus("events", "", 5.0, "how many events"),
-        Stimulus("rate", "Hz", 200.0, "of the events"),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("event", "w", "cell.c", "low"),
-    process=ROLLS_180,
-)
+BLOCK = catalogued("plastic-synapse", build, STIMULI, testbench, measures, outcome, PLOTTED, ROLLS_180)

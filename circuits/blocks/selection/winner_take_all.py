@@ -48,7 +48,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.arrays import F64, I64
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import current_into, powered, step
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, event_in, event_out
@@ -183,6 +183,18 @@ def decision_testbench(
     return Testbench("winner-take-all", circuit, tuple(sources), stop, watch=("line",))
 
 
+STIMULI = (
+    Stimulus("winner", "", 4.0, "cell with the greatest excitation"),
+    Stimulus("rival", "", 7.0, "cell with the second greatest", can_be_off=True),
+    Stimulus("contrast", "", 0.05, "difference of these two over the greater"),
+    Stimulus("scale", "A", 50e-9, "excitation of the winner"),
+    Stimulus("obstacle", "", 1.0, "cell whose risk inhibits its neighbourhood", can_be_off=True),
+    Stimulus("risk", "A", 10e-9, "its risk"),
+    DURATION,
+)
+PLOTTED = ("equalise", "v_common", "v_in[4]", "v_in[7]", "v_in[1]", "line[4]")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A winner, a rival `contrast` below it, all others at 0.7 of it, and the risk of one obstacle."""
     n = circuit.port("line").shape[0]
@@ -260,21 +272,4 @@ def outcome(result: Result) -> str:
     return str(winners[0]) if winners.size == 1 else "tie" if winners.size else "undecided"
 
 
-BLOCK = Block(
-    name="winner-take-all",
-    summary="9 of 33 directions (all: cells=33): Gaussian inhibition, the best raises its line",
-    build=build,
-    stimuli=(
-        Stimulus("winner", "", 4.0, "cell with the greatest excitation"),
-        Stimulus("rival", "", 7.0, "cell with the second greatest", can_be_off=True),
-        Stimulus("contrast", "", 0.05, "difference of these two over the greater"),
-        Stimulus("scale", "A", 50e-9, "excitation of the winner"),
-        Stimulus("obstacle", "", 1.0, "cell whose risk inhibits its neighbourhood", can_be_off=True),
-        Stimulus("risk", "A", 10e-9, "its risk"),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("equalise", "v_common", "v_in[4]", "v_in[7]", "v_in[1]", "line[4]"),
-)
+BLOCK = catalogued("winner-take-all", build, STIMULI, testbench, measures, outcome, PLOTTED)

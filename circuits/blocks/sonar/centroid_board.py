@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import elements, powered
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, event_in
 from circuits.blocks.sonar.board import amplifier, strays, transmission_gate
@@ -153,6 +153,14 @@ def neuron_index(name: str, value: float | None) -> int:
 
 FIRST_SPIKE = 5e-3  # s, when the testbench's first spikes arrive; ours
 
+STIMULI = (
+    Stimulus("neuron", "", 2.0, "index of the neuron that spikes"),
+    Stimulus("second", "", None, "index of a neuron that spikes together with it", can_be_off=True),
+    Stimulus("rate", "Hz", 20.0, "rate of the spikes", can_be_off=True),
+    lasting(0.3),
+)
+PLOTTED = ("spike[2]", "common", "proximity")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """Spikes of `neuron`, and of `second` at the same times unless off, at `rate` (Hz) from 5 ms on.
@@ -183,18 +191,4 @@ def outcome(result: Result) -> str:
     return "target" if float(result["common"][-1]) > 0.5 * lowest else "far"
 
 
-BLOCK = Block(
-    name="centroid-board",
-    summary="mean of the spiking neurons' look-up voltages, held and low-passed",
-    build=build,
-    stimuli=(
-        Stimulus("neuron", "", 2.0, "index of the neuron that spikes"),
-        Stimulus("second", "", None, "index of a neuron that spikes together with it", can_be_off=True),
-        Stimulus("rate", "Hz", 20.0, "rate of the spikes", can_be_off=True),
-        Stimulus("duration", "s", 0.3, "length of the run"),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("spike[2]", "common", "proximity"),
-)
+BLOCK = catalogued("centroid-board", build, STIMULI, testbench, measures, outcome, PLOTTED)

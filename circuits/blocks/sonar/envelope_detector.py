@@ -25,7 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import powered
 from circuits.blocks.measure import between
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports
@@ -127,6 +127,15 @@ def tone_bursts(
     return Sampled(0.0, SAMPLE_RATE, np.clip(middle + tone, 0.0, v_dd))
 
 
+STIMULI = (
+    Stimulus("amplitude", "V", 2.4, "peak of the first burst at the microphone"),
+    Stimulus("second_amplitude", "V", None, "peak of a second burst", can_be_off=True),
+    Stimulus("delay", "s", 2e-3, "second burst after the first"),
+    lasting(1e-3, "length of each burst"),
+)
+PLOTTED = ("microphone", "v_e", "envelope")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A burst of peak `amplitude` (V) at 0.5 ms, and one of `second_amplitude` after `delay` unless off."""
     duration, delay = stimuli["duration"] or 0.0, stimuli["delay"] or 0.0
@@ -171,18 +180,4 @@ def _last_fall(time: np.ndarray, v: np.ndarray, level: float) -> float | None:
     return None if crossing is None else -crossing
 
 
-BLOCK = Block(
-    name="envelope-detector",
-    summary="envelope of a 40 kHz microphone: follower and difference amplifier",
-    build=build,
-    stimuli=(
-        Stimulus("amplitude", "V", 2.4, "peak of the first burst at the microphone"),
-        Stimulus("second_amplitude", "V", None, "peak of a second burst", can_be_off=True),
-        Stimulus("delay", "s", 2e-3, "second burst after the first"),
-        Stimulus("duration", "s", 1e-3, "length of each burst"),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("microphone", "v_e", "envelope"),
-)
+BLOCK = catalogued("envelope-detector", build, STIMULI, testbench, measures, outcome, PLOTTED)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import elements, powered
 from circuits.blocks.measure import between
 from circuits.blocks.mos import mos
@@ -72,6 +72,15 @@ def rest(v_dd: float) -> dict[str, float]:
     return {"q": 0.0, "q_bar": v_dd}
 
 
+STIMULI = (
+    Stimulus("neuron", "", 2.0, "index of the neuron that spikes"),
+    Stimulus("spike", "s", 0.1e-3, "time of the spike", can_be_off=True),
+    Stimulus("call", "s", 0.3e-3, "time of the call", can_be_off=True),
+    lasting(0.4e-3),
+)
+PLOTTED = ("call", "spike[2]", "q", "v_ex_max")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A spike of `neuron` at `spike` (s) and a call at `call` (s), each of which can be off.
 
@@ -112,18 +121,4 @@ def outcome(result: Result) -> str:
     return "isolated" if float(result["q"][-1]) > half else "open"
 
 
-BLOCK = Block(
-    name="first-target-isolation",
-    summary="latch that rests the array from the first spike until the next call",
-    build=build,
-    stimuli=(
-        Stimulus("neuron", "", 2.0, "index of the neuron that spikes"),
-        Stimulus("spike", "s", 0.1e-3, "time of the spike", can_be_off=True),
-        Stimulus("call", "s", 0.3e-3, "time of the call", can_be_off=True),
-        Stimulus("duration", "s", 0.4e-3, "length of the run"),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("call", "spike[2]", "q", "v_ex_max"),
-)
+BLOCK = catalogued("first-target-isolation", build, STIMULI, testbench, measures, outcome, PLOTTED)

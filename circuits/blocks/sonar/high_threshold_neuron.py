@@ -40,8 +40,8 @@ def build(params: Params = Params()) -> Circuit:
 
 BLOCK = spike_generator.listening_block(
     name="high-threshold-neuron",
-    summary="single spike when the envelope passes what only the call reaches",
     build=build,
     amplitude=2.2,
     plotted=("envelope", "spike"),
+    signal="envelope",
 )

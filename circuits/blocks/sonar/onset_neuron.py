@@ -85,7 +85,6 @@ def build(params: Params = Params()) -> Circuit:
 
 BLOCK = spike_generator.listening_block(
     name="onset-neuron",
-    summary="single spike at the beginning of a sound, by the slope of its envelope",
     build=build,
     amplitude=0.03,
     plotted=("envelope", "v_amp", "v_h", "spike"),

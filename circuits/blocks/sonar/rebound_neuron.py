@@ -9,11 +9,11 @@ and C_inh are the paper's; the sizes, C_ax, C_fb and the reset of the membrane (
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from circuits.blocks.block import DURATION, Block, EquationText, Stimulus, Values
+from circuits.blocks.block import DURATION, EquationText, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.measure import between, fall, rise, spike_outcome
 from circuits.blocks.mos import mos
@@ -208,6 +208,14 @@ CALL_TIME = 1e-3  # s, when the testbench's call arrives
 AFTER_RELEASE = 8e-3  # s, how long the testbench goes on after the later of echo and release
 NOMINAL_RELEASE = 7e-3  # s
 
+STIMULI = (
+    Stimulus("delay", "s", 6.4e-3, "echo after the call"),
+    Stimulus("call", "", 1.0, "the call's pulse", can_be_off=True),
+    Stimulus("echo", "", 1.0, "the echo's pulse", can_be_off=True),
+    DURATION,
+)
+PLOTTED = ("call", "echo", "v_mem", "spike")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A call at 1 ms and an echo `delay` (s) later, each of which can be off.
@@ -242,20 +250,8 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-BLOCK = Block(
-    name="rebound-neuron",
-    summary="range-tuned neuron: fires when an echo meets its postinhibitory rebound",
-    build=build,
-    stimuli=(
-        Stimulus("delay", "s", 6.4e-3, "echo after the call"),
-        Stimulus("call", "", 1.0, "the call's pulse", can_be_off=True),
-        Stimulus("echo", "", 1.0, "the echo's pulse", can_be_off=True),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=spike_outcome,
-    plotted=("call", "echo", "v_mem", "spike"),
+BLOCK = replace(
+    catalogued("rebound-neuron", build, STIMULI, testbench, measures, spike_outcome, PLOTTED),
     closed_forms=closed_forms,
     equations=tuple(
         EquationText(e.number, e.name, e.printed_form, e.corrected_form, e.difference) for e in EQUATIONS

@@ -27,7 +27,7 @@ from functools import partial
 
 import numpy as np
 
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Block, Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import powered
 from circuits.blocks.measure import between, fall, latency, rise, spike_outcome
 from circuits.blocks.mos import mos
@@ -131,7 +131,7 @@ def _sound_stimuli(amplitude: float) -> tuple[Stimulus, ...]:
         Stimulus("amplitude", "V", amplitude, "height of the first sound's envelope"),
         Stimulus("second_amplitude", "V", None, "height of a second sound's envelope", can_be_off=True),
         Stimulus("delay", "s", 2e-3, "second sound after the first"),
-        Stimulus("duration", "s", 1e-3, "length of each sound, its edges included"),
+        lasting(1e-3, "length of each sound, its edges included"),
         Stimulus("rise_time", "s", 0.2e-3, "each edge of a sound"),
     )
 
@@ -175,21 +175,13 @@ def _spike_measures(result: Result, signal: str, threshold: str) -> dict[str, fl
 
 
 def listening_block(
-    name: str, summary: str, build: Callable[..., Circuit], amplitude: float,
-    plotted: tuple[str, ...], signal: str = "envelope",
-) -> Block:  # fmt: skip
+    name: str, build: Callable[..., Circuit], amplitude: float, plotted: tuple[str, ...], signal: str
+) -> Block:
     """The block of a neuron that listens to an envelope, and spikes where `signal` is above `v_threshold`.
 
     amplitude: height (V) of the sound that its testbench gives it by default. signal: the node that is
     compared. The other arguments are those of `Block`.
     """
-    return Block(
-        name=name,
-        summary=summary,
-        build=build,
-        stimuli=_sound_stimuli(amplitude),
-        testbench=partial(envelope_testbench, f"{name.removesuffix('-neuron')} neuron"),
-        measures=partial(_spike_measures, signal=signal, threshold="v_threshold"),
-        outcome=spike_outcome,
-        plotted=plotted,
-    )
+    bench = partial(envelope_testbench, f"{name.removesuffix('-neuron')} neuron")
+    measures = partial(_spike_measures, signal=signal, threshold="v_threshold")
+    return catalogued(name, build, _sound_stimuli(amplitude), bench, measures, spike_outcome, plotted)

@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.measure import last_rate, latency, rise, spiking
 from circuits.blocks.mos import mos
@@ -154,6 +154,19 @@ ENABLE_TIME = 0.1e-3  # s, when the testbench lets the oscillator go; ours
 EDGE = 1e-6  # s; ours
 INTERVALS = 2.5  # call intervals in a run of default length; ours
 
+STIMULI = (
+    Stimulus("proximity", "V", 1.5, "proximity voltage"),
+    Stimulus(
+        "amplitude_control",
+        "V",
+        None,
+        "control of the amplitude, off for the proximity voltage",
+        can_be_off=True,
+    ),
+    DURATION,
+)
+PLOTTED = ("proximity", "ramp", "call", "amplitude")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A constant `proximity` (V), which is also the control of the amplitude unless that is given.
@@ -185,18 +198,6 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-BLOCK = Block(
-    name="vocalization-controller",
-    summary="call rate and amplitude from the proximity voltage",
-    build=build,
-    stimuli=(
-        Stimulus("proximity", "V", 1.5, "proximity voltage"),
-        Stimulus("amplitude_control", "V", None, "control of the amplitude, off for the proximity voltage",
-                 can_be_off=True),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=spiking("calling", "silent", "call"),
-    plotted=("proximity", "ramp", "call", "amplitude"),
-)  # fmt: skip
+outcome = spiking("calling", "silent", "call")
+
+BLOCK = catalogued("vocalization-controller", build, STIMULI, testbench, measures, outcome, PLOTTED)

@@ -32,7 +32,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from circuits.blocks.block import DURATION, Block, Stimulus, Values
+from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import elements, powered
 from circuits.blocks.latency.synapse import comparator_stages
 from circuits.blocks.measure import between, fall, rise, spiking
@@ -137,6 +137,12 @@ def _comparator() -> tuple[Device, ...]:
 FIRE_TIME = 20e-6  # s, ours: when the testbench's cell fires
 EDGE = 0.1e-6  # s
 
+STIMULI = (
+    Stimulus("code", "", 7.0, "cost code, 0 to 31"),
+    DURATION,
+)
+PLOTTED = ("fired", "ramp", "x", "y", "delayed")
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """`fired` rises at 20 us, and falls for the last tenth of a run of twice the nominal delay.
@@ -165,16 +171,6 @@ def measures(result: Result) -> dict[str, float | None]:
     }
 
 
-BLOCK = Block(
-    name="axon-delay",
-    summary="axonal delay, affine in a 5-bit cost code: a starved sink on switched capacitors",
-    build=build,
-    stimuli=(
-        Stimulus("code", "", 7.0, "cost code, 0 to 31"),
-        DURATION,
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=spiking("delayed", "none", "delayed"),
-    plotted=("fired", "ramp", "x", "y", "delayed"),
-)
+outcome = spiking("delayed", "none", "delayed")
+
+BLOCK = catalogued("axon-delay", build, STIMULI, testbench, measures, outcome, PLOTTED)

@@ -28,17 +28,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.block import Block, Stimulus, Values
+from circuits.blocks.block import Stimulus, Values, catalogued
 from circuits.blocks.drive import Wave, elements, powered, step
 from circuits.blocks.measure import between, rise
 from circuits.blocks.mos import UM, inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_out, bias_ports, event_in, event_out
-from circuits.blocks.rest import started_at_rest
+from circuits.blocks.rest import rested
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Device
 from circuits.errors import ParameterError
 from circuits.lowering.supply import half_supply
-from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from circuits.units import quantity
@@ -152,6 +151,15 @@ def _rise(time: float, v_dd: float) -> Wave:
     return step(time - 0.5 * EDGE, time + 0.5 * EDGE, 0.0, v_dd)
 
 
+STIMULI = (
+    Stimulus("first", "", 2.0, "input of the first arrival, 0 to 7", can_be_off=True),
+    Stimulus("second", "", 5.0, "input of a second arrival", can_be_off=True),
+    Stimulus("lag", "s", 1e-6, "second arrival after the first"),
+    Stimulus("start", "", None, "the plan's start, at the time of the first arrival", can_be_off=True),
+)
+PLOTTED = ("arrive[2]", "quiet", "fired", "first[2]", "first[5]", "request")
+
+
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A reset until 10 us, an arrival at 20 us, another `lag` (s) later, and the bus's answer at 30 us."""
     lag = stimuli["lag"] or 0.0
@@ -170,7 +178,7 @@ def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     }
     sources = powered(v_dd, waves | elements(circuit.port("arrive"), arrivals))
     watch = ("fired", "request", *(f"first[{k}]" for k in range(INPUTS)))
-    return started_at_rest(Testbench("wavefront cell", circuit, sources, STOP, watch=watch), AMI_1500_IDEAL)
+    return rested("wavefront cell", circuit, sources, STOP, watch=watch)
 
 
 def measures(result: Result) -> dict[str, float | None]:
@@ -191,18 +199,4 @@ def outcome(result: Result) -> str:
     return "+".join(names) or ("start" if fired else "none")
 
 
-BLOCK = Block(
-    name="wavefront-cell",
-    summary="fires once at the first of eight arrivals and remembers which it was",
-    build=build,
-    stimuli=(
-        Stimulus("first", "", 2.0, "input of the first arrival, 0 to 7", can_be_off=True),
-        Stimulus("second", "", 5.0, "input of a second arrival", can_be_off=True),
-        Stimulus("lag", "s", 1e-6, "second arrival after the first"),
-        Stimulus("start", "", None, "the plan's start, at the time of the first arrival", can_be_off=True),
-    ),
-    testbench=testbench,
-    measures=measures,
-    outcome=outcome,
-    plotted=("arrive[2]", "quiet", "fired", "first[2]", "first[5]", "request"),
-)
+BLOCK = catalogued("wavefront-cell", build, STIMULI, testbench, measures, outcome, PLOTTED)

@@ -87,6 +87,13 @@ RESET_END = 10e-6  # s, ours: a plan begins in the reset
 START_TIME = 20e-6  # s, ours: when the start is pulsed
 MARGIN = 1.5  # length of a run over the longest nominal way through the grid, ours
 
+STIMULI = (
+    Stimulus("code", "", 2.0, "cost code of every cell, 0 to 31"),
+    Stimulus("start_row", "", 0.0, "row of the start"),
+    Stimulus("start_column", "", 0.0, "column of the start"),
+    DURATION,
+)
+
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:
     """A reset until 10 us and the start's pulse at 20 us; every cell has the same code.
@@ -170,12 +177,7 @@ CHIP = Block(
     name="wavefront-chip",
     summary="20 x 20 wavefront cells with axons; simulate a part: rows=2, columns=3",
     build=build,
-    stimuli=(
-        Stimulus("code", "", 2.0, "cost code of every cell, 0 to 31"),
-        Stimulus("start_row", "", 0.0, "row of the start"),
-        Stimulus("start_column", "", 0.0, "column of the start"),
-        DURATION,
-    ),
+    stimuli=STIMULI,
     testbench=testbench,
     measures=measures,
     outcome=outcome,

@@ -5,7 +5,17 @@ import math
 import pytest
 
 from circuits.blocks.drive import powered
-from circuits.blocks.measure import between, fall, high_time, last_rate, latency, low_time, rise, spiked
+from circuits.blocks.measure import (
+    between,
+    fall,
+    high_time,
+    last_rate,
+    latency,
+    low_time,
+    rise,
+    spiked,
+    whether,
+)
 from circuits.blocks.ports import SUPPLY, event_out
 from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, Resistor
@@ -48,3 +58,11 @@ def test_what_is_not_in_the_run_is_none(result: Result) -> None:
     assert between(None, 1.0) is None
     assert between(1.0, None) is None
     assert last_rate(result.spikes["spike"]) is None
+
+
+def test_an_outcome_is_whether_a_number_is_in_the_run(result: Result) -> None:
+    def measures(run: Result) -> dict[str, float | None]:
+        return {"rise_s": rise(run, "spike"), "second_s": None}
+
+    assert whether(measures, "rise_s", "rises", "stays")(result) == "rises"
+    assert whether(measures, "second_s", "twice", "once")(result) == "once"
