@@ -155,12 +155,7 @@ def _alone(c: Lumped) -> F64:
 class Sized:
     """What a chip is set up for.
 
-    Attributes
-    ----------
-    design : Design
-        What it is designed for.
-    area : float
-        Area of its devices over the circuits', a ratio.
+    design: what it is designed for. area: area of its devices over the circuits', a ratio.
     """
 
     design: Design

@@ -36,17 +36,7 @@ CLOSE = 0.02  # in ln rate, at which a code stays; ours
 class Target:
     """A rate that a population shall have.
 
-    Attributes
-    ----------
-    population : Population
-        The population.
-    rate : float
-        Mean rate of its neurons, Hz.
-
-    Raises
-    ------
-    ParameterError
-        The rate is not above 0.
+    rate: mean rate of the neurons of `population`, Hz. Raises `ParameterError` unless it is above 0.
     """
 
     population: Population
@@ -61,19 +51,8 @@ class Target:
 class Knob:
     """A bias that sets the mean rate of populations.
 
-    Attributes
-    ----------
-    bias : str
-        Name of the bias.
-    populations : tuple of str
-        Names of the populations.
-    slope : int
-        1 where the rate rises with the bias's current, -1 where it falls.
-
-    Raises
-    ------
-    ParameterError
-        The slope is neither.
+    bias, populations: their names. slope: 1 where the rate rises with the bias's current, -1 where it falls.
+    Raises `ParameterError` for another slope.
     """
 
     bias: str

@@ -50,12 +50,8 @@ _LINE = "i_tail"
 class Design:
     """What a selection is calibrated for.
 
-    Attributes
-    ----------
-    params : Params
-        Its cells, and the width and reach of its projection.
-    area : float
-        Area of its drawn devices over the circuit's, a ratio.
+    params: its cells, and the width and reach of its projection. area: area of its drawn devices over the
+    circuit's, a ratio.
     """
 
     params: Params

@@ -46,12 +46,7 @@ _SHARED = "i_delay"
 class Design:
     """What a wavefront chip is calibrated for.
 
-    Attributes
-    ----------
-    shape : tuple of int
-        Rows and columns of its grid, or how many cells it has.
-    unit : float
-        Delay of a unit of cost, s.
+    shape: rows and columns of its grid, or how many cells it has. unit: delay of a unit of cost, s.
     """
 
     shape: tuple[int, ...] = (20, 20)

@@ -55,16 +55,9 @@ def lasting(seconds: float, summary: str = "length of the run") -> Stimulus:
 class ClosedForm:
     """A quantity that an equation of a paper gives.
 
-    Attributes
-    ----------
-    equation : int
-        Number of the equation in the paper.
-    name : str
-        Name of the quantity, which ends with its unit.
-    printed : float
-        Its value by the equation as printed, in SI units.
-    corrected : float or None
-        Its value by the equation as corrected, in SI units; None where the print holds.
+    equation: number of the equation in the paper. name: name of the quantity, which ends with its unit.
+    printed: its value by the equation as printed, in SI units. corrected: its value by the equation as
+    corrected, in SI units; None where the print holds.
     """
 
     equation: int

@@ -18,18 +18,9 @@ _DIGITS = 7  # of a number of a fitted model, far below its standard error; ours
 class Extraction:
     """A process fitted to drain currents.
 
-    Attributes
-    ----------
-    process : Process
-        The process.
-    fitted : mapping
-        The fit of each polarity that there are points of.
-    points : mapping
-        The currents that were fitted, by polarity.
-    held_out : mapping
-        Currents of sizes that were not fitted, by polarity; empty where there are none.
-    notes : tuple of str
-        What the process leaves out, in lines.
+    process: the process. fitted: the fit of each polarity that there are points of. points: the currents that
+    were fitted, by polarity. held_out: currents of sizes that were not fitted, by polarity; empty where there
+    are none. notes: what the process leaves out, in lines.
     """
 
     process: Process

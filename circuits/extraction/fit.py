@@ -52,18 +52,9 @@ _FAR = 50.0  # residual where numbers make no law
 class Fitted:
     """A fitted model.
 
-    Attributes
-    ----------
-    model : TransistorModel
-        The model.
-    names : tuple of str
-        What was fitted.
-    values, errors : array
-        Each number and its standard error, float64[names], SI; those of `mu_cox` are of its logarithm.
-    correlation : array
-        Of the fitted numbers' errors, float64[names, names].
-    free : tuple of str
-        Numbers that the points do not fix: they stay as they were.
+    model: the model. names: what was fitted. values, errors: each number and its standard error,
+    float64[names], SI; those of `mu_cox` are of its logarithm. correlation: of the fitted numbers' errors,
+    float64[names, names]. free: numbers that the points do not fix: they stay as they were.
     """
 
     model: TransistorModel

@@ -34,14 +34,8 @@ MOST_POINTS = 100_000
 class Linear:
     """A circuit linearised at an operating point: `G v + C dv/dt = i`.
 
-    Attributes
-    ----------
-    point : OperatingPoint
-        The operating point.
-    conductance : sparse array
-        G, [unknown nodes, all columns], S.
-    charge : sparse array
-        C, [unknown nodes, all columns], F.
+    point: the operating point. conductance: G, [unknown nodes, all columns], S. charge: C, [unknown nodes,
+    all columns], F.
     """
 
     point: OperatingPoint

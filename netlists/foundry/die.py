@@ -50,12 +50,8 @@ _NAME = re.compile(r"[a-z_]\w*", re.IGNORECASE)
 class Mismatch:
     """A foundry's law of a device's own deviations.
 
-    Attributes
-    ----------
-    threshold, gain
-        Coefficients of V_T, V m, and of beta, m.
-    length, width
-        What is taken off a device's length and width, m.
+    threshold, gain: coefficients of V_T, V m, and of beta, m. length, width: what is taken off a device's
+    length and width, m.
     """
 
     threshold: float

@@ -172,14 +172,8 @@ class DeviceMapping:
 class Card:
     """One bin of a foundry's model.
 
-    Attributes
-    ----------
-    name
-        Name of the card.
-    width, length
-        The bin holds for `width[0] <= W < width[1]`, and for lengths likewise, m.
-    text
-        Its `.model` card.
+    name: name of the card. width, length: the bin holds for `width[0] <= W < width[1]`, and for lengths
+    likewise, m. text: its `.model` card.
     """
 
     name: str

@@ -114,14 +114,8 @@ class Stepped:
 class SmallSignals:
     """Small signals that a netlist asks for: `.ac dec|oct|lin points low high`.
 
-    Attributes
-    ----------
-    scale : str
-        `dec`, `oct` or `lin`.
-    points : int
-        Frequencies a decade, an octave, or in all.
-    low, high : float
-        First and last frequency, Hz.
+    scale: `dec`, `oct` or `lin`. points: frequencies a decade, an octave, or in all. low, high: first and
+    last frequency, Hz.
     """
 
     scale: str

@@ -80,14 +80,8 @@ _EXPLICIT = frozenset(
 class Header:
     """The first note: what a netlist is.
 
-    Attributes
-    ----------
-    version : int
-        Version of the format of the notes.
-    dialect : str
-        Name of the dialect that the netlist is written in.
-    models : str
-        Name of the transistor models that it uses.
+    version: version of the format of the notes. dialect: name of the dialect that the netlist is written in.
+    models: name of the transistor models that it uses.
     """
 
     version: int
@@ -230,12 +224,7 @@ class ChangeNote:
 class InstanceNote:
     """An `Instance` without its circuit and its parameters.
 
-    Attributes
-    ----------
-    name : str
-        Name of the instance.
-    connections : tuple of (str, str)
-        Port of its circuit, and the node of the calling circuit on it.
+    name: name of the instance. connections: port of its circuit, and the node of the calling circuit on it.
     """
 
     name: str
@@ -315,14 +304,7 @@ class BenchNote:
 class SourceNote:
     """A `Source` without its waveform.
 
-    Attributes
-    ----------
-    name : str
-        Name of the source.
-    node : str
-        Node that it drives against ground.
-    quantity : str
-        `voltage` or `current`.
+    name: name of the source. node: node that it drives against ground. quantity: `voltage` or `current`.
     """
 
     name: str

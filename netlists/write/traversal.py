@@ -109,14 +109,9 @@ class Drive:
 class Design:
     """What a netlist of a testbench contains.
 
-    Attributes
-    ----------
-    definitions
-        Definitions, each before its first use; the last is the testbench's circuit.
-    drives
-        The testbench's sources and, after them, those of its circuit's biases.
-    nodes
-        Paths of all nodes but ground, in the solver's order.
+    definitions: each before its first use; the last is the testbench's circuit. drives: the
+    testbench's sources and, after them, those of its circuit's biases. nodes: paths of all nodes but ground,
+    in the solver's order.
     """
 
     definitions: tuple[Definition, ...]

@@ -123,14 +123,8 @@ def code_unknowns(
 class Bench:
     """The chip on its bench for values of what is not known.
 
-    Attributes
-    ----------
-    theta : Theta
-        The values.
-    base : Process
-        What is not fitted of the process.
-    die : Die
-        How devices deviate whose deviation is no unknown; the nominal die for none.
+    theta: the values. base: what is not fitted of the process. die: how devices deviate whose deviation is no
+    unknown; the nominal die for none.
     """
 
     theta: Theta

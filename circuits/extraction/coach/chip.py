@@ -29,16 +29,9 @@ _RING = ("ring-converters", "ring-inputs")  # what A_VT needs
 class Chip:
     """A process extracted from a chip's measurements.
 
-    Attributes
-    ----------
-    process : Process
-        The process.
-    fit : Fit
-        The fit of all unknowns, from which it comes.
-    a_vt : tuple of float or None
-        A_VT of a pair and its standard error, V m; None where the measurements do not fix it.
-    free : tuple of str
-        Numbers of the process that the measurements do not fix: they stay as in the base.
+    process: the process. fit: the fit of all unknowns, from which it comes. a_vt: A_VT of a pair and its
+    standard error, V m; None where the measurements do not fix it. free: numbers of the process that the
+    measurements do not fix: they stay as in the base.
     """
 
     process: Process

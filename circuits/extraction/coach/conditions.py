@@ -32,16 +32,8 @@ _OWN = ("file", "split", "circuit", "points", "voltages", "biases")
 class BiasSetting:
     """A line of the bias generator.
 
-    Attributes
-    ----------
-    name : str
-        Its name on the chip.
-    type : str
-        `N` or `P`, the rail on which its output device hangs.
-    master : str
-        Its master current, one of `MASTERS`.
-    fine : int or None
-        Its fine code, 0 to 255; None where it was swept.
+    name: its name on the chip. type: `N` or `P`, the rail on which its output device hangs. master: its
+    master current, one of `MASTERS`. fine: its fine code, 0 to 255; None where it was swept.
     """
 
     name: str

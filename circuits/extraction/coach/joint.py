@@ -55,16 +55,8 @@ class Model:
 class Measured:
     """A measurement that is fitted.
 
-    Attributes
-    ----------
-    condition : Condition
-        What was set.
-    table : Table
-        What was set and read.
-    model : Model
-        What predicts it.
-    kept : mapping
-        Which points are fitted, bool[points] by column.
+    condition: what was set. table: what was set and read. model: what predicts it. kept: which points are
+    fitted, bool[points] by column.
     """
 
     condition: Condition
@@ -95,14 +87,8 @@ class Block(NamedTuple):
 class Fit:
     """A fit.
 
-    Attributes
-    ----------
-    posterior : Posterior
-        What is known after it.
-    blocks : mapping
-        What was fitted, by measurement and column.
-    factors : mapping
-        Factor of the noise by measurement and column.
+    posterior: what is known after it. blocks: what was fitted, by measurement and column. factors: factor of
+    the noise by measurement and column.
     """
 
     posterior: Posterior

@@ -29,14 +29,8 @@ _PLACE = (("synthetic", ()),)
 class Known:
     """A fit of measurements that known numbers made.
 
-    Attributes
-    ----------
-    die : int
-        Number of the die.
-    truth : array
-        The numbers, in the order of the posterior's unknowns, float64[n].
-    posterior : Posterior
-        What the fit says of them.
+    die: number of the die. truth: the numbers, in the order of the posterior's unknowns, float64[n].
+    posterior: what the fit says of them.
     """
 
     die: int

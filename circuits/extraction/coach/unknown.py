@@ -25,18 +25,9 @@ FREE = 0.9
 class Unknown:
     """A number that is not known, normal before anything is measured.
 
-    Attributes
-    ----------
-    name : str
-        Its name.
-    mean, sd : float
-        Mean and standard deviation before, in its unit.
-    unit : str
-        Its unit; `ln` for the logarithm of a ratio or of a number in SI units.
-    kind : str
-        Whether it is of the process, of a device of this die, or a nuisance of the bench.
-    why : str
-        Where its mean and spread come from.
+    name: its name. mean, sd: mean and standard deviation before, in its unit. unit: its unit; `ln` for the
+    logarithm of a ratio or of a number in SI units. kind: whether it is of the process, of a device of this
+    die, or a nuisance of the bench. why: where its mean and spread come from.
     """
 
     name: str

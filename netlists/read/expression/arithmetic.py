@@ -58,12 +58,8 @@ class Function:
 class Linear:
     """A value that is linear in node voltages: `constant + sum of slopes[node] v(node)`.
 
-    Attributes
-    ----------
-    constant : float
-        The part without voltages, in the unit of the whole expression.
-    slopes : mapping of str to float
-        Factor of the voltage of each node, per V.
+    constant: the part without voltages, in the unit of the whole expression. slopes: factor of the voltage of
+    each node, per V.
     """
 
     constant: float

@@ -31,14 +31,8 @@ _KEYS = ("file", "module", "width", "length", "multiplicity", "parameters")
 class Model:
     """What the transistors of a polarity are.
 
-    Attributes
-    ----------
-    module : Module
-        The compiled module.
-    parameters : mapping of str to float
-        Its parameters but for sizes.
-    width, length, multiplicity : str
-        Names of the sizes among its parameters; the last is empty where it has none.
+    module: the compiled module. parameters: its parameters but for sizes. width, length, multiplicity: names
+    of the sizes among its parameters; the last is empty where it has none.
     """
 
     module: Module

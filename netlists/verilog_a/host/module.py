@@ -50,16 +50,8 @@ class Residuals(NamedTuple):
 class Module:
     """A compiled module.
 
-    Attributes
-    ----------
-    name : str
-        Its name in the file.
-    nodes : tuple of str
-        Its terminals and then its internal nodes.
-    terminals : int
-        How many of them are terminals.
-    parameters : mapping of str to float
-        Default by the parameter's name in lower case, where the file states a number.
+    name: its name in the file. nodes: its terminals and then its internal nodes. terminals: how many of them
+    are terminals. parameters: default by the parameter's name in lower case, where the file states a number.
     """
 
     name: str
