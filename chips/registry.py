@@ -44,16 +44,9 @@ CHIP_LINES: dict[str, str] = {
 class Chip:
     """A chip without a testbench of the whole, as the command line lists and shows it.
 
-    Attributes
-    ----------
-    name
-        Name on the command line.
-    summary
-        A line of what it is.
-    circuits
-        Builds the circuits that all of its devices stand in.
-    remedy
-        What to do instead where a testbench was asked for, as the end of an error's line.
+    name, summary: its name on the command line, and a line of what it is. circuits: builds the circuits that
+    all of its devices stand in. remedy: what to do instead where a testbench was asked for, as the end of an
+    error's line.
     """
 
     name: str

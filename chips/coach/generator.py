@@ -48,19 +48,10 @@ _UM = 1e-6
 class Code:
     """What a bias is set to.
 
-    Attributes
-    ----------
-    kind
-        Type of its output device, `N` or `P`.
-    master
-        The coarse current, A, one of the five masters.
-    fine
-        The fine code, 0 to 255.
+    kind: type of its output device, `N` or `P`. master: the coarse current, A, one of the five masters. fine:
+    the fine code, 0 to 255.
 
-    Raises
-    ------
-    ParameterError
-        A type, master or code that the generator does not have.
+    Raises `ParameterError` for a type, master or code that the generator does not have.
     """
 
     kind: Kind

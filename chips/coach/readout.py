@@ -23,6 +23,7 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.blocks.bench.curve import within_supply
 from circuits.errors import ParameterError
+from circuits.units import quantity
 
 DAC_STEP, DAC_CODES = 1.759531e-3, 1024  # V
 ADC_STEP, ADC_CODES = 0.8056640625e-3, 4096  # V
@@ -55,15 +56,15 @@ class Board:
         Relative standard deviation of readings above it.
     """
 
-    dac_offset: float = 0.0
-    adc_scale: float = 1.0
-    buffer_low: float = 13e-3
-    buffer_high: float = 1.781
-    dead_zone: float = 66e-3
-    interference: float = 1.5e-3
-    dark_rate: float = 30.0
-    range_current: float = 30e-9
-    scatter: float = 0.15
+    dac_offset: float = quantity(0.0, "V")
+    adc_scale: float = quantity(1.0, "")
+    buffer_low: float = quantity(13e-3, "V")
+    buffer_high: float = quantity(1.781, "V")
+    dead_zone: float = quantity(66e-3, "V")
+    interference: float = quantity(1.5e-3, "V")
+    dark_rate: float = quantity(30.0, "Hz")
+    range_current: float = quantity(30e-9, "A")
+    scatter: float = quantity(0.15, "")
 
 
 @dataclass(frozen=True, slots=True)

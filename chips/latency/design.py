@@ -27,6 +27,7 @@ from circuits.event import WIDTH
 from circuits.generator.code import codes_of, currents_of
 from circuits.silicon.process import Polarity
 from circuits.silicon.silicon import Silicon
+from circuits.units import quantity
 
 REACH = 3  # paths on either side that a memory inhibits: three standard deviations of 1
 SYNAPSES = 8  # of an integrating neuron; ours, what is more is counted
@@ -79,25 +80,25 @@ class Design:
     group: tuple[int, ...]
     share: tuple[float, ...]
     second: tuple[float, ...]
-    taps: int = 15
-    lead: float = 4.6e-3
-    hop: float = 3e-3
-    step: float = 20e-3
-    integration: float = 8e-3
-    window: float = 3e-3
-    tonic: float = 10e-3
-    hold: float = 177e-3
-    block: float = 20e-3
-    race: float = 58e-3
-    goal: float = 0.08
-    goal_sigma: float = 8.0
-    direction: float = 0.1
-    pulse: float = 2e-3
-    suppression: float = 0.21
-    suppression_sigma: float = 1.0
-    inhibition: float = 100e-3
-    recurrent: float = 1.35e-3
-    emergency: float = 68e-3
+    taps: int = quantity(15, "")
+    lead: float = quantity(4.6e-3, "s")
+    hop: float = quantity(3e-3, "s")
+    step: float = quantity(20e-3, "s")
+    integration: float = quantity(8e-3, "s")
+    window: float = quantity(3e-3, "s")
+    tonic: float = quantity(10e-3, "s")
+    hold: float = quantity(177e-3, "s")
+    block: float = quantity(20e-3, "s")
+    race: float = quantity(58e-3, "s")
+    goal: float = quantity(0.08, "")
+    goal_sigma: float = quantity(8.0, "")
+    direction: float = quantity(0.1, "")
+    pulse: float = quantity(2e-3, "s")
+    suppression: float = quantity(0.21, "")
+    suppression_sigma: float = quantity(1.0, "")
+    inhibition: float = quantity(100e-3, "s")
+    recurrent: float = quantity(1.35e-3, "s")
+    emergency: float = quantity(68e-3, "s")
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming what cannot be built."""

@@ -112,18 +112,9 @@ class Task:
 class Calibration:
     """What a calibration has found.
 
-    Attributes
-    ----------
-    biases : BiasTable
-        Biases with the codes that were found.
-    blacklist : mapping of str to tuple of int
-        Neurons that each population drops.
-    rates : mapping of str to float
-        Mean rate of each population without its dropped neurons, Hz.
-    before : mapping of str to float
-        Mean rate of each population at the codes that the search began with, Hz.
-    runs : int
-        How often the chip was run.
+    biases: those with the codes that were found. blacklist: neurons that each population drops. rates: mean
+    rate of each population without its dropped neurons, Hz. before: mean rate of each population at the codes
+    that the search began with, Hz. runs: how often the chip was run.
     """
 
     biases: BiasTable

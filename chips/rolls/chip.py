@@ -137,16 +137,9 @@ class ChipState:
 class Spikes:
     """What a chip has sent.
 
-    Attributes
-    ----------
-    times : array
-        Times at which spikes left the bus, float64[m], s.
-    neurons : array
-        Neuron of each spike, int64[m].
-    lost_in, lost_out : int
-        How many events the bus dropped on the way in and out.
-    held : int
-        Filters times steps in which so much charge came that a filter stayed at the end of its table.
+    times: times at which spikes left the bus, float64[m], s. neurons: neuron of each spike, int64[m].
+    lost_in, lost_out: how many events the bus dropped on the way in and out. held: filters times steps in
+    which so much charge came that a filter stayed at the end of its table.
     """
 
     times: F64

@@ -68,18 +68,8 @@ class SharedNoise:
 def line_noise(lines: Line, current: F64, silicon: Silicon, model: NoiseModel) -> LineNoise:
     """Noise of lines whose codes are nearest to currents, but for what they share.
 
-    Raises as `circuits.generator.voltage.line_voltages`.
-
-    Parameters
-    ----------
-    lines
-        Where the lines stand, and for what device.
-    current
-        Currents at the reference temperature, A, above zero.
-    silicon
-        Process, supply, temperature and die.
-    model
-        Flicker noise of the devices.
+    lines, current, silicon, and what it raises: as of `circuits.generator.voltage.line_voltages`; model:
+    flicker noise of the devices.
     """
     codes, there = coded(current), replace(silicon, place=lines.place)
     rest = lines_at_rest(lines, codes, there, resistor_of(silicon.process))

@@ -76,20 +76,8 @@ def line_response(
 ) -> C128:
     """Return by how much gate-source voltages of biased devices follow the supply, V/V, complex128[lines].
 
-    Raises as `circuits.generator.voltage.line_voltages`.
-
-    Parameters
-    ----------
-    lines
-        Where the lines stand, and for what device.
-    current
-        Currents at the reference temperature, A, above zero.
-    silicon
-        Process, supply, temperature and die.
-    frequency
-        Hz; 0 for a supply that has moved for long.
-    decoupling
-        Capacitor at each line, F.
+    lines, current, silicon, and what it raises: as of `circuits.generator.voltage.line_voltages`; frequency:
+    Hz, 0 for a supply that has moved for long; decoupling: capacitor at each line, F.
     """
     return _response(lines, coded(current), replace(silicon, place=lines.place), frequency, decoupling)
 

@@ -31,14 +31,8 @@ COUPLINGS: tuple[Coupling, ...] = ("none", "bus")
 class Style:
     """Figures of a layout style.
 
-    Attributes
-    ----------
-    length : float
-        Length of a cell for each of its transistors, m.
-    beside : float
-        Capacitance between two wires that run side by side for each length, F/m.
-    crossing : float
-        Capacitance where a gate line crosses a wire, F.
+    length: length of a cell for each of its transistors, m. beside: capacitance between two wires that run
+    side by side for each length, F/m. crossing: capacitance where a gate line crosses a wire, F.
     """
 
     length: float

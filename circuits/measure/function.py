@@ -262,9 +262,11 @@ def _axis(first: Unit, axis: Unit) -> Unit:
     return axis
 
 
-def _plain(first: Unit, axis: Unit) -> Unit:
-    return PLAIN
+def _always(unit: Unit) -> Callable[[Unit, Unit], Unit]:
+    return lambda *_: unit
 
+
+_plain, _decibel, _degree = _always(PLAIN), _always(DECIBEL), _always(DEGREE)
 
 _SIGNAL = Parameter("signal", "signal", optional=False)
 _WINDOW = (Parameter("from", "number", "axis"), Parameter("to", "number", "axis"))
@@ -311,18 +313,6 @@ def _integrated(first: Unit, axis: Unit) -> Unit:
 
 def _per_axis(first: Unit, axis: Unit) -> Unit:
     return first / axis
-
-
-def _decibel(first: Unit, axis: Unit) -> Unit:
-    return DECIBEL
-
-
-def _degree(first: Unit, axis: Unit) -> Unit:
-    return DEGREE
-
-
-def _joule(first: Unit, axis: Unit) -> Unit:
-    return first
 
 
 def _positive(x: Any) -> Any:
@@ -372,7 +362,7 @@ FUNCTIONS: dict[str, tuple[Function, ...]] = {  # several where the first argume
     ),
     "energy": (
         Function(
-            (Parameter("source", "source", optional=False), *_WINDOW), _joule, _energy,
+            (Parameter("source", "source", optional=False), *_WINDOW), _same, _energy,
             "energy that a source of voltage delivers",
         ),
     ),

@@ -26,6 +26,7 @@ from circuits.checks import require_choice, require_real, require_type
 from circuits.errors import ParameterError
 from circuits.silicon.components import AMI_1500_COMPONENTS, ROLLS_180_COMPONENTS, Components
 from circuits.silicon.size import SizeTerms
+from circuits.units import quantity
 
 BOLTZMANN = 1.380649e-23  # J/K
 """Boltzmann's constant, J/K."""
@@ -93,20 +94,20 @@ class TransistorModel:
     kappa: float
     mu_cox: float
     law: Law = "ekv"
-    surface_potential: float = 0.7
-    early_field: float = 0.0
-    early_rise: float = 0.0
-    mobility_reduction: float = 0.0
-    oxide_capacitance: float = 1.1e-3
-    gate_bulk_fraction: float = 0.5
-    overlap_capacitance: float = 0.2e-9
-    junction_capacitance: float = 1.5e-9
-    junction_leakage: float = 0.0
-    gate_induced_leakage: float = 0.0
-    gate_induced_slope: float = 0.15
-    leakage_doubling: float = 9.0
-    v_t0_drift: float = -1e-3
-    mobility_exponent: float = -1.5
+    surface_potential: float = quantity(0.7, "V")
+    early_field: float = quantity(0.0, "V/m")
+    early_rise: float = quantity(0.0, "")
+    mobility_reduction: float = quantity(0.0, "1/V")
+    oxide_capacitance: float = quantity(1.1e-3, "F/m^2")
+    gate_bulk_fraction: float = quantity(0.5, "")
+    overlap_capacitance: float = quantity(0.2e-9, "F/m")
+    junction_capacitance: float = quantity(1.5e-9, "F/m")
+    junction_leakage: float = quantity(0.0, "A/m")
+    gate_induced_leakage: float = quantity(0.0, "A/m")
+    gate_induced_slope: float = quantity(0.15, "V")
+    leakage_doubling: float = quantity(9.0, "K")
+    v_t0_drift: float = quantity(-1e-3, "V/K")
+    mobility_exponent: float = quantity(-1.5, "")
     size: SizeTerms | None = field(default=None, metadata=OPTIONAL)
 
     def __post_init__(self) -> None:

@@ -12,7 +12,6 @@ out: `components` (`Components`) by a process whose dies have the plain variatio
 from __future__ import annotations
 
 import functools
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, fields, replace
 from pathlib import Path
@@ -24,6 +23,7 @@ from circuits.errors import DataError, ParameterError, meant
 from circuits.silicon.components import Components
 from circuits.silicon.process import PROCESSES, Effects, Process, TransistorModel, Variation
 from circuits.silicon.size import SizeTerms
+from circuits.silicon.toml_file import read_toml
 
 _PARTS: Mapping[str, type] = {"n": TransistorModel, "p": TransistorModel, "variation": Variation}
 _EXTRACTED = Path(__file__).parent / "extracted"
@@ -52,12 +52,7 @@ def read_process(path: Path) -> Process:
     ParameterError
         A value breaks a rule of the process.
     """
-    try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise DataError(f"{path}: {error.strerror}; name a process's TOML file") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise DataError(f"{path}: no TOML ({error}); correct it") from None
+    given = read_toml(path, "a process's TOML file")
     whole = _complete(path, "process", Process, given)
     tables = {**_PARTS, **({_COMPONENTS: Components} if _COMPONENTS in whole else {})}
     parts = {name: kind(**_model(path, name, kind, whole[name])) for name, kind in tables.items()}

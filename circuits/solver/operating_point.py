@@ -40,16 +40,9 @@ FAR = 100.0  # V, where a solve has run away
 class OperatingPoint:
     """A rest state of a testbench; `point[path]` is the voltage of a node, V.
 
-    Attributes
-    ----------
-    machine : Machine
-        The testbench on its silicon.
-    voltage : array
-        The voltage vector, float64[columns], V; `voltages` has it by name.
-    stable : bool
-        Whether the circuit comes back to it by itself.
-    others : tuple of OperatingPoint
-        Other rest states that were met on the way.
+    machine: the testbench on its silicon. voltage: the voltage vector, float64[columns], V; `voltages` has it
+    by name. stable: whether the circuit comes back to it by itself. others: other rest states that were met
+    on the way.
     """
 
     machine: Machine

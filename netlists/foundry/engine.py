@@ -87,14 +87,7 @@ def operating_point(
 def deck_of(testbench: Testbench, silicon: Silicon, settings: Settings) -> str:
     """Deck of a testbench on a foundry's cards, whose biases are voltages (`on_cards`).
 
-    Parameters
-    ----------
-    testbench
-        The testbench.
-    silicon
-        Process, temperature and die.
-    settings
-        Analysis, tolerance, method and largest step.
+    silicon: process, temperature and die. settings: analysis, tolerance, method and largest step.
     """
     return format_foundry(testbench, read_foundry(silicon.process.cards), silicon, settings)
 
@@ -111,18 +104,10 @@ def on_cards(testbench: Testbench, silicon: Silicon) -> Testbench:
 def biased_on_cards(circuit: Circuit, silicon: Silicon) -> Circuit:
     """Give a circuit the biases that it has on a foundry's cards, as voltages; this runs ngspice.
 
-    Parameters
-    ----------
-    circuit
-        The circuit.
-    silicon
-        Its process names the cards.
+    silicon: its process names the cards.
 
-    Raises
-    ------
-    ParameterError
-        A bias comes from our bias generator or an ideal copy, whose law no card is; a current that the
-        foundry's device cannot carry; or a die or corner that the foundry has not.
+    Raises `ParameterError` where a bias comes from our bias generator or an ideal copy, whose law no card is;
+    a current that the foundry's device cannot carry; or a die or corner that the foundry has not.
     """
     mapping = read_foundry(silicon.process.cards)
     check_die(mapping, silicon.die)

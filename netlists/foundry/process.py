@@ -101,16 +101,9 @@ class Sizes:
 class Statistics:
     """Where a package has the foundry's Monte Carlo.
 
-    Attributes
-    ----------
-    process
-        Section of the numbers that a die shares, with their draws.
-    cards
-        Section of the cards that use them, by polarity.
-    mismatch
-        Section of the sub-circuits, called as the models, that have a device's own draws.
-    switches
-        Numbers of the foundry's own that stand in both.
+    process: section of the numbers that a die shares, with their draws. cards: section of the cards that use
+    them, by polarity. mismatch: section of the sub-circuits, called as the models, that have a device's own
+    draws. switches: numbers of the foundry's own that stand in both.
     """
 
     process: str
@@ -244,23 +237,11 @@ def read_cards(
 ) -> tuple[Card, ...]:
     """Bins of the transistor of one polarity.
 
-    Parameters
-    ----------
-    mapping
-        The foundry's process.
-    polarity
-        `n` or `p`.
-    corner
-        Name of the foundry's corner.
-    section
-        Another section of the file, as the one of statistics.
+    mapping: the foundry's process. polarity: `n` or `p`. corner: name of the foundry's corner. section:
+    another section of the file, as the one of statistics.
 
-    Raises
-    ------
-    DataError
-        The package is not installed, or its file has no such section or model.
-    ParameterError
-        The foundry has no such corner.
+    Raises `DataError` where the package is not installed, or its file has no such section or model. Raises
+    `ParameterError` where the foundry has no such corner.
     """
     model, where = mapping.models[polarity]
     file = mapping.file

@@ -128,14 +128,8 @@ class SmallSignals:
 class NoiseSpectrum:
     """Noise that a netlist asks for: `.noise v(output[, reference]) source dec|oct|lin points low high`.
 
-    Attributes
-    ----------
-    output, reference : str
-        Nodes between which the noise is taken, as written; `0` is ground.
-    source : str
-        Name of the source that it is referred to.
-    spectrum : SmallSignals
-        Its frequencies.
+    output, reference: nodes between which the noise is taken, as written; `0` is ground. source: name of the
+    source that it is referred to. spectrum: its frequencies.
     """
 
     output: str

@@ -22,16 +22,15 @@ Text of sources is SPICE's, so that `M` is milli; `stop` has its unit.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from math import inf
 from pathlib import Path
-from typing import Any
 
 from circuits.circuit import Circuit
 from circuits.devices import Source
 from circuits.devices.source import Quantity
 from circuits.errors import DataError, unknown_name
+from circuits.silicon.toml_file import read_toml
 from circuits.testbench import Testbench
 from circuits.units import parse_quantity
 from netlists.read.card import Card
@@ -63,7 +62,7 @@ def read_bench_file(path: Path, circuit: Circuit) -> Testbench:
     ParameterError
         A stop time that is none.
     """
-    given = _toml(path)
+    given = read_toml(path, "a testbench's TOML file")
     for key in given:
         if key not in _KEYS:
             raise unknown_name(f"{path}: key", key, _KEYS)
@@ -77,15 +76,6 @@ def read_bench_file(path: Path, circuit: Circuit) -> Testbench:
     start, initial = (_voltages(path, name, tables[name]) for name in ("start", "initial"))
     title, watch = str(given.get("title", circuit.name)), tuple(map(str, given.get("watch", ())))
     return Testbench(title, circuit, tuple(sources), stop, watch, start, initial)
-
-
-def _toml(path: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise DataError(f"{path}: {error.strerror}; name a testbench's TOML file") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise DataError(f"{path}: no TOML ({error}); correct it") from None
 
 
 def _table(path: Path, name: str, value: object) -> dict[str, str]:

@@ -166,17 +166,10 @@ def deviating(polarity: Polarity, deviation: Deviation) -> dict[str, float]:
 class Form:
     """How a dialect writes BSIM3.
 
-    Attributes
-    ----------
-    naming
-        How names of nodes and devices are written.
-    card
-        Gives the lines of a model card from its name, its polarity and its parameters.
-    element
-        Gives the lines of a transistor from its name, its nodes, the card that it names and its parameters.
-    instance
-        Whether a transistor takes the deviations `delvto` and `mulu0` itself; where it does not, one that
-        deviates has a card of its own before it.
+    naming: how names of nodes and devices are written. card: gives the lines of a model card from its name,
+    its polarity and its parameters. element: gives the lines of a transistor from its name, its nodes, the
+    card that it names and its parameters. instance: whether a transistor takes the deviations `delvto` and
+    `mulu0` itself; where it does not, one that deviates has a card of its own before it.
     """
 
     naming: Naming

@@ -29,12 +29,7 @@ _KNOWN = {name for names in _MODULES.values() for name in names} | {"np"}
 def format_python(testbench: Testbench, about: str) -> str:
     """Write a testbench as a file of Python, the same text for the same input.
 
-    Parameters
-    ----------
-    testbench
-        The testbench.
-    about
-        What the file says of itself, in a line.
+    about: what the file says of itself, in a line.
     """
     circuits = _circuits(testbench.circuit)
     names = _names(circuits)

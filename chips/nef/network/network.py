@@ -141,17 +141,9 @@ class EnsembleArray:
 class Node:
     """An end of a network towards the world.
 
-    Attributes
-    ----------
-    name : str
-        Name of the node.
-    size_out : int
-        Length of what it gives.
-    size_in : int
-        Length of what is connected to it.
-    output : function or None
-        Makes what it gives, from the time (s) and what comes in; without it the value is set from outside, 0
-        at first.
+    name: what it is called. size_out: length of what it gives. size_in: length of what is connected to it.
+    output: makes what it gives, from the time (s) and what comes in; without it the value is set from
+    outside, 0 at first.
     """
 
     name: str

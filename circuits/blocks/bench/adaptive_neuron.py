@@ -61,15 +61,10 @@ def soma(params: Params) -> Circuit:
     """Input, leak and spike: ports v_mem, v_refr, spike (out), v_dc, dc_off, v_gain, v_leak, the supply."""
     given, pair = params.size("input"), params.size("pair")
     core, logic = params.size("spike"), params.size("logic")
+    biases = bias_in("v_dc", "dc_off", "v_gain", "v_leak")
     return Circuit(
         "adaptive_soma",
-        (
-            SUPPLY,
-            *analog_in("v_refr"),
-            *analog_out("v_mem"),
-            *event_out("spike"),
-            *bias_in("v_dc", "dc_off", "v_gain", "v_leak"),
-        ),
+        (SUPPLY, *analog_in("v_refr"), *analog_out("v_mem"), *event_out("spike"), *biases),
         (
             mos("m_dc", "p", "d1", "v_dc", "vdd", *given),
             mos("m_dcen", "p", "d2", "dc_off", "d1", *given),
@@ -115,14 +110,10 @@ def adaptation(params: Params) -> Circuit:
     """A DPI that spikes feed, and what draws its current: ports spike (in), v_mem, v_adp, adapt, biases."""
     pair, weight = params.size("pair"), params.size("spike")
     switch = params.spike_width, params.logic_length
+    biases = bias_in("adapt", "v_aw", "v_athr", "v_atau", "v_casc")
     return Circuit(
         "adaptation_dpi",
-        (
-            SUPPLY,
-            *analog_in("spike"),
-            *analog_out("v_mem", "v_adp"),
-            *bias_in("adapt", "v_aw", "v_athr", "v_atau", "v_casc"),
-        ),
+        (SUPPLY, *analog_in("spike"), *analog_out("v_mem", "v_adp"), *biases),
         (
             mos("ma1", "n", "w1", "adapt", "0", *switch),
             mos("ma2", "n", "w2", "spike", "w1", *switch),

@@ -172,27 +172,14 @@ def _filter_ports(out: str) -> tuple[Port, ...]:
 def excitatory_filter(params: Params, plate: str = "vdd") -> Circuit:
     """The DPI filter whose output current flows into `i_out`.
 
-    Parameters
-    ----------
-    params
-        Sizes and capacitors.
-    plate
-        Rail at which the capacitor ends: `vdd` or `0`.
+    plate: rail at which the capacitor ends, `vdd` or `0`.
     """
     output = mos("md5", "p", "i_out", "v_syn", "vdd", *params.size("output"))
     return Circuit("excitatory_dpi", _filter_ports("i_out"), (*_filter(params, plate), output))
 
 
 def inhibitory_filter(params: Params, plate: str = "vdd") -> Circuit:
-    """The DPI filter whose output current is drawn from `i_out`.
-
-    Parameters
-    ----------
-    params
-        Sizes and capacitors.
-    plate
-        Rail at which the capacitor ends: `vdd` or `0`.
-    """
+    """The DPI filter whose output current is drawn from `i_out`; arguments as of `excitatory_filter`."""
     width, length = params.size("output")
     output = (
         mos("md5", "p", "vm", "v_syn", "vdd", width, length),

@@ -75,13 +75,7 @@ def _arrival_latch(params: Params = Params()) -> Circuit:
     """One input: a bit that an arrival sets while `quiet` is high, and that pulls `quiet` down."""
     return Circuit(
         "arrival_latch",
-        (
-            SUPPLY,
-            *event_in("arrive"),
-            *analog_out("quiet"),
-            *event_in("reset_n"),
-            *event_out("first"),
-        ),
+        (SUPPLY, *event_in("arrive"), *analog_out("quiet"), *event_in("reset_n"), *event_out("first")),
         (
             mos("ma", "n", "held", "arrive", "branch", *_N),
             mos("mb", "n", "branch", "quiet", "0", *_N),

@@ -6,13 +6,13 @@ of the package was transcribed once from the free text of `conditions.csv`, by w
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 from circuits.errors import DataError, meant
+from circuits.silicon.toml_file import read_toml
 from circuits.units import parse_quantity
 
 DATA = Path(__file__).parent / "data"
@@ -104,12 +104,7 @@ def read_conditions(path: Path | None = None) -> dict[str, Condition]:
         The file cannot be read, or a measurement names no circuit, no master or no code.
     """
     path = path or DATA / "conditions.toml"
-    try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise DataError(f"{path}: {error.strerror}; name a table of conditions") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise DataError(f"{path}: no TOML ({error}); correct it") from None
+    given = read_toml(path, "a table of conditions")
     found = [_condition(path, k, entry) for k, entry in enumerate(given.get("measurement", []), 1)]
     if not found:
         raise DataError(f"{path}: no [[measurement]], must have at least one; add what was set")

@@ -36,14 +36,9 @@ _FAR = 50.0  # residual where the solver finds nothing
 class Model:
     """What predicts the readings of a circuit's measurements.
 
-    Attributes
-    ----------
-    predict : function
-        `predict(bench, condition, table)` returns readings by column, without noise.
-    usable : function
-        `usable(condition, table)` returns which points may be fitted, by column.
-    noise : function
-        `noise(condition, predicted)` returns the standard deviation of readings, by column.
+    predict: `predict(bench, condition, table)` returns readings by column, without noise. usable:
+    `usable(condition, table)` returns which points may be fitted, by column. noise: `noise(condition,
+    predicted)` returns the standard deviation of readings, by column.
     """
 
     predict: Callable[[Bench, Condition, Table], dict[str, F64]]

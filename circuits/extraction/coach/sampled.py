@@ -37,16 +37,8 @@ Data = Mapping[str, tuple[Condition, Table]]
 class Prediction:
     """A predicted measurement.
 
-    Attributes
-    ----------
-    condition : Condition
-        What was set.
-    table : dict
-        Columns: those that were set, then each measured one with its `_low` and `_high`.
-    metrics : dict
-        Each number with the ends of its 95 % interval.
-    lost : int
-        Draws for which the solver found no curve.
+    condition: what was set. table: columns that were set, then each measured one with its `_low` and `_high`.
+    metrics: each number with the ends of its 95 % interval. lost: draws for which the solver found no curve.
     """
 
     condition: Condition

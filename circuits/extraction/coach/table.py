@@ -61,18 +61,10 @@ class Table(dict[str, F64]):
 def read_table(path: Path, condition: Condition) -> Table:
     """Read a measurement.
 
-    Parameters
-    ----------
-    path
-        The file.
-    condition
-        What was set at it, which says what columns there must be.
+    path: its file. condition: what was set at it, which says what columns there must be.
 
-    Raises
-    ------
-    DataError
-        The file cannot be read, lacks a column or has one in another unit, has a field that is no number or
-        another number of rows than its condition says.
+    Raises `DataError` where the file cannot be read, lacks a column or has one in another unit, has a field
+    that is no number or another number of rows than its condition says.
     """
     try:
         with path.open(encoding="utf-8", newline="") as stream:

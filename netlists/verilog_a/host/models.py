@@ -14,7 +14,6 @@ and `[p]` likewise. The module's first four terminals are drain, gate, source an
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +21,7 @@ from typing import Any
 
 from circuits.errors import DataError, unknown_name
 from circuits.silicon.process import POLARITIES, Polarity
+from circuits.silicon.toml_file import read_toml
 from netlists.verilog_a.host.module import Module, compile_module
 
 _KEYS = ("file", "module", "width", "length", "multiplicity", "parameters")
@@ -63,12 +63,7 @@ def read_models(path: Path) -> dict[Polarity, Model]:
     SimulatorError
         The compiler is not installed.
     """
-    try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise DataError(f"{path}: {error.strerror}; name a file of models") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise DataError(f"{path}: no TOML ({error}); correct it") from None
+    given = read_toml(path, "a file of models")
     for key in given:
         if key not in POLARITIES:
             raise unknown_name(f"{path}: polarity", key, POLARITIES)
