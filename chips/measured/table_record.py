@@ -81,6 +81,13 @@ def tables_of(block: str, circuits: Circuits, process: Process) -> Record:
     return _kept(block, circuits, process)
 
 
+def tables_on(silicon: Silicon, block: str, circuits: Circuits, path: str) -> Record:
+    """The record of a block for a silicon, raising as `tables_of` and `check_box`, which names the path."""
+    data = tables_of(block, circuits, silicon.process)
+    check_box(path, silicon, data)
+    return data
+
+
 @lru_cache(maxsize=32)
 def _kept(block: str, circuits: Circuits, process: Process) -> Record:
     return _matching(block, circuits, process)

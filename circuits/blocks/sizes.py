@@ -27,6 +27,10 @@ class Sizes:
         """Width and length (um) of the transistors of a part: the fields `{part}_width`, `{part}_length`."""
         return getattr(self, f"{part}_width"), getattr(self, f"{part}_length")
 
+    def sizes(self, *parts: str) -> tuple[tuple[float, float], ...]:
+        """The `size` of each of several parts, um."""
+        return tuple(map(self.size, parts))
+
 
 def _check(sizes: Sizes, each: Field[Any]) -> None:
     least = each.metadata.get("least")

@@ -69,18 +69,9 @@ class Linear:
 class Response:
     """Transfer from a source to nodes over frequency.
 
-    Attributes
-    ----------
-    source : str
-        Name of the source.
-    unit : str
-        Unit of the transfer: V/V from a source of voltage, V/A from one of current.
-    nodes : tuple of str
-        Paths of the nodes, in the order of `transfer`.
-    frequency : array
-        Frequencies, float64[F], Hz.
-    transfer : array
-        Transfer to each node, complex128[F, nodes], V/V or V/A.
+    source: its name. unit: of the transfer: V/V from a source of voltage, V/A from one of
+    current. nodes: paths of the nodes, in the order of `transfer`. frequency: frequencies, float64[F], Hz.
+    transfer: transfer to each node, complex128[F, nodes], V/V or V/A.
     """
 
     source: str

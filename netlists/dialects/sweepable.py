@@ -14,6 +14,7 @@ Numbers of a process that follow the size are refused: `netlists.write.bsim3.ref
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -40,6 +41,14 @@ _NODES = tuple(TERMINALS)
 _DEFAULTS = "w=1e-06 l=1e-06 parallel=1 delta_v_t0=0 delta_beta=0"
 
 
+Operator = Callable[["Symbol", object], "Symbol"]
+
+
+def _operators(sign: str) -> tuple[Operator, Operator]:
+    """What a sign means between a symbol and another number, and between another number and a symbol."""
+    return lambda one, other: _joined(one, sign, other), lambda one, other: _joined(other, sign, one)
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class Symbol:
     """A number that is known as text only; sums, products and powers of it are text again."""
@@ -54,45 +63,11 @@ class Symbol:
         """Return the number with its sign turned."""
         return Symbol(f"(-{self.text})")
 
-    def __add__(self, other: object) -> Symbol:
-        """Return the sum."""
-        return _joined(self, "+", other)
-
-    def __radd__(self, other: object) -> Symbol:
-        """Return the sum."""
-        return _joined(other, "+", self)
-
-    def __sub__(self, other: object) -> Symbol:
-        """Return the difference."""
-        return _joined(self, "-", other)
-
-    def __rsub__(self, other: object) -> Symbol:
-        """Return the difference."""
-        return _joined(other, "-", self)
-
-    def __mul__(self, other: object) -> Symbol:
-        """Return the product."""
-        return _joined(self, "*", other)
-
-    def __rmul__(self, other: object) -> Symbol:
-        """Return the product."""
-        return _joined(other, "*", self)
-
-    def __truediv__(self, other: object) -> Symbol:
-        """Return the quotient."""
-        return _joined(self, "/", other)
-
-    def __rtruediv__(self, other: object) -> Symbol:
-        """Return the quotient."""
-        return _joined(other, "/", self)
-
-    def __pow__(self, other: object) -> Symbol:
-        """Return the power."""
-        return _joined(self, "^", other)
-
-    def __rpow__(self, other: object) -> Symbol:
-        """Return the power."""
-        return _joined(other, "^", self)
+    __add__, __radd__ = _operators("+")
+    __sub__, __rsub__ = _operators("-")
+    __mul__, __rmul__ = _operators("*")
+    __truediv__, __rtruediv__ = _operators("/")
+    __pow__, __rpow__ = _operators("^")
 
 
 class _Cell(NamedTuple):

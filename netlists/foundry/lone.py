@@ -67,25 +67,10 @@ def own_currents(
 ) -> F64:
     """Drain currents of the foundry's sub-circuits, drawn by ngspice, at 27 degC, A, float64[2, count].
 
-    Parameters
-    ----------
-    device
-        With the foundry's size.
-    mapping
-        The foundry's process, whose package has statistics.
-    volts
-        A low and a high gate, and the drain, to the bulk, V, a pFET's mirrored.
-    count
-        How many devices.
-    seed
-        Of ngspice's draws in the first deck of a thousand; each further deck has the next one.
-    mismatch, process
-        Which of the foundry's variations are on; what a die shares is drawn once for all devices of a deck.
-
-    Raises
-    ------
-    DataError
-        The package has no statistics.
+    device, mapping, volts: as of `currents`. count: how many devices. seed: of ngspice's draws in the first
+    deck of a thousand; each further deck has the next one. mismatch, process: which of the foundry's
+    variations are on; what a die shares is drawn once for all devices of a deck. Raises `DataError` where the
+    foundry's package has no statistics.
     """
     if mapping.statistics is None:
         raise DataError(f"{mapping.name}: {mapping.package} has no statistics of its own")

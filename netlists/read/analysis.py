@@ -47,18 +47,9 @@ _NUMERICAL = {
 class Transient:
     """A transient that a netlist asks for: `.tran step stop [start [max_step]] [uic]`.
 
-    Attributes
-    ----------
-    step : float
-        Interval of printed points, s.
-    stop : float
-        End of the run, s.
-    start : float
-        Time from which points are kept, s.
-    max_step : float or None
-        Largest step of the solver, s; None where the card has none.
-    uic : bool
-        Whether the run begins with given voltages instead of an operating point.
+    step: interval of printed points, s. stop: end of the run, s. start: time from which points are kept, s.
+    max_step: largest step of the solver, s; None where the card has none. uic: whether the run begins with
+    given voltages instead of an operating point.
     """
 
     step: float
@@ -145,18 +136,9 @@ Analysis = Transient | OperatingPoint | Sweep | SmallSignals | NoiseSpectrum
 class Controls:
     """What the cards about a run say.
 
-    Attributes
-    ----------
-    analyses
-        Analyses in the order of their cards.
-    measures
-        Measures in the order of their cards.
-    steps
-        What is stepped, in the order of the cards.
-    starts, held
-        Voltages, V, of `.nodeset` and `.ic`, with their card, by the node's name as it is written.
-    temperature_c
-        Temperature, degC; None where no card states one.
+    analyses, measures, steps: what is run, measured and stepped, each in the order of the cards. starts,
+    held: voltages, V, of `.nodeset` and `.ic`, with their card, by the node's name as it is written.
+    temperature_c: degC; None where no card states one.
     """
 
     analyses: list[Analysis] = field(default_factory=list)

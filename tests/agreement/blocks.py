@@ -29,21 +29,11 @@ ON_ITS_CHIP = Form(kind="ideal")
 class Case:
     """How a block is compared.
 
-    Attributes
-    ----------
-    form
-        Its testbench.
-    reltol, points
-        ngspice's relative tolerance, and how many steps a run has at least: as fine as it takes for halving
-        both to move ngspice by no more than a quarter of what may differ.
-    begun
-        Whether ngspice gets the solver's rest state as its guess (`.nodeset`), and solves from there.
-    allowed
-        What may differ; the usual follows from the tolerances of both engines.
-    coldest, hottest
-        Between which temperatures it is drawn, degC.
-    why
-        Reason of all that is not the usual.
+    form: its testbench. reltol, points: ngspice's relative tolerance, and how many steps a run has at least:
+    as fine as it takes for halving both to move ngspice by no more than a quarter of what may differ. begun:
+    whether ngspice gets the solver's rest state as its guess (`.nodeset`), and solves from there. allowed:
+    what may differ; the usual follows from the tolerances of both engines. coldest, hottest: between which
+    temperatures it is drawn, degC. why: reason of all that is not the usual.
     """
 
     form: Form = ON_ITS_CHIP

@@ -16,7 +16,7 @@ from functools import cache
 import numpy as np
 
 from chips.boards.centroid.kernel import Centroid, centroid_run
-from chips.measured.table_record import all_on_silicon, check_box, tables_of
+from chips.measured.table_record import all_on_silicon, tables_on
 from chips.part import Analog, Event, Output
 from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
@@ -64,8 +64,7 @@ class CentroidModel:
         self, silicon: Silicon, lookup: Sequence[float] | None = None, path: str = "centroid_board"
     ) -> None:
         """Read the record at the silicon's temperature and die."""
-        data = tables_of("centroid_board", circuits, silicon.process)
-        check_box(path, silicon, data)
+        data = tables_on(silicon, "centroid_board", circuits, path)
         entry = np.array(centroid_board.linear_lookup() if lookup is None else lookup)
         names = "log_share", "log_far_default", "offset_V", "leak_time_s", "filter_time_s", "slew_time_s"
         strength, far, offset, leak, low_pass, slew = all_on_silicon(data, names, silicon)

@@ -18,7 +18,7 @@ from functools import cache
 
 import numpy as np
 
-from chips.measured.table_record import all_on_silicon, check_box, tables_of
+from chips.measured.table_record import all_on_silicon, tables_on
 from chips.part import Analog, Event, Output
 from circuits.blocks.sonar import first_target_isolation
 from circuits.circuit import Circuit
@@ -63,8 +63,7 @@ class IsolationModel:
         self, silicon: Silicon, path: str = "first_target_isolation", v_ex_max: float | None = None
     ) -> None:
         """Read the record at the silicon's temperature and die."""
-        data = tables_of("first_target_isolation", circuits, silicon.process)
-        check_box(path, silicon, data)
+        data = tables_on(silicon, "first_target_isolation", circuits, path)
         names = ("open_V", "isolated_V", "set_delay_s", "reset_delay_s", "held_delay_s", "tie_s")
         values = (float(value) for value in all_on_silicon(data, names, silicon))
         self.open_level, self.isolated_level, self.set, self.reset, self.held, self.tie = values

@@ -18,7 +18,7 @@ import numpy as np
 
 from chips.boards.vocalization.kernel import Vocalization, vocalization_run
 from chips.boards.vocalization.noise import oscillator_noise, phase_after_call
-from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
+from chips.measured.table_record import all_on_silicon, tables_on, temperature_weights
 from chips.noise import SiliconNoise
 from chips.part import Analog, Event, Output
 from circuits.arrays import F64
@@ -63,8 +63,7 @@ class VocalizationModel:
         self, silicon: Silicon, path: str = "vocalization_controller", noise: SiliconNoise | None = None
     ) -> None:
         """Read the record at the silicon's temperature and die."""
-        data = tables_of("vocalization_controller", circuits, silicon.process)
-        check_box(path, silicon, data)
+        data = tables_on(silicon, "vocalization_controller", circuits, path)
         names = ("base_Hz", "slope_Hz_per_V", "dead_time_s", "first_phase", "amplitude_V", "amplitude_slope")
         values = [float(value) for value in all_on_silicon(data, names, silicon)]
         at = temperature_weights(data, silicon.temperature_c)

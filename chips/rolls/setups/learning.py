@@ -30,6 +30,7 @@ from circuits.blocks.rolls.bias import Code
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
+from circuits.units import quantity
 
 FIRST_COLUMN = 192  # of the plastic columns that carry a pattern: their neurons get no input
 BACKGROUND, VETO = 128, 129  # presynaptic neurons whose columns bring strong events, and inhibition
@@ -44,26 +45,26 @@ SETTLING = 1.0  # s after the teaching, in which every weight drifts to a rail
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """Sizes, rates (Hz) and times (s) of the experiment.
+    """Sizes, rates and times of the experiment.
 
     jitter: standard deviation of the logarithm of a column's rate; flipped: share of columns that are
     flipped.
     """
 
-    columns: int = 64
-    population: int = 16
-    active: int = 32
-    high: float = 50.0
-    low: float = 5.0
-    jitter: float = 0.2
-    flipped: float = 0.05
-    teacher: float = 400.0
-    background: float = 35.0
-    veto: float = 400.0
-    presentation: float = 0.4
-    pause: float = 0.1
-    training: int = 40
-    tests: int = 40
+    columns: int = quantity(64, "")
+    population: int = quantity(16, "")
+    active: int = quantity(32, "")
+    high: float = quantity(50.0, "Hz")
+    low: float = quantity(5.0, "Hz")
+    jitter: float = quantity(0.2, "")
+    flipped: float = quantity(0.05, "")
+    teacher: float = quantity(400.0, "Hz")
+    background: float = quantity(35.0, "Hz")
+    veto: float = quantity(400.0, "Hz")
+    presentation: float = quantity(0.4, "s")
+    pause: float = quantity(0.1, "s")
+    training: int = quantity(40, "")
+    tests: int = quantity(40, "")
 
     def __post_init__(self) -> None:
         if not 1 <= self.columns <= NEURONS - FIRST_COLUMN:

@@ -59,8 +59,7 @@ class Params(Sizes):
 
 def soma(params: Params) -> Circuit:
     """Input, leak and spike: ports v_mem, v_refr, spike (out), v_dc, dc_off, v_gain, v_leak, the supply."""
-    given, pair = params.size("input"), params.size("pair")
-    core, logic = params.size("spike"), params.size("logic")
+    given, pair, core, logic = params.sizes("input", "pair", "spike", "logic")
     biases = bias_in("v_dc", "dc_off", "v_gain", "v_leak")
     return Circuit(
         "adaptive_soma",
@@ -108,7 +107,7 @@ def refractory(params: Params) -> Circuit:
 
 def adaptation(params: Params) -> Circuit:
     """A DPI that spikes feed, and what draws its current: ports spike (in), v_mem, v_adp, adapt, biases."""
-    pair, weight = params.size("pair"), params.size("spike")
+    pair, weight = params.sizes("pair", "spike")
     switch = params.spike_width, params.logic_length
     biases = bias_in("adapt", "v_aw", "v_athr", "v_atau", "v_casc")
     return Circuit(

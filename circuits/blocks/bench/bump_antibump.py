@@ -47,7 +47,7 @@ BIASES = (coded_bias("tail", MASTERS[3], 12, "mb", (3.0, 1.0)),)
 
 def build(params: Params = Params()) -> Circuit:
     """The circuit: ports v1, v2 (gates), i1, i2, i_out (currents in), v_tail (bias); params: sizes."""
-    outer, middle = params.size("outer"), params.size("middle")
+    outer, middle = params.sizes("outer", "middle")
     return Circuit(
         "bump_antibump",
         (*analog_in("v1", "v2"), *analog_out("i1", "i2", "i_out"), *bias_ports(BIASES)),

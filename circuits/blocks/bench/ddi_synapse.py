@@ -63,7 +63,7 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """The synapse: ports event (in), i_out (current out), biases and the supply; params: its sizes."""
-    size, switch = params.size("filter"), params.size("switch")
+    size, switch = params.sizes("filter", "switch")
     shared = DpiParams(filter_width=size[0], filter_length=size[1]).filter_params()
     slow = replace(shared, synapse_capacitance=params.slow_capacitance)
     fast = replace(shared, synapse_capacitance=params.fast_capacitance)

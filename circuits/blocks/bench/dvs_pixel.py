@@ -74,7 +74,7 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """The pixel: ports v_pd (photocurrent out), hold (low resets), on, off (out), biases, the supply."""
-    p, n = params.size("p"), params.size("n")
+    p, n = params.sizes("p", "n")
     receptor = photoreceptor.build(photoreceptor.Params(photodiode_capacitance=params.photodiode_capacitance))
     return Circuit(
         "dvs_pixel",

@@ -63,7 +63,7 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """The photoreceptor: ports v_pd (photocurrent out), v_sf (out), biases, the supply; params: its sizes."""
-    n, p = params.size("n"), params.size("p")
+    n, p = params.sizes("n", "p")
     return Circuit(
         "photoreceptor",
         (SUPPLY, *analog_in("v_pd"), *analog_out("v_sf"), *bias_ports(BIASES)),

@@ -54,7 +54,7 @@ class Params(AmplifierSizes):
 
 def stage(polarity: Polarity, params: Params) -> Circuit:
     """One amplifier with inputs of a polarity: ports v_plus, v_minus, v_out, v_tail and the supply."""
-    n, p = params.size("n"), params.size("p")
+    n, p = params.sizes("n", "p")
     pair, mirror = (n, p) if polarity == "n" else (p, n)
     rail, other = ("0", "vdd") if polarity == "n" else ("vdd", "0")
     load: Polarity = "p" if polarity == "n" else "n"
@@ -73,8 +73,7 @@ def stage(polarity: Polarity, params: Params) -> Circuit:
 
 def readout(params: Params) -> tuple[Transistor, ...]:
     """The loads of the second and third copies, and the mirrors behind them; params: their sizes."""
-    n = params.size("readout_n")
-    p = params.size("readout_p")
+    n, p = params.sizes("readout_n", "readout_p")
     return (
         mos("mp1", "n", "v_source", "v_source", "0", *n),
         mos("mp2", "n", "i_plus", "v_source", "0", *n),

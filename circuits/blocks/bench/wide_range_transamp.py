@@ -30,7 +30,7 @@ class Params(AmplifierSizes):
 
 def devices(params: Params) -> tuple[Transistor, ...]:
     """Its transistors between v_plus, v_minus, v_tail, v_out and the rails; params: their sizes."""
-    n, p = params.size("n"), params.size("p")
+    n, p = params.sizes("n", "p")
     return (
         mos("mb", "n", "v_s", "v_tail", "0", *n),
         mos("m1", "n", "v_p1", "v_plus", "v_s", *n),

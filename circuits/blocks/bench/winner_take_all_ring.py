@@ -59,7 +59,7 @@ class Params(Sizes):
 
 def cell(params: Params = Params()) -> Circuit:
     """One cell: ports v_in, v_out, v_c, i_out, i_all, v_tail, v_gain, enable, the supply; params: sizes."""
-    n, p = params.size("n"), params.size("p")
+    n, p = params.sizes("n", "p")
     outputs = analog_out("v_out", "v_c", "i_out", "i_all")
     return Circuit(
         "ring_cell",

@@ -62,7 +62,7 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """The stage: ports i_out, v_pos, v_neg, b0 to b7 (low is on), sign (high is positive), the supply."""
-    unit, switch = params.size("unit"), params.size("switch")
+    unit, switch = params.sizes("unit", "switch")
     banks = []
     for letter, gate, out in (("d", "v_pos", "pos"), ("r", "v_neg", "neg")):
         for k in range(BITS):

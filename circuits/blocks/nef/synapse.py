@@ -92,7 +92,7 @@ def low_pass(params: Params = Params()) -> Circuit:
 
 def line(params: Params = Params()) -> Circuit:
     """What adds up filters and splits their sum: ports i_sum (current in), v_pos, v_neg, v_ref, v_split."""
-    mirror, split = params.size("mirror"), params.size("split")
+    mirror, split = params.sizes("mirror", "split")
     unit, held = EncoderParams(), params.cascode_width > 0.0
     gates = ("v_cas_n", "v_cas_p") if held else ()
 

@@ -88,7 +88,7 @@ def _calcium(params: Params) -> tuple[Device, ...]:
 
 
 def _comparators(params: Params) -> tuple[Device, ...]:
-    copy, pair = params.size("copy"), params.size("pair")
+    copy, pair = params.sizes("copy", "pair")
     against = [
         device
         for name in THRESHOLDS

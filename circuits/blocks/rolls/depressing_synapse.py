@@ -76,9 +76,7 @@ class Params(Sizes):
 
 def depression(params: Params) -> Circuit:
     """One weight's gate: ports exc_off, exc_on (pulse), level (its bias), w (the gate), v_std, v_rec."""
-    bias = params.size("bias")
-    mirror = params.size("mirror")
-    switch = params.size("switch")
+    bias, mirror, switch = params.sizes("bias", "mirror", "switch")
     devices = (
         Capacitor("c_w", "w", "0", params.weight_capacitance),
         mos("ms1", "n", "step", "v_std", "0", *bias),

@@ -74,9 +74,7 @@ class Params(Sizes):
 
 def leak(params: Params) -> Circuit:
     """The leak, a DPI: ports i_in, v_mem, select (high takes tau1), v_thr, v_tau1, v_tau2, v_dc."""
-    pair = params.size("pair")
-    slow = params.size("leak")
-    switch = params.size("switch")
+    pair, slow, switch = params.sizes("pair", "leak", "switch")
     return Circuit(
         "leak",
         (SUPPLY, *analog_out("i_in", "v_mem"), *bias_in("select", "v_thr", "v_tau1", "v_tau2", "v_dc")),
@@ -142,8 +140,7 @@ def reset(params: Params) -> Circuit:
 
 def adaptation(params: Params) -> Circuit:
     """A DPI that spikes feed (v_o1 is low then), and whose output draws a current from v_mem."""
-    pair = params.size("adaptation")
-    slow = params.size("leak")
+    pair, slow = params.sizes("adaptation", "leak")
     return Circuit(
         "adaptation",
         (
@@ -171,8 +168,7 @@ def nmda_gate(params: Params) -> Circuit:
 
     Two mirrors stand between, or the current of the input would leave backwards through the pair.
     """
-    pair = params.size("pair")
-    mirror = params.size("switch")
+    pair, mirror = params.sizes("pair", "switch")
     return Circuit(
         "nmda_gate",
         (SUPPLY, *analog_in("i_nmda", "v_mem"), *analog_out("i_in"), *bias_in("v_nmda")),

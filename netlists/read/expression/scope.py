@@ -39,18 +39,10 @@ Definition = tuple[str, Card]  # text of the value, and where it stands
 class Expressions:
     """The expressions of one netlist; a text that occurs again is not parsed again.
 
-    Attributes
-    ----------
-    limits : Limits
-        How much arithmetic the netlist may have.
-    cards : int
-        Number of the netlist's cards: a longer netlist may have more arithmetic.
-    read : int
-        Characters so far; a text that was parsed before counts an eighth.
-    functions : Functions
-        The netlist's own functions.
-    parsed : dict of str to Expression or None
-        The parsed expression by its text, None until the text has come a second time.
+    limits: how much arithmetic the netlist may have. cards: number of the netlist's cards: a longer netlist
+    may have more arithmetic. read: characters so far; a text that was parsed before counts an eighth.
+    functions: the netlist's own functions. parsed: the parsed expression by its text, None until the text has
+    come a second time.
     """
 
     limits: Limits

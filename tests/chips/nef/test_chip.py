@@ -27,6 +27,14 @@ def one(neurons: int, dimensions: int = 1, radius: float = 1.0) -> Network:
     )
 
 
+def represented(chip: NefChip) -> Simulation:
+    """A run of a chip whose 300 neurons have been given a vector for 0.4 s."""
+    run = Simulation(build(one(300, 2, 0.7), chip.at(27.0), 1))
+    run.set("in", [0.4, -0.2])
+    run.advance(0.4)
+    return run
+
+
 @pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
 def test_calibration_trims_the_median_neuron(kind: BiasKind) -> None:
     chip = NefChip(DIE, kind, calibration_c=60.0, neurons=1024, process=ROLLS_180_IDEAL)
@@ -61,9 +69,7 @@ def test_more_columns_give_more() -> None:
 
 @pytest.mark.parametrize("number", [None, 42])
 def test_an_ensemble_represents_what_it_is_given(number: int | None) -> None:
-    run = Simulation(build(one(300, 2, 0.7), paper_chip(Die(number=number)).at(27.0), 1))
-    run.set("in", [0.4, -0.2])
-    run.advance(0.4)
+    run = represented(paper_chip(Die(number=number)))
     # 300 neurons, 50 ms: a per cent of the radius, and as much of decoding
     assert run.read("x?") == pytest.approx([0.4, -0.2], abs=0.03)
     assert run.counters["spikes"] > 1000

@@ -25,7 +25,7 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from system.papers.checks import nef_law
 from system.papers.checks.nef_chip import rate_errors
-from tests.chips.nef.test_chip import DIE, one
+from tests.chips.nef.test_chip import DIE, one, represented
 
 CHIP = NefChip(DIE, neurons=512, process=ROLLS_180)
 
@@ -82,11 +82,7 @@ def test_the_ideal_law_bends_nothing() -> None:
 
 @pytest.mark.parametrize("number", [None, 42])
 def test_an_ensemble_represents_what_it_is_given(number: int | None) -> None:
-    run = Simulation(
-        build(one(300, 2, 0.7), NefChip(Die(number=number), neurons=512, process=ROLLS_180).at(27.0), 1)
-    )
-    run.set("in", [0.4, -0.2])
-    run.advance(0.4)
+    run = represented(NefChip(Die(number=number), neurons=512, process=ROLLS_180))
     # as under the ideal law
     assert run.read("x?") == pytest.approx([0.4, -0.2], abs=0.03)
     assert run.counters["spikes"] > 1000
