@@ -223,19 +223,8 @@ class LiveChip:
     def write_bias(self, name: str, value: float) -> float:
         """Write a bias from now on, and return what it then is, which a generator's codes round.
 
-        Parameters
-        ----------
-        name
-            Its name.
-        value
-            Its value, A or V.
-
-        Raises
-        ------
-        UnknownNameError
-            There is no such bias.
-        ParameterError
-            The value cannot be reached, or leads outside of what the chip's model was measured for.
+        value: A or V. Raises `UnknownNameError` where there is no bias `name`, and `ParameterError` for a
+        value that cannot be reached, or that leads outside of what the chip's model was measured for.
         """
         self.read_bias(name)
         if not math.isfinite(value):

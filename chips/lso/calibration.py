@@ -65,18 +65,9 @@ class Design:
 class Trial:
     """What the bench measured at codes.
 
-    Attributes
-    ----------
-    currents : mapping
-        Nominal currents of `LINES`, A.
-    step : float
-        How long a step lasts, s, the mean of both neurons.
-    slope : float
-        Spikes, left less right, a decibel.
-    even : array
-        Mean of left less right over all differences, float64[loudnesses].
-    deaf : array
-        Level units that never spike, bool[ears, units].
+    currents: nominal currents of `LINES`, A. step: how long a step lasts, s, the mean of both neurons. slope:
+    spikes, left less right, a decibel. even: mean of left less right over all differences,
+    float64[loudnesses]. deaf: level units that never spike, bool[ears, units].
     """
 
     currents: Mapping[str, float]

@@ -106,18 +106,9 @@ class Plan:
 class ChipCells:
     """Cells that are made of transistors.
 
-    Attributes
-    ----------
-    silicon : Silicon
-        Process, temperature and die.
-    bias_kind : str
-        Kind of their biases.
-    area : float
-        Area of their devices over the usual, a ratio.
-    noise : SiliconNoise or None
-        What makes one die's plans differ from each other; nothing unless given.
-    calibrated : CellCodes or None
-        The axons of all cells as they were timed; costs are written as codes unless given.
+    silicon: process, temperature and die. bias_kind: kind of their biases. area: area of their devices over
+    the usual, a ratio. noise: what makes one die's plans differ from each other; nothing unless given.
+    calibrated: the axons of all cells as they were timed; costs are written as codes unless given.
     """
 
     silicon: Silicon = field(default_factory=Silicon)

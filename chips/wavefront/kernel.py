@@ -127,22 +127,12 @@ def graph_wave(
 
     It takes 18 bytes a cell beside the graph and its delays.
 
-    Parameters
-    ----------
-    graph
-        Cells and axons.
-    delays
-        Delay of each axon in the graph's order, above 0, inf where no spike passes, float64[edges]; s, or any
-        other unit, in which the arrivals are then.
-    start, goal
-        Number of the cell that fires first, and of that at which the wave ends; None for no goal.
-    blocked
-        Whether a cell never fires, bool[n]; none unless given.
+    graph: cells and axons. delays: delay of each axon in the graph's order, above 0, inf where no spike
+    passes, float64[edges]; s, or any other unit, in which the arrivals are then. start, goal: number of the
+    cell that fires first, and of that at which the wave ends; None for no goal. blocked: whether a cell never
+    fires, bool[n]; none unless given.
 
-    Raises
-    ------
-    ParameterError
-        Delays are others, or start or goal is no cell.
+    Raises `ParameterError` for other delays, and where start or goal is no cell.
     """
     given = np.ascontiguousarray(delays, _F64)
     waves = _new_waves(1, graph.cells)

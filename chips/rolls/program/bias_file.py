@@ -77,15 +77,7 @@ class BiasEntry:
 class BiasTable:
     """Biases of a chip.
 
-    Attributes
-    ----------
-    entries : tuple of BiasEntry
-        The biases, in the order of their file.
-
-    Raises
-    ------
-    ParameterError
-        A name is given twice.
+    entries: in the order of their file. Raises `ParameterError` for a name that is given twice.
     """
 
     entries: tuple[BiasEntry, ...]

@@ -80,15 +80,12 @@ class SpikeTime(Measure):
     port: str
     number: int = 0
 
+    unit = "s"
+
     @property
     def name(self) -> str:
         """Its name."""
         return f"spike_time({self.port},{self.number})"
-
-    @property
-    def unit(self) -> str:
-        """Seconds."""
-        return "s"
 
     def read(self, result: Result, way: Way) -> Reading:
         """Read the time of the spike, and how near its peak comes to the threshold."""
@@ -126,15 +123,12 @@ class Crossing(Measure):
     rising: bool = True
     number: int = 0
 
+    unit = "s"
+
     @property
     def name(self) -> str:
         """Its name."""
         return f"{'rise' if self.rising else 'fall'}({self.node},{self.level:g}V,{self.number})"
-
-    @property
-    def unit(self) -> str:
-        """Seconds."""
-        return "s"
 
     def read(self, result: Result, way: Way) -> Reading:
         """Read the time of the crossing."""
@@ -162,15 +156,12 @@ class Voltage(Measure):
     node: str
     at: float | None = None
 
+    unit = "V"
+
     @property
     def name(self) -> str:
         """Its name."""
         return f"voltage({self.node}{'' if self.at is None else f',{self.at:g}s'})"
-
-    @property
-    def unit(self) -> str:
-        """Volts."""
-        return "V"
 
     def read(self, result: Result, way: Way) -> Reading:
         """Read the voltage."""
@@ -203,15 +194,12 @@ class Extreme(Measure):
     begin: float = 0.0
     end: float = np.inf
 
+    unit = "V"
+
     @property
     def name(self) -> str:
         """Its name."""
         return f"{'maximum' if self.highest else 'minimum'}({self.node})"
-
-    @property
-    def unit(self) -> str:
-        """Volts."""
-        return "V"
 
     def read(self, result: Result, way: Way) -> Reading:
         """Read the extreme at its step, and name another one that is nearly as high."""
@@ -250,15 +238,12 @@ class Integral(Measure):
     begin: float = 0.0
     end: float = np.inf
 
+    unit = "V s"
+
     @property
     def name(self) -> str:
         """Its name."""
         return f"integral({self.node})"
-
-    @property
-    def unit(self) -> str:
-        """Volts times seconds."""
-        return "V s"
 
     def read(self, result: Result, way: Way) -> Reading:
         """Read the integral of straight lines between the steps."""

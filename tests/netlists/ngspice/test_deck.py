@@ -6,6 +6,7 @@ import pytest
 
 from circuits.errors import DataError, SimulatorError
 from netlists.ngspice.deck import deck_text, run_deck
+from tests.written import written
 
 DECK = """a diode and a load
 .include parts.inc
@@ -25,9 +26,7 @@ PARTS = ".subckt load a b\nd1 a b d\nr1 b 0 1k\n.ends\n.model d d (is=1e-14)\n"
 @pytest.fixture
 def deck(tmp_path: Path) -> Path:
     (tmp_path / "parts.inc").write_text(PARTS)
-    path = tmp_path / "deck.cir"
-    path.write_text(DECK)
-    return path
+    return written(tmp_path / "deck.cir", DECK)
 
 
 def test_it_has_one_analysis_and_its_commands_are_never_run(deck: Path) -> None:

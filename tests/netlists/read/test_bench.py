@@ -8,6 +8,7 @@ from circuits.circuit import Circuit
 from circuits.errors import UnknownNameError
 from circuits.testbench import Testbench
 from netlists.read.bench import read_bench
+from tests.written import written
 
 DECK = """a low-pass
 .subckt lowpass in out
@@ -23,9 +24,7 @@ va a 0 pwl(0 0 1u 0 1.1u 1)
 
 @pytest.fixture
 def deck(tmp_path: Path) -> Path:
-    path = tmp_path / "deck.cir"
-    path.write_text(DECK)
-    return path
+    return written(tmp_path / "deck.cir", DECK)
 
 
 def test_a_deck_has_its_sources_and_its_end(deck: Path) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from system.cli.command_line import main
+from tests.written import written
 
 OURS = """an inverter
 .subckt inv in out vdd
@@ -41,16 +42,12 @@ re e 0 1k
 
 @pytest.fixture
 def ours(tmp_path: Path) -> str:
-    path = tmp_path / "ours.cir"
-    path.write_text(OURS)
-    return str(path)
+    return str(written(tmp_path / "ours.cir", OURS))
 
 
 @pytest.fixture
 def theirs(tmp_path: Path) -> str:
-    path = tmp_path / "theirs.cir"
-    path.write_text(THEIRS)
-    return str(path)
+    return str(written(tmp_path / "theirs.cir", THEIRS))
 
 
 def test_a_sweep_of_two_sources_by_the_signs_of_the_deck(

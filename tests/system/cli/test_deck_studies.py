@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from system.cli.command_line import main
+from tests.written import written
 
 DECK = """an inverter
 .model nch nmos
@@ -28,10 +29,8 @@ FALL = "t_fall = cross(out, 2.5, fall) - cross(in, 2.5)"
 
 @pytest.fixture
 def deck(tmp_path: Path) -> Path:
-    path = tmp_path / "inv.cir"
-    path.write_text(DECK)
     (tmp_path / "bench.toml").write_text(BENCH)
-    return path
+    return written(tmp_path / "inv.cir", DECK)
 
 
 def test_a_study_measures_a_deck_s_own_cards(deck: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from system.cli.command_line import main
+from tests.written import written
 
 DECK = """A divider
 .include parts.inc
@@ -23,9 +24,7 @@ PARTS = ".subckt half a b\nr1 a b 1k\nr2 b 0 2k\n.ends\n"
 @pytest.fixture
 def deck(tmp_path: Path) -> Path:
     (tmp_path / "parts.inc").write_text(PARTS)
-    path = tmp_path / "deck.cir"
-    path.write_text(DECK)
-    return path
+    return written(tmp_path / "deck.cir", DECK)
 
 
 def test_import_says_what_was_read(deck: Path, capsys: pytest.CaptureFixture[str]) -> None:
