@@ -38,12 +38,8 @@ class Wiring:
     ----------
     block
         The circuit.
-    inputs
-        Port that is driven, by the name of its pin.
-    outputs
-        Node that is read, by the name of its pin.
-    ammeters
-        Resistor whose current is read, by the name of the pin.
+    inputs, outputs, ammeters
+        Port that is driven, node that is read, and resistor whose current is read, by the name of the pin.
     counted
         Transistor whose current a converter counts, by the name of its channel.
     lines

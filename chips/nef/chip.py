@@ -68,10 +68,8 @@ class NefChip:
 
     Attributes
     ----------
-    die : Die
-        Its die.
-    bias_kind : str
-        Kind of its biases.
+    die, bias_kind : Die, str
+        Its die, and the kind of its biases.
     biases : mapping of str to float
         Values of biases by name to which it is calibrated, A or V; the usual ones where not given.
     calibration_c : float

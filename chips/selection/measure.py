@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,8 +52,7 @@ _GROUP = 7  # paths of a ping direction, about
 _NO_CONDUCTANCE = np.zeros(0)
 
 
-@dataclass(frozen=True, slots=True)
-class Profile:
+class Profile(NamedTuple):
     """Currents at the ports of all cells, A, float64[N]: excitations and risks."""
 
     excite: F64

@@ -10,6 +10,7 @@ import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -79,8 +80,7 @@ class State:
         return float(self.time[0])
 
 
-@dataclass(frozen=True, slots=True)
-class Steps:
+class Steps(NamedTuple):
     """How many steps a run accepted and rejected, and how many iterations of Newton's method it took."""
 
     accepted: int

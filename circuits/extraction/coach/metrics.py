@@ -60,17 +60,9 @@ _Read = Callable[[Condition, Table], Metrics]
 def metrics_of(condition: Condition, table: Table) -> Metrics:
     """Numbers of a measurement or its prediction, by name.
 
-    Parameters
-    ----------
-    condition
-        What was set.
-    table
-        What was set and read, or predicted.
+    condition: what was set. table: what was set and read, or predicted.
 
-    Raises
-    ------
-    DataError
-        The table's measured columns are empty.
+    Raises `DataError` where the table's measured columns are empty.
     """
     if all(np.isnan(column).all() for name, column in table.items() if name not in _SET):
         raise DataError(f"{condition.file}: no measured values, must have some; fill it in first")
