@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from circuits.circuit import Bias, Port
+from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port
+from circuits.devices.device import Device
 
 SUPPLY = Port("vdd", "supply")
 """The port `vdd`, at which a block gets its supply."""
@@ -41,3 +42,15 @@ def bias_in(*names: str) -> tuple[Port, ...]:
 def bias_ports(biases: Iterable[Bias]) -> tuple[Port, ...]:
     """The port of each of `biases`, each a single node."""
     return bias_in(*(bias.port for bias in biases))
+
+
+def biased(
+    name: str,
+    ports: tuple[Port, ...],
+    biases: tuple[Bias, ...],
+    devices: tuple[Device, ...] = (),
+    instances: tuple[Instance | InstanceArray, ...] = (),
+    nodes: tuple[Node, ...] = (),
+) -> Circuit:
+    """A circuit with biases, whose ports stand behind its other ports; all else is as of a `Circuit`."""
+    return Circuit(name, (*ports, *bias_ports(biases)), devices, instances, nodes, biases)

@@ -27,7 +27,7 @@ from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import powered
 from circuits.blocks.measure import last_rate, spike_outcome
 from circuits.blocks.mos import mos
-from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports, event_out
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, biased, event_out
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor
@@ -152,8 +152,8 @@ def build(params: Params = Params()) -> Circuit:
         refractory(params).instance("refractory"),
         adaptation(params).instance("adaptation"),
     )
-    ports = (SUPPLY, *analog_out("v_mem"), *event_out("spike"), *bias_ports(BIASES))
-    return Circuit("adaptive_neuron", ports, (), instances, biases=BIASES)
+    ports = (SUPPLY, *analog_out("v_mem"), *event_out("spike"))
+    return biased("adaptive_neuron", ports, BIASES, (), instances)
 
 
 DURATION = 60e-3  # s

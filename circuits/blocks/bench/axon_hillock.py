@@ -29,7 +29,7 @@ from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import current_into, powered
 from circuits.blocks.measure import spike_outcome
 from circuits.blocks.mos import mos
-from circuits.blocks.ports import SUPPLY, analog_in, bias_ports, event_out
+from circuits.blocks.ports import SUPPLY, analog_in, biased, event_out
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor
@@ -63,21 +63,17 @@ BIASES = (coded_bias("pw", MASTERS[0], 2, "m_pw", (3.4, 1.0)),)
 def build(params: Params = Params()) -> Circuit:
     """The neuron: ports v_mem (current in), spike (out), v_pw (bias) and the supply; params: its sizes."""
     reset = params.size("reset")
-    return Circuit(
-        "axon_hillock",
-        (SUPPLY, *analog_in("v_mem"), *event_out("spike"), *bias_ports(BIASES)),
-        (
-            Capacitor("c_m", "v_mem", "0", params.membrane_capacitance + params.line_capacitance),
-            Capacitor("c_fb", "spike", "v_mem", params.feedback_capacitance),
-            mos("m1p", "p", "v_o", "v_mem", "vdd", params.first_p_width, params.first_length),
-            mos("m1n", "n", "v_o", "v_mem", "0", params.first_n_width, params.first_length),
-            mos("m2p", "p", "spike", "v_o", "vdd", params.second_p_width, params.second_length),
-            mos("m2n", "n", "spike", "v_o", "0", params.second_n_width, params.second_length),
-            mos("m_rst", "n", "v_mem", "spike", "low", *reset),
-            mos("m_pw", "n", "low", "v_pw", "0", *reset),
-        ),
-        biases=BIASES,
+    devices = (
+        Capacitor("c_m", "v_mem", "0", params.membrane_capacitance + params.line_capacitance),
+        Capacitor("c_fb", "spike", "v_mem", params.feedback_capacitance),
+        mos("m1p", "p", "v_o", "v_mem", "vdd", params.first_p_width, params.first_length),
+        mos("m1n", "n", "v_o", "v_mem", "0", params.first_n_width, params.first_length),
+        mos("m2p", "p", "spike", "v_o", "vdd", params.second_p_width, params.second_length),
+        mos("m2n", "n", "spike", "v_o", "0", params.second_n_width, params.second_length),
+        mos("m_rst", "n", "v_mem", "spike", "low", *reset),
+        mos("m_pw", "n", "low", "v_pw", "0", *reset),
     )
+    return biased("axon_hillock", (SUPPLY, *analog_in("v_mem"), *event_out("spike")), BIASES, devices)
 
 
 BEGIN, DURATION = 0.6, 6.0  # V, s

@@ -21,7 +21,7 @@ from circuits.blocks.bench.curve import crossing, difference_knobs, difference_s
 from circuits.blocks.block import catalogued
 from circuits.blocks.measure import whether
 from circuits.blocks.mos import mos
-from circuits.blocks.ports import analog_in, analog_out, bias_ports
+from circuits.blocks.ports import analog_in, analog_out, biased
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.silicon.process import ROLLS_180
@@ -48,18 +48,15 @@ BIASES = (coded_bias("tail", MASTERS[3], 12, "mb", (3.0, 1.0)),)
 def build(params: Params = Params()) -> Circuit:
     """The circuit: ports v1, v2 (gates), i1, i2, i_out (currents in), v_tail (bias); params: sizes."""
     outer, middle = params.sizes("outer", "middle")
-    return Circuit(
-        "bump_antibump",
-        (*analog_in("v1", "v2"), *analog_out("i1", "i2", "i_out"), *bias_ports(BIASES)),
-        (
-            mos("m1", "n", "i1", "v1", "v_s", *outer),
-            mos("m2", "n", "i2", "v2", "v_s", *outer),
-            mos("m3", "n", "v_x", "v1", "v_s", *middle),
-            mos("m4", "n", "i_out", "v2", "v_x", *middle),
-            mos("mb", "n", "v_s", "v_tail", "0", *params.size("tail")),
-        ),
-        biases=BIASES,
+    devices = (
+        mos("m1", "n", "i1", "v1", "v_s", *outer),
+        mos("m2", "n", "i2", "v2", "v_s", *outer),
+        mos("m3", "n", "v_x", "v1", "v_s", *middle),
+        mos("m4", "n", "i_out", "v2", "v_x", *middle),
+        mos("mb", "n", "v_s", "v_tail", "0", *params.size("tail")),
     )
+    ports = (*analog_in("v1", "v2"), *analog_out("i1", "i2", "i_out"))
+    return biased("bump_antibump", ports, BIASES, devices)
 
 
 def measures(result: Result) -> dict[str, float | None]:

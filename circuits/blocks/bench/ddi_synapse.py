@@ -27,7 +27,7 @@ from circuits.blocks.bench.dpi_synapse import testbench as events_into
 from circuits.blocks.block import catalogued
 from circuits.blocks.measure import between, fall, rise
 from circuits.blocks.mos import mos
-from circuits.blocks.ports import SUPPLY, analog_out, bias_ports, event_in
+from circuits.blocks.ports import SUPPLY, analog_out, biased, event_in
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
@@ -83,8 +83,8 @@ def build(params: Params = Params()) -> Circuit:
         mos("mw2", "n", "line2", "v_weight2", "low2", *size),
         mos("m_in2", "n", "low2", "pulse", "0", *switch),
     )
-    ports = (SUPPLY, *event_in("event"), *analog_out("i_out"), *bias_ports(BIASES))
-    return Circuit("ddi_synapse", ports, weights, instances, biases=BIASES)
+    ports = (SUPPLY, *event_in("event"), *analog_out("i_out"))
+    return biased("ddi_synapse", ports, BIASES, weights, instances)
 
 
 def measures(result: Result) -> dict[str, float | None]:

@@ -28,7 +28,7 @@ from circuits.blocks.bench.curve import (
 from circuits.blocks.block import catalogued
 from circuits.blocks.measure import whether
 from circuits.blocks.mos import mos
-from circuits.blocks.ports import analog_in, analog_out, bias_ports
+from circuits.blocks.ports import analog_in, analog_out, biased
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
 from circuits.silicon.process import ROLLS_180
@@ -55,16 +55,12 @@ BIASES = (coded_bias("tail", MASTERS[3], 50, "mb", (1.0, 1.0)),)
 def build(params: Params = Params()) -> Circuit:
     """The pair: ports v1, v2 (gates), i1, i2 (currents in), v_tail (bias); params: sizes."""
     pair = params.size("pair")
-    return Circuit(
-        "differential_pair",
-        (*analog_in("v1", "v2"), *analog_out("i1", "i2"), *bias_ports(BIASES)),
-        (
-            mos("m1", "n", "i1", "v1", "v_s", *pair),
-            mos("m2", "n", "i2", "v2", "v_s", *pair),
-            mos("mb", "n", "v_s", "v_tail", "0", *params.size("tail")),
-        ),
-        biases=BIASES,
+    devices = (
+        mos("m1", "n", "i1", "v1", "v_s", *pair),
+        mos("m2", "n", "i2", "v2", "v_s", *pair),
+        mos("mb", "n", "v_s", "v_tail", "0", *params.size("tail")),
     )
+    return biased("differential_pair", (*analog_in("v1", "v2"), *analog_out("i1", "i2")), BIASES, devices)
 
 
 def measures(result: Result) -> dict[str, float | None]:

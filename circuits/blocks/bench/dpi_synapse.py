@@ -27,7 +27,7 @@ from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import powered, train
 from circuits.blocks.measure import between, fall, rise
 from circuits.blocks.mos import mos
-from circuits.blocks.ports import SUPPLY, analog_out, bias_ports, event_in
+from circuits.blocks.ports import SUPPLY, analog_out, biased, event_in
 from circuits.blocks.rest import rested
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.sizes import Sizes
@@ -100,8 +100,8 @@ def build(params: Params = Params()) -> Circuit:
         mos("mw", "n", "line", "v_weight", "low", *size),
         mos("m_in", "n", "low", "pulse", "0", *params.size("switch")),
     )
-    ports = (SUPPLY, *event_in("event"), *analog_out("v_syn", "i_out"), *bias_ports(BIASES))
-    return Circuit("bench_dpi_synapse", ports, weight, instances, biases=BIASES)
+    ports = (SUPPLY, *event_in("event"), *analog_out("v_syn", "i_out"))
+    return biased("bench_dpi_synapse", ports, BIASES, weight, instances)
 
 
 def testbench(circuit: Circuit, stimuli: Values, v_dd: float) -> Testbench:

@@ -29,7 +29,7 @@ from circuits.blocks.bench.curve import slope
 from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import current_into, powered
 from circuits.blocks.mos import mos
-from circuits.blocks.ports import SUPPLY, analog_in, bias_ports, event_out
+from circuits.blocks.ports import SUPPLY, analog_in, biased, event_out
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
@@ -76,23 +76,19 @@ def build(params: Params = Params()) -> Circuit:
     """The pixel: ports v_pd (photocurrent out), hold (low resets), on, off (out), biases, the supply."""
     p, n = params.sizes("p", "n")
     receptor = photoreceptor.build(photoreceptor.Params(photodiode_capacitance=params.photodiode_capacitance))
-    return Circuit(
-        "dvs_pixel",
-        (SUPPLY, *analog_in("v_pd", "hold"), *event_out("on", "off"), *bias_ports(BIASES)),
-        (
-            Capacitor("c1", "v_sf", "v_x", params.input_capacitance),
-            Capacitor("c2", "v_diff", "v_x", params.feedback_capacitance),
-            mos("m_dp", "p", "v_diff", "v_x", "vdd", *p),
-            mos("m_dn", "n", "v_diff", "v_dfb", "0", *n),
-            mos("m_rst", "p", "v_x", "hold", "v_diff", *params.size("switch")),
-            mos("m_onp", "p", "on", "v_diff", "vdd", *p),
-            mos("m_on", "n", "on", "v_on", "0", *n),
-            mos("m_offp", "p", "off", "v_diff", "vdd", *p),
-            mos("m_off", "n", "off", "v_off", "0", *n),
-        ),
-        (receptor.instance("receptor"),),
-        biases=BIASES,
+    devices = (
+        Capacitor("c1", "v_sf", "v_x", params.input_capacitance),
+        Capacitor("c2", "v_diff", "v_x", params.feedback_capacitance),
+        mos("m_dp", "p", "v_diff", "v_x", "vdd", *p),
+        mos("m_dn", "n", "v_diff", "v_dfb", "0", *n),
+        mos("m_rst", "p", "v_x", "hold", "v_diff", *params.size("switch")),
+        mos("m_onp", "p", "on", "v_diff", "vdd", *p),
+        mos("m_on", "n", "on", "v_on", "0", *n),
+        mos("m_offp", "p", "off", "v_diff", "vdd", *p),
+        mos("m_off", "n", "off", "v_off", "0", *n),
     )
+    ports = (SUPPLY, *analog_in("v_pd", "hold"), *event_out("on", "off"))
+    return biased("dvs_pixel", ports, BIASES, devices, (receptor.instance("receptor"),))
 
 
 STIMULI = (

@@ -21,7 +21,7 @@ from circuits.blocks.bench.bias import MASTERS, coded_bias
 from circuits.blocks.bench.curve import slope, within_supply
 from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import powered
-from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, biased
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor
 from circuits.devices.source import PiecewiseLinear
@@ -50,9 +50,9 @@ def build(params: Params = Params()) -> Circuit:
     params: sizes and capacitors.
     """
     inside = amplifier.amplifier(params).instance("amplifier", v_plus="v_in", v_minus="v_out")
-    ports = (SUPPLY, *analog_in("v_in"), *analog_out("v_out"), *bias_ports(BIASES))
+    ports = (SUPPLY, *analog_in("v_in"), *analog_out("v_out"))
     c = Capacitor("c", "v_out", "0", params.capacitance + params.line_capacitance)
-    return Circuit("follower_integrator", ports, (c,), (inside,), biases=BIASES)
+    return biased("follower_integrator", ports, BIASES, (c,), (inside,))
 
 
 BEGIN, EDGE = 1e-3, 1e-6  # s, when the input is stepped, and how long that takes

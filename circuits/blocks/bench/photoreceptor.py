@@ -24,7 +24,7 @@ from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import current_into, powered
 from circuits.blocks.measure import between
 from circuits.blocks.mos import mos
-from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, biased
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
@@ -64,20 +64,16 @@ BIASES = (
 def build(params: Params = Params()) -> Circuit:
     """The photoreceptor: ports v_pd (photocurrent out), v_sf (out), biases, the supply; params: its sizes."""
     n, p = params.sizes("n", "p")
-    return Circuit(
-        "photoreceptor",
-        (SUPPLY, *analog_in("v_pd"), *analog_out("v_sf"), *bias_ports(BIASES)),
-        (
-            Capacitor("c_pd", "v_pd", "0", params.photodiode_capacitance),
-            mos("m_fb", "n", "vdd", "v_pr", "v_pd", *params.size("feedback")),
-            mos("m_n", "n", "v_n", "v_pd", "0", *n),
-            mos("m_cas", "n", "v_pr", "v_cas", "v_n", *n),
-            mos("m_pr", "p", "v_pr", "v_prb", "vdd", *p),
-            mos("m_b2", "p", "v_sf", "v_sfb", "vdd", *p),
-            mos("m_sf", "p", "0", "v_pr", "v_sf", *p),
-        ),
-        biases=BIASES,
+    devices = (
+        Capacitor("c_pd", "v_pd", "0", params.photodiode_capacitance),
+        mos("m_fb", "n", "vdd", "v_pr", "v_pd", *params.size("feedback")),
+        mos("m_n", "n", "v_n", "v_pd", "0", *n),
+        mos("m_cas", "n", "v_pr", "v_cas", "v_n", *n),
+        mos("m_pr", "p", "v_pr", "v_prb", "vdd", *p),
+        mos("m_b2", "p", "v_sf", "v_sfb", "vdd", *p),
+        mos("m_sf", "p", "0", "v_pr", "v_sf", *p),
     )
+    return biased("photoreceptor", (SUPPLY, *analog_in("v_pd"), *analog_out("v_sf")), BIASES, devices)
 
 
 STIMULI = (

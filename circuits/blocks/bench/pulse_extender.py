@@ -21,7 +21,7 @@ from circuits.blocks.block import Values, catalogued, lasting
 from circuits.blocks.drive import powered
 from circuits.blocks.measure import fall, high_time, rise
 from circuits.blocks.mos import mos
-from circuits.blocks.ports import SUPPLY, analog_out, bias_ports, event_in
+from circuits.blocks.ports import SUPPLY, analog_out, biased, event_in
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Circuit
@@ -56,24 +56,20 @@ BIASES = (coded_bias("tau", MASTERS[0], 10, "m_tau", (4.0, 4.0)),)
 def build(params: Params = Params()) -> Circuit:
     """The extender: ports event (in), pulse (out), v_tau (bias), the supply; params: capacitor, sizes."""
     logic = params.size("logic")
-    return Circuit(
-        "bench_pulse_extender",
-        (SUPPLY, *event_in("event"), *analog_out("pulse"), *bias_ports(BIASES)),
-        (
-            mos("m1p", "p", "quiet", "event", "vdd", *logic),
-            mos("m1n", "n", "quiet", "event", "0", *logic),
-            mos("m3", "p", "v_ext", "quiet", "vdd", *logic),
-            Capacitor("c_ext", "v_ext", "0", params.extender_capacitance),
-            mos("m_tau", "n", "v_ext", "v_tau", "0", *params.size("tau")),
-            mos("m_d", "p", "under", "under", "vdd", *params.size("diode")),
-            mos("m2p", "p", "over", "v_ext", "under", *logic),
-            mos("m2n", "n", "over", "v_ext", "0", *logic),
-            mos("m_fb", "n", "v_ext", "over", "0", *params.size("feedback")),
-            mos("m4p", "p", "pulse", "over", "vdd", *logic),
-            mos("m4n", "n", "pulse", "over", "0", *logic),
-        ),
-        biases=BIASES,
+    devices = (
+        mos("m1p", "p", "quiet", "event", "vdd", *logic),
+        mos("m1n", "n", "quiet", "event", "0", *logic),
+        mos("m3", "p", "v_ext", "quiet", "vdd", *logic),
+        Capacitor("c_ext", "v_ext", "0", params.extender_capacitance),
+        mos("m_tau", "n", "v_ext", "v_tau", "0", *params.size("tau")),
+        mos("m_d", "p", "under", "under", "vdd", *params.size("diode")),
+        mos("m2p", "p", "over", "v_ext", "under", *logic),
+        mos("m2n", "n", "over", "v_ext", "0", *logic),
+        mos("m_fb", "n", "v_ext", "over", "0", *params.size("feedback")),
+        mos("m4p", "p", "pulse", "over", "vdd", *logic),
+        mos("m4n", "n", "pulse", "over", "0", *logic),
     )
+    return biased("bench_pulse_extender", (SUPPLY, *event_in("event"), *analog_out("pulse")), BIASES, devices)
 
 
 DURATION = 0.15  # s

@@ -17,7 +17,7 @@ from circuits.blocks.bench.amplifier import STIMULI, AmplifierSizes, open_sweep,
 from circuits.blocks.bench.bias import MASTERS, coded_bias
 from circuits.blocks.block import catalogued
 from circuits.blocks.mos import mos
-from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, biased
 from circuits.circuit import Circuit
 from circuits.devices import Transistor
 from circuits.silicon.process import ROLLS_180
@@ -55,8 +55,8 @@ def amplifier(params: Params) -> Circuit:
 
 def build(params: Params = Params()) -> Circuit:
     """The amplifier: ports v_plus, v_minus, v_out, v_tail (bias) and the supply; params: sizes."""
-    ports = (SUPPLY, *analog_in("v_plus", "v_minus"), *analog_out("v_out"), *bias_ports(BIASES))
-    return Circuit("wide_range_transamp", ports, devices(params), biases=BIASES)
+    ports = (SUPPLY, *analog_in("v_plus", "v_minus"), *analog_out("v_out"))
+    return biased("wide_range_transamp", ports, BIASES, devices(params))
 
 
 PLOTTED = ("v_plus", "v_out")

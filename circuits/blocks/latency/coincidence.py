@@ -25,7 +25,7 @@ from circuits.blocks.drive import powered
 from circuits.blocks.latency.synapse import comparator_biases, events, step_synapse
 from circuits.blocks.measure import latency, low_time, spiking
 from circuits.blocks.mos import inverter, mos
-from circuits.blocks.ports import SUPPLY, bias_ports, event_out
+from circuits.blocks.ports import SUPPLY, biased, event_out
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Port
@@ -57,7 +57,7 @@ def build(params: Params = Params()) -> Circuit:
     """The detector: ports event[3] (inputs A, B, integrating), spike (event out), biases and the supply."""
     part = step_synapse(params.timer_capacitance)
     event = Port("event", "event", "in", (len(INPUTS),))
-    ports = (SUPPLY, event, *event_out("spike"), *bias_ports(BIASES))
+    ports = (SUPPLY, event, *event_out("spike"))
     devices = (
         mos("ms", "p", "foot", "0", "vdd", 6, 1.5),  # as the inputs' switches, which are on
         mos("me", "p", "taken", "v_exc", "foot", SHARE * 6, 24),
@@ -71,7 +71,7 @@ def build(params: Params = Params()) -> Circuit:
         part.instance(f"input{k}", event=node, v_step="v_window", v_mem="sum")
         for k, node in enumerate(event.elements())
     )
-    return Circuit("latency_coincidence", ports, devices, inputs, biases=BIASES)
+    return biased("latency_coincidence", ports, BIASES, devices, inputs)
 
 
 START = 1e-3  # s, ours: the first input of the testbench

@@ -27,7 +27,7 @@ from circuits.blocks.drive import powered
 from circuits.blocks.latency.synapse import comparator_biases, events, step_inhibition, step_synapse
 from circuits.blocks.measure import last_rate, latency
 from circuits.blocks.mos import inverter, mos
-from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
+from circuits.blocks.ports import SUPPLY, biased, event_in, event_out
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Port
@@ -71,7 +71,7 @@ def build(params: Params = Params()) -> Circuit:
     excitation = step_synapse(params.timer_capacitance)
     inhibition = step_inhibition(params.timer_capacitance)
     excite = Port("excite", "event", "in", (EXCITATIONS,))
-    ports = (SUPPLY, excite, *event_in("inhibit"), *event_out("spike"), *bias_ports(BIASES))
+    ports = (SUPPLY, excite, *event_in("inhibit"), *event_out("spike"))
     devices = (
         Capacitor("cm", "v_mem", "0", params.membrane_capacitance),
         Capacitor("cw", "w", "0", params.gate_capacitance),
@@ -89,7 +89,7 @@ def build(params: Params = Params()) -> Circuit:
         *(excitation.instance(f"excite{k}", event=node) for k, node in enumerate(excite.elements())),
         inhibition.instance("inhibit", event="inhibit"),
     )
-    return Circuit("latency_conductance", ports, devices, instances, biases=BIASES)
+    return biased("latency_conductance", ports, BIASES, devices, instances)
 
 
 def _pair(name: str, tail: str, gates: tuple[str, str], drains: tuple[str, str]) -> tuple[Device, ...]:

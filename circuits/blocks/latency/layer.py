@@ -22,7 +22,7 @@ from circuits.blocks.drive import powered
 from circuits.blocks.latency import race as latency_race
 from circuits.blocks.latency.synapse import MembraneSizes, compared, events
 from circuits.blocks.mos import inverter, mos
-from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
+from circuits.blocks.ports import SUPPLY, bias_in, biased, event_in, event_out
 from circuits.blocks.rest import rested
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor
@@ -87,13 +87,12 @@ def build(params: Params = Params()) -> Circuit:
         Port("inhibit", "event", "in", (count,)),
         *event_in("reset"),
         Port("spike", "event", "out", (count,)),
-        *bias_ports(BIASES),
     )
     cells = (
         cell.instance(f"cell{k}", excite=f"excite[{k}]", inhibit=f"inhibit[{k}]", spike=f"spike[{k}]")
         for k in range(count)
     )
-    return Circuit("race_layer", ports, (), (*cells, recurrent.instance("recurrent")), biases=BIASES)
+    return biased("race_layer", ports, BIASES, (), (*cells, recurrent.instance("recurrent")))
 
 
 PING = latency_race.PING

@@ -23,7 +23,7 @@ from circuits.blocks.drive import powered
 from circuits.blocks.latency.synapse import MembraneSizes, comparator_biases, compared, events, step_synapse
 from circuits.blocks.measure import latency, low_time, spiking
 from circuits.blocks.mos import mos
-from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
+from circuits.blocks.ports import SUPPLY, biased, event_in, event_out
 from circuits.blocks.rest import rested
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor
@@ -53,14 +53,14 @@ def build(params: Params = Params()) -> Circuit:
     """The neuron: ports event[n], reset (events in), spike (event out), biases and the supply."""
     part = step_synapse(params.timer_capacitance)
     event = Port("event", "event", "in", (int(params.synapses),))
-    ports = (SUPPLY, event, *event_in("reset"), *event_out("spike"), *bias_ports(BIASES))
+    ports = (SUPPLY, event, *event_in("reset"), *event_out("spike"))
     devices = (
         Capacitor("cm", "v_mem", "0", params.membrane_capacitance),
         mos("mz", "n", "v_mem", "reset", "0", 6, 1.5),
     )
     synapses = (part.instance(f"synapse{k}", event=node) for k, node in enumerate(event.elements()))
     threshold = compared("threshold", "v_mem", "spike")
-    return Circuit("latency_neuron", ports, devices, (*synapses, threshold), biases=BIASES)
+    return biased("latency_neuron", ports, BIASES, devices, (*synapses, threshold))
 
 
 PING = 20e-6  # s, ours: the testbench's reset

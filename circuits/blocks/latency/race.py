@@ -30,7 +30,7 @@ from circuits.blocks.latency.synapse import (
 )
 from circuits.blocks.measure import latency, spiking
 from circuits.blocks.mos import mos
-from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
+from circuits.blocks.ports import SUPPLY, biased, event_in, event_out
 from circuits.blocks.rest import rested
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor, Device
@@ -66,7 +66,7 @@ def build(params: Params = Params()) -> Circuit:
     inhibition = step_inhibition(params.timer_capacitance)
     excite = Port("excite", "event", "in", (int(params.excitations),))
     inhibit = Port("inhibit", "event", "in", (int(params.inhibitions),))
-    ports = (SUPPLY, excite, inhibit, *event_in("reset", "stop"), *event_out("spike"), *bias_ports(BIASES))
+    ports = (SUPPLY, excite, inhibit, *event_in("reset", "stop"), *event_out("spike"))
     membrane = Capacitor("cm", "v_mem", "0", params.membrane_capacitance)
     instances = (
         *(
@@ -77,7 +77,7 @@ def build(params: Params = Params()) -> Circuit:
         compared("threshold", "v_mem", "spike"),
     )
     devices = (membrane, passive_current(), *membrane_resets())
-    return Circuit("latency_race", ports, devices, instances, biases=BIASES)
+    return biased("latency_race", ports, BIASES, devices, instances)
 
 
 def passive_current() -> Device:

@@ -24,7 +24,7 @@ from circuits.blocks.drive import powered
 from circuits.blocks.latency.synapse import comparator_biases, compared, timer
 from circuits.blocks.measure import between, high_time
 from circuits.blocks.mos import inverter, mos, nand
-from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
+from circuits.blocks.ports import SUPPLY, bias_in, biased, event_in, event_out
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Port
@@ -84,10 +84,10 @@ def delay_tap(timer_capacitance: float) -> Circuit:
 def build(params: Params = Params()) -> Circuit:
     """A delay line: ports event (in), out[taps] (events out), biases and the supply."""
     part, count = delay_tap(params.timer_capacitance), int(params.taps)
-    ports = (SUPPLY, *event_in("event"), Port("out", "event", "out", (count,)), *bias_ports(BIASES))
+    ports = (SUPPLY, *event_in("event"), Port("out", "event", "out", (count,)))
     first = part.instance("tap", out="out[0]")
     later = (part.instance(f"tap{k}", event=f"out[{k - 1}]", out=f"out[{k}]") for k in range(1, count))
-    return Circuit("delay_line", ports, (), (first, *later), biases=BIASES)
+    return biased("delay_line", ports, BIASES, (), (first, *later))
 
 
 START = 20e-6  # s, ours: the testbench's event

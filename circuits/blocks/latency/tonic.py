@@ -29,7 +29,7 @@ from circuits.blocks.latency.synapse import comparator_biases, compared, events,
 from circuits.blocks.latency.tap import starved_inverter
 from circuits.blocks.measure import high_time
 from circuits.blocks.mos import inverter, mos
-from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
+from circuits.blocks.ports import SUPPLY, bias_in, biased, event_in, event_out
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
@@ -105,9 +105,9 @@ def _tonic_cell(membrane_capacitance: float) -> Circuit:
 def build(params: Params = Params()) -> Circuit:
     """The neuron: ports event, end (events in), spike (event out), biases and the supply."""
     hold, cell = _long_synapse(params.timer_capacitance), _tonic_cell(params.membrane_capacitance)
-    ports = (SUPPLY, *event_in("event", "end"), *event_out("spike"), *bias_ports(BIASES))
+    ports = (SUPPLY, *event_in("event", "end"), *event_out("spike"))
     instances = (hold.instance("hold"), cell.instance("cell", stop="on", restart="end"))
-    return Circuit("tonic_neuron", ports, (), instances, biases=BIASES)
+    return biased("tonic_neuron", ports, BIASES, (), instances)
 
 
 START = 20e-6  # s, ours: from which the testbench counts

@@ -24,7 +24,7 @@ from circuits.blocks.latency.synapse import comparator_biases, compared, timer
 from circuits.blocks.latency.tonic import Params
 from circuits.blocks.measure import latency, spiked
 from circuits.blocks.mos import inverter, nand
-from circuits.blocks.ports import SUPPLY, bias_in, bias_ports, event_in, event_out
+from circuits.blocks.ports import SUPPLY, bias_in, biased, event_in, event_out
 from circuits.blocks.rest import rested
 from circuits.circuit import Bias, Circuit, Node
 from circuits.devices.source import Pulse
@@ -63,7 +63,7 @@ def build(params: Params = Params()) -> Circuit:  # noqa: B008 - it is frozen
     cd = latency_coincidence.build(latency_coincidence.Params(timer_capacitance=params.timer_capacitance))
     inh, gate = latency_tonic.build(params), _inhibited_gate(params.timer_capacitance)
     inputs = event_in("tap", "integrating", "reset")
-    ports = (SUPPLY, *inputs, *event_out("spike"), *bias_ports(BIASES))
+    ports = (SUPPLY, *inputs, *event_out("spike"))
     relays = [
         part
         for k, name in ((0, "tap"), (2, "integrating"))
@@ -78,7 +78,7 @@ def build(params: Params = Params()) -> Circuit:  # noqa: B008 - it is frozen
         inh.instance("inh", event="spike", end="reset", spike="inh_spike"),
     )
     seen = Node("seen", (len(latency_coincidence.INPUTS),))
-    return Circuit("latency_unit", ports, tuple(relays), instances, (seen,), BIASES)
+    return biased("latency_unit", ports, BIASES, tuple(relays), instances, (seen,))
 
 
 START = latency_tonic.START

@@ -27,7 +27,7 @@ from circuits.blocks.latency.synapse import comparator_biases, compared, events,
 from circuits.blocks.latency.tonic import START, reset_wave, spike_and_reset
 from circuits.blocks.measure import latency, low_time, spiking
 from circuits.blocks.mos import mos
-from circuits.blocks.ports import SUPPLY, analog_in, bias_in, bias_ports, event_in, event_out
+from circuits.blocks.ports import SUPPLY, analog_in, bias_in, biased, event_in, event_out
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Port
@@ -79,7 +79,6 @@ def build(params: Params = Params()) -> Circuit:
         *(Port(name, "event", "in", (count,)) for name, count in counts.items()),
         *event_in("reset"),
         *event_out("spike"),
-        *bias_ports(BIASES),
     )
     devices = (
         mos("md", "n", "turned", "turned", "0", 12, 12),
@@ -91,7 +90,7 @@ def build(params: Params = Params()) -> Circuit:
         for name, count in counts.items()
         for k in range(count)
     )
-    return Circuit("lso_neuron", ports, devices, (*synapses, cell.instance("cell")), biases=BIASES)
+    return biased("lso_neuron", ports, BIASES, devices, (*synapses, cell.instance("cell")))
 
 
 STOP = 10e-3  # s

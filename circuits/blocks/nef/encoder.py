@@ -23,7 +23,7 @@ from circuits.bias import bias_voltages
 from circuits.blocks.block import Stimulus, Values, catalogued
 from circuits.blocks.drive import Wave, powered, step
 from circuits.blocks.mos import inverter, mos
-from circuits.blocks.ports import SUPPLY, analog_out, bias_ports
+from circuits.blocks.ports import SUPPLY, analog_out, biased
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
@@ -78,8 +78,8 @@ def build(params: Params = Params()) -> Circuit:
         mos("mm1", "n", "low", "low", "0", *params.size("mirror")),
         mos("mm2", "n", "i_out", "low", "0", *params.size("mirror")),
     )
-    ports = (SUPPLY, *analog_out("i_out"), *bias_ports(BIASES))
-    return Circuit("nef_encoder", ports, (*banks, *steering), biases=BIASES)
+    ports = (SUPPLY, *analog_out("i_out"))
+    return biased("nef_encoder", ports, BIASES, (*banks, *steering))
 
 
 def bits_of(code: float, v_dd: float) -> dict[str, float]:

@@ -31,7 +31,7 @@ from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import powered, step
 from circuits.blocks.measure import last_rate, latency, spike_outcome
 from circuits.blocks.mos import inverter, mos
-from circuits.blocks.ports import SUPPLY, analog_in, bias_ports, event_out
+from circuits.blocks.ports import SUPPLY, analog_in, biased, event_out
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
@@ -74,7 +74,7 @@ BIASES = (
 
 def build(params: Params = Params()) -> Circuit:
     """The neuron: ports v_mem (current in), spike (event out), biases and the supply."""
-    ports = (SUPPLY, *analog_in("v_mem"), *event_out("spike"), *bias_ports(BIASES))
+    ports = (SUPPLY, *analog_in("v_mem"), *event_out("spike"))
     length, switch = params.logic_length, params.size("switch")
     devices = (
         Capacitor("c_mem", "v_mem", "0", params.membrane_capacitance),
@@ -92,7 +92,7 @@ def build(params: Params = Params()) -> Circuit:
         *inverter("mk7", "k1", "k2", width=0.5, length=length),
         mos("mk8", "n", "v_mem", "k2", "v_reset", *switch),
     )
-    return Circuit("nef_neuron", ports, devices, biases=BIASES)
+    return biased("nef_neuron", ports, BIASES, devices)
 
 
 STEP_TIME = 1e-3  # s, when the testbench's current begins; ours

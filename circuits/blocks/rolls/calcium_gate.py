@@ -26,7 +26,7 @@ import numpy as np
 from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered, train
 from circuits.blocks.mos import inverter, mos, nand
-from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports, event_in
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports, biased, event_in
 from circuits.blocks.rest import rested
 from circuits.blocks.rolls.bias import gate_bias
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
@@ -142,8 +142,8 @@ def build(params: Params = Params()) -> Circuit:
     """The learning circuit: ports event, v_mem (in), up_b (low is on), dn (out), biases and the supply."""
     instances = (pulse_extender(params.synapse).instance("extender"), gate(params).instance("gate"))
     inputs = (*event_in("event"), *analog_in("v_mem"))
-    ports = (SUPPLY, *inputs, *analog_out("up_b", "dn"), *bias_ports(BIASES))
-    return Circuit("calcium_gate", ports, (), instances, biases=BIASES)
+    ports = (SUPPLY, *inputs, *analog_out("up_b", "dn"))
+    return biased("calcium_gate", ports, BIASES, (), instances)
 
 
 FIRST = 1e-3  # s, of the first spike; ours

@@ -34,7 +34,7 @@ from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered, train
 from circuits.blocks.measure import between, fall, rise
 from circuits.blocks.mos import inverter, mos, nand
-from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports, event_in
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, biased, event_in
 from circuits.blocks.rest import rested
 from circuits.blocks.rolls.bias import gate_bias
 from circuits.blocks.sizes import Sizes
@@ -218,8 +218,8 @@ def build(params: Params = Params()) -> Circuit:
             "inhibitory", line="inh", v_syn="v_inh_syn", i_out="i_inh_out", v_thr="v_ithr", v_tau="v_itau"
         ),
     )
-    ports = (SUPPLY, *event_in("event"), *analog_out("i_exc_out", "i_inh_out"), *bias_ports(BIASES))
-    return Circuit("dpi_synapse", ports, (), instances, biases=BIASES)
+    ports = (SUPPLY, *event_in("event"), *analog_out("i_exc_out", "i_inh_out"))
+    return biased("dpi_synapse", ports, BIASES, (), instances)
 
 
 FIRST_EVENT = 1e-3  # s; ours

@@ -35,7 +35,7 @@ from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import current_into, powered, step
 from circuits.blocks.measure import last_rate, latency, spike_outcome
 from circuits.blocks.mos import inverter, mos
-from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports, event_out
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, biased, event_out
 from circuits.blocks.rest import rested
 from circuits.blocks.rolls.bias import OFF_CURRENT, gate_bias
 from circuits.blocks.sizes import Sizes
@@ -211,8 +211,8 @@ def build(params: Params = Params()) -> Circuit:
         nmda_gate(params).instance("nmda_gate"),
     )
     inputs, outputs = analog_in("i_in", "i_nmda"), (*analog_out("v_mem"), *event_out("spike"))
-    ports = (SUPPLY, *inputs, *outputs, *bias_ports(BIASES))
-    return Circuit("rolls_neuron", ports, (), instances, biases=BIASES)
+    ports = (SUPPLY, *inputs, *outputs)
+    return biased("rolls_neuron", ports, BIASES, (), instances)
 
 
 STEP_TIME = 2e-3  # s, when the testbench's current begins; ours

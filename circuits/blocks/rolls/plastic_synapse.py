@@ -33,7 +33,7 @@ import numpy as np
 from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered, train
 from circuits.blocks.mos import inverter, mos, nor
-from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports, event_in
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports, biased, event_in
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls.bias import gate_bias
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
@@ -144,8 +144,8 @@ def build(params: Params = Params()) -> Circuit:
     """The synapse: ports event, up_b, dn (in), line, w, low (out), biases and the supply."""
     instances = (pulse_extender(params.synapse).instance("extender"), cell(params).instance("cell"))
     inputs = (*event_in("event"), *analog_in("up_b", "dn"))
-    ports = (SUPPLY, *inputs, *analog_out("line", "w", "low"), *bias_ports(BIASES))
-    return Circuit("plastic_synapse", ports, (), instances, biases=BIASES)
+    ports = (SUPPLY, *inputs, *analog_out("line", "w", "low"))
+    return biased("plastic_synapse", ports, BIASES, (), instances)
 
 
 FIRST = 1e-3  # s, of the first event; ours

@@ -28,7 +28,7 @@ import numpy as np
 from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import powered
 from circuits.blocks.measure import between
-from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports
+from circuits.blocks.ports import SUPPLY, analog_in, analog_out, biased
 from circuits.circuit import Bias, Circuit
 from circuits.count import SAMPLES, whole_number
 from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Transistor
@@ -70,31 +70,28 @@ def build(params: Params = Params()) -> Circuit:
     """The detector: ports microphone (in), envelope (out), biases and the supply."""
     width, length = params.follower_width, params.follower_length
     r_1, r_2, stray = params.input_resistance, params.feedback_resistance, params.stray_capacitance
-    return Circuit(
-        "envelope_detector",
-        (SUPPLY, *analog_in("microphone"), *analog_out("envelope"), *bias_ports(BIASES)),
-        (
-            Transistor("mf", "n", "vdd", "microphone", "v_e", "0", width, length),
-            Resistor("re", "v_e", "v_return", params.leak_resistance),
-            Capacitor("ce", "v_e", "0", params.hold_capacitance),
-            Transistor("mr", "n", "vdd", "v_mid", "v_r", "0", width, length),
-            Resistor("rr", "v_r", "v_return", params.leak_resistance),
-            Capacitor("cr", "v_r", "0", params.replica_capacitance),
-            Resistor("r1p", "v_e", "v_q", r_1),
-            Resistor("r2p", "v_q", "v_pedestal", r_2),
-            Capacitor("c2p", "v_q", "0", params.smoothing_capacitance),
-            Resistor("r1n", "v_r", "v_n", r_1),
-            Resistor("r2n", "v_n", "envelope", r_2),
-            Capacitor("c2n", "v_n", "envelope", params.smoothing_capacitance),
-            Capacitor("cn", "v_n", "0", stray),
-            Capacitor("co", "envelope", "0", stray),
-            OperationalAmplifier(
-                "op", "v_q", "v_n", "envelope", "vdd",
-                gain=params.amplifier_gain, output_resistance=params.amplifier_resistance,
-            ),
+    devices = (
+        Transistor("mf", "n", "vdd", "microphone", "v_e", "0", width, length),
+        Resistor("re", "v_e", "v_return", params.leak_resistance),
+        Capacitor("ce", "v_e", "0", params.hold_capacitance),
+        Transistor("mr", "n", "vdd", "v_mid", "v_r", "0", width, length),
+        Resistor("rr", "v_r", "v_return", params.leak_resistance),
+        Capacitor("cr", "v_r", "0", params.replica_capacitance),
+        Resistor("r1p", "v_e", "v_q", r_1),
+        Resistor("r2p", "v_q", "v_pedestal", r_2),
+        Capacitor("c2p", "v_q", "0", params.smoothing_capacitance),
+        Resistor("r1n", "v_r", "v_n", r_1),
+        Resistor("r2n", "v_n", "envelope", r_2),
+        Capacitor("c2n", "v_n", "envelope", params.smoothing_capacitance),
+        Capacitor("cn", "v_n", "0", stray),
+        Capacitor("co", "envelope", "0", stray),
+        OperationalAmplifier(
+            "op", "v_q", "v_n", "envelope", "vdd",
+            gain=params.amplifier_gain, output_resistance=params.amplifier_resistance,
         ),
-        biases=BIASES,
     )  # fmt: skip
+    ports = (SUPPLY, *analog_in("microphone"), *analog_out("envelope"))
+    return biased("envelope_detector", ports, BIASES, devices)
 
 
 CARRIER = 40e3  # Hz, the paper's speaker

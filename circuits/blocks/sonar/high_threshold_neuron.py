@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.ports import SUPPLY, analog_in, bias_ports, event_out
+from circuits.blocks.ports import SUPPLY, analog_in, biased, event_out
 from circuits.blocks.sonar import spike_generator
 from circuits.circuit import Bias, Circuit
 from circuits.units import quantity
@@ -34,8 +34,8 @@ def build(params: Params = Params()) -> Circuit:
     """The neuron: ports envelope (in), spike (event out), biases and the supply."""
     refractory = params.refractory_capacitance, params.refractory_resistance
     generator = spike_generator.generator(*refractory, "envelope")
-    ports = (SUPPLY, *analog_in("envelope"), *event_out("spike"), *bias_ports(BIASES))
-    return Circuit("high_threshold_neuron", ports, (), (generator,), biases=BIASES)
+    ports = (SUPPLY, *analog_in("envelope"), *event_out("spike"))
+    return biased("high_threshold_neuron", ports, BIASES, (), (generator,))
 
 
 BLOCK = spike_generator.listening_block(

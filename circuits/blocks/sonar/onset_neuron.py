@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from circuits.blocks.ports import SUPPLY, analog_in, bias_ports, event_out
+from circuits.blocks.ports import SUPPLY, analog_in, biased, event_out
 from circuits.blocks.sonar import spike_generator
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Transistor
@@ -58,29 +58,25 @@ def build(params: Params = Params()) -> Circuit:
     """The neuron: ports envelope (in), spike (event out), biases and the supply."""
     width, length = params.follower_width, params.follower_length
     refractory = params.refractory_capacitance, params.refractory_resistance
-    return Circuit(
-        "onset_neuron",
-        (SUPPLY, *analog_in("envelope"), *event_out("spike"), *bias_ports(BIASES)),
-        (
-            OperationalAmplifier(
-                "op", "envelope", "v_n", "v_amp", "vdd",
-                gain=params.amplifier_gain, output_resistance=params.amplifier_resistance,
-            ),
-            Resistor("rg", "v_n", "0", params.ground_resistance),
-            Resistor("rf", "v_amp", "v_n", params.feedback_resistance),
-            Capacitor("cf", "v_amp", "v_n", params.feedback_capacitance),
-            Capacitor("cn", "v_n", "0", params.stray_capacitance),
-            Capacitor("ca", "v_amp", "0", params.stray_capacitance),
-            Capacitor("ch", "v_amp", "v_h", params.onset_capacitance),
-            Resistor("rh", "v_h", "0", params.onset_resistance),
-            Transistor("mh", "n", "vdd", "v_base", "v_h", "0", width, length),
-            Resistor("rt", "v_threshold", "0", params.onset_resistance),
-            Transistor("mt", "n", "vdd", "v_level", "v_threshold", "0", width, length),
-            Capacitor("ct", "v_threshold", "0", params.stray_capacitance),
+    devices = (
+        OperationalAmplifier(
+            "op", "envelope", "v_n", "v_amp", "vdd",
+            gain=params.amplifier_gain, output_resistance=params.amplifier_resistance,
         ),
-        (spike_generator.generator(*refractory, "v_h"),),
-        biases=BIASES,
+        Resistor("rg", "v_n", "0", params.ground_resistance),
+        Resistor("rf", "v_amp", "v_n", params.feedback_resistance),
+        Capacitor("cf", "v_amp", "v_n", params.feedback_capacitance),
+        Capacitor("cn", "v_n", "0", params.stray_capacitance),
+        Capacitor("ca", "v_amp", "0", params.stray_capacitance),
+        Capacitor("ch", "v_amp", "v_h", params.onset_capacitance),
+        Resistor("rh", "v_h", "0", params.onset_resistance),
+        Transistor("mh", "n", "vdd", "v_base", "v_h", "0", width, length),
+        Resistor("rt", "v_threshold", "0", params.onset_resistance),
+        Transistor("mt", "n", "vdd", "v_level", "v_threshold", "0", width, length),
+        Capacitor("ct", "v_threshold", "0", params.stray_capacitance),
     )  # fmt: skip
+    ports = (SUPPLY, *analog_in("envelope"), *event_out("spike"))
+    return biased("onset_neuron", ports, BIASES, devices, (spike_generator.generator(*refractory, "v_h"),))
 
 
 BLOCK = spike_generator.listening_block(

@@ -17,7 +17,15 @@ from circuits.blocks.block import DURATION, EquationText, Stimulus, Values, cata
 from circuits.blocks.drive import powered
 from circuits.blocks.measure import between, fall, rise, spike_outcome
 from circuits.blocks.mos import mos
-from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports, event_in, event_out
+from circuits.blocks.ports import (
+    SUPPLY,
+    analog_in,
+    analog_out,
+    bias_in,
+    biased,
+    event_in,
+    event_out,
+)
 from circuits.blocks.sonar.rebound_analysis import closed_forms
 from circuits.blocks.sonar.rebound_equation_table import EQUATIONS
 from circuits.circuit import Bias, Circuit
@@ -200,8 +208,8 @@ def build(params: Params = Params()) -> Circuit:
         axon(params).instance("axon"),
     )
     events = (*event_in("call", "echo"), *analog_out("v_mem"), *event_out("spike"))
-    ports = (SUPPLY, *events, *bias_ports(BIASES))
-    return Circuit("rebound_neuron", ports, (), instances, biases=BIASES)
+    ports = (SUPPLY, *events)
+    return biased("rebound_neuron", ports, BIASES, (), instances)
 
 
 CALL_TIME = 1e-3  # s, when the testbench's call arrives

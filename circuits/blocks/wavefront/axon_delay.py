@@ -37,7 +37,7 @@ from circuits.blocks.drive import elements, powered
 from circuits.blocks.latency.synapse import comparator_stages
 from circuits.blocks.measure import between, fall, rise, spiking
 from circuits.blocks.mos import UM, inverter, mos
-from circuits.blocks.ports import SUPPLY, bias_ports, event_in, event_out
+from circuits.blocks.ports import SUPPLY, biased, event_in, event_out
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor, Device, Transistor
@@ -101,8 +101,8 @@ def build(params: Params = Params()) -> Circuit:
     map; no bias sets it.
     """
     code = Port("v_code", "bias", "in", (BITS,))
-    ports = (SUPPLY, *event_in("fired"), *event_out("delayed"), code, *bias_ports(BIASES))
-    return Circuit("axon_delay", ports, (*_ramp(params), *_comparator()), biases=BIASES)
+    ports = (SUPPLY, *event_in("fired"), *event_out("delayed"), code)
+    return biased("axon_delay", ports, BIASES, (*_ramp(params), *_comparator()))
 
 
 def _ramp(params: Params) -> tuple[Device, ...]:

@@ -32,7 +32,7 @@ from circuits.blocks.block import Stimulus, Values, catalogued
 from circuits.blocks.drive import Wave, elements, powered, step
 from circuits.blocks.measure import between, rise
 from circuits.blocks.mos import UM, inverter, mos
-from circuits.blocks.ports import SUPPLY, analog_out, bias_ports, event_in, event_out
+from circuits.blocks.ports import SUPPLY, analog_out, biased, event_in, event_out
 from circuits.blocks.rest import rested
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Device
@@ -95,7 +95,6 @@ def build(params: Params = Params()) -> Circuit:
         *event_out("fired"),
         Port("first", "event", "out", (INPUTS,)),
         *event_out("request"),
-        *bias_ports(BIASES),
     )
     devices = (
         *inverter("mr", "reset", "reset_n", width=3.0, length=1.5),
@@ -108,7 +107,7 @@ def build(params: Params = Params()) -> Circuit:
         *_latch("mt", "waiting", "taken", params),
         *_nor("mg", ("fired_n", "taken"), "request"),
     )
-    return Circuit("wavefront_cell", ports, devices, (latches,), biases=BIASES)
+    return biased("wavefront_cell", ports, BIASES, devices, (latches,))
 
 
 def _latch(name: str, a: str, y: str, params: Params) -> tuple[Device, ...]:
