@@ -30,6 +30,26 @@ def mos(
     return Transistor(name, polarity, drain, gate, source, bulk, width * UM, length * UM)
 
 
+def current_mirror(
+    diode: str, copy: str, polarity: Polarity, node: str, out: str, size: tuple[float, float]
+) -> tuple[Transistor, Transistor]:
+    """A current mirror of two transistors, whose sources are at the rail.
+
+    Parameters
+    ----------
+    diode, copy
+        Names of the transistors: the diode-connected one, and the one that copies its current.
+    polarity
+        `n` or `p`.
+    node, out
+        Node of the diode, and of the copy's drain.
+    size
+        Width and length of both, um.
+    """
+    rail = "vdd" if polarity == "p" else "0"
+    return mos(diode, polarity, node, node, rail, *size), mos(copy, polarity, out, node, rail, *size)
+
+
 def inverter(name: str, gate: str, out: str, *, width: float, length: float) -> tuple[Transistor, Transistor]:
     """Make the two transistors of an inverter: the pFET `{name}p`, twice as wide, and the nFET `{name}n`.
 

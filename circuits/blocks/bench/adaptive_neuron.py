@@ -26,7 +26,7 @@ from circuits.blocks.bench.bias import MASTERS, coded_bias
 from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import powered
 from circuits.blocks.measure import last_rate, spike_outcome
-from circuits.blocks.mos import mos
+from circuits.blocks.mos import current_mirror, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, biased, event_out
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit
@@ -122,8 +122,7 @@ def adaptation(params: Params) -> Circuit:
             mos("ma6", "p", "v_adp", "v_atau", "vdd", *pair),
             Capacitor("c_adp", "vdd", "v_adp", params.adaptation_capacitance),
             mos("ma7", "p", "v_m", "v_adp", "vdd", 2.0 * weight[0], weight[1]),
-            mos("ma8", "n", "v_m", "v_m", "0", *pair),
-            mos("ma9", "n", "x1", "v_m", "0", *pair),
+            *current_mirror("ma8", "ma9", "n", "v_m", "x1", pair),
             mos("ma10", "n", "x2", "v_casc", "x1", *switch),
             mos("ma11", "n", "v_mem", "adapt", "x2", *switch),
         ),

@@ -29,7 +29,7 @@ from circuits.blocks.bench.amplifier import STIMULI, AmplifierSizes, open_sweep,
 from circuits.blocks.bench.bias import MASTERS, coded_bias
 from circuits.blocks.bench.curve import crossing, slope
 from circuits.blocks.block import Block, Stimulus, catalogued
-from circuits.blocks.mos import mos
+from circuits.blocks.mos import current_mirror, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Transistor
@@ -56,7 +56,7 @@ def stage(polarity: Polarity, params: Params) -> Circuit:
     """One amplifier with inputs of a polarity: ports v_plus, v_minus, v_out, v_tail and the supply."""
     n, p = params.sizes("n", "p")
     pair, mirror = (n, p) if polarity == "n" else (p, n)
-    rail, other = ("0", "vdd") if polarity == "n" else ("vdd", "0")
+    rail = "0" if polarity == "n" else "vdd"
     load: Polarity = "p" if polarity == "n" else "n"
     return Circuit(
         f"transamp_{polarity}_stage",
@@ -65,8 +65,7 @@ def stage(polarity: Polarity, params: Params) -> Circuit:
             mos("mb", polarity, "v_s", "v_tail", rail, *pair),
             mos("m1", polarity, "v_d", "v_plus", "v_s", *pair),
             mos("m2", polarity, "v_out", "v_minus", "v_s", *pair),
-            mos("m3", load, "v_d", "v_d", other, *mirror),
-            mos("m4", load, "v_out", "v_d", other, *mirror),
+            *current_mirror("m3", "m4", load, "v_d", "v_out", mirror),
         ),
     )
 
@@ -75,12 +74,9 @@ def readout(params: Params) -> tuple[Transistor, ...]:
     """The loads of the second and third copies, and the mirrors behind them; params: their sizes."""
     n, p = params.sizes("readout_n", "readout_p")
     return (
-        mos("mp1", "n", "v_source", "v_source", "0", *n),
-        mos("mp2", "n", "i_plus", "v_source", "0", *n),
-        mos("mm1", "p", "v_sink", "v_sink", "vdd", *p),
-        mos("mm2", "p", "v_turn", "v_sink", "vdd", *p),
-        mos("mm3", "n", "v_turn", "v_turn", "0", *n),
-        mos("mm4", "n", "i_minus", "v_turn", "0", *n),
+        *current_mirror("mp1", "mp2", "n", "v_source", "i_plus", n),
+        *current_mirror("mm1", "mm2", "p", "v_sink", "v_turn", p),
+        *current_mirror("mm3", "mm4", "n", "v_turn", "i_minus", n),
     )
 
 

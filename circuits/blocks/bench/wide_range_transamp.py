@@ -16,7 +16,7 @@ from functools import partial
 from circuits.blocks.bench.amplifier import STIMULI, AmplifierSizes, open_sweep, output_measures, switches
 from circuits.blocks.bench.bias import MASTERS, coded_bias
 from circuits.blocks.block import catalogued
-from circuits.blocks.mos import mos
+from circuits.blocks.mos import current_mirror, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, biased
 from circuits.circuit import Circuit
 from circuits.devices import Transistor
@@ -39,8 +39,7 @@ def devices(params: Params) -> tuple[Transistor, ...]:
         mos("m4", "p", "v_p2", "v_p2", "vdd", *p),
         mos("m5", "p", "v_out", "v_p1", "vdd", *p),
         mos("m6", "p", "v_n", "v_p2", "vdd", *p),
-        mos("m7", "n", "v_n", "v_n", "0", *n),
-        mos("m8", "n", "v_out", "v_n", "0", *n),
+        *current_mirror("m7", "m8", "n", "v_n", "v_out", n),
     )
 
 

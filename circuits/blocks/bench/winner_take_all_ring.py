@@ -30,7 +30,7 @@ from circuits.blocks.bench.bias import MASTERS, coded_bias
 from circuits.blocks.bench.curve import crossing, ramp, within_supply
 from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import Wave, powered
-from circuits.blocks.mos import mos
+from circuits.blocks.mos import current_mirror, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
@@ -67,12 +67,10 @@ def cell(params: Params = Params()) -> Circuit:
         (
             mos("mi", "p", "v_out", "v_in", "vdd", *p),
             mos("m1", "n", "v_out", "v_c", "v_m", *n),
-            mos("m6", "n", "v_m", "v_m", "0", *n),
-            mos("m7", "n", "i_all", "v_m", "0", *n),
+            *current_mirror("m6", "m7", "n", "v_m", "i_all", n),
             mos("m2", "n", "v_p", "v_out", "v_c", *n),
             mos("mb", "n", "v_c", "v_tail", "0", *n),
-            mos("m3", "p", "v_p", "v_p", "vdd", *p),
-            mos("m4", "p", "i_out", "v_p", "vdd", *p),
+            *current_mirror("m3", "m4", "p", "v_p", "i_out", p),
             mos("m5", "p", "v_out", "v_p", "v_f", *p),
             mos("me", "p", "v_f", "enable", "v_gain", *p),
         ),

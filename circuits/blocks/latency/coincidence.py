@@ -24,7 +24,7 @@ from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.latency.synapse import comparator_biases, events, step_synapse
 from circuits.blocks.measure import latency, low_time, spiking
-from circuits.blocks.mos import inverter, mos
+from circuits.blocks.mos import current_mirror, inverter, mos
 from circuits.blocks.ports import SUPPLY, biased, event_out
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
@@ -61,8 +61,7 @@ def build(params: Params = Params()) -> Circuit:
     devices = (
         mos("ms", "p", "foot", "0", "vdd", 6, 1.5),  # as the inputs' switches, which are on
         mos("me", "p", "taken", "v_exc", "foot", SHARE * 6, 24),
-        mos("md", "n", "taken", "taken", "0", 6, 24),
-        mos("mk", "n", "sum", "taken", "0", 6, 24),
+        *current_mirror("md", "mk", "n", "taken", "sum", (6, 24)),
         Capacitor("cs", "sum", "0", params.sum_capacitance),
         *inverter("mi", "sum", "none", width=3.0, length=1.5),
         *inverter("mj", "none", "spike", width=3.0, length=1.5),

@@ -26,7 +26,7 @@ from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.latency.synapse import comparator_biases, events, step_inhibition, step_synapse
 from circuits.blocks.measure import last_rate, latency
-from circuits.blocks.mos import inverter, mos
+from circuits.blocks.mos import current_mirror, inverter, mos
 from circuits.blocks.ports import SUPPLY, biased, event_in, event_out
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
@@ -76,8 +76,7 @@ def build(params: Params = Params()) -> Circuit:
         Capacitor("cm", "v_mem", "0", params.membrane_capacitance),
         Capacitor("cw", "w", "0", params.gate_capacitance),
         *_pair("mn", "v_na_tail", ("v_mem", "v_na"), ("na", "vdd")),
-        mos("mn3", "p", "na", "na", "vdd", 6, 6),
-        mos("mn4", "p", "v_mem", "na", "vdd", 6, 6),
+        *current_mirror("mn3", "mn4", "p", "na", "v_mem", (6, 6)),
         *_pair("mk", "v_k_tail", ("w", "v_k"), ("v_mem", "vdd")),
         *_follower("ml", "v_leak", "v_rest", "v_mem"),
         *_follower("mw", "v_gate", "v_mem", "w"),

@@ -20,7 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from circuits.blocks.drive import Wave, elements
-from circuits.blocks.mos import inverter, mos
+from circuits.blocks.mos import current_mirror, inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, event_in, event_out
 from circuits.blocks.sizes import Sizes
 from circuits.circuit import Bias, Circuit, Instance, Port
@@ -60,8 +60,7 @@ def comparator_stages(plus: str, width: float) -> tuple[Device, ...]:
         mos("mc0", "n", "tail", "v_cmp", "0", 6, 6),
         mos("mc1", "n", "m", plus, "tail", width, 3),
         mos("mc2", "n", "x", "v_ref", "tail", width, 3),
-        mos("mc3", "p", "m", "m", "vdd", 6, 3),
-        mos("mc4", "p", "x", "m", "vdd", 6, 3),
+        *current_mirror("mc3", "mc4", "p", "m", "x", (6, 3)),
         mos("mc5", "p", "y", "x", "vdd", 12, 3),
         mos("mc6", "n", "y", "v_cmp", "0", 6, 6),
     )

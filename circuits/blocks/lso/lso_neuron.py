@@ -26,7 +26,7 @@ from circuits.blocks.drive import Wave, powered
 from circuits.blocks.latency.synapse import comparator_biases, compared, events, step_synapse
 from circuits.blocks.latency.tonic import START, reset_wave, spike_and_reset
 from circuits.blocks.measure import latency, low_time, spiking
-from circuits.blocks.mos import mos
+from circuits.blocks.mos import current_mirror, mos
 from circuits.blocks.ports import SUPPLY, analog_in, bias_in, biased, event_in, event_out
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
@@ -80,10 +80,7 @@ def build(params: Params = Params()) -> Circuit:
         *event_in("reset"),
         *event_out("spike"),
     )
-    devices = (
-        mos("md", "n", "turned", "turned", "0", 12, 12),
-        mos("mk", "n", "v_mem", "turned", "0", 12, 12),
-    )
+    devices = current_mirror("md", "mk", "n", "turned", "v_mem", (12, 12))
     into = {"excite": "v_mem", "inhibit": "turned"}
     synapses = (
         synapse.instance(f"{name}{k}", event=f"{name}[{k}]", v_mem=into[name])

@@ -22,7 +22,7 @@ from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.blocks.block import Stimulus, Values, catalogued
 from circuits.blocks.drive import Wave, powered, step
-from circuits.blocks.mos import inverter, mos
+from circuits.blocks.mos import current_mirror, inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_out, biased
 from circuits.blocks.rest import rested
 from circuits.blocks.sizes import Sizes
@@ -75,8 +75,7 @@ def build(params: Params = Params()) -> Circuit:
         mos("mx2", "p", "low", "sign", "pos", *switch),
         mos("mx3", "p", "i_out", "sign", "neg", *switch),
         mos("mx4", "p", "low", "unsigned", "neg", *switch),
-        mos("mm1", "n", "low", "low", "0", *params.size("mirror")),
-        mos("mm2", "n", "i_out", "low", "0", *params.size("mirror")),
+        *current_mirror("mm1", "mm2", "n", "low", "i_out", params.size("mirror")),
     )
     ports = (SUPPLY, *analog_out("i_out"))
     return biased("nef_encoder", ports, BIASES, (*banks, *steering))

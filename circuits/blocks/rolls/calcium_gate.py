@@ -25,7 +25,7 @@ import numpy as np
 
 from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered, train
-from circuits.blocks.mos import inverter, mos, nand
+from circuits.blocks.mos import current_mirror, inverter, mos, nand
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports, biased, event_in
 from circuits.blocks.rest import rested
 from circuits.blocks.rolls.bias import gate_bias
@@ -104,8 +104,7 @@ def _comparators(params: Params) -> tuple[Device, ...]:
         mos("mm1", "n", "tail", "v_mcmp", "0", 0.5, 4.0),
         mos("mm2", "n", "m", "v_mem", "tail", *pair),
         mos("mm3", "n", "n", "v_memthr", "tail", *pair),
-        mos("mm4", "p", "n", "n", "vdd", *pair),
-        mos("mm5", "p", "m", "n", "vdd", *pair),
+        *current_mirror("mm4", "mm5", "p", "n", "m", pair),
     )
 
 

@@ -33,7 +33,7 @@ from circuits.arrays import F64
 from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered, train
 from circuits.blocks.measure import between, fall, rise
-from circuits.blocks.mos import inverter, mos, nand
+from circuits.blocks.mos import current_mirror, inverter, mos, nand
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, biased, event_in
 from circuits.blocks.rest import rested
 from circuits.blocks.rolls.bias import gate_bias
@@ -127,8 +127,7 @@ def _excitatory(params: Params) -> tuple[Device, ...]:
         mos("me4", "p", "e0", "v_exc0", "es", *weight),
         mos("me5", "p", "em", "w1_off", "e1", 4.0, params.logic_length),
         mos("me6", "p", "e1", "v_exc1", "es", *weight),
-        mos("me7", "n", "em", "em", "0", *weight),
-        mos("me8", "n", "ed", "em", "0", *weight),
+        *current_mirror("me7", "me8", "n", "em", "ed", weight),
         mos("me9", "n", "exc", "exc_on", "ed", 0.5, params.logic_length),
         mos("me10", "n", "ed", "exc_off", "v_shift", 0.5, params.logic_length),
     )
@@ -180,11 +179,10 @@ def excitatory_filter(params: Params, plate: str = "vdd") -> Circuit:
 
 def inhibitory_filter(params: Params, plate: str = "vdd") -> Circuit:
     """The DPI filter whose output current is drawn from `i_out`; arguments as of `excitatory_filter`."""
-    width, length = params.size("output")
+    size = params.size("output")
     output = (
-        mos("md5", "p", "vm", "v_syn", "vdd", width, length),
-        mos("md6", "n", "vm", "vm", "0", width, length),
-        mos("md7", "n", "i_out", "vm", "0", width, length),
+        mos("md5", "p", "vm", "v_syn", "vdd", *size),
+        *current_mirror("md6", "md7", "n", "vm", "i_out", size),
     )
     return Circuit("inhibitory_dpi", _filter_ports("i_out"), (*_filter(params, plate), *output))
 

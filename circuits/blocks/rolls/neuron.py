@@ -34,7 +34,7 @@ from dataclasses import dataclass
 from circuits.blocks.block import Stimulus, Values, catalogued, lasting
 from circuits.blocks.drive import current_into, powered, step
 from circuits.blocks.measure import last_rate, latency, spike_outcome
-from circuits.blocks.mos import inverter, mos
+from circuits.blocks.mos import current_mirror, inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, biased, event_out
 from circuits.blocks.rest import rested
 from circuits.blocks.rolls.bias import OFF_CURRENT, gate_bias
@@ -101,8 +101,7 @@ def sodium(params: Params) -> Circuit:
         (SUPPLY, *analog_out("v_mem"), *bias_in("v_shift")),
         (
             mos("mn1", "n", "nf", "v_mem", "v_shift", *params.size("feedback")),
-            mos("mn3", "p", "nf", "nf", "vdd", *mirror),
-            mos("mn4", "p", "v_mem", "nf", "vdd", *mirror),
+            *current_mirror("mn3", "mn4", "p", "nf", "v_mem", mirror),
         ),
     )
 
@@ -176,10 +175,8 @@ def nmda_gate(params: Params) -> Circuit:
             mos("mg1", "p", "gn", "v_nmda", "i_nmda", *pair),
             mos("mg2", "p", "0", "v_mem", "i_nmda", *pair),
             mos("mg3", "n", "0", "v_nmda", "0", *params.size("leak")),
-            mos("mg4", "n", "gn", "gn", "0", *mirror),
-            mos("mg5", "n", "gp", "gn", "0", *mirror),
-            mos("mg6", "p", "gp", "gp", "vdd", *mirror),
-            mos("mg7", "p", "i_in", "gp", "vdd", *mirror),
+            *current_mirror("mg4", "mg5", "n", "gn", "gp", mirror),
+            *current_mirror("mg6", "mg7", "p", "gp", "i_in", mirror),
         ),
     )
 

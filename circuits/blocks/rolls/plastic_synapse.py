@@ -32,7 +32,7 @@ import numpy as np
 
 from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered, train
-from circuits.blocks.mos import inverter, mos, nor
+from circuits.blocks.mos import current_mirror, inverter, mos, nor
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_ports, biased, event_in
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls.bias import gate_bias
@@ -113,14 +113,12 @@ def cell(params: Params) -> Circuit:
 
 def _comparator(params: Params) -> tuple[Device, ...]:
     """`c` is high where w is above v_wthr, `low` where it is below."""
-    width, length = params.size("pair")
-    tail = params.size("tail")
+    pair, tail = params.sizes("pair", "tail")
     return (
         mos("mb1", "n", "tail", "v_cmp", "0", *tail),
-        mos("mb2", "n", "b", "w", "tail", width, length),
-        mos("mb3", "n", "c", "v_wthr", "tail", width, length),
-        mos("mb4", "p", "b", "b", "vdd", width, length),
-        mos("mb5", "p", "c", "b", "vdd", width, length),
+        mos("mb2", "n", "b", "w", "tail", *pair),
+        mos("mb3", "n", "c", "v_wthr", "tail", *pair),
+        *current_mirror("mb4", "mb5", "p", "b", "c", pair),
         # mb5 has half of I_cmp in balance and mb6 all of it: of twice the W/L, both stages turn at once
         mos("mb6", "p", "low", "c", "vdd", *params.size("second")),
         mos("mb7", "n", "low", "v_cmp", "0", *tail),

@@ -50,7 +50,7 @@ import numpy as np
 from circuits.arrays import F64, I64
 from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import current_into, powered, step
-from circuits.blocks.mos import inverter, mos
+from circuits.blocks.mos import current_mirror, inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, event_in, event_out
 from circuits.blocks.rest import started_at_rest
 from circuits.blocks.sizes import Sizes
@@ -104,8 +104,7 @@ def cell(params: Params = Params()) -> Circuit:
         *event_out("line"),
     )
     devices: tuple[Device, ...] = (
-        mos("mx", "p", "excite", "excite", "vdd", 6, 24),
-        mos("my", "p", "v_in", "excite", "vdd", 6, 24),
+        *current_mirror("mx", "my", "p", "excite", "v_in", (6, 24)),
         mos("mk", "n", "risk", "risk", "0", *PROJECTION),
         mos("m1", "n", "v_in", "v_common", "0", 6, 24),
         mos("m2", "n", "share", "v_in", "v_common", 12, 3),

@@ -16,7 +16,7 @@ import numpy as np
 from circuits.blocks.block import DURATION, EquationText, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.measure import between, fall, rise, spike_outcome
-from circuits.blocks.mos import mos
+from circuits.blocks.mos import current_mirror, mos
 from circuits.blocks.ports import (
     SUPPLY,
     analog_in,
@@ -132,8 +132,7 @@ def differential_stage(
         mos("mc3", "p", "tail", "v_bcmp", "vdd", 6, 6),
         mos("mc1", "p", "m", plus, "tail", *pair),
         mos("mc2", "p", "v_ax", minus, "tail", *pair),
-        mos("mc4", "n", "m", "m", "0", *mirror),
-        mos("mc5", "n", "v_ax", "m", "0", *mirror),
+        *current_mirror("mc4", "mc5", "n", "m", "v_ax", mirror),
     )
 
 

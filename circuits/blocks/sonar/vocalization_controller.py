@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from circuits.blocks.block import DURATION, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered
 from circuits.blocks.measure import last_rate, latency, rise, spiking
-from circuits.blocks.mos import mos
+from circuits.blocks.mos import current_mirror, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, event_out
 from circuits.blocks.sonar.board import GAIN, LENGTH, amplifier, inverter, strays
 from circuits.circuit import Circuit
@@ -77,8 +77,7 @@ def _current(params: Params) -> tuple[Device, ...]:
         *amplifier("converter", "mix", "sense", "drive"),
         mos("m_drive", "n", "mirror", "drive", "sense", 30, LENGTH),
         Resistor("r_current", "sense", "0", params.current_resistance),
-        mos("m_in", "p", "mirror", "mirror", "vdd", 60, 6),
-        mos("m_out", "p", "ramp", "mirror", "vdd", 60, 6),
+        *current_mirror("m_in", "m_out", "p", "mirror", "ramp", (60, 6)),
         *strays("mix", "sense", "mirror"),
     )
 
