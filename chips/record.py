@@ -66,10 +66,8 @@ class Record:
 
     Attributes
     ----------
-    key
-        A hash of what it was measured of.
-    version
-        Version of the measurement, a part of the key.
+    key, version
+        A hash of what it was measured of, and the version of the measurement, which is a part of the key.
     axes
         Numbers or names along each axis, by its name.
     tables

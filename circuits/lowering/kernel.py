@@ -94,10 +94,8 @@ class Machine:
 
     Attributes
     ----------
-    testbench : Testbench
-        What was lowered.
-    silicon : Silicon
-        Where it was lowered.
+    testbench, silicon : Testbench, Silicon
+        What was lowered, and what it is made on.
     flat : FlatCircuit
         The circuit without its hierarchy.
     kernel : Kernel

@@ -94,10 +94,8 @@ class Result:
 
     Attributes
     ----------
-    machine : Machine
-        The testbench on its silicon.
-    outcome : Outcome
-        How the run ended.
+    machine, outcome : Machine, Outcome
+        The testbench on its silicon, and how the run ended.
     time : array
         Times of the points, float64[T], s.
     voltage : array
