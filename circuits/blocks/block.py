@@ -22,18 +22,9 @@ Values = Mapping[str, float | None]
 class Stimulus:
     """A knob of a block's testbench.
 
-    Attributes
-    ----------
-    name : str
-        Name of the knob.
-    unit : str
-        Its SI unit; empty for a plain number.
-    default : float or None
-        Its value unless another is given, in SI units.
-    summary : str
-        A line about what it does.
-    can_be_off : bool
-        Whether it may be switched off; None is its value then.
+    name: name of the knob. unit: its SI unit; empty for a plain number. default: its value unless another is
+    given, in SI units. summary: a line about what it does. can_be_off: whether it may be switched off; None
+    is its value then.
     """
 
     name: str

@@ -26,16 +26,8 @@ from circuits.solver.transient import Result
 class Reading:
     """A measure of a run.
 
-    Attributes
-    ----------
-    name : str
-        What it is called.
-    value : float
-        Its value in SI units; NaN where it does not occur.
-    unit : str
-        Unit that its expression has; empty for a plain number.
-    reason : str
-        Why it has no value; empty where it has one.
+    name: what it is called. value: its value in SI units; NaN where it does not occur. unit: unit that its
+    expression has; empty for a plain number. reason: why it has no value; empty where it has one.
     """
 
     name: str

@@ -39,21 +39,10 @@ _DIGITS = 10  # of a fine code, beyond which its size is not looked at; ours
 class BiasEntry:
     """A row of a bias file.
 
-    Attributes
-    ----------
-    name : str
-        Name of the bias.
-    coarse : int or None
-        Coarse code, 0 to 7; None for a shifted source.
-    fine : int
-        Fine code, 0 to 255.
-    flags : tuple of str
-        Its flags, as the file has them.
+    name: that of the bias. coarse: its coarse code, 0 to 7; None for a shifted source. fine: its fine code, 0
+    to 255. flags: its flags, as the file has them.
 
-    Raises
-    ------
-    ParameterError
-        A code is outside its range.
+    Raises `ParameterError` where a code is outside its range.
     """
 
     name: str

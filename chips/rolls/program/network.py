@@ -22,16 +22,8 @@ from circuits.errors import ParameterError, unknown_name
 class PopulationInput:
     """An external input to every neuron of a population.
 
-    Attributes
-    ----------
-    name : str
-        Name of the input.
-    target : Population
-        The population.
-    synapses : int
-        How many virtual synapses of each neuron it reaches.
-    inhibitory : bool
-        Whether these inhibit.
+    name: name of the input. target: the population. synapses: how many virtual synapses of each neuron it
+    reaches. inhibitory: whether these inhibit.
     """
 
     name: str

@@ -31,17 +31,9 @@ Levels = NDArray[np.signedinteger[Any]]
 class Population:
     """A named group of neurons of the chip.
 
-    Attributes
-    ----------
-    name : str
-        Name of the population.
-    neurons : tuple of int
-        Numbers of its neurons, each once, in their order in the group.
+    name: name of the population. neurons: numbers of its neurons, each once, in their order in the group.
 
-    Raises
-    ------
-    ParameterError
-        There are no neurons, or one is there twice.
+    Raises `ParameterError` where there are no neurons, or one is there twice.
     """
 
     name: str

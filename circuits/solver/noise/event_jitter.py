@@ -96,16 +96,8 @@ class _Found(NamedTuple):
 class EventJitter:
     """Variance of the time of an event, by the device whose noise makes it.
 
-    Attributes
-    ----------
-    port : str
-        Label of the port.
-    time : float
-        Time of the event without noise, s.
-    devices : tuple of str
-        Paths of the devices that make noise.
-    white, flicker : array
-        Variance by device, float64[devices], s^2.
+    port: label of the port. time: time of the event without noise, s. devices: paths of the devices that make
+    noise. white, flicker: variance by device, float64[devices], s^2.
     """
 
     port: str
