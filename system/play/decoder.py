@@ -11,16 +11,37 @@ A decoder makes an action of the events of a window of time, by groups of addres
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol, final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from chips.aer import Events
 from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
 
 Groups = Sequence[Sequence[int]]
+
+
+class Decoder(Protocol):
+    """Makes an action of events."""
+
+    def begin(self) -> None:
+        """Forget what was before."""
+
+    def action(self, events: Events, start: float, window: float) -> ArrayLike:
+        """Return the action of a window of time.
+
+        Parameters
+        ----------
+        events
+            What the chip sent in the window.
+        start, window
+            When the window began, and how long it was, s.
+        """
 
 
 @dataclass(slots=True)
@@ -52,12 +73,7 @@ class RateDecoder:
     def action(self, events: Events, start: float, window: float) -> F64:
         """Return the numbers, float64[numbers], each in its own unit.
 
-        Parameters
-        ----------
-        events
-            What the chip sent in the window.
-        start, window
-            When the window began, and how long it was, s.
+        events: what the chip sent in the window; start, window: its begin and length, s.
         """
         now = counts_of(self.groups, events) / window
         if self._rates.size != now.size:
@@ -68,7 +84,36 @@ class RateDecoder:
 
 
 @dataclass(slots=True)
-class VoteDecoder:
+class _Choice(ABC):
+    """The number of one of the groups, and the last one again where the events choose none.
+
+    groups : addresses of each group.
+    """
+
+    groups: Groups
+    _last: int = field(default=0, init=False)
+
+    def begin(self) -> None:
+        """Forget the last choice."""
+        self._last = 0
+
+    def action(self, events: Events, start: float, window: float) -> int:
+        """Return the number of the group that is chosen.
+
+        events: what the chip sent in the window; start, window: its begin and length, s.
+        """
+        chosen = self._chosen(events)
+        self._last = self._last if chosen is None else chosen
+        return self._last
+
+    @abstractmethod
+    def _chosen(self, events: Events) -> int | None:
+        """Number of the group that the events choose; None, which is counted, where they choose none."""
+
+
+@final
+@dataclass(slots=True)
+class VoteDecoder(_Choice):
     """The number of the group that is most active.
 
     Attributes
@@ -79,35 +124,20 @@ class VoteDecoder:
         How often the last choice was taken, for want of a winner.
     """
 
-    groups: Groups
     ties: int = 0
-    _last: int = 0
 
-    def begin(self) -> None:
-        """Forget the last choice."""
-        self._last = 0
-
-    def action(self, events: Events, start: float, window: float) -> int:
-        """Return the number of the group.
-
-        Parameters
-        ----------
-        events
-            What the chip sent in the window.
-        start, window
-            When the window began, and how long it was, s.
-        """
+    def _chosen(self, events: Events) -> int | None:
         counts = counts_of(self.groups, events)
         winners = np.flatnonzero(counts == counts.max())
         if winners.size == 1:
-            self._last = int(winners[0])
-        else:
-            self.ties += 1
-        return self._last
+            return int(winners[0])
+        self.ties += 1
+        return None
 
 
+@final
 @dataclass(slots=True)
-class LatencyDecoder:
+class LatencyDecoder(_Choice):
     """The number of the group that is the first.
 
     Attributes
@@ -118,30 +148,14 @@ class LatencyDecoder:
         How often none came.
     """
 
-    groups: Groups
     silent: int = 0
-    _last: int = 0
 
-    def begin(self) -> None:
-        """Forget the last choice."""
-        self._last = 0
-
-    def action(self, events: Events, start: float, window: float) -> int:
-        """Return the number of the group.
-
-        Parameters
-        ----------
-        events
-            What the chip sent in the window.
-        start, window
-            When the window began, and how long it was, s.
-        """
+    def _chosen(self, events: Events) -> int | None:
         first = [events.times[np.isin(events.addresses, list(g))].min(initial=math.inf) for g in self.groups]
         if math.isfinite(min(first)):
-            self._last = int(np.argmin(first))
-        else:
-            self.silent += 1
-        return self._last
+            return int(np.argmin(first))
+        self.silent += 1
+        return None
 
 
 @dataclass(slots=True)
@@ -181,12 +195,7 @@ class PopulationDecoder:
     def action(self, events: Events, start: float, window: float) -> F64:
         """Return the value, float64[1], in the unit of the values.
 
-        Parameters
-        ----------
-        events
-            What the chip sent in the window.
-        start, window
-            When the window began, and how long it was, s.
+        events: what the chip sent in the window; start, window: its begin and length, s.
         """
         counts = counts_of(self.groups, events)
         if counts.sum() > 0.0:

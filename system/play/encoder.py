@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
@@ -23,6 +24,24 @@ from circuits.errors import ParameterError
 
 Groups = Sequence[Sequence[int]]
 Train = tuple[F64, I64]
+
+
+class Encoder(Protocol):
+    """Makes events of numbers."""
+
+    def begin(self) -> None:
+        """Forget what was before."""
+
+    def events(self, values: F64, start: float, window: float) -> Train:
+        """Return times (s), float64[m], and addresses, int64[m], of the events of a window.
+
+        Parameters
+        ----------
+        values
+            The numbers, float64[n], in the units of their ranges.
+        start, window
+            When the window begins, and how long it is, s.
+        """
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,12 +112,7 @@ class RateCode:
     def events(self, values: F64, start: float, window: float) -> Train:
         """Return times (s), float64[m], and addresses, int64[m], of the events of a window.
 
-        Parameters
-        ----------
-        values
-            The numbers, float64[n], in the units of their ranges.
-        start, window
-            When the window begins, and how long it is, s.
+        values: the numbers, float64[n], in the units of their ranges; start, window: begin and length, s.
         """
         share, cut = self.ranges.shares(values)
         self.clipped += cut
@@ -155,12 +169,7 @@ class PopulationCode:
     def events(self, values: F64, start: float, window: float) -> Train:
         """Return times (s), float64[m], and addresses, int64[m], of the events of a window.
 
-        Parameters
-        ----------
-        values
-            The numbers, float64[n], in the units of their ranges.
-        start, window
-            When the window begins, and how long it is, s.
+        values: the numbers, float64[n], in the units of their ranges; start, window: begin and length, s.
         """
         share, cut = self.ranges.shares(values)
         self._rate.clipped += cut
@@ -193,12 +202,7 @@ class LatencyCode:
     def events(self, values: F64, start: float, window: float) -> Train:
         """Return times (s), float64[m], and addresses, int64[m], of the events of a window.
 
-        Parameters
-        ----------
-        values
-            The numbers, float64[n], in the units of their ranges.
-        start, window
-            When the window begins, and how long it is, s.
+        values: the numbers, float64[n], in the units of their ranges; start, window: begin and length, s.
         """
         share, cut = self.ranges.shares(values)
         self.clipped += cut

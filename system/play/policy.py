@@ -6,36 +6,15 @@ It is the controller of a run step by step, and of any environment: `action = po
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from chips.aer import Events
 from chips.live.chip import LiveChip
-from circuits.arrays import F64
 from circuits.errors import ParameterError
-from system.play.encoder import Train
-
-
-class Encoder(Protocol):
-    """Makes events of numbers."""
-
-    def begin(self) -> None:
-        """Forget what was before."""
-
-    def events(self, values: F64, start: float, window: float) -> Train:
-        """Return times (s) and addresses of the events from `start` s on in a window of time, s."""
-
-
-class Decoder(Protocol):
-    """Makes an action of events."""
-
-    def begin(self) -> None:
-        """Forget what was before."""
-
-    def action(self, events: Events, start: float, window: float) -> ArrayLike:
-        """Return the action of the events from `start` s on in a window of time, s."""
+from system.play.decoder import Decoder
+from system.play.encoder import Encoder
 
 
 class ChipPolicy:
