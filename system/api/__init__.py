@@ -7,13 +7,7 @@ figure of a paper again. The steps of the Pushbot are in `system.api.pushbot`, t
 
 from system.experiment import Experiment, Report
 from system.loop import AnalogWire, EventWire, Loop
-from system.option import (
-    Option,
-    bias_kind_option,
-    check_options,
-    option,
-    required,
-)
+from system.option import Option, bias_kind_option, check_options, option, required
 from system.options.on_silicon import OnSilicon
 from system.plot import draw_circuit, draw_waveforms, save_picture
 from system.registry import experiment_names, load_experiment, load_system, system_names

@@ -12,12 +12,9 @@ from chips.hearing.calibration import level_of
 from chips.ranging.calibration.found import NAME
 from circuits.silicon.course import Course
 from circuits.silicon.process import ZERO_CELSIUS
-from system.option import (
-    check_options,
-    option,
-)
+from system.option import check_options, option
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, check_noise, check_ripple, noise_option, noise_seed_option
+from system.options.noise import Noisy, check_device_noise, noise_option, noise_seed_option
 from system.worlds.sound.acoustics import Air
 from system.worlds.sound.targets import Target, default_scene, read_targets
 
@@ -63,8 +60,7 @@ class Scenario(Coded):
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self)
-        check_noise(self.silicon_noise, self.noise_seed)
-        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
+        check_device_noise(self)
         check_codes(self)
 
     @property

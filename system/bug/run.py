@@ -37,6 +37,7 @@ from system.bug.world import World, build_world, check_place
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.codes import described
+from system.options.noise import device_noise
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.plot import silicon_text
@@ -190,7 +191,7 @@ def chip_of(scenario: Scenario) -> NefChip:
     if codes is None and s.bias_kind != "gate":
         codes = usual_codes(s.silicon_at(s.calibrated_c, ROLLS_180).of_area(s.area), s.bias_kind)
     return NefChip(
-        s.die, s.bias_kind, {}, s.calibrated_c, area=s.area, noise=s.device_noise(),
+        s.die, s.bias_kind, {}, s.calibrated_c, area=s.area, noise=device_noise(s),
         process=ROLLS_180.under(s.law), codes=codes,
     )  # fmt: skip
 

@@ -6,24 +6,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from chips.nef.calibration import NAME
-from chips.noise import SiliconNoise
 from circuits.errors import ParameterError
 from circuits.silicon.process import check_temperature
 from system.bug.body import STEP
 from system.bug.brain import AGENTS
-from system.option import (
-    check_options,
-    option,
-)
+from system.option import check_options, option
 from system.options.codes import Coded, check_codes
-from system.options.noise import (
-    Noisy,
-    check_noise,
-    check_ripple,
-    device_noise,
-    noise_option,
-    noise_seed_option,
-)
+from system.options.noise import Noisy, check_device_noise, noise_option, noise_seed_option
 
 BRAINS = ("reference", "ideal", "chip")
 DEFAULT_MAP = "bug-spiral"
@@ -73,12 +62,7 @@ class Scenario(Coded):
         check_temperature(self.calibrated_c)
         check_temperature(self.solved)
         check_codes(self)
-        check_noise(self.silicon_noise, self.noise_seed)
-        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
-
-    def device_noise(self) -> SiliconNoise | None:
-        """Return the noise of the chip's devices, None where there is none."""
-        return device_noise(self)
+        check_device_noise(self)
 
     @property
     def solved(self) -> float:

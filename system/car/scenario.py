@@ -11,12 +11,9 @@ from circuits.errors import ParameterError
 from system.car.numbers import OpenspaceNumbers, Robot
 from system.car.world import FORESTS, check_forest, is_file, read_pipes
 from system.openspace.map import start_option
-from system.option import (
-    check_options,
-    option,
-)
+from system.option import check_options, option
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, check_noise, check_ripple, noise_option, noise_seed_option
+from system.options.noise import Noisy, check_device_noise, noise_option, noise_seed_option
 from system.reader import place
 
 RANGES = ("flight", "exact", "chip")
@@ -59,8 +56,7 @@ class Scenario(Coded):
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_forest(self.forest)
         check_options(self, no_silicon(self))
-        check_noise(self.silicon_noise, self.noise_seed)
-        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
+        check_device_noise(self)
         check_codes(self)
         for name in ("occlusion", "multipath", "soft_pings"):
             if getattr(self, name) and self.ranges == "exact":

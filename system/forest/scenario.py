@@ -23,10 +23,7 @@ from system.openspace.map import (
 )
 from system.openspace.selecting import FIXED, Selecting, projection
 from system.openspace.senses import IDEAL, Sensing, with_area
-from system.option import (
-    check_options,
-    option,
-)
+from system.option import check_options, option
 from system.options.codes import Coded, check_codes
 from system.options.noise import check_ripple
 from system.options.on_silicon import ROOM_TEMPERATURE

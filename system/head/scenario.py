@@ -16,19 +16,9 @@ from system.head.ear import SPEED
 from system.head.loop import WIRINGS
 from system.head.numbers import Motion, SonarHead
 from system.head.world import MOTIONS
-from system.option import (
-    check_options,
-    option,
-)
+from system.option import check_options, option
 from system.options.codes import Coded, check_codes
-from system.options.noise import (
-    Noisy,
-    check_noise,
-    check_ripple,
-    device_noise,
-    noise_option,
-    noise_seed_option,
-)
+from system.options.noise import Noisy, check_device_noise, device_noise, noise_option, noise_seed_option
 
 DURATION = 20.0  # s, two periods of the sine; ours
 
@@ -60,8 +50,7 @@ class Scenario(Coded):
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self)
-        check_noise(self.silicon_noise, self.noise_seed)
-        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
+        check_device_noise(self)
         check_codes(self)
         if not self.head.period <= self.duration < math.inf:
             raise ParameterError(

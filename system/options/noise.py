@@ -55,11 +55,21 @@ class NoisyRun(Protocol):
     def ripple(self) -> Ripple | None:
         """Sine on the supply of the bias generators."""
 
+    @property
+    def bias_kind(self) -> BiasKind:
+        """Kind of its chips' biases."""
+
 
 def device_noise(scenario: NoisyRun) -> SiliconNoise | None:
     """Give the noise of the devices in a scenario's run; None where there is none."""
     seed = scenario.seed if scenario.noise_seed is None else scenario.noise_seed
     return silicon_noise(scenario.silicon_noise, seed, scenario.ripple)
+
+
+def check_device_noise(scenario: NoisyRun) -> None:
+    """Raise `ParameterError` for noise of devices, or a ripple of it, that a scenario's run cannot have."""
+    check_noise(scenario.silicon_noise, scenario.noise_seed)
+    check_ripple(scenario.ripple, scenario.bias_kind, scenario.silicon_noise)
 
 
 def check_noise(noisy: str, seed: int | None) -> None:

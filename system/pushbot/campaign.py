@@ -23,6 +23,7 @@ from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.options.codes import CALIBRATED, DEFAULT
+from system.options.noise import device_noise
 from system.pushbot.body import Pushbot
 from system.pushbot.brain import GYRO_ANGLE
 from system.pushbot.loop import Brain
@@ -249,7 +250,7 @@ def _chip(s: Scenario) -> tuple[Any, ...]:
     """What a scenario's chip depends on."""
     return (
         s.die.number or 0, repr(s.die.edits), s.temperature_c, s.course, s.law, s.bias_kind,
-        repr(s.architecture()), s.code_choice, s.calibrated_c, repr(s.device_noise()),
+        repr(s.architecture()), s.code_choice, s.calibrated_c, repr(device_noise(s)),
     )  # fmt: skip
 
 

@@ -22,6 +22,7 @@ from circuits.silicon.process import ROLLS_180
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.codes import described
+from system.options.noise import device_noise
 from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
 from system.options.rolls_power import TABLE, power_numbers
@@ -159,7 +160,7 @@ def make_brain(scenario: Scenario) -> Brain:
     return brain_of(
         architecture, scenario.silicon_at(begin, ROLLS_180), scenario.bias_kind,
         codes=scenario.codes_of(architecture.calibration, ROLLS_180, setup=architecture.layout),
-        noise=scenario.device_noise(),
+        noise=device_noise(scenario),
     )  # fmt: skip
 
 

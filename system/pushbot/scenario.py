@@ -5,20 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from chips.noise import SiliconNoise
-from system.option import (
-    check_options,
-    option,
-)
+from system.option import check_options, option
 from system.options.codes import Coded, check_codes
-from system.options.noise import (
-    Noisy,
-    check_noise,
-    check_ripple,
-    device_noise,
-    noise_option,
-    noise_seed_option,
-)
+from system.options.noise import Noisy, check_device_noise, noise_option, noise_seed_option
 from system.pushbot.body import Factors
 from system.pushbot.brain import FIELD_SCENES, Architecture
 from system.pushbot.network.codes import MODIFIED, PLAIN
@@ -129,12 +118,7 @@ class Scenario(Coded):
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self)
         check_codes(self)
-        check_noise(self.silicon_noise, self.noise_seed)
-        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
-
-    def device_noise(self) -> SiliconNoise | None:
-        """Return the noise of the chips' devices, None where there is none."""
-        return device_noise(self)
+        check_device_noise(self)
 
     def read(self) -> Readout:
         """Return how spikes become commands."""

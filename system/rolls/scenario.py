@@ -9,12 +9,9 @@ from chips.codes import Codes
 from chips.rolls.program.bias_file import BiasTable
 from circuits.errors import ParameterError
 from circuits.silicon.process import ROLLS_180
-from system.option import (
-    check_options,
-    option,
-)
+from system.option import check_options, option
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, check_noise, check_ripple, noise_option, noise_seed_option
+from system.options.noise import Noisy, check_device_noise, noise_option, noise_seed_option
 from system.rolls.codes import INPUT_RATE, NAME
 from system.rolls.options import bias_table
 
@@ -50,8 +47,7 @@ class Scenario(Coded):
             raise ParameterError(
                 f"duration: {self.duration:g} s, must be > {SETTLING:g} s, after which rates are counted"
             )
-        check_noise(self.silicon_noise, self.noise_seed)
-        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
+        check_device_noise(self)
         check_codes(self)
 
     @property

@@ -6,12 +6,9 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from circuits.blocks.wavefront.axon_delay import UNIT
-from system.option import (
-    check_options,
-    option,
-)
+from system.option import check_options, option
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, check_noise, check_ripple, noise_option, noise_seed_option
+from system.options.noise import Noisy, check_device_noise, noise_option, noise_seed_option
 from system.rover.body import Rover
 from system.rover.cost_map import NEEDS, Cell, read_cell
 from system.rover.planner import PLANNERS
@@ -97,8 +94,7 @@ class Scenario(Coded):
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self, no_silicon(self))
         check_codes(self)
-        check_noise(self.silicon_noise, self.noise_seed)
-        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
+        check_device_noise(self)
 
 
 def no_silicon(scenario: Scenario) -> str:

@@ -9,12 +9,9 @@ from typing import Any, ClassVar
 from circuits.errors import ParameterError
 from system.openspace import map as forest
 from system.openspace.law import Bat
-from system.option import (
-    check_options,
-    option,
-)
+from system.option import check_options, option
 from system.options.codes import Coded, check_codes
-from system.options.noise import Noisy, check_noise, check_ripple, noise_option, noise_seed_option
+from system.options.noise import Noisy, check_device_noise, noise_option, noise_seed_option
 from system.spiking_bat.numbers import PATHS, UNITS, Numbers, numbers_at
 
 BRAINS = ("network", "chip", "lif")
@@ -66,8 +63,7 @@ class Scenario(Coded):
         check_options(self, no_silicon(self))
         if self.map is None:
             forest.check_count(self.obstacles)
-        check_noise(self.silicon_noise, self.noise_seed)
-        check_ripple(self.ripple, self.bias_kind, self.silicon_noise)
+        check_device_noise(self)
         check_codes(self)
         if self.area != 1.0 and self.units:
             raise ParameterError("area: not with `unit`, whose devices are the circuit's; leave one out")

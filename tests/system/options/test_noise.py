@@ -21,7 +21,7 @@ from system.cli.command_line import main
 from system.forest import run as forest
 from system.head import run as sonar_head
 from system.openspace.senses import Sensing
-from system.options.noise import NOISELESS, check_noise
+from system.options.noise import NOISELESS, check_noise, device_noise
 from system.pushbot import run as pushbot
 from system.pushbot.campaign import drive_each
 from system.pushbot.drive import begin_run
@@ -89,7 +89,7 @@ def test_a_campaign_makes_a_chip_for_each_noise() -> None:
     made: list[SiliconNoise | None] = []
 
     def make(scenario: pushbot.Scenario) -> Brain:
-        made.append(scenario.device_noise())
+        made.append(device_noise(scenario))
         return pushbot.make_brain(scenario)
 
     asked = [base, noisy, base, replace(noisy, noise_seed=2), noisy]
@@ -117,7 +117,7 @@ def test_a_bug_robots_chip_has_noise_of_its_own() -> None:
     assert (noisy[0] != noisy[2]).any()
     assert (noisy[0] != quiet).any()
     fields = bug.SYSTEM.study_options("behavioural", None, {"silicon_noise": "white", "noise_seed": "3"})
-    assert bug.Scenario(**fields).device_noise() == SiliconNoise(3, flicker=WHITE_ONLY)
+    assert device_noise(bug.Scenario(**fields)) == SiliconNoise(3, flicker=WHITE_ONLY)
 
 
 def test_a_latency_chips_recall_has_noise(capsys: pytest.CaptureFixture[str]) -> None:
