@@ -9,7 +9,7 @@ pipe or leaves by a side (ours).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,7 +18,9 @@ from circuits.arrays import F64, I64
 from system.car.drive import REASONS, Voyage, choose, go, look
 from system.car.numbers import ARCS, DIRECTIONS
 from system.car.picture import draw_robot
+from system.live.robot import Chosen
 from system.live.signals import Channel, Signals, gathered, padded
+from system.openspace.choice import arc_actions
 
 PLACES = 8  # of an observation, the nearest; ours
 THROUGH = 1.0  # m of way that an end is worth; ours
@@ -33,22 +35,7 @@ SENSES = Signals(
         Channel("the same, to the left", "m", -FAR, FAR, (PLACES,)),
     )
 )  # fmt: skip
-ACTIONS = Signals(
-    (
-        Channel("arc, from the left", "", 0, ARCS - 1),
-        Channel("direction of the next ping, from the left", "", 0, DIRECTIONS - 1),
-        Channel("whether it backs up", "", 0, 1),
-    ),
-    "whole",
-)
-
-
-@dataclass(frozen=True, slots=True)
-class _Choice:
-    """What the car's own law chose: its action, and the car that it leaves."""
-
-    action: I64
-    after: Voyage
+ACTIONS = arc_actions(ARCS, DIRECTIONS, "whether it backs up")
 
 
 class LiveCar:
@@ -63,7 +50,7 @@ class LiveCar:
     def __init__(self, car: Voyage, pings: int) -> None:
         self.car, self._most = car, pings
         self.reward, self._end = 0.0, "undecided"
-        self._choice: _Choice | None = None
+        self._choice: Chosen[Voyage] | None = None
         self._steps = 0
         self.path = [self.place]
         look(car)
@@ -110,7 +97,7 @@ class LiveCar:
         after = replace(self.car, counts=dict(self.car.counts))
         retreat = choose(after)
         action = np.array([after.arc, after.head, retreat], dtype=np.int64)
-        self._choice = _Choice(action, after)
+        self._choice = Chosen(action, after)
         return action.copy()
 
     def act(self, action: I64) -> None:

@@ -70,6 +70,14 @@ def plain(value: object) -> Any:
     return msgspec.to_builtins(value, enc_hook=_listed)
 
 
+def folder_bytes(folder: Path, name: str, kind: str, remedy: str) -> bytes:
+    """Contents of the document by which a folder is of a `kind`; `DataError` for none of that name."""
+    try:
+        return document_bytes(folder / name, remedy)
+    except (FileNotFoundError, NotADirectoryError):
+        raise DataError(f"{folder}: no {kind}, there is no {name}; name a {kind}'s folder") from None
+
+
 def document_bytes(path: Path, remedy: str) -> bytes:
     """Contents of a file that holds one document; raises `DataError` where it cannot be read or is too large.
 

@@ -8,14 +8,15 @@ to the left in m, `COLLISION` less where it collides (ours).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from circuits.arrays import F64, I64
 from system.forest.scenario import Scenario
+from system.live.robot import Chosen
 from system.live.signals import Channel, Signals, gathered, padded
+from system.openspace.choice import arc_actions
 from system.openspace.flight import begin, gets_on, margin_of, planter
 from system.openspace.kernel import LONGEST, TRAPPED_AFTER, advance, choose, ping
 from system.openspace.law import ARCS, DIRECTIONS
@@ -58,22 +59,7 @@ SENSES = Signals(
         Channel("their bearings from straight ahead, to the left", "rad", -math.pi, math.pi, (ECHOES,)),
     )
 )
-ACTIONS = Signals(
-    (
-        Channel("arc, from the left", "", 0, ARCS - 1),
-        Channel("direction of the next ping, from the left", "", 0, DIRECTIONS - 1),
-        Channel("whether it turns round first", "", 0, 1),
-    ),
-    "whole",
-)
-
-
-@dataclass(frozen=True, slots=True)
-class _Choice:
-    """What the bat's own law chose: its action, and the state that it leaves."""
-
-    action: I64
-    after: Flight
+ACTIONS = arc_actions(ARCS, DIRECTIONS, "whether it turns round first")
 
 
 class LiveForest:
@@ -99,7 +85,7 @@ class LiveForest:
         begun(self._senses.reader)
         self.path = [(x, y)]
         self.reward, self.ended, self._begin = 0.0, "", x
-        self._choice: _Choice | None = None
+        self._choice: Chosen[Flight] | None = None
         self._pings = 0
         self._ping()
 
@@ -163,7 +149,7 @@ class LiveForest:
         choose(self.arcs, self._senses, after)
         turned = int(after.counts[EMERGENCIES] - before.counts[EMERGENCIES])
         action = np.array([after.counts[ARC], after.counts[HEAD], turned], dtype=np.int64)
-        self._choice = _Choice(action, after)
+        self._choice = Chosen(action, after)
         return action.copy()
 
     def act(self, action: I64) -> None:

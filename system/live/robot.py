@@ -6,11 +6,24 @@ Gymnasium (`system.gym`) drive it; a system that a user registers is driven alik
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any, Generic, Protocol, TypeVar, final
 
 from matplotlib.axes import Axes
 
+from circuits.arrays import I64
 from system.live.signals import Array, Signals
+
+State = TypeVar("State")
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Chosen(Generic[State]):
+    """What a robot's own law chose, by pings and arcs: the action, and the state that the choice leaves."""
+
+    action: I64
+    after: State
 
 
 class LiveRobot(Protocol):

@@ -16,6 +16,7 @@ import numpy as np
 
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
+from system.live.signals import Channel, Signals
 
 SIGNED = (  # numbers of the law that may be negative
     "sharp_turn_cost", "emergency_below", "goal_gain", "ping_bias", "hysteresis", "decay", "inhibition",
@@ -42,6 +43,18 @@ class Weights(Protocol):
     @property
     def suppression_sigma(self) -> float:
         """sigma_m, arcs."""
+
+
+def arc_actions(arcs: int, directions: int, third: str) -> Signals:
+    """Actions of what goes by arcs, step by step: an arc, the next ping's direction, and a yes or no."""
+    return Signals(
+        (
+            Channel("arc, from the left", "", 0, arcs - 1),
+            Channel("direction of the next ping, from the left", "", 0, directions - 1),
+            Channel(third, "", 0, 1),
+        ),
+        "whole",
+    )
 
 
 def weights(numbers: Weights, arcs: int) -> tuple[F64, F64]:

@@ -36,8 +36,8 @@ from circuits.arrays import F64, I64
 from circuits.circuit import BiasKind
 from circuits.silicon.process import kelvin
 from circuits.silicon.silicon import Silicon
-from system.openspace.reader import WINDOW, delays
-from system.openspace.reader_noise import ANSWERING, Reader, late_spikes, no_reader
+from system.openspace.reader import WINDOW, delays, late_spikes
+from system.openspace.reader_noise import ANSWERING, Reader, no_reader
 
 KEPT = 64  # chips
 

@@ -19,6 +19,7 @@ Between the table's delays, `STEP` apart, the nearest one counts.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import lru_cache
 from typing import Literal, NamedTuple
@@ -102,6 +103,18 @@ def first_neurons(neurons: Neurons) -> Table:
     found = np.full(when.size, NOBODY)
     _fill(neurons, plan, chip, when, found)
     return Table(found, doubts(chip))
+
+
+def late_spikes(neurons: Neurons) -> tuple[F64, int]:
+    """How long after an echo of each of `delays`, alone after its call, neurons spike, and the doubts.
+
+    The first is float64[neurons, delays], s, inf for none; the second how many delays are too near to call.
+    """
+    plan, when = new_plan(neurons), delays()
+    chip = new_chip(neurons, plan)
+    found = np.full((neurons.t_inh.size, when.size), np.inf)
+    _fill_late(neurons, plan, chip, when, found)
+    return found, doubts(chip)
 
 
 def lookup(table: Table, spare: F64 | None = None) -> F64:
@@ -208,3 +221,28 @@ def _go_on(m: Neurons, p: Plan, c: Chip, until: float, now: float, train: F64, f
             since = due - now - train[j]
             if found[j] < 0 and 0.0 <= since <= WINDOW:
                 found[j] = k
+
+
+@_compiled
+def _fill_late(m: Neurons, p: Plan, c: Chip, when: F64, found: F64) -> None:
+    """First spike of each neuron after an echo of each delay, alone after its call."""
+    for k in range(when.size):
+        now = 2.0 * CALL * (k + 1)
+        start(m, p, c, now - CALL)
+        _go_on_late(m, p, c, now, math.inf, found[:, k])
+        on_call(m, p, c, now)
+        echo = now + when[k]
+        _go_on_late(m, p, c, echo, math.inf, found[:, k])
+        on_echo(m, p, c, echo, np.nan)
+        _go_on_late(m, p, c, echo + WINDOW, echo, found[:, k])
+
+
+@_compiled
+def _go_on_late(m: Neurons, p: Plan, c: Chip, until: float, echo: float, late: F64) -> None:
+    """Take the spikes up to `until` s; the first of each neuron after the echo (s) counts."""
+    while True:
+        due, k = next_due(c)
+        if due > until:
+            return
+        if take(m, p, c, k) and echo <= due < echo + late[k]:
+            late[k] = due - echo

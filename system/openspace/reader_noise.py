@@ -24,33 +24,12 @@ import numpy as np
 
 from chips.noise import SiliconNoise
 from chips.ranging.chip import shipped_model
-from chips.ranging.kernel import (
-    Chip,
-    Plan,
-    doubts,
-    new_chip,
-    new_plan,
-    next_due,
-    on_call,
-    on_echo,
-    start,
-    take,
-)
-from chips.ranging.law import Neurons
 from chips.ranging.noise import Jitter, new_jitter, next_durations, no_jitter
 from circuits.arrays import F64, I64
 from circuits.circuit import BiasKind
 from circuits.compiled import compiled
 from circuits.silicon.silicon import Silicon
-from system.openspace.reader import (
-    CALL,
-    STEP,
-    WINDOW,
-    Calibration,
-    delays,
-    neurons_of,
-    values_of,
-)
+from system.openspace.reader import STEP, WINDOW, Calibration, late_spikes, neurons_of, values_of
 
 ANSWERING = 3  # neurons that answer one echo up to which they are told apart; ours
 
@@ -109,18 +88,6 @@ def go_on(reader: Reader, before: Reader) -> None:
 def begun(reader: Reader) -> None:
     """Begin another run with draws of its own: what flicker was before it is forgotten."""
     reader.jitter.last[0] = -math.inf
-
-
-def late_spikes(neurons: Neurons) -> tuple[F64, int]:
-    """How long after an echo of each of `delays`, alone after its call, neurons spike, and the doubts.
-
-    The first is float64[neurons, delays], s, inf for none; the second how many delays are too near to call.
-    """
-    plan, when = new_plan(neurons), delays()
-    chip = new_chip(neurons, plan)
-    found = np.full((neurons.t_inh.size, when.size), np.inf)
-    _fill(neurons, plan, chip, when, found)
-    return found, doubts(chip)
 
 
 @lru_cache(maxsize=64)
@@ -191,28 +158,3 @@ def _late_at(table: F64, at: float) -> float:
     if table[k] < np.inf and table[k + 1] < np.inf:
         near = (1.0 - share) * table[k] + share * table[k + 1]
     return near
-
-
-@_compiled
-def _fill(m: Neurons, p: Plan, c: Chip, when: F64, found: F64) -> None:
-    """First spike of each neuron after an echo of each delay, alone after its call."""
-    for k in range(when.size):
-        now = 2.0 * CALL * (k + 1)
-        start(m, p, c, now - CALL)
-        _go_on(m, p, c, now, math.inf, found[:, k])
-        on_call(m, p, c, now)
-        echo = now + when[k]
-        _go_on(m, p, c, echo, math.inf, found[:, k])
-        on_echo(m, p, c, echo, np.nan)
-        _go_on(m, p, c, echo + WINDOW, echo, found[:, k])
-
-
-@_compiled
-def _go_on(m: Neurons, p: Plan, c: Chip, until: float, echo: float, late: F64) -> None:
-    """Take the spikes up to `until` s; the first of each neuron after the echo (s) counts."""
-    while True:
-        due, k = next_due(c)
-        if due > until:
-            return
-        if take(m, p, c, k) and echo <= due < echo + late[k]:
-            late[k] = due - echo

@@ -22,7 +22,7 @@ import msgspec
 
 from circuits.brief import stated
 from circuits.errors import DataError, ParameterError
-from system.files.document import document_bytes, from_json
+from system.files.document import folder_bytes, from_json
 from system.files.writing import write_text_atomic
 from system.study.metrics.metric import is_own
 from system.study.plan import Plan
@@ -224,10 +224,7 @@ def check_same(folder: Path, study: Study, document: Mapping[str, Any]) -> None:
 
 def _read(folder: Path) -> _Manifest:
     path = folder / FILE
-    try:
-        data = document_bytes(path, _REMEDY)
-    except (FileNotFoundError, NotADirectoryError):
-        raise DataError(f"{folder}: no study, there is no {FILE}; name a study's folder") from None
+    data = folder_bytes(folder, FILE, "study", _REMEDY)
     found = from_json(data, _Manifest, f"{path}: broken", _REMEDY)
     # a dataclass takes fields that it does not know, and drops them
     for name, _, _ in _differences(_plain(found), from_json(data, dict, str(path), _REMEDY)):

@@ -173,15 +173,7 @@ def _document(path: Path) -> DieFile:
 def read_posterior(path: Path) -> tuple[Posterior, dict[tuple[str, str], float]]:
     """Read what measurements left of the die that a file states, and the factors of their noise.
 
-    Parameters
-    ----------
-    path
-        The file.
-
-    Raises
-    ------
-    DataError
-        It cannot be read, is no die, or states none that was identified.
+    Raises `DataError` as `read_die_file` does, and for a die that was not identified.
     """
     found = _document(path)
     if found.posterior is None:

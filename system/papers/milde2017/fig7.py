@@ -15,17 +15,16 @@ from matplotlib.figure import Figure
 
 from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import IDEAL_CURRENTS
-from system.papers.milde2017.avoided import avoided
-from system.papers.milde2017.null import ROBOTS, always, runs_of
+from system.papers.milde2017.avoided import report_avoided
+from system.papers.milde2017.null import ROBOTS, always
 from system.papers.milde2017.picture import SHADES
 from system.plot import INK, draw_estimates
-from system.pushbot.campaign import Drive, Runs, drive_repeats, summaries_of
+from system.pushbot.campaign import Drive, Runs, drive_repeats
 from system.pushbot.scenario import Scenario
 from system.rule import Measured, at_least, at_most
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share
-from system.verdict.null import nulls_of
 
 LIGHTS = ("normal", "dark", "very-dark")
 BLOCKS = ("blue", "red", "yellow")
@@ -48,11 +47,7 @@ def reproduce(
         for b in blocks
     }
     driven = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
-    found = summaries_of(driven)
-    free = avoided(found)
-    nulls = {name: avoided(runs) for name, runs in runs_of(NULLS, found).items()}
-    notes = tuple(f"{light}, {colour}: avoided {share}" for (light, colour), share in free.items())
-    return Report(rows(free), lambda figure: _draw(free, figure), notes, nulls_of(rows, nulls))
+    return report_avoided(driven, NULLS, rows, _draw, ", ".join)
 
 
 def rows(free: Free) -> tuple[Statement, ...]:

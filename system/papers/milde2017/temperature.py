@@ -15,16 +15,15 @@ from matplotlib.figure import Figure
 
 from circuits.circuit import BiasKind
 from system.experiment import Experiment, Progress, Report
-from system.papers.milde2017.avoided import avoided
-from system.papers.milde2017.null import ROBOTS, runs_of
+from system.papers.milde2017.avoided import report_avoided
+from system.papers.milde2017.null import ROBOTS
 from system.plot import COLOURS, draw_estimates
-from system.pushbot.campaign import Drive, Runs, drive_repeats, summaries_of
+from system.pushbot.campaign import Drive, Runs, drive_repeats
 from system.pushbot.scenario import Scenario
 from system.rule import Measured, at_least, below
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.study.statistics.share import Share
-from system.verdict.null import nulls_of
 
 KINDS: tuple[BiasKind, ...] = ("ideal", "gate")
 TEMPERATURES = (7.0, 17.0, 27.0, 37.0, 47.0)  # degC
@@ -46,11 +45,7 @@ def reproduce(
         for t in temperatures
     }
     driven = drive_repeats(execution, EXPERIMENT.name, cells, Runs(count, dies), Runs(RUNS, DIES), progress)
-    told = summaries_of(driven)
-    found = avoided(told)
-    nulls = {name: avoided(runs) for name, runs in runs_of(ROBOTS, told).items()}
-    notes = tuple(f"{kind}, {t:g} degC: avoided {share}" for (kind, t), share in found.items())
-    return Report(rows(found), lambda figure: _draw(found, figure), notes, nulls_of(rows, nulls))
+    return report_avoided(driven, ROBOTS, rows, _draw, lambda cell: f"{cell[0]}, {cell[1]:g} degC")
 
 
 def rows(found: Found) -> tuple[Statement, ...]:

@@ -139,10 +139,9 @@ CALIBRATION = codes.Calibration(
     calibrate=calibrate_plain,
     setup=PAPER,
 )
-MODIFIED_CALIBRATION = codes.Calibration(
+MODIFIED_CALIBRATION = replace(
+    CALIBRATION,
     name=MODIFIED,
     summary="rates of obstacle and drive populations of the modified network",
-    process=ROLLS_180,
     calibrate=calibrate_graded,
-    setup=PAPER,
 )

@@ -210,10 +210,8 @@ def draw_gradients(found: Gradients, metric: int, ax: Axes, most: int = 15) -> N
 
     Parameters
     ----------
-    found
-        Gradients.
-    metric
-        Which of its measures.
+    found, metric
+        As `shares` has them.
     ax
         Axes to draw into.
     most

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import msgspec
 
 from circuits.errors import DataError, ParameterError
-from system.files.document import document_bytes, from_json
+from system.files.document import folder_bytes, from_json
 from system.files.writing import write_text_atomic
 from system.study.folder import StudyFiles, keep_samples, open_folder
 from system.study.manifest import describe, read_manifest, study_key
@@ -193,9 +193,5 @@ def _write(folder: Path, mission: Mission, part: Part, command: Sequence[str]) -
 
 
 def _read(folder: Path) -> _Document:
-    path = folder / FILE
-    try:
-        data = document_bytes(path, _REMEDY)
-    except (FileNotFoundError, NotADirectoryError):
-        raise DataError(f"{folder}: no mission, there is no {FILE}; name a mission's folder") from None
-    return from_json(data, _Document, f"{path}: broken", _REMEDY)
+    data = folder_bytes(folder, FILE, "mission", _REMEDY)
+    return from_json(data, _Document, f"{folder / FILE}: broken", _REMEDY)

@@ -22,12 +22,8 @@ def adjoint_sensitivity(target: Target, die: Die, condition: Condition, metric: 
 
     Parameters
     ----------
-    target
-        A block or chip.
-    die
-        Gives the lot, and which variation is on.
-    condition
-        Corner and temperature.
+    target, die, condition
+        As `sensitivity` has them.
     metric
         Name of the metric.
 

@@ -103,11 +103,9 @@ def about(
 
     Parameters
     ----------
-    fails : tells which rows of float64[n, dimensions] standard normals fail, bool[n].
+    fails, rng, level : as `mean_shift` has them.
     shifts : the failing dies, float64[regions, dimensions], one of each region of failure.
     samples : number of dies in all.
-    rng : generator of the standard normals.
-    level : confidence level of the interval, which is a normal one of ln P.
 
     Raises
     ------
