@@ -96,9 +96,11 @@ class RunTrace(Generic[S]):
     """What a run leaves, to which every system adds its own.
 
     scenario : what was asked for.
+    outside : sides of its chips' validity boxes that it left, a sentence each.
     """
 
     scenario: S
+    outside: tuple[str, ...] = field(default=(), kw_only=True)
 
 
 class Run(Protocol[S_contra, T_co]):

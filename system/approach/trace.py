@@ -37,7 +37,6 @@ class Trace(RunTrace[Scenario]):
     time and amplitude. pulses, echoes: high-threshold and onset spikes, s; spikes: (time s, neuron).
 
     counts : counters of the run by name, such as `solver_steps` and `undecided_spikes`.
-    outside : sides of its chips' validity boxes that it left, a sentence each.
     """
 
     time_s: F64
@@ -51,7 +50,6 @@ class Trace(RunTrace[Scenario]):
     echoes: F64
     spikes: tuple[tuple[float, int], ...]
     counts: dict[str, int]
-    outside: tuple[str, ...] = ()
 
 
 def estimated_range(proximity: F64, scenario: Scenario) -> F64:

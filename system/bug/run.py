@@ -98,7 +98,6 @@ class Trace(RunTrace[Scenario]):
     unmended : what the chip's calibration left off, a sentence each.
     world : the obstacles.
     reached : whether the robot came to its goal.
-    outside : sides of its chip's validity box that it left, a sentence each.
     """
 
     world: World
@@ -109,7 +108,6 @@ class Trace(RunTrace[Scenario]):
     shortest: F64 | None
     chip: Mapping[str, int] | None = None
     unmended: tuple[str, ...] = ()
-    outside: tuple[str, ...] = ()
 
     @property
     def time(self) -> float:

@@ -19,7 +19,7 @@ import numpy as np
 
 from circuits.arrays import F64, I64
 from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, OpenspaceNumbers, Robot
-from system.openspace.choice import grouped, ping_directions, weights
+from system.openspace.choice import falling, grouped, ping_directions
 from system.openspace.law import Bat, arc_point, length_in_view
 
 
@@ -58,7 +58,6 @@ def arcs_of(robot: Robot, numbers: OpenspaceNumbers) -> Arcs:
     slip = np.arctan(rear * lever)
     direction = ping_directions(robot.direction_step, DIRECTIONS)
     length, group = _views(robot, numbers, curvature, slip, direction)
-    spread, hold = weights(numbers, ARCS)
     return Arcs(
         steering=steering,
         curvature=curvature,
@@ -68,8 +67,8 @@ def arcs_of(robot: Robot, numbers: OpenspaceNumbers) -> Arcs:
         bias=numbers.default - numbers.sharp_turn_cost * (steering / robot.most_steering) ** 2,
         group=group,
         direction=direction,
-        spread=spread,
-        hold=hold,
+        spread=falling(numbers.suppression, numbers.suppression_sigma, ARCS),
+        hold=falling(numbers.hysteresis, numbers.hysteresis_sigma, ARCS),
     )
 
 

@@ -94,14 +94,12 @@ class Trace(RunTrace[Scenario]):
     arcs : of the car.
     forest : the pipes.
     drive : the way, and why it ended.
-    outside : sides of its chip's validity box that it left, a sentence each.
     """
 
     arcs: Arcs
     forest: Pipes
     drive: Drive
     unsure: int
-    outside: tuple[str, ...] = ()
 
     @property
     def path(self) -> F64:

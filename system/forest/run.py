@@ -97,12 +97,10 @@ class Trace(RunTrace[Scenario]):
 
     sample : counts of all flights of the sample.
     first : the first of these flights.
-    outside : sides of its chips' validity boxes that it left, a sentence each.
     """
 
     sample: Sample
     first: Run
-    outside: tuple[str, ...] = ()
 
     @property
     def path(self) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -78,12 +78,10 @@ class Trace(RunTrace[Scenario]):
 
     chip : numbers of its die at the beginning.
     log : the run, ping by ping.
-    outside : sides of its chip's validity box that it left, a sentence each.
     """
 
     chip: Head
     log: Log
-    outside: tuple[str, ...] = ()
 
 
 @inside_boxes

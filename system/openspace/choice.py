@@ -10,7 +10,6 @@ f_p is the immediacy that a ping shows along arc p, q the arc that is held, p_g 
 from __future__ import annotations
 
 import math
-from typing import Protocol
 
 import numpy as np
 
@@ -25,26 +24,6 @@ SIGNED = (  # numbers of the law that may be negative
 _compiled = compiled()
 
 
-class Weights(Protocol):
-    """Numbers of equation (6) whose widths are counted in arcs."""
-
-    @property
-    def hysteresis(self) -> float:
-        """H, of the arc that is held."""
-
-    @property
-    def hysteresis_sigma(self) -> float:
-        """sigma_h, arcs."""
-
-    @property
-    def suppression(self) -> float:
-        """W, of a risk upon its own arc."""
-
-    @property
-    def suppression_sigma(self) -> float:
-        """sigma_m, arcs."""
-
-
 def arc_actions(arcs: int, directions: int, third: str) -> Signals:
     """Actions of what goes by arcs, step by step: an arc, the next ping's direction, and a yes or no."""
     return Signals(
@@ -57,12 +36,10 @@ def arc_actions(arcs: int, directions: int, third: str) -> Signals:
     )
 
 
-def weights(numbers: Weights, arcs: int) -> tuple[F64, F64]:
-    """W exp(-(p - q)^2 / sigma_m^2) and H exp(-(p - q)^2 / sigma_h^2), float64[arcs, arcs] each."""
+def falling(weight: float, sigma: float, arcs: int) -> F64:
+    """W exp(-(p - q)^2 / sigma^2) of equation (6), float64[arcs, arcs]; sigma: counted in arcs."""
     place = np.arange(arcs, dtype=np.float64)
-    apart = (place[:, None] - place[None, :]) ** 2
-    spread = numbers.suppression * np.exp(-apart / numbers.suppression_sigma**2)
-    return spread, numbers.hysteresis * np.exp(-apart / numbers.hysteresis_sigma**2)
+    return np.asarray(weight * np.exp(-((place[:, None] - place[None, :]) ** 2) / sigma**2))
 
 
 def ping_directions(step: float, directions: int) -> F64:

@@ -23,7 +23,7 @@ import numpy as np
 from circuits.arrays import F64, I64, Bools
 from circuits.errors import ParameterError
 from system.numbers import check_numbers
-from system.openspace.choice import SIGNED, grouped, ping_directions, weights
+from system.openspace.choice import SIGNED, falling, grouped, ping_directions
 from system.option import option
 
 ARCS, DIRECTIONS = 33, 5  # the paper's; index 0 is the leftmost
@@ -161,7 +161,6 @@ def arcs_of(bat: Bat) -> Arcs:
     direction = ping_directions(bat.direction_step, DIRECTIONS)
     reach = np.array([[length_in_view(bat, k, psi) for psi in direction] for k in curvature])
     length, group = grouped(reach, direction)
-    spread, hold = weights(bat, ARCS)
     return Arcs(
         curvature=curvature,
         length=length,
@@ -170,8 +169,8 @@ def arcs_of(bat: Bat) -> Arcs:
         group=group,
         bias=bat.default - bat.sharp_turn_cost * share**2,
         direction=direction,
-        spread=spread,
-        hold=hold,
+        spread=falling(bat.suppression, bat.suppression_sigma, ARCS),
+        hold=falling(bat.hysteresis, bat.hysteresis_sigma, ARCS),
         curvature_step=1.0 / (MIDDLE * bat.least_radius),
         max_range=bat.max_range,
         view_sigma=bat.view_sigma,

@@ -109,15 +109,12 @@ class Trace(RunTrace[Scenario]):
         Robot and sensor at the end of the run, and its path.
     record
         Spikes, events and commands.
-    outside
-        Sides of its chip's validity box that it left, a sentence each.
     """
 
     errand: Errand
     brain: Brain
     drive: Run
     record: Record
-    outside: tuple[str, ...] = ()
 
     @property
     def scene(self) -> Scene:

@@ -77,7 +77,6 @@ class Trace(RunTrace[Scenario]):
     spikes : all spikes of the run; rates : of each neuron, Hz, float64[256]; restless : which neurons fire
     without input, bool[256]; chip : what ran; given : how many events it was given; off : neurons that its
     calibration leaves out; cautions : sentences of the chip.
-    outside : sides of the chip's validity box that it left, a sentence each.
     """
 
     spikes: Spikes
@@ -87,7 +86,6 @@ class Trace(RunTrace[Scenario]):
     given: int = 0
     off: tuple[int, ...] = ()
     cautions: tuple[str, ...] = ()
-    outside: tuple[str, ...] = ()
 
 
 @inside_boxes

@@ -114,14 +114,11 @@ class Trace(RunTrace[Scenario]):
     waves
         When every cell of the chip fired in each trip's wave, float64[rows, columns] each, s after the trip
         began, inf where it did not; empty without a chip.
-    outside
-        Sides of its chip's validity box that it left, a sentence each.
     """
 
     cost_map: CostMap
     trips: tuple[Trip, ...]
     waves: tuple[F64, ...] = field(default=(), repr=False)
-    outside: tuple[str, ...] = ()
 
 
 @inside_boxes

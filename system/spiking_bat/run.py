@@ -85,7 +85,6 @@ class Trace(RunTrace[Scenario]):
     start : where it began, m.
     flown : the flight.
     spikes : of its chip, times (s) and addresses (`ChipBrain.spikes`); None without a chip.
-    outside : sides of its chip's validity box that it left, a sentence each.
     """
 
     forest: Forest
@@ -93,7 +92,6 @@ class Trace(RunTrace[Scenario]):
     flown: Flown = field(repr=False)
     counts: Mapping[str, int] = field(default_factory=dict)
     spikes: tuple[F64, I64] | None = field(default=None, repr=False)
-    outside: tuple[str, ...] = ()
 
 
 @inside_boxes
