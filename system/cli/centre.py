@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
-from system.cli.block_choice import target_of
+from system.cli.block_choice import choose_block, target_of
 from system.cli.deck_measures import own_measures
 from system.cli.exit_status import DONE, NO
 from system.cli.fresh_dies import (
@@ -106,7 +106,8 @@ def subject_of(asked: Centre) -> Subject:
     block, values = asked.block, asked.values
     if block in system_names():
         raise ParameterError(f"centre: {block} is a system, must be a block or chip; name one of its chips")
-    own = own_measures(block, values, asked.silicon, asked.stimulus)
+    chosen = partial(choose_block, block, values, asked.silicon, asked.stimulus)
+    own = own_measures(block, asked.silicon, chosen)
     measures = named_measures((*own, *asked.measure))
     named = with_named((*asked.metric, *measures), limited_metrics(asked.spec))
     named = named or _default(block)

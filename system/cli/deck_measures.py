@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Literal
+from collections.abc import Callable, Sequence
 
 from circuits.checks import implausible_allowed
 from circuits.errors import ParameterError
 from netlists.read import read_netlist
-from system.cli.block_choice import choose_block
-from system.cli.shared_options import BlockValues
 from system.notice import say
-from system.options.begin import FREE, BeginChoice
 from system.options.block import Choice
 from system.options.silicon import SiliconChoice
 from system.options.target import deck_of
 from system.study.metrics.measure import measures_of
 
 
-def own_measures(
-    target: str,
-    values: BlockValues,
-    silicon: SiliconChoice,
-    stimuli: Sequence[str] = (),
-    begin: BeginChoice = FREE,
-    steps: Literal["refused", "left"] = "refused",
-) -> tuple[str, ...]:
+def own_measures(target: str, silicon: SiliconChoice, chosen: Callable[[], Choice]) -> tuple[str, ...]:
     """Give the measures of a whole deck's cards as texts; none of any other target.
 
     A card that names what the circuit does not have is told and left out.
@@ -33,15 +22,15 @@ def own_measures(
     Parameters
     ----------
     target : what the command is about.
-    values, silicon, stimuli, begin, steps : as `system.cli.block_choice.choose_block` takes them.
+    silicon : what is asked for, which says whether implausible values are let through.
+    chosen : gives the deck's circuit with what is asked for; only a deck with such cards is chosen.
     """
     deck = deck_of(target)
     if deck is None or deck.name:
         return ()
     with implausible_allowed(silicon.allow_implausible):
         texts = [each.text for each in read_netlist(deck.path).measures if each.analysis == "tran"]
-    choice = choose_block(target, values, silicon, stimuli, begin, steps)
-    return _taken(choice, texts) if texts else ()
+    return _taken(chosen(), texts) if texts else ()
 
 
 def _taken(choice: Choice, texts: Sequence[str]) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -73,7 +74,8 @@ def subject_of(asked: Montecarlo) -> Subject:
     given = {} if asked.duration is None else {"duration": asked.duration}
     contributions = asked.contributions
     named = (*limited_metrics(asked.spec), *(() if contributions is None else (contributions,)))
-    own = own_measures(asked.target, values, silicon, asked.stimulus, begin)
+    chosen = partial(choose_block, target, values, silicon, asked.stimulus, begin)
+    own = own_measures(target, silicon, chosen)
     asked_for = (*asked.metric, *named_measures((*own, *asked.measure)))
     measured, params = with_named(asked_for, named), values.param
     system: dict[str, Any] = {}
@@ -99,7 +101,7 @@ def subject_of(asked: Montecarlo) -> Subject:
     elif given:
         raise ParameterError("--duration: not an option of a block; it is one of a system")
     if not measured:
-        measured = default_metrics(choose_block(target, values, silicon, asked.stimulus, begin))
+        measured = default_metrics(chosen())
     return hashed(
         Subject(
             target_of(target, values), measured, params, values.bias, values.bias_set, values.bias_kind,

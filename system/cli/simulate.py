@@ -67,7 +67,7 @@ def simulate_command(asked: Simulate) -> None:
     choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     check_watched(asked.spikes, choice)
     run = _engine(asked, deadline_s)
-    own = own_measures(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
+    own = own_measures(asked.block, asked.silicon, lambda: choice)
     measures = measures_of(choice, (*own, *asked.measure))
     with working(f"simulating {asked.block}"):
         result = run(choice.testbench(), choice.silicon)

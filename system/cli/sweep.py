@@ -96,9 +96,7 @@ def _with_own(asked: Sweep) -> Sweep:
     """What is asked for, with a deck's own steps where none are, and its own measures of transients."""
     own: tuple[str, ...] = ()
     if asked.analysis == "tran":
-        own = own_measures(
-            asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin, steps="left"
-        )
+        own = own_measures(asked.block, asked.silicon, partial(_choose, asked, {}))
     over = asked.over or tuple(map(_over, steps_of(asked.block)))
     return replace(asked, over=over, measure=(*own, *asked.measure))
 
