@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -18,13 +17,11 @@ from system.cli.mission_verb import Merge, Mission
 from system.cli.option_names import option_of, replay_of
 from system.cli.output import print_json, print_line, progress_bar
 from system.cli.verb import PART
-from system.cli.workers import on_processes
+from system.cli.workers import workers_of
 from system.notice import say
 from system.option import OPTION
 from system.plot import check_picture, save_picture
 from system.reader import with_params
-from system.study.campaign import Workers
-from system.study.engine import on_threads
 from system.study.mission.folder import begin, merge
 from system.study.mission.found import Found
 from system.study.mission.mission import Asked, mission_of
@@ -52,7 +49,10 @@ def mission_command(asked: Mission) -> int:
         begin(folder, made, part, command, resume=asked.resume)
     growing = _growing(folder, made, command)
     try:
-        with progress_bar(f"{asked.system}, {made.runs} runs") as progress, _workers(asked) as workers:
+        with (
+            progress_bar(f"{asked.system}, {made.runs} runs") as progress,
+            workers_of(asked.threads, asked.workers, asked.scheduler) as workers,
+        ):
             found = run_mission(
                 made, folder, workers=workers, progress=progress, told=growing, command=command, part=part
             )
@@ -165,12 +165,3 @@ def _words(options: Any) -> Iterator[str]:
             name = option_of(each.metadata[OPTION].name or each.name)
             for one in value if isinstance(value, tuple) else (value,):
                 yield from (name, str(one))
-
-
-def _workers(asked: Mission) -> AbstractContextManager[Workers]:
-    """Threads, or a Dask cluster where one is asked for."""
-    if asked.scheduler is None and asked.workers is None:
-        return on_threads(asked.threads)
-    if asked.threads is not None:
-        raise ParameterError("--threads: not with --workers or --scheduler; leave one out")
-    return on_processes(asked.scheduler, asked.workers)

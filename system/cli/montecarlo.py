@@ -27,7 +27,7 @@ from system.cli.output import print_json, print_line, progress_bar, working
 from system.cli.rare import check_rare, print_rare
 from system.cli.study_output import document, print_study, said_of, study_title
 from system.cli.study_verbs import Montecarlo
-from system.cli.workers import on_processes
+from system.cli.workers import on_processes, workers_of
 from system.files.writing import check_folder, write_text_atomic
 from system.notice import say
 from system.options.begin import refuse_beginning
@@ -39,7 +39,7 @@ from system.plot import check_picture, save_picture
 from system.reader import with_params
 from system.registry import check_target, load_system, system_names
 from system.study.campaign import Workers
-from system.study.engine import Outcome, on_threads, run_study
+from system.study.engine import Outcome, run_study
 from system.study.manifest import Study, check_samples
 from system.study.metrics.measure import named_measures
 from system.study.metrics.metric import default_metrics, with_named
@@ -357,14 +357,10 @@ def _run(
 
 def _workers(asked: Montecarlo) -> AbstractContextManager[Workers]:
     """Threads, or a Dask cluster where one is asked for."""
-    if asked.scheduler is None and asked.workers is None:
-        cores = os.cpu_count() or 1
-        if asked.engine == "ngspice" and asked.threads is None and cores > 1 and asked.samples > asked.chunk:
-            return on_processes(None, cores)  # ngspice runs once a process
-        return on_threads(asked.threads)
-    if asked.threads is not None:
-        raise ParameterError("--threads: not with --workers or --scheduler; leave one out")
-    return on_processes(asked.scheduler, asked.workers)
+    cores, given = os.cpu_count() or 1, (asked.scheduler, asked.workers, asked.threads)
+    if asked.engine == "ngspice" and given == (None,) * 3 and cores > 1 and asked.samples > asked.chunk:
+        return on_processes(None, cores)  # ngspice runs once a process
+    return workers_of(asked.threads, asked.workers, asked.scheduler)
 
 
 def _leave(asked: Montecarlo, study: Study, target: Target, tables: Sequence[Table]) -> None:

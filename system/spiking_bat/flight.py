@@ -95,34 +95,22 @@ def fly(
     brain: Brain,
     arcs: Arcs,
     forest: Forest,
-    start: tuple[float, float],
+    start: tuple[float, float] | Standing,
     pings: int,
     laps: int | None = None,
     progress: Callable[[float], None] | None = None,
     *,
     patience: float = math.inf,
 ) -> Flown:
-    """Fly left from a start (m) until a collision, so many pings, or so many crossings of the left border.
+    """Fly until a collision, so many pings, or so many crossings of the left border; nothing is remembered.
 
-    patience: s in a loop (`system.spiking_bat.circling`) after which a flight is stopped too.
+    start : how the bat stands, or a place (m), from which it flies to the left.
+    patience : s in a loop (`system.spiking_bat.circling`) after which a flight is stopped too.
     """
-    straight = float(arcs.curvature[MIDDLE]), float(arcs.speed[MIDDLE])
-    begin = Standing(start, -math.pi, *straight, DIRECTIONS // 2)
-    return fly_from(brain, arcs, forest, begin, pings, laps, progress, patience=patience)
-
-
-def fly_from(
-    brain: Brain,
-    arcs: Arcs,
-    forest: Forest,
-    standing: Standing,
-    pings: int,
-    laps: int | None = None,
-    progress: Callable[[float], None] | None = None,
-    *,
-    patience: float = math.inf,
-) -> Flown:
-    """As `fly`, from how the bat stands, with nothing remembered; stopped after `patience` s in a loop."""
+    standing = start
+    if not isinstance(standing, Standing):
+        straight = float(arcs.curvature[MIDDLE]), float(arcs.speed[MIDDLE])
+        standing = Standing(standing, -math.pi, *straight, DIRECTIONS // 2)
     flight = state.new_flight(*standing.place, standing.heading, DIRECTIONS, len(forest.place), 2 * pings)
     flight.counts[state.HEAD] = standing.head
     cells = cells_of(forest, margin_of(arcs))

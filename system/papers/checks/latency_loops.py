@@ -34,7 +34,7 @@ from system.rule import above
 from system.spiking_bat.brain import Brain, network_brain
 from system.spiking_bat.campaign import CROSSINGS, PINGS, Build, Maker, chip_maker, decided_by
 from system.spiking_bat.circling import REACH, WINDOW, stays
-from system.spiking_bat.flight import Flown, Standing, fly, fly_from
+from system.spiking_bat.flight import Flown, Standing, fly
 from system.spiking_bat.lif import all_lif
 from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.run import place
@@ -159,7 +159,7 @@ def _repeated(
     }
     found = {}
     for name, make in brains.items():
-        flown = fly_from(make(), arcs, forest, standing, pings)
+        flown = fly(make(), arcs, forest, standing, pings)
         time = np.append(flown.log[:, 0], flown.time_s)
         found[name] = not flown.collided and stays(time, flown.path, flown.time_s)
     return found | {NAMES[3]: _analog_stays(arcs, forest, standing, pings)}

@@ -16,15 +16,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from system.bug.body import RADIUS
 from system.bug.scenario import Scenario
 from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import FIXED_GATES
 from system.papers.stockel2017.drive import NULLS, Drive, Drives, draw_ways, null_drives, program
 from system.papers.stockel2017.fig6 import MAP as SPIRAL
 from system.papers.stockel2017.fig8 import MAP as FIELD
-from system.papers.stockel2017.fig8 import published_share
-from system.rule import at_least, below, unjudged
+from system.papers.stockel2017.fig8 import apart_row, published_share
+from system.rule import at_least, unjudged
 from system.statement import Statement
 from system.study.campaign import ALONE, Execution, Numbered
 from system.study.statistics.share import share_where
@@ -59,12 +58,7 @@ def rows(found: Found) -> tuple[Statement, ...]:
         _reaches("fig8_bug0_reaches_share", found[FIELD, "bug0", "published"], LEAST["bug0"]),
         published_share("fig8_bug2_published_reaches_share", published),
         _reaches("fig8_bug2_improved_reaches_share", found[FIELD, "bug2", "improved"], LEAST["bug2"]),
-        Statement(
-            "bug0_median_distance_of_paths",
-            "highly similar",
-            apart,
-            below(2.0 * RADIUS, "below {limit:g} map units"),
-        ),
+        apart_row(apart),
     )
 
 

@@ -61,17 +61,18 @@ def rows(found: Found, known: Programs) -> tuple[Statement, ...]:
         share("bug0_reference_reaches_share", "bug0 reference"),
         share("bug0_ideal_reaches_share", "bug0 published"),
         share("bug2_reference_reaches_share", "bug2 reference"),
-        Statement(
-            "bug0_median_distance_of_paths",
-            "highly similar",
-            apart,
-            below(2.0 * RADIUS, "below {limit:g} map units"),
-        ),
+        apart_row(apart),
         Statement("bug2_reference_length_over_shortest", "relatively close", two, below(NEAR_SHORTEST)),
         Statement("bug0_length_over_bug2s", "longer", zero / two if zero and two else None, above(1.0)),
         published_share("bug2_published_reaches_share", Share(reached["bug2 published"], of)),
         Statement("bug2_improved_reaches_share", None, reached["bug2 improved"] / of, at_least(MOST)),
     )
+
+
+def apart_row(apart: float) -> Statement:
+    """Compare how far Bug 0's paths are from the program's, a median in map units, with the robot's width."""
+    rule = below(2.0 * RADIUS, "below {limit:g} map units")
+    return Statement("bug0_median_distance_of_paths", "highly similar", apart, rule)
 
 
 def published_share(name: str, ours: Share) -> Statement:

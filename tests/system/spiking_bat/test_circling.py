@@ -8,7 +8,7 @@ from system.openspace.map import SIDE, Forest
 from system.spiking_bat.brain import Brain, network_brain
 from system.spiking_bat.campaign import Build, chip_maker
 from system.spiking_bat.circling import stays
-from system.spiking_bat.flight import Flown, fly, fly_from
+from system.spiking_bat.flight import Flown, fly
 from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.run import place
 from system.spiking_bat.scenario import Scenario
@@ -48,11 +48,11 @@ def test_from_the_last_emergency_on_the_chip_repeats_itself_and_so_does_the_netw
     forest, _, flown = loop
     assert flown.caught
     assert flown.turned is not None
-    again = fly_from(nominal(), ARCS, forest, flown.turned, 20)
+    again = fly(nominal(), ARCS, forest, flown.turned, 20)
     # two pings an emergency, two emergencies the loop: after ten of them it stands where it stood
     assert again.emergencies == 10
     assert np.abs(np.array(again.end) - flown.turned.place).max() < 1e-6
-    theirs = fly_from(network_brain(ARCS, Numbers()), ARCS, forest, flown.turned, 20)
+    theirs = fly(network_brain(ARCS, Numbers()), ARCS, forest, flown.turned, 20)
     assert theirs.emergencies == 10
     # both turn round where the emergency neuron spikes, which differs by less than 0.1 ms, or 0.2 mm, a turn
     assert np.abs(theirs.path - again.path).max() < 10 * 0.2e-3
