@@ -41,15 +41,15 @@ class Report:
 
     Attributes
     ----------
-    rows
+    rows : tuple of Statement
         Its statements.
-    draw
+    draw : callable
         Fills an empty figure.
-    notes
+    notes : tuple of str
         Sentences for the reader.
-    nulls
+    nulls : tuple of Null
         Rows of null robots or null data, made by what makes `rows`.
-    paper
+    paper : tuple of Statement
         Rows made of the paper's own values by what makes `rows`, where it gives them in this form.
     """
 
@@ -87,17 +87,17 @@ class Experiment:
 
     Attributes
     ----------
-    name
-        Name on the command line.
-    summary
+    name : str
+        Name on the command line, by which `load_experiment` finds it.
+    summary : str
         What it makes again, in a line.
-    run
+    run : callable
         Makes the report; `run(progress)` tells `progress` the share that is done, 0 to 1, as it goes.
-    counts
+    counts : mapping of str to int or None
         Whole numbers by name, with what they are unless given, where it is a campaign of many long runs; None
         where it is none. `run` takes them by these names, and after `progress` it then takes `execution`, a
         `system.study.campaign.Execution`.
-    nulls
+    nulls : tuple of str
         Names of the nulls that its report has rows of; none where it needs none, as a closed form does.
     """
 

@@ -31,14 +31,9 @@ _TYPE = re.compile(rf"(?:{'|'.join(KINDS)})(?:\[\]|\{{\}}|\?)*")
 class Meaning:
     """What a key of a JSON document holds.
 
-    Attributes
-    ----------
-    kind : str
-        Type of its value, as `number[]?`.
-    unit : str
-        Its unit as a user writes it; empty for a plain number and for what is none.
-    words : str
-        What it is.
+    kind : type of its value, as `number[]?`.
+    unit : its unit as a user writes it; empty for a plain number and for what is none.
+    words : what it is.
     """
 
     kind: str

@@ -35,41 +35,41 @@ class Option:
 
     Attributes
     ----------
-    help
+    help : str
         What it is, as its help has it; the default is added.
-    name
+    name : str
         Its name with underscores, where users do not say the field's own.
-    short
+    short : str
         A letter that stands for it where it is given.
-    unit
+    unit : str or None
         Unit of its number, as texts must have it; "" for a plain number, None for what is no number.
-    to_field
+    to_field : callable or None
         Makes the field's value, which is in SI units, of a number in `unit`.
-    choices
+    choices : tuple of str
         The words that are taken; those of a field's `Literal` are known without.
-    words
+    words : mapping of str to float
         Names that may stand in a file for numbers of its field, such as colours for reflectances.
-    fewest
+    fewest : int
         How many entries a list in a file must have.
-    least, above, most, below
+    least, above, most, below : float or None
         Limits of its number in `unit`; the first and the third are allowed themselves.
-    read
+    read : Reader or None
         Makes a value of a text, where the field's type does not say how.
-    metavar
+    metavar : str
         What stands for the value in its help.
-    collect
+    collect : callable or None
         Makes the field's value of those of all texts, for an option that is given several times.
-    run, study
+    run, study : bool
         Whether runs have it, and whether studies have it as a parameter.
-    opposite
+    opposite : str
         Option that says no, of one that says yes or no; `no-NAME` unless given.
-    silicon
+    silicon : bool
         Whether it says something of a chip, so that it has no sense where no chip is in the loop.
-    anywhere
+    anywhere : bool
         Whether such an option may be given without a chip, and then changes nothing.
-    key
+    key : str or None
         Its entry in JSON, empty for none; the field's name with its unit unless given.
-    names
+    names : str
         Where words that may stand there are, or a function that lists them, as `"module:attribute"`: shells
         complete by it.
     """

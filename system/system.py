@@ -157,59 +157,61 @@ class System(Generic[S, T]):
 
     Attributes
     ----------
-    name, summary
+    name, summary : str
         Name on the command line, and a line of what it is.
-    success
+    success : str
         A sentence that says when a run of it has succeeded.
-    kind
+    kind : type
         Dataclass of its scenarios, whose fields carry their options (`system.option`); it has `seed`,
         and `die` and `temperature_c` (degC) where it runs on silicon.
-    run
+    run : Run
         Runs a scenario; what it leaves is the trace that the rest takes.
-    account, numbers
+    account, numbers : callable
         What a run says of itself, and its other numbers by name in SI units, None where not defined.
-    draw
+    draw : callable
         Fills a figure with a run; its title has the reason.
-    draw_beside
+    draw_beside : callable or None
         Draws over the picture of a run what another run's differs in, with the name of its die; None for a
         system whose pictures have no room for it.
-    film
+    film : callable or None
         What a run shows over time, with what is inside the neurons of the names that are given, None for
         those that it chooses; title, headline and facts are added (`filmed`). None for a system without.
-    metrics
+    metrics : tuple of str
         Names of the numbers that a study can ask of a run, `METRICS` among them; all numbers that `meanings`
         tells of, unless given.
-    yes_no
+    yes_no : tuple of str
         Metrics that are 1 or 0, for yes or no, `SUCCEEDED` among them.
-    usual
+    usual : callable
         Options with which every decision and every sense that has a chip is on that chip, beside those that
         are given; it sees the latter.
-    ideal
+    ideal : mapping of str to object
         Options with which a program or the nominal die under the papers' equations stands in place of every
         chip.
-    study_metrics
+    study_metrics : tuple of str
         Metrics that a study measures unless asked for others.
-    study
+    study : callable
         Options of a study's scenarios over which those that are given go; it sees the latter.
-    check_study
+    check_study : callable
         Refuses a study's scenario that the scenario's own rules let pass, as for a missing file.
-    check_run
+    check_run : callable
         Refuses what is of no use in a scenario that is asked for at the command line.
-    no_silicon
+    no_silicon : callable
         Says of a scenario without a chip in the loop what puts one there; empty where there is one.
-    more, make
-        Options that set no single field, and what makes fields of them.
-    document
+    more : mapping of str to Option
+        Options that set no single field.
+    make : callable
+        Makes fields of what these are given.
+    document : callable
         Entries of a run's JSON besides those of its scenario and its summary.
-    meanings
+    meanings : mapping of str to Meaning
         Type, unit and words of what `numbers` and `document` give (`system.meaning.of_run`).
-    title, before, after
+    title, before, after : callable
         Heading of a run's table, and lines over and under it.
-    outputs
+    outputs : mapping of str to Output
         Files that a run can leave, by the name of their option.
-    circuits
+    circuits : callable
         What it is made of; a study's identity has them.
-    open
+    open : callable or None
         Makes the robot of a scenario that goes on by one action at a time; None for a system that has none.
     """
 

@@ -31,14 +31,9 @@ _LEAST_JUMP = 0.1  # V, below which a neuron is silent
 class Asked:
     """A number that is asked for.
 
-    Attributes
-    ----------
-    unit
-        Its unit; empty for a plain number.
-    error
-        What the bench can tell, in that unit, or as a share of the number where `relative`.
-    relative
-        Whether `error` is a share.
+    unit : its unit; empty for a plain number.
+    error : what the bench can tell, in that unit, or as a share of the number where `relative`.
+    relative : whether `error` is a share.
     """
 
     unit: str

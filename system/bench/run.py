@@ -19,9 +19,9 @@ class Table:
 
     Attributes
     ----------
-    set_columns
+    set_columns : tuple of str
         Names of what was set, in the order of the table; of a record the time alone.
-    columns
+    columns : dict of str to array
         float64[rows] by name: what was set, as the DAC made it (V) or as a code, then what was read. A name
         ends with its unit, `_V`, `_A`, `_s`, `_counts` or `_code`.
     """
@@ -59,12 +59,8 @@ def run_script(
 
     Parameters
     ----------
-    script
-        What is set and read.
-    silicon
-        Process, temperature and die.
-    seed
-        Keys what differs from one reading to the next.
+    script, silicon, seed
+        As `bench_of` has them; the script says what is read too.
     progress
         Is told the share that is done.
     """

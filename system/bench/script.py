@@ -91,24 +91,14 @@ class Record:
 class Script:
     """A script that was read.
 
-    Attributes
-    ----------
-    path
-        Its file.
-    circuit
-        Name of the circuit.
-    read
-        Pins that are read.
-    biases
-        Code of each bias that is set.
-    voltages
-        Voltage of each pin that is set, V.
-    range
-        That of the transistors' ammeters.
-    counting_time
-        For how long converters count, s.
-    act
-        The sweep or the record.
+    path : its file.
+    circuit : name of the circuit.
+    read : pins that are read.
+    biases : code of each bias that is set.
+    voltages : voltage of each pin that is set, V.
+    range : that of the transistors' ammeters.
+    counting_time : for how long converters count, s.
+    act : the sweep or the record.
     """
 
     path: str

@@ -33,8 +33,6 @@ MOST_TRIALS = 1_000_000
 class Trial:
     """Result of one transient with noise.
 
-    Attributes
-    ----------
     outcome : word for the outcome of the block.
     spikes : float64[n], times of the spikes at each port, s.
     measures : values of the block's measures, in SI units; None where one is not defined.

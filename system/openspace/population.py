@@ -46,24 +46,14 @@ KEPT = 64  # chips
 class Coded:
     """A ranging chip at its codes.
 
-    Attributes
-    ----------
-    silicon : Silicon
-        Process, temperature and die.
-    area : float
-        Area of its drawn devices over the circuit's.
-    bias_kind : str
-        Kind of its biases.
-    biases : tuple
-        Values of biases by name, A or V.
-    off : tuple of int
-        Neurons that are switched off.
-    spare : tuple of float
-        Delay for which each neuron stands where the bench met no answer of it, s.
-    calibrated_c : float
-        Temperature of the bench, degC.
-    nearest : float
-        Delay of the nearest echo that its robot can meet, s.
+    silicon : process, temperature and die.
+    area : area of its drawn devices over the circuit's.
+    bias_kind : kind of its biases.
+    biases : values of biases by name, A or V.
+    off : neurons that are switched off.
+    spare : delay for which each neuron stands where the bench met no answer of it, s.
+    calibrated_c : temperature of the bench, degC.
+    nearest : delay of the nearest echo that its robot can meet, s.
     """
 
     silicon: Silicon

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 class BeginChoice:
     """The state in which runs begin.
 
-    Attributes
-    ----------
     held : nodes with the voltages at which they are held until time 0, as texts `NODE=V`.
     begin : how a run finds the voltages of the other nodes (`circuits.testbench.Testbench.begin`).
     """

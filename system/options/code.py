@@ -33,8 +33,6 @@ _TURN = RLock()  # stdout is the process's: one thread at a time runs code of us
 class Code:
     """A name in a user's file.
 
-    Attributes
-    ----------
     path : the file.
     name : what is meant in it; empty where the user has named the file alone.
     """

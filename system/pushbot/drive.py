@@ -53,9 +53,9 @@ class Readings:
 
     Attributes
     ----------
-    events
-        Events of the camera.
-    gyro
+    events : Events
+        What the camera sent, in the order of time.
+    gyro : array
         Samples of the gyro: time (s) and turn rate (rad/s), float64[samples, 2].
     """
 
@@ -69,31 +69,31 @@ class Run:
 
     Attributes
     ----------
-    scene
-        The world.
-    robot
+    scene : Scene
+        The world that it drives in.
+    robot : Pushbot
         Numbers of the body.
-    sensor
+    sensor : Sensor
         The camera.
-    eye
+    eye : Eye
         State of the sensor.
-    obstacles
+    obstacles : Obstacles
         Outlines of what it can run into.
-    link
+    link : Link
         Link to the controller.
-    random
+    random : Generator
         What draws its noise.
-    tracks
+    tracks : Tracks
         State of the motors.
-    touched
+    touched : str or None
         Name of what it has run into, where it then stays; None while it is free.
-    next_gyro
+    next_gyro : float
         Time of the next sample of the gyro, s.
-    lost
+    lost : int
         How many events the sensor's bus had no room for.
-    path
+    path : list of tuple of float
         Time (s), place (m, m) and heading (rad) at each sensor step.
-    way
+    way : float
         Way that its middle has gone, m.
     """
 
@@ -172,7 +172,7 @@ def go_on(run: Run, duration: float) -> Readings:
     Parameters
     ----------
     run
-        The robot.
+        The robot on its way, which goes on in place.
     duration
         For how long, s: a whole number of sensor steps.
 

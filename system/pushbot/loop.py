@@ -40,23 +40,23 @@ class Brain:
 
     Attributes
     ----------
-    network
-        The network.
-    chip
+    network : Network
+        Populations of neurons, and what connects them and reaches them.
+    chip : RollsChip
         The chip with the network on it.
-    target
+    target : bool
         Whether the upper half of the sensor reaches the target field.
-    synapses
+    synapses : int
         How many virtual synapses an event of the target reaches.
-    turning
+    turning : callable or None
         Makes further inputs of the readings between two times (s): those of the gyro, in the modified
         architecture. None for none.
-    strong
+    strong : RollsChip or None
         The chip with raised lateral weights in its field, which runs while the target is lost from
         view.
-    frame
+    frame : callable or None
         Makes a second chip, which hears the field and drives.
-    wiring
+    wiring : Wiring
         Which virtual synapses an event of the sensor stimulates.
     """
 

@@ -101,13 +101,13 @@ class Trace(RunTrace[Scenario]):
 
     Attributes
     ----------
-    errand
+    errand : Errand
         What it was there for, with its world in its light and colour.
-    brain
+    brain : Brain
         The chip with its network.
-    drive
+    drive : Run
         Robot and sensor at the end of the run, and its path.
-    record
+    record : Record
         Spikes, events and commands.
     """
 

@@ -49,11 +49,11 @@ class CostMap:
 
     Attributes
     ----------
-    costs
+    costs : array
         Cost of each cell, int64[rows, columns], 0 where it is blocked.
-    cell_width, cell_height
+    cell_width, cell_height : float
         Extent of a cell to the east and to the north, m.
-    name
+    name : str
         What reports call it.
     """
 

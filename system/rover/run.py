@@ -107,11 +107,11 @@ class Trace(RunTrace[Scenario]):
 
     Attributes
     ----------
-    cost_map
+    cost_map : CostMap
         The true map, as the need sees it.
-    trips
+    trips : tuple of Trip
         Plan and drive of every trip, in their order.
-    waves
+    waves : tuple of array
         When every cell of the chip fired in each trip's wave, float64[rows, columns] each, s after the trip
         began, inf where it did not; empty without a chip.
     """

@@ -41,7 +41,7 @@ class Part:
     Attributes
     ----------
     name : str
-        Instance path of the device.
+        Instance path of the device that it stands for.
     kind : str
         `nfet`, `pfet`, `capacitor`, `resistor`, `controlled source`, `operational amplifier`,
         `voltage source` or `current source`.

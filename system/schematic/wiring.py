@@ -44,18 +44,11 @@ class Joint(NamedTuple):
 class Wiring:
     """What is joined.
 
-    Attributes
-    ----------
-    joined : graph
-        Pins, and an edge between each two that a wire joins directly.
-    columns : list of pairs of Pin
-        Wires down a column, from the bottom of a part to the top of the next.
-    facing : list of pairs of Pin
-        Wires from gate to gate.
-    inverters : list of pairs of Pin
-        Wires from the gate of a pFET down to that of the nFET on whose drain its own is.
-    across : list of pairs of Joint
-        Wires in corridors.
+    joined : pins, and an edge between each two that a wire joins directly.
+    columns : wires down a column, from the bottom of a part to the top of the next.
+    facing : wires from gate to gate.
+    inverters : wires from the gate of a pFET down to that of the nFET on whose drain its own is.
+    across : wires in corridors.
     """
 
     joined: nx.Graph = field(default_factory=nx.Graph)

@@ -28,8 +28,6 @@ CHUNKS, SAMPLES, REPORT = "chunks", "samples.nc", "report.html"
 class StudyFiles:
     """A study's folder while this process writes it: a `system.study.campaign.Store` of its chunks.
 
-    Attributes
-    ----------
     folder, study : the folder, and the study that it holds.
     key : the study's key (`system.study.manifest.study_key`), which every table in the folder carries.
     units : SI units of the metrics, in their order.

@@ -43,13 +43,13 @@ class Study:
 
     Attributes
     ----------
-    subject
-        What is measured.
-    plan
+    subject : Subject
+        What is measured: a target with its options, and metrics of it.
+    plan : Plan
         The dies, and how their deviations are drawn.
-    conditions
+    conditions : tuple of Condition
         Corners, temperatures and trials under which every die is measured.
-    chunk
+    chunk : int
         How many dies are measured and kept together.
 
     Raises

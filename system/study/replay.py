@@ -32,11 +32,11 @@ class Replay:
     Attributes
     ----------
     study : Study
-        The study.
+        Study that the sample is of, as its folder has it.
     target : Target
         What was measured.
     die : Die
-        The die.
+        Die that was measured.
     condition : Condition
         Where it was measured.
     kept : Measurement or None

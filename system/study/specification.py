@@ -36,7 +36,7 @@ class Limits:
     Attributes
     ----------
     metric : str
-        Name of the metric.
+        Name of the metric that is limited, as the target's table has it.
     low, high : float
         The values, in SI units; an infinite one is no limit.
     unit : str

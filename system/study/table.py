@@ -43,7 +43,7 @@ class Condition:
     Attributes
     ----------
     corner : str
-        Corner of the process.
+        Corner of the process: `random`, `typical`, `ss`, `ff`, `sf` or `fs`.
     temperature_c : float
         Temperature, degC.
     trial : int

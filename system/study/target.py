@@ -59,24 +59,24 @@ class Subject:
 
     Attributes
     ----------
-    target
+    target : object
         Name of a block, a chip or a system, or a file of the user's (`system.options.target`). In Python also
         an object as it names: a circuit, a testbench, a block; such a study is not kept in a folder.
-    metrics
+    metrics : tuple of str
         Names of what is measured.
     params, biases, bias_set, bias_kind, stimuli
         Options of a block, as the command line has them.
-    silicon
+    silicon : SiliconChoice
         What all dies share: lot, place on a chip, and which kinds of deviations there are.
-    system
+    system : mapping of str to Option
         Options of a system's scenario, by name.
     held, begin
         Voltages that are held before a block's runs, and how these begin (`system.options.begin`).
-    code
+    code : str
         SHA-256 digest of the file that `target` names, which is checked before it is run; empty for a name.
-    engine
+    engine : Engine
         What solves a block's testbench.
-    noises
+    noises : int
         Runs of a system in each of the worlds that a die has for its own (`system.study.plan.seeds_of`); 0
         where a trial's number is the seed of all dies.
     """

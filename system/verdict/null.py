@@ -37,12 +37,8 @@ Rows = tuple[Statement, ...]
 class Null:
     """A null and what the experiment's own rules say of it.
 
-    Attributes
-    ----------
-    name
-        What it does, as `never moves`.
-    rows
-        The experiment's rows, made of its data.
+    name : what it does, as `never moves`.
+    rows : the experiment's rows, made of its data.
     """
 
     name: str
@@ -53,16 +49,10 @@ class Null:
 class Score:
     """How many rows hold.
 
-    Attributes
-    ----------
-    name
-        Of what: `ours`, the name of a null, or `paper` for the paper's own values.
-    held
-        Rows that hold.
-    judged
-        Rows with a verdict; of the paper those for which it gives a value that can be judged.
-    p
-        Probability by the sign test that ours holds so many more by chance; None for ours and the paper.
+    name : of what: `ours`, the name of a null, or `paper` for the paper's own values.
+    held : rows that hold.
+    judged : rows with a verdict; of the paper those for which it gives a value that can be judged.
+    p : probability by the sign test that ours holds so many more by chance; None for ours and the paper.
     """
 
     name: str

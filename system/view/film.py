@@ -26,20 +26,12 @@ Role = Literal["floor", "shade", "obstacle", "wall", "goal", "start", "way", "mo
 class Shape:
     """Something that stands in a world.
 
-    Attributes
-    ----------
-    role : str
-        What it is, which decides how it is drawn.
-    points : array or tuple of (float, float)
-        Corners of an area, or of a line where `closed` is false, in the world's unit.
-    radius : float
-        Of a circle about the first point, in the world's unit; 0 for none.
-    closed : bool
-        Whether the points go round an area.
-    name : str
-        What a reader is told that it is; empty for nothing.
-    colour : str
-        A colour of its own as `#rrggbb`, empty for that of its role.
+    role : what it is, which decides how it is drawn.
+    points : corners of an area, or of a line where `closed` is false, in the world's unit.
+    radius : of a circle about the first point, in the world's unit; 0 for none.
+    closed : whether the points go round an area.
+    name : what a reader is told that it is; empty for nothing.
+    colour : a colour of its own as `#rrggbb`, empty for that of its role.
     """
 
     role: Role
@@ -90,16 +82,10 @@ class Track:
 class Stage:
     """A world from above.
 
-    Attributes
-    ----------
-    unit : str
-        Unit of its places.
-    shapes : tuple of Shape
-        What stands in it, in the order in which it is drawn.
-    tracks : tuple of Track
-        What moves in it, the robot first.
-    north : bool
-        Whether y goes up, as on paper; down, as a map in a file, if false.
+    unit : unit of its places.
+    shapes : what stands in it, in the order in which it is drawn.
+    tracks : what moves in it, the robot first.
+    north : whether y goes up, as on paper; down, as a map in a file, if false.
     """
 
     unit: str
@@ -112,16 +98,10 @@ class Stage:
 class Line:
     """A signal over time.
 
-    Attributes
-    ----------
-    name : str
-        What it is.
-    time : array
-        s, float64[n], rising.
-    value : array
-        In the unit of its panel, float64[n]; NaN where there is none.
-    step : bool
-        Whether a value holds until the next, instead of going there in a line.
+    name : what it is.
+    time : s, float64[n], rising.
+    value : in the unit of its panel, float64[n]; NaN where there is none.
+    step : whether a value holds until the next, instead of going there in a line.
     """
 
     name: str
@@ -134,14 +114,9 @@ class Line:
 class Group:
     """Rows of a raster that belong together.
 
-    Attributes
-    ----------
-    name : str
-        What they are, as a population.
-    first : int
-        Number of their first row.
-    count : int
-        How many they are.
+    name : what they are, as a population.
+    first : number of their first row.
+    count : how many they are.
     """
 
     name: str
@@ -153,16 +128,10 @@ class Group:
 class Raster:
     """Events of many sources, a row each.
 
-    Attributes
-    ----------
-    time : array
-        s, float64[n], rising.
-    row : array
-        Number of the source, int64[n].
-    rows : tuple of str
-        Name of each source; a neuron's is that of its `Neuron`.
-    groups : tuple of Group
-        Sources that belong together, in the order of their rows; none where each stands for itself.
+    time : s, float64[n], rising.
+    row : number of the source, int64[n].
+    rows : name of each source; a neuron's is that of its `Neuron`.
+    groups : sources that belong together, in the order of their rows; none where each stands for itself.
     """
 
     time: F64
@@ -175,16 +144,10 @@ class Raster:
 class Panel:
     """Signals that share an axis.
 
-    Attributes
-    ----------
-    title : str
-        What they are.
-    unit : str
-        Unit of its lines; empty for none.
-    lines : tuple of Line
-        Its signals.
-    raster : Raster or None
-        Events in it instead.
+    title : what they are.
+    unit : unit of its lines; empty for none.
+    lines : its signals.
+    raster : events in it instead.
     """
 
     title: str
@@ -197,18 +160,11 @@ class Panel:
 class Eye:
     """What a camera sends: events of single pixels.
 
-    Attributes
-    ----------
-    name : str
-        What it is.
-    columns, rows : int
-        Pixels across and up.
-    time : array
-        s, float64[n], rising.
-    x, y : array
-        Column from the left and row from the bottom, int64[n].
-    on : array
-        Whether it has become brighter, bool[n].
+    name : what it is.
+    columns, rows : pixels across and up.
+    time : s, float64[n], rising.
+    x, y : column from the left and row from the bottom, int64[n].
+    on : whether it has become brighter, bool[n].
     """
 
     name: str
@@ -246,14 +202,9 @@ class Device:
 class Neuron:
     """A neuron that can be looked into.
 
-    Attributes
-    ----------
-    name : str
-        As its row in a raster.
-    devices : tuple of Device
-        Its devices, those that deviate most first.
-    waveform : Panel or None
-        Its nodes at transistor level; None where the run has none.
+    name : as its row in a raster.
+    devices : its devices, those that deviate most first.
+    waveform : its nodes at transistor level; None where the run has none.
     """
 
     name: str
@@ -265,26 +216,15 @@ class Neuron:
 class Film:
     """What a run shows.
 
-    Attributes
-    ----------
-    title : str
-        What ran, on what.
-    headline : str
-        Whether it succeeded and why it ended.
-    command : str
-        The command that makes it again.
-    duration : float
-        s.
-    world : Stage or None
-        Where it was; None for what is in no world.
-    panels : tuple of Panel
-        Signals, from above downwards.
-    eye : Eye or None
-        What its camera sent.
-    neurons : tuple of Neuron
-        Those that can be looked into.
-    facts : mapping of str to str
-        What is told of the run beside: die, temperature and the like.
+    title : what ran, on what.
+    headline : whether it succeeded and why it ended.
+    command : the command that makes it again.
+    duration : s.
+    world : where it was; None for what is in no world.
+    panels : signals, from above downwards.
+    eye : what its camera sent.
+    neurons : those that can be looked into.
+    facts : what is told of the run beside: die, temperature and the like.
     """
 
     title: str

@@ -163,9 +163,9 @@ def draw(curves: list[Curve], figure: Figure) -> None:
     Parameters
     ----------
     curves
-        The curves.
+        What was measured and what was predicted, a panel each.
     figure
-        The figure.
+        The figure, empty.
     """
     rows = math.ceil(len(curves) / _COLUMNS)
     figure.set_size_inches(3.4 * _COLUMNS, 2.1 * rows)

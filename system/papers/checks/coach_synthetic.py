@@ -96,9 +96,9 @@ def draw(found: Sequence[Known], figure: Figure) -> None:
     Parameters
     ----------
     found
-        The fits.
+        What the fit of each die says, beside the numbers that it was to find.
     figure
-        The figure.
+        The figure, empty.
     """
     axes = figure.subplots()
     names = [name for name, _ in _fixed(found)]

@@ -48,20 +48,12 @@ DEADLINE = 300.0  # s, of one block in ngspice
 class There:
     """A block on the cards.
 
-    Attributes
-    ----------
-    name : str
-        The block.
-    home, cards : str
-        Its class of outcome on its own process and on the cards; the latter empty where it cannot run.
-    number : str
-        Name of its first number; empty without one.
-    values : tuple of float
-        That number on either, NaN where it has none.
-    changed : bool
-        Whether sizes had to move.
-    reason : str
-        Why it cannot run, empty where it does.
+    name : name of the block in the registry.
+    home, cards : its class of outcome on its own process, and on the cards; empty where it cannot run.
+    number : name of its first number; empty without one.
+    values : that number on either, NaN where it has none.
+    changed : whether sizes had to move.
+    reason : why it cannot run, empty where it does.
     """
 
     name: str
@@ -135,9 +127,9 @@ def within(circuit: Circuit, size: SizeTerms) -> Circuit:
     Parameters
     ----------
     circuit
-        The circuit.
+        The circuit, whose instances are gone through too.
     size
-        The sizes that are reached.
+        Says which widths and lengths are reached, m.
     """
     devices = tuple(_device_within(device, size) for device in circuit.devices)
     instances = tuple(_instance_within(each, size) for each in circuit.instances)
@@ -195,9 +187,9 @@ def draw(found: Sequence[There], figure: Figure) -> None:
     Parameters
     ----------
     found
-        The blocks.
+        What came of each block; those without a number on either process are not drawn.
     figure
-        The figure.
+        The figure, empty.
     """
     shown = [f for f in found if f.values[0] > 0.0 and f.values[1] > 0.0]
     figure.set_size_inches(8.0, 1.2 + 0.22 * len(shown))

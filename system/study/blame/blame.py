@@ -39,12 +39,8 @@ CALIBRATED, DEFAULT = "calibrated", "default"
 class Culprit:
     """A device, or what devices share, that is to blame.
 
-    Attributes
-    ----------
-    path : str
-        Its path, with its parameter where one alone is to blame.
-    deviations : mapping
-        Deviation and its standard deviation by parameter, V of V_T0, else relative.
+    path : its path, with its parameter where one alone is to blame.
+    deviations : deviation and its standard deviation by parameter, V of V_T0, else relative.
     """
 
     path: str
@@ -55,12 +51,8 @@ class Culprit:
 class Remedy:
     """Something else that might mend the robot.
 
-    Attributes
-    ----------
-    name : str
-        What it is.
-    share : Share or None
-        Trials of the first ones with which it succeeds; None where it was not tried.
+    name : what is changed, in words.
+    share : trials of the first ones with which it succeeds; None where it was not tried.
     """
 
     name: str
@@ -71,32 +63,18 @@ class Remedy:
 class Blame:
     """What is to blame for a robot that fails on a die.
 
-    Attributes
-    ----------
-    case : Case
-        The robot on the die.
-    accused : Accused
-        Whether the die is to blame; without that the rest is empty.
-    steps : tuple of Step
-        Levels of the search.
-    culprits : tuple of Culprit
-        The fewest that were found.
-    finished : bool
-        Whether the search ended before its trials did.
-    verified : Verified or None
-        Whether healing them mends.
-    random : Share or None
-        Sets of as many devices at random that mend.
-    area : float or None
-        Area over theirs with which they mend; None where none that was tried does.
-    remedies : tuple of Remedy
-        Codes that might mend.
-    trials : int
-        Trials that were made.
-    counts : mapping of str to int
-        Devices of each culprit.
-    processes : mapping
-        Process of each circuit, by the name at which its paths begin.
+    case : the robot on the die, with its first trial.
+    accused : whether the die is to blame; without that the rest is empty.
+    steps : levels of the search.
+    culprits : the fewest that were found.
+    finished : whether the search ended before its trials did.
+    verified : whether healing them mends.
+    random : sets of as many devices at random that mend.
+    area : area over theirs with which they mend; None where none that was tried does.
+    remedies : codes that might mend.
+    trials : trials that were made.
+    counts : devices of each culprit.
+    processes : process of each circuit, by the name at which its paths begin.
     """
 
     case: Case

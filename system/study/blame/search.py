@@ -34,16 +34,10 @@ Mends = Callable[[Sequence[Part]], bool]
 class Step:
     """A level of the search.
 
-    Attributes
-    ----------
-    level : str
-        What its parts are.
-    among : int
-        Parts that were there.
-    kept : tuple of str
-        Paths of the fewest that mend.
-    trials : int
-        Trials made until then.
+    level : what its parts are, one of `LEVELS`.
+    among : parts that were there.
+    kept : paths of the fewest that mend.
+    trials : trials made until then.
     """
 
     level: str

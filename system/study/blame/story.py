@@ -36,14 +36,9 @@ DIE, MENDED, HEALED = "the die", "the mended die", "the healed die"
 class Told:
     """Three runs of one seed, on the die, the mended and the healed one.
 
-    Attributes
-    ----------
-    seed : int
-        Seed of all.
-    traces : mapping
-        What each left, by `DIE`, `MENDED` and `HEALED`; those that could not be made are missing.
-    summaries : mapping
-        Summary of each.
+    seed : seed of noise and world, the same in all three.
+    traces : what each left, by `DIE`, `MENDED` and `HEALED`; those that could not be made are missing.
+    summaries : summary of each.
     """
 
     seed: int

@@ -44,7 +44,7 @@ class Case:
     Attributes
     ----------
     system : System
-        The robot.
+        What the robot is, by which every trial of it is run.
     scenario : dataclass
         Its first trial, on the die that is to be blamed.
     """
@@ -122,16 +122,10 @@ def outcome_of(run: Callable[[], Any]) -> Any:
 class Trials:
     """Trials of a case, each made once.
 
-    Attributes
-    ----------
-    case : Case
-        The robot on the die.
-    most : int
-        Trials that may be made.
-    made : int
-        Trials that were.
-    told : callable
-        Told of the number that were made, after each.
+    case : the robot on the die.
+    most : trials that may be made.
+    made : trials that were.
+    told : told of the number that were made, after each.
     """
 
     case: Case

@@ -34,12 +34,8 @@ FEWEST, MOST = 40, 120  # pairs of a verification; the larger one is ours
 class Pairs:
     """The same trials on two dies.
 
-    Attributes
-    ----------
-    seeds : tuple of int
-        Their seeds.
-    first, second : tuple of bool
-        Whether each succeeded.
+    seeds : their seeds.
+    first, second : whether each succeeded.
     """
 
     seeds: tuple[int, ...]
@@ -75,12 +71,8 @@ class Pairs:
 class Accused:
     """Whether a die is to blame.
 
-    Attributes
-    ----------
-    pairs : Pairs
-        Trials on the die, and on the healed one.
-    interval : Interval
-        Of the difference of their shares.
+    pairs : trials on the die, and on the healed one.
+    interval : of the difference of their shares.
     """
 
     pairs: Pairs
@@ -129,12 +121,8 @@ def paired(trials: Trials, first: Die, second: Die, seeds: range) -> Pairs:
 class Verified:
     """Whether healing mends, on trials that no search has used.
 
-    Attributes
-    ----------
-    pairs : Pairs
-        Trials on the healed die, and on the mended one.
-    wanted : int
-        Pairs that the power asks for; fewer are there where no more trials were allowed.
+    pairs : trials on the healed die, and on the mended one.
+    wanted : pairs that the power asks for; fewer are there where no more trials were allowed.
     """
 
     pairs: Pairs

@@ -97,8 +97,6 @@ def default_metrics(choice: Choice) -> tuple[str, ...]:
 class Listed:
     """A metric as a list shows it.
 
-    Attributes
-    ----------
     name, unit, summary : what studies call it, its SI unit where its name has none, and a line about it.
     nominal : its value on the nominal die; None where it was not measured or is not defined.
     """

@@ -21,18 +21,11 @@ from system.system import SUCCEEDED
 class Found:
     """A way of a mission with what was measured of it so far.
 
-    Attributes
-    ----------
-    way : Way
-        The way.
-    table : Table
-        Its samples.
-    dies : array
-        Numbers of its dies, int64[dies].
-    passed : array
-        Whether each run was a success, bool[dies, worlds, trials].
-    undefined : int
-        Runs that are none since a metric of the user's success is not defined in them.
+    way : the way.
+    table : its samples.
+    dies : numbers of its dies, int64[dies].
+    passed : whether each run was a success, bool[dies, worlds, trials].
+    undefined : runs that are none since a metric of the user's success is not defined in them.
     """
 
     way: Way

@@ -39,7 +39,7 @@ class Asked:
     Attributes
     ----------
     system : str
-        Name of the robot.
+        Name of the robot, one of noctule's or a user's own.
     success : str or None
         When a run counts as a success (`system.study.mission.success`); by the system's own definition
         unless given.
@@ -83,18 +83,11 @@ class Asked:
 class Way:
     """One way of a mission.
 
-    Attributes
-    ----------
-    name : str
-        Its name, which its folder has.
-    temperature_c : float
-        Temperature, degC.
-    bias_kind : str
-        Kind of bias; empty where the robot has no choice of one.
-    change : str
-        What is changed of the robot, as `area=4`; empty for the robot as it was asked for.
-    study : Study
-        Its dies, and what is measured of them.
+    name : its name, which its folder has.
+    temperature_c : temperature, degC.
+    bias_kind : kind of bias; empty where the robot has no choice of one.
+    change : what is changed of the robot, as `area=4`; empty for the robot as it was asked for.
+    study : its dies, and what is measured of them.
     """
 
     name: str
@@ -119,16 +112,10 @@ class Way:
 class Mission:
     """A mission that can be run.
 
-    Attributes
-    ----------
-    asked : Asked
-        What was asked for.
-    ways : tuple of Way
-        Its ways, each one without a change before those that change it.
-    wanted : Wanted or None
-        Success in the user's words; None for the system's own.
-    definition : str
-        When a run is a success, in words.
+    asked : what was asked for, unchanged.
+    ways : its ways, each one without a change before those that change it.
+    wanted : success in the user's words; None for the system's own.
+    definition : when a run is a success, in words.
     """
 
     asked: Asked

@@ -51,12 +51,8 @@ _LONGEST = 1000  # characters of a text; ours
 class Wanted:
     """What a run must be to count as a success.
 
-    Attributes
-    ----------
-    text : str
-        The user's words.
-    metrics : tuple of str
-        Metrics that it asks for, each once.
+    text : the user's words.
+    metrics : metrics that it asks for, each once.
     """
 
     text: str

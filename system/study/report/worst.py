@@ -28,8 +28,6 @@ _FAR = 3  # rank of samples that have nothing but their distance
 class Worst:
     """Sample that deserves a look first.
 
-    Attributes
-    ----------
     row : row of the sample in the table.
     why : reason in words: that it failed, that it is not defined, its cause, or how far out it is.
     """

@@ -35,18 +35,11 @@ from system.study.statistics.contribution import device, kind
 class Matched:
     """Areas of devices.
 
-    Attributes
-    ----------
-    devices : tuple of str
-        Name of each device with mismatch.
-    variance : array
-        What each adds to the metric's variance, float64[devices], in the metric's unit squared.
-    fixed : float
-        Variance that no area lessens, in the same unit.
-    area, wanted : array
-        Area of each device, and the one that it should get, float64[devices], m^2.
-    spread : float
-        Standard deviation that the wanted areas give, in the metric's unit.
+    devices : name of each device with mismatch.
+    variance : what each adds to the metric's variance, float64[devices], in the metric's unit squared.
+    fixed : variance that no area lessens, in the same unit.
+    area, wanted : area of each device, and the one that it should get, float64[devices], m^2.
+    spread : standard deviation that the wanted areas give, in the metric's unit.
     """
 
     devices: tuple[str, ...]

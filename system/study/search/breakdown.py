@@ -53,8 +53,6 @@ BY: Mapping[str, Key] = MappingProxyType(
 class Breakdown:
     """Contributions to the variance of a metric at one corner.
 
-    Attributes
-    ----------
     metric : name of the metric.
     corner : process corner.
     temperatures_c : temperatures of the samples, degC; there are several where temperature contributes.

@@ -87,8 +87,6 @@ class Problem:
 class Budget:
     """Number of dies and of candidates that a search measures.
 
-    Attributes
-    ----------
     tuning : number of dies that the search is made on, which are numbered from 0.
     screening : how many of them, from the first on, serve the first stage.
     population : number of candidates in a generation of the first stage.
@@ -113,8 +111,6 @@ class Budget:
 class Centred:
     """Where a search ended, and how it went.
 
-    Attributes
-    ----------
     coordinates : float64[dimensions], from -1 to 1; all are 0 where nothing beat the start.
     scale : scale s of the variation in the last stage.
     share_before : share of the tuning dies that pass at the start, at that scale.

@@ -30,16 +30,10 @@ _SHARED = ".shared"
 class StatisticalCorner:
     """A corner of a metric.
 
-    Attributes
-    ----------
-    metric : str
-        Name of the metric.
-    sigma : float
-        Distance of the die; below 0 where the metric is low.
-    point : array
-        Draws of the die, float64[labels].
-    value : float
-        The metric as it was measured on that die, in SI units.
+    metric : name of the metric.
+    sigma : distance of the die; below 0 where the metric is low.
+    point : draws of the die, float64[labels].
+    value : the metric as it was measured on that die, in SI units.
     """
 
     metric: str

@@ -32,19 +32,19 @@ class Sensitivity:
 
     Attributes
     ----------
-    labels
+    labels : tuple of str
         Label of each draw that was moved.
-    metrics
+    metrics : tuple of str
         Name of each metric.
-    nominal
+    nominal : array
         Values of the nominal die, float64[metrics], in SI units.
-    below
+    below : array
         Values with a draw moved by -0.5 sigma, float64[labels, metrics], in SI units.
-    above
+    above : array
         Values with a draw moved by +0.5 sigma, float64[labels, metrics], in SI units.
-    failures
+    failures : tuple of str
         Reason of each measurement that failed, with the draw that was moved.
-    slopes
+    slopes : array or None
         Change of each metric with one sigma of a draw, float64[labels, metrics], in SI units, where that was
         not found by moving draws; None else.
     """

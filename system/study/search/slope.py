@@ -31,14 +31,9 @@ BACKWARDS = 3  # runs of the testbench that one run and one run backwards cost a
 class Slope:
     """A metric about a die.
 
-    Attributes
-    ----------
-    value : float
-        Its value, in SI units; NaN where it is not defined.
-    by : array
-        Its change with one sigma of each draw, float64[labels].
-    note : str
-        Why it is not smooth there; empty else.
+    value : its value, in SI units; NaN where it is not defined.
+    by : its change with one sigma of each draw, float64[labels].
+    note : why it is not smooth there; empty else.
     """
 
     value: float

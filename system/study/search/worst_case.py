@@ -40,22 +40,13 @@ _BEYOND = 0.01  # of the distance, by which the failing die lies beyond the limi
 class WorstCase:
     """The worst case of one limit of a specification.
 
-    Attributes
-    ----------
-    metric : str
-        Metric that is limited.
-    limit : float
-        The limit, in SI units.
-    side : str
-        `below` where lower values fail, `above` where higher ones do.
-    distance : float
-        Worst-case distance, sigma; below 0 where the nominal die fails.
-    point : array
-        Draws of the die just beyond the limit, float64[labels].
-    value : float
-        The metric as it was measured on that die, in SI units.
-    verified : bool
-        Whether that die fails, and one as far on this side of the limit passes, as measured.
+    metric : metric that is limited.
+    limit : the limit, in SI units.
+    side : `below` where lower values fail, `above` where higher ones do.
+    distance : worst-case distance, sigma; below 0 where the nominal die fails.
+    point : draws of the die just beyond the limit, float64[labels].
+    value : the metric as it was measured on that die, in SI units.
+    verified : whether that die fails, and one as far on this side of the limit passes, as measured.
     """
 
     metric: str

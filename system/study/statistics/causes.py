@@ -32,14 +32,9 @@ _BATCH = 500_000  # resampled values held at a time
 class Cause:
     """A share of the failures.
 
-    Attributes
-    ----------
-    name : str
-        What caused them: `die`, `world` or `noise`, or two of these that the trials cannot tell apart.
-    share : float
-        Share of all failures, 0 to 1.
-    interval : Interval
-        Its confidence interval; 0 to 1 for fewer than ten dies.
+    name : what caused them: `die`, `world` or `noise`, or two of these that the trials cannot tell apart.
+    share : share of all failures, 0 to 1.
+    interval : its confidence interval; 0 to 1 for fewer than ten dies.
     """
 
     name: str

@@ -37,12 +37,12 @@ class Pairing:
 
     Attributes
     ----------
-    both
-        Dies on which both designs were measured.
-    only_first
-        Dies on which only the first design was measured.
-    only_second
-        Dies on which only the second design was measured.
+    both : int
+        How many dies both designs were measured on.
+    only_first : int
+        How many dies only the first design was measured on.
+    only_second : int
+        How many dies only the second design was measured on.
     """
 
     both: int
@@ -56,19 +56,19 @@ class YieldDifference:
 
     Attributes
     ----------
-    pairing
+    pairing : Pairing
         How many dies the designs have in common.
-    both_pass
-        Common dies on which both designs pass.
-    only_first_passes
-        Common dies on which the first design passes and the second does not.
-    only_second_passes
-        Common dies on which the second design passes and the first does not.
-    neither_passes
-        Common dies on which no design passes.
-    difference
+    both_pass : int
+        How many common dies both designs pass on.
+    only_first_passes : int
+        How many common dies the first design passes on and the second does not.
+    only_second_passes : int
+        How many common dies the second design passes on and the first does not.
+    neither_passes : int
+        How many common dies no design passes on.
+    difference : Estimate
         Yield of the second design minus that of the first, with its interval; NaN without common dies.
-    p_value
+    p_value : float
         Probability by McNemar's exact test, under the hypothesis that both yields are equal.
     """
 

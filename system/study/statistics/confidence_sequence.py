@@ -43,11 +43,11 @@ class StopRule:
 
     Attributes
     ----------
-    half_width
+    half_width : float or None
         The study stops when half of the interval's length is below this share.
-    required
+    required : float or None
         The study stops when the interval excludes this yield, a share.
-    level
+    level : float
         Confidence level of the interval.
     """
 
@@ -69,8 +69,6 @@ class StopRule:
 class Stop:
     """Sample at which a rule ended a study.
 
-    Attributes
-    ----------
     samples : number of samples until then.
     passed : how many of them passed.
     interval : interval of the yield at that sample.

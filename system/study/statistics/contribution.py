@@ -42,8 +42,6 @@ _PROCESS = re.compile(r"(process|wafer)\.(n|p|capacitor|resistor|foundry)\.(?:sh
 class VarianceShare:
     """Share of the variance that one device, parameter or block contributes.
 
-    Attributes
-    ----------
     name : name of the contributor, or `unexplained`.
     value : share, from 0 to 1.
     """
@@ -58,25 +56,25 @@ class Contributions:
 
     Attributes
     ----------
-    names
+    names : tuple of str
         Label of each of the p parameters.
-    values
+    values : array
         Share of each parameter, float64[p].
-    model
+    model : Model
         Model that the shares come from.
-    samples
+    samples : int
         Number of samples at which the metric is defined.
-    r2
+    r2 : float
         Share of the variance that the model explains, R^2.
-    linear
+    linear : float
         Share of the variance that linear terms explain, a part of `r2`.
-    squares
+    squares : float
         Share that squares explain, a part of `r2`.
-    interactions
+    interactions : float
         Share that products of two parameters explain, a part of `r2`.
-    check
+    check : float or None
         Largest difference to the shares of a linear regression; None where that was not made.
-    note
+    note : str
         Warning of too few samples, or of variance that the model does not explain; empty without
         either.
     """

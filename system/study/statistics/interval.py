@@ -47,9 +47,9 @@ class Interval:
 
     Attributes
     ----------
-    low
+    low : float
         Lower end, minus infinity where the samples set no limit.
-    high
+    high : float
         Upper end, infinity where the samples set no limit.
     """
 
@@ -74,9 +74,9 @@ class Estimate:
 
     Attributes
     ----------
-    value
+    value : float
         The estimate, NaN where it is not defined.
-    interval
+    interval : Interval
         Confidence interval of the value, in the same unit.
     """
 

@@ -23,17 +23,17 @@ class RareFailure:
 
     Attributes
     ----------
-    method
-        Name of the method that estimated it.
-    probability
+    method : str
+        Method that estimated it, `mean-shift` or `scaled-sigma`.
+    probability : float
         Estimated probability that a die fails.
-    interval
+    interval : Interval
         Confidence interval of the probability.
-    samples
+    samples : int
         Number of dies that were measured.
-    effective_samples
+    effective_samples : float
         Number (sum w)^2 / sum w^2 over the weights w of the failing samples; NaN for an extrapolation.
-    detail
+    detail : str
         One line on how the method went.
     """
 

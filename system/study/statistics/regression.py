@@ -34,8 +34,6 @@ _CHANCE = 0.05
 class Fit:
     """Shares of the response's variance that the terms of a fitted polynomial have.
 
-    Attributes
-    ----------
     r2 : adjusted R^2, the sum of all shares.
     linear : float64[p], share of the linear term of each parameter.
     squares : float64[p], share of the square of each parameter, zero where the square did not enter.

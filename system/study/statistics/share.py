@@ -18,9 +18,9 @@ class Share:
 
     Attributes
     ----------
-    passed
-        How many pass.
-    of
+    passed : int
+        How many of these runs or samples pass.
+    of : int
         How many there are.
     """
 

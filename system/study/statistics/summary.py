@@ -36,12 +36,8 @@ PROBABILITIES = (0.025, 0.05, 0.25, 0.5, 0.75, 0.95, 0.975)
 class Quantile:
     """Quantile of a metric over the samples.
 
-    Attributes
-    ----------
-    p
-        Probability of the quantile, above 0 and below 1.
-    estimate
-        Its value with its interval, in the unit of the metric.
+    p : probability of the quantile, above 0 and below 1.
+    estimate : its value with its interval, in the unit of the metric.
     """
 
     p: float
@@ -75,23 +71,23 @@ class Summary:
 
     Attributes
     ----------
-    samples
+    samples : int
         Number of all samples.
-    defined
+    defined : int
         Samples at which the metric is finite.
-    undefined
+    undefined : int
         Samples at which the metric is NaN.
-    infinite
+    infinite : int
         Samples at which the metric is infinite.
-    mean
+    mean : Estimate
         Arithmetic mean.
-    sigma
+    sigma : Estimate
         Standard deviation.
-    skew
+    skew : Estimate
         Skewness, without a unit.
-    quantiles
+    quantiles : tuple of Quantile
         Quantiles in the order of the probabilities asked for.
-    share
+    share : Proportion or None
         Share that says yes of a yes-or-no metric, which has no other statistic than its mean; None of a
         number.
     """

@@ -163,7 +163,7 @@ class Scene:
     Attributes
     ----------
     name : str
-        What reports call it.
+        What reports call it: the name of its file, without the ending.
     summary : str
         What it is, in a line.
     light : float

@@ -147,14 +147,9 @@ class Dvs:
 class Segment:
     """A stretch of way at constant speed and turn rate.
 
-    Attributes
-    ----------
-    duration : float
-        How long it takes, s.
-    speed : float
-        Speed ahead, m/s.
-    turn : float
-        Turn rate, counter-clockwise, rad/s.
+    duration : how long it takes, s.
+    speed : speed ahead, m/s.
+    turn : turn rate, counter-clockwise, rad/s.
     """
 
     duration: float

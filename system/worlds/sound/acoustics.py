@@ -50,8 +50,6 @@ MAX_ITERATIONS = 100
 class Air:
     """Still air between a sonar and its reflectors.
 
-    Attributes
-    ----------
     temperature : in K.
     absorption : one-way loss at the carrier in dB/m, >= 0; 0 leaves spreading alone.
     """
@@ -72,8 +70,6 @@ class Air:
 class Call:
     """One vocalization: a tone of constant frequency that sounds from `start` for `duration`.
 
-    Attributes
-    ----------
     start : when the speaker starts, in s, >= 0.
     duration : in s, > 0, rise and fall included.
     amplitude : peak voltage on the speaker in V, >= 0.

@@ -49,29 +49,29 @@ class Microphone:
 
     Attributes
     ----------
-    carrier_frequency
+    carrier_frequency : float
         Carrier frequency of the transducers, Hz.
-    rise_time
+    rise_time : float
         Raised-cosine rise and fall of a tone, s.
-    mouth_ear_delay
+    mouth_ear_delay : float
         Delay from speaker to microphone, s.
-    direct_transfer
+    direct_transfer : float
         Voltage at the microphone for each V on the speaker, straight across, V/V.
-    echo_transfer
+    echo_transfer : float
         Voltage at the microphone for each V on the speaker, by the reference reflector at 1 m, V/V.
-    gain
+    gain : float
         Gain of the amplifier, V/V.
-    supply
+    supply : float
         Upper rail, V; the lower rail is 0.
-    mid_supply
+    mid_supply : float
         Output in silence, V.
-    noise_rms
+    noise_rms : float
         Noise at the amplifier's output, V; 0 switches it off.
-    noise_rate
+    noise_rate : float
         Rate of the baseband noise samples, Hz; the half-power band is 0.62 of it wide.
-    seed, channel
+    seed, channel : int
         Key of the noise; ears on one head share a seed and differ in channel.
-    air
+    air : Air
         What the sound travels in.
 
     Raises
@@ -107,8 +107,6 @@ class Microphone:
 class SoundPath:
     """One way by which one call reaches the microphone.
 
-    Attributes
-    ----------
     source : `DIRECT` or the target's name.
     onset, offset : when it starts and ends at the microphone, in s.
     delay : behind the speaker, in s.
@@ -126,8 +124,6 @@ class SoundPath:
 class MicrophoneState:
     """What is on its way to the microphone.
 
-    Attributes
-    ----------
     paths : that sound now or later, in the order of the calls.
     time : up to where samples were handed out, in s.
     clipped : samples at a rail so far.

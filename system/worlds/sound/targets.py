@@ -39,9 +39,9 @@ class ConstantVelocity:
 
     Attributes
     ----------
-    range_m
+    range_m : float
         Range at t = 0, m, > 0.
-    velocity_m_per_s
+    velocity_m_per_s : float
         Velocity, m/s, at most `MAX_SPEED` either way; a negative one approaches.
     """
 
@@ -59,9 +59,9 @@ class Waypoints:
 
     Attributes
     ----------
-    time_s
+    time_s : tuple of float
         Strictly increasing times in s, shape (n,), n >= 1.
-    range_m
+    range_m : tuple of float
         Ranges in m, shape (n,), > 0, no step faster than `MAX_SPEED`.
 
     Raises
@@ -97,9 +97,9 @@ class Approach:
 
     Attributes
     ----------
-    start_range_m, end_range_m
+    start_range_m, end_range_m : float
         First and last range, m, > 0; a larger last one recedes.
-    speed_m_per_s
+    speed_m_per_s : float
         Speed, m/s, > 0, at most `MAX_SPEED`.
     """
 
@@ -123,11 +123,11 @@ class Target:
 
     Attributes
     ----------
-    name
-        What reports call it.
-    trajectory
+    name : str
+        What reports, pictures and errors call it; not blank.
+    trajectory : Trajectory
         Its range over time.
-    target_strength
+    target_strength : float
         Echo amplitude over that of the reference reflector, both at 1 m: a ratio > 0.
 
     Raises
