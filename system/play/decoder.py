@@ -118,8 +118,6 @@ class VoteDecoder(_Choice):
 
     Attributes
     ----------
-    groups : sequence of sequence of int
-        Addresses of each group.
     ties : int
         How often the last choice was taken, for want of a winner.
     """
@@ -142,8 +140,6 @@ class LatencyDecoder(_Choice):
 
     Attributes
     ----------
-    groups : sequence of sequence of int
-        Addresses of each group.
     silent : int
         How often none came.
     """

@@ -13,9 +13,10 @@ An encoder makes the events of a window of time of the numbers of an observation
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, final
 
 import numpy as np
 
@@ -87,27 +88,19 @@ class Ranges:
 
 
 @dataclass(slots=True)
-class RateCode:
-    """Evenly spaced events, the more the larger a number.
+class _Code(ABC):
+    """A code of numbers, each a share of its range; what is cut off is counted.
 
-    Attributes
-    ----------
-    ranges : Ranges
-        Numbers and their addresses.
-    most : float
-        Events a second of an address at the upper end of a range, Hz.
-    clipped : int
-        How many numbers were cut off so far.
+    ranges : numbers and their addresses.
+    clipped : how many numbers were cut off so far.
     """
 
     ranges: Ranges
-    most: float
-    clipped: int = 0
-    _phase: F64 = field(default_factory=lambda: np.empty(0))
+    clipped: int = field(default=0, kw_only=True)
 
+    @abstractmethod
     def begin(self) -> None:
-        """Forget how far the next events were."""
-        self._phase = np.empty(0)
+        """Forget what was before."""
 
     def events(self, values: F64, start: float, window: float) -> Train:
         """Return times (s), float64[m], and addresses, int64[m], of the events of a window.
@@ -116,10 +109,33 @@ class RateCode:
         """
         share, cut = self.ranges.shares(values)
         self.clipped += cut
-        return self._trains(share * self.most, self.ranges.addresses, start, window)
+        return self._train(share, start, window)
 
-    def _trains(self, rates: F64, groups: Groups, start: float, window: float) -> Train:
-        """Trains of each group at its rate, Hz; phases go on."""
+    @abstractmethod
+    def _train(self, share: F64, start: float, window: float) -> Train:
+        """Events of a window, of shares from 0 to 1."""
+
+
+@dataclass(slots=True)
+class _EvenCode(_Code):
+    """Evenly spaced events, whose phases go on from window to window.
+
+    most : events a second of an address at the most, Hz.
+    """
+
+    most: float
+    _phase: F64 = field(default_factory=lambda: np.empty(0), kw_only=True)
+
+    def begin(self) -> None:
+        """Forget how far the next events were."""
+        self._phase = np.empty(0)
+
+    @abstractmethod
+    def _rates(self, share: F64) -> tuple[F64, Groups]:
+        """Rates (Hz), and the addresses that have each."""
+
+    def _train(self, share: F64, start: float, window: float) -> Train:
+        rates, groups = self._rates(share)
         if self._phase.size != rates.size:
             self._phase = np.linspace(0.0, 1.0, rates.size, endpoint=False)
         times, addresses = [], []
@@ -135,8 +151,24 @@ class RateCode:
         return _ordered(times, addresses)
 
 
+@final
 @dataclass(slots=True)
-class PopulationCode:
+class RateCode(_EvenCode):
+    """Evenly spaced events, the more the larger a number.
+
+    Attributes
+    ----------
+    most : float
+        Events a second of an address at the upper end of a range, Hz.
+    """
+
+    def _rates(self, share: F64) -> tuple[F64, Groups]:
+        return share * self.most, self.ranges.addresses
+
+
+@final
+@dataclass(slots=True)
+class PopulationCode(_EvenCode):
     """Each address answers to values about a centre of its own.
 
     Attributes
@@ -149,63 +181,26 @@ class PopulationCode:
         Of the tuning, in spacings of the centres, a number above 0.
     """
 
-    ranges: Ranges
-    most: float
     width: float = 1.0
-    _rate: RateCode = field(init=False)
 
-    def __post_init__(self) -> None:
-        self._rate = RateCode(self.ranges, self.most)
-
-    @property
-    def clipped(self) -> int:
-        """How many numbers were cut off so far."""
-        return self._rate.clipped
-
-    def begin(self) -> None:
-        """Forget how far the next events were."""
-        self._rate.begin()
-
-    def events(self, values: F64, start: float, window: float) -> Train:
-        """Return times (s), float64[m], and addresses, int64[m], of the events of a window.
-
-        values: the numbers, float64[n], in the units of their ranges; start, window: begin and length, s.
-        """
-        share, cut = self.ranges.shares(values)
-        self._rate.clipped += cut
+    def _rates(self, share: F64) -> tuple[F64, Groups]:
         rates, groups = [], []
         for s, group in zip(share.tolist(), self.ranges.addresses, strict=True):
             apart = (np.linspace(0.0, 1.0, len(group)) - s) * max(len(group) - 1, 1) / self.width
             rates.append(self.most * np.exp(-0.5 * apart**2))
             groups += [(address,) for address in group]
-        return self._rate._trains(np.concatenate(rates), groups, start, window)  # noqa: SLF001 - one code
+        return np.concatenate(rates), groups
 
 
+@final
 @dataclass(slots=True)
-class LatencyCode:
-    """One event a window, the sooner the larger a number.
-
-    Attributes
-    ----------
-    ranges : Ranges
-        Numbers and their addresses.
-    clipped : int
-        How many numbers were cut off so far.
-    """
-
-    ranges: Ranges
-    clipped: int = 0
+class LatencyCode(_Code):
+    """One event a window, the sooner the larger a number."""
 
     def begin(self) -> None:
         """Nothing is kept from window to window."""
 
-    def events(self, values: F64, start: float, window: float) -> Train:
-        """Return times (s), float64[m], and addresses, int64[m], of the events of a window.
-
-        values: the numbers, float64[n], in the units of their ranges; start, window: begin and length, s.
-        """
-        share, cut = self.ranges.shares(values)
-        self.clipped += cut
+    def _train(self, share: F64, start: float, window: float) -> Train:
         times, addresses = [], []
         for s, group in zip(share.tolist(), self.ranges.addresses, strict=True):
             if s > 0.0:
