@@ -113,6 +113,12 @@ def save_picture(path: str | None, draw: Callable[[Figure], None]) -> None:
             figure.savefig(temporary, format=suffix, metadata=_UNDATED[suffix])
 
 
+def sized_axes(figure: Figure, width: float, height: float) -> Axes:
+    """Give an empty figure its width and height, in inches, and return the one pair of axes in it."""
+    figure.set_size_inches(width, height)
+    return figure.subplots()
+
+
 def settle(figure: Figure) -> None:
     """Lay a figure out until nothing leaves it: beside axes of equal scales one pass is not enough."""
     for _ in range(_PASSES):

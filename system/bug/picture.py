@@ -13,7 +13,7 @@ from shapely.geometry import Polygon
 
 from circuits.arrays import F64
 from system.bug.world import World
-from system.plot import COLOURS, DASHES, INK, PALE, entitle
+from system.plot import COLOURS, DASHES, INK, PALE, entitle, sized_axes
 
 _INCHES = 7.0  # of the longer side of a map
 
@@ -54,8 +54,7 @@ def draw_paths(paths: Mapping[str, F64], ax: Axes) -> None:
 def draw_run(world: World, path: F64, shortest: F64 | None, title: str, figure: Figure) -> None:
     """Fill an empty figure with one run."""
     scale = _INCHES / max(world.map.width, world.map.height)
-    figure.set_size_inches(scale * world.map.width + 1.0, scale * world.map.height + 1.3)
-    ax = figure.subplots()
+    ax = sized_axes(figure, scale * world.map.width + 1.0, scale * world.map.height + 1.3)
     draw_world(world, ax)
     draw_shortest(shortest, ax)
     draw_paths({"path": path}, ax)

@@ -38,7 +38,7 @@ from system.options.block import describe_run
 from system.options.codes import described
 from system.options.noise import device_noise
 from system.options.outside import inside_boxes
-from system.plot import entitle, silicon_text
+from system.plot import entitle, silicon_text, sized_axes
 from system.spikes.output import spikes_made_again, trains_of
 from system.system import PROGRAMS, SUCCEEDED, Account, Progress, RunTrace, System, part
 from system.view.film import Film, Stage, Track, circles, signal
@@ -282,8 +282,7 @@ def draw(trace: Trace, figure: Figure) -> None:
         f"{trace.forest.name}, ranges {s.ranges}{die}, {d.time:.1f} s:"
         f" {100.0 * side_share(d):.0f} % of {len(d.log)} pings to the side\n{said.headline}"
     )
-    figure.set_size_inches(8.0, 6.1)
-    ax = figure.subplots()
+    ax = sized_axes(figure, 8.0, 6.1)
     draw_robot(trace.forest, trace.arcs, trace.path, d.log, s.robot.zone, ax, succeeded=said.succeeded)
     entitle(title, ax)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)

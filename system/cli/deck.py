@@ -35,7 +35,7 @@ from system.cli.verbs import Op
 from system.files.writing import write_text_atomic
 from system.options.block import Choice
 from system.options.target import deck_of
-from system.plot import COLOURS, check_picture, save_picture
+from system.plot import COLOURS, check_picture, save_picture, sized_axes
 
 _SHOWN = 40  # vectors of a deck that are printed; CSV and JSON have all
 _DRAWN = len(COLOURS)
@@ -260,8 +260,7 @@ def _table(found: Waveforms) -> str:
 
 def _draw(found: Waveforms, target: str, figure: Any) -> None:
     """Fill `figure` with the first voltages over the axis."""
-    figure.set_size_inches(7.0, 4.0)
-    axes = figure.subplots()
+    axes = sized_axes(figure, 7.0, 4.0)
     shown = [n for n in found.values if _unit(n) == "V"][:_DRAWN]
     for name, colour in zip(shown, COLOURS, strict=False):
         axes.plot(found.axis, found.values[name], color=colour, label=name)

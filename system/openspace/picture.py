@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from circuits.arrays import F64
 from system.openspace.law import ARCS, Arcs, Bat, arc_point, detectable
 from system.openspace.map import SIDE
-from system.plot import COLOURS, INK, PALE, entitle, mark_end
+from system.plot import COLOURS, INK, PALE, entitle, mark_end, sized_axes
 from system.view.film import Film, Shape, Stage, Track, circles, signal
 
 _BEARINGS = np.linspace(-np.pi, np.pi, 361)
@@ -135,8 +135,7 @@ def draw_view_of_run(
     place: F64, zone: float, path: F64, figure: Figure, title: str, *, succeeded: bool | None
 ) -> None:
     """Fill a figure with a forest and a path, as in Figure 10B; start and end are marked."""
-    figure.set_size_inches(6.4, 6.6)
-    ax = figure.subplots()
+    ax = sized_axes(figure, 6.4, 6.6)
     draw_forest(place, zone, ax)
     draw_path(path, ax, 1.0)
     ax.plot(*path[0], marker="o", color=COLOURS[2], markersize=6, linestyle="", zorder=4, label="start")

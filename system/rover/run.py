@@ -34,7 +34,7 @@ from system.options.codes import described
 from system.options.noise import device_noise
 from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
-from system.plot import INK, entitle, silicon_text
+from system.plot import INK, entitle, silicon_text, sized_axes
 from system.rover.cost_map import Cell, CostMap, check_codes, for_need, load_map
 from system.rover.drive import Drive, drive, polyline, scatter_obstacles, set_out, turn_away
 from system.rover.frechet import discrete_frechet
@@ -300,8 +300,7 @@ def draw(trace: Trace, figure: Figure) -> None:
     """Fill `figure` with the map and the last trip's planned and driven way."""
     (rows, columns), cells = trace.cost_map.shape, trace.cost_map
     shape = rows * cells.cell_height / (columns * cells.cell_width)
-    figure.set_size_inches(6.4, min(max(5.0 * shape + 1.4, 3.4), 9.4))
-    ax = figure.subplots()
+    ax = sized_axes(figure, 6.4, min(max(5.0 * shape + 1.4, 3.4), 9.4))
     trip = trace.trips[-1]
     draw_map(trace.cost_map, figure, ax)
     draw_ways(polyline(trace.cost_map, trip.plan.path), [trip.drive.place], ax, trace.scenario.rover.reach)

@@ -56,7 +56,7 @@ from system.papers.checks.chip_noise_sonar import (
     step_beside,
 )
 from system.papers.checks.jitter_beside import Beside, known
-from system.plot import COLOURS
+from system.plot import COLOURS, sized_axes
 from system.rule import unjudged, within
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
@@ -240,8 +240,7 @@ def note(found: Sequence[Beside]) -> str:
 
 def draw(found: Sequence[Beside], figure: Figure) -> None:
     """Fill `figure` with deviations over means, the transistors' with what is known of them."""
-    figure.set_size_inches(max(7.0, 0.55 * len(found)), 4.2)
-    ax = figure.subplots()
+    ax = sized_axes(figure, max(7.0, 0.55 * len(found)), 4.2)
     at = np.arange(len(found))
     theirs = np.array([b.transistors / b.mean for b in found])
     spread = theirs * np.array([b.known for b in found])

@@ -44,7 +44,7 @@ from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.testbench import Testbench
 from netlists.ngspice import small_signal as peer
 from system.experiment import Experiment, Progress, Report, part, with_progress
-from system.plot import COLOURS, PALE
+from system.plot import COLOURS, PALE, sized_axes
 from system.rule import unjudged, within
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
@@ -262,8 +262,7 @@ def _note(beside: Sequence[Beside], white: F64) -> str:
 
 def draw(white: F64, flicker: F64, figure: Figure) -> None:
     """Fill `figure` with t_inh of the trials about their mean, and the normal that theory expects."""
-    figure.set_size_inches(7.0, 4.0)
-    ax = figure.subplots()
+    ax = sized_axes(figure, 7.0, 4.0)
     edges = np.linspace(-70.0, 70.0, 57).tolist()
     looks: tuple[tuple[str, F64, str], ...] = (
         ("white and flicker", flicker, COLOURS[1]), ("white", white, COLOURS[0])

@@ -35,7 +35,7 @@ from netlists.registry import Settings
 from system.experiment import Experiment, Progress, Report
 from system.options.block import Choice, choose
 from system.options.silicon import SiliconChoice
-from system.plot import COLOURS
+from system.plot import COLOURS, sized_axes
 from system.rule import at_least, unjudged
 from system.statement import Statement
 
@@ -192,8 +192,7 @@ def draw(found: Sequence[There], figure: Figure) -> None:
         The figure, empty.
     """
     shown = [f for f in found if f.values[0] > 0.0 and f.values[1] > 0.0]
-    figure.set_size_inches(8.0, 1.2 + 0.22 * len(shown))
-    ax = figure.subplots()
+    ax = sized_axes(figure, 8.0, 1.2 + 0.22 * len(shown))
     for k, each in enumerate(shown):
         colour = COLOURS[0] if each.cards == each.home else COLOURS[1]
         ax.plot(each.values[1] / each.values[0], k, "o", color=colour)

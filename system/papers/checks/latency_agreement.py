@@ -22,7 +22,7 @@ from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
 from system.openspace.law import Arcs, Bat, arcs_of
 from system.papers.wen2022.fig5 import NAMES
-from system.plot import PALE
+from system.plot import PALE, sized_axes
 from system.rule import at_least
 from system.spiking_bat.agreement import Recorder, confusion, kappa_interval, replayed, replayed_by
 from system.spiking_bat.brain import network_brain
@@ -108,8 +108,7 @@ def recorded(arcs: Arcs, numbers: Numbers, seed: int, pings: int) -> Recorder:
 
 def _draw(table: F64, figure: Figure) -> None:
     """How often the network (rows) and the chip (columns) named each group."""
-    figure.set_size_inches(6.0, 5.4)
-    ax = figure.subplots()
+    ax = sized_axes(figure, 6.0, 5.4)
     names = [*NAMES, "none", "emergency"]
     ax.imshow(np.log1p(table), cmap="Blues")
     for i, j in np.ndindex(table.shape):

@@ -25,7 +25,7 @@ from chips.latency.calibration import PARTS
 from circuits.arrays import I64
 from system.experiment import Experiment, Progress, Report
 from system.papers.checks.latency_forests import described
-from system.plot import COLOURS
+from system.plot import COLOURS, sized_axes
 from system.rule import Measured, significant
 from system.spiking_bat.campaign import (
     Build,
@@ -135,8 +135,7 @@ def notes(flights: Flights) -> tuple[str, ...]:
 
 def _draw(flights: Flights, figure: Figure) -> None:
     """Mean crossings of each build; blocks alone in another colour."""
-    figure.set_size_inches(7.6, 6.0)
-    ax = figure.subplots()
+    ax = sized_axes(figure, 7.6, 6.0)
     names = list(flights)
     values = [mean_crossings(flights[name]) for name in names]
     colours = [COLOURS[1] if name.startswith("only") else COLOURS[0] for name in names]

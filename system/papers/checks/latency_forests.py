@@ -27,7 +27,7 @@ from matplotlib.figure import Figure
 from circuits.errors import ParameterError
 from system.experiment import Experiment, Progress, Report
 from system.options.noise import Noisy
-from system.plot import COLOURS
+from system.plot import COLOURS, sized_axes
 from system.rule import Measured, equivalent, overlapping, unjudged
 from system.spiking_bat.campaign import (
     CROSSINGS,
@@ -157,8 +157,7 @@ def described(name: str, flights: Sequence[Crossed]) -> str:
 
 def draw_survival(flights: Flights, figure: Figure) -> None:
     """Draw the share of flights that crossed so often without a failure, with intervals."""
-    figure.set_size_inches(6.4, 4.4)
-    ax = figure.subplots()
+    ax = sized_axes(figure, 6.4, 4.4)
     for k, (name, each) in enumerate(flights.items()):
         count, share, low, high = survival(each)
         colour = COLOURS[k % len(COLOURS)]

@@ -22,7 +22,7 @@ from chips.latency.law import evaluation_latency
 from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report, with_progress
 from system.openspace.law import Bat, arcs_of
-from system.plot import COLOURS
+from system.plot import COLOURS, sized_axes
 from system.rule import at_most, below
 from system.spiking_bat.campaign import Build
 from system.spiking_bat.chip_brain import design_of
@@ -114,8 +114,7 @@ def notes(found: Mapping[str, Recalls]) -> tuple[str, ...]:
 
 
 def _draw(found: Mapping[str, Recalls], figure: Figure) -> None:
-    figure.set_size_inches(7.2, 4.6)
-    ax = figure.subplots()
+    ax = sized_axes(figure, 7.2, 4.6)
     names = list(found)
     ax.barh(np.arange(len(names)), [1e3 * r.rms for r in found.values()], color=COLOURS[0])
     ax.set_yticks(np.arange(len(names)), names, fontsize=8)

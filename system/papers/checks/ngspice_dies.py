@@ -26,7 +26,7 @@ from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from netlists.ngspice.tuning import LARGEST_STEP, RELTOL, NgspiceTrials, edges_hold
 from system.experiment import Experiment, Progress, Report
-from system.plot import COLOURS, PALE
+from system.plot import COLOURS, PALE, sized_axes
 from system.rule import Rule, all_of, within
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
@@ -136,8 +136,7 @@ def _note(found: Sequence[Beside]) -> str:
 
 def draw(found: Sequence[Beside], figure: Figure) -> None:
     """Fill `figure` with the facilitating interval of every die in both engines."""
-    figure.set_size_inches(7.0, 4.0)
-    axes = figure.subplots()
+    axes = sized_axes(figure, 7.0, 4.0)
     for tunings, colour, width, label in (
         ([one.ngspice for one in found], PALE, 7.0, "ngspice"),
         ([one.solver for one in found], COLOURS[0], 2.0, "solver"),

@@ -32,7 +32,7 @@ from netlists.ngspice.form import started
 from netlists.ngspice.library import NoOperatingPointError
 from netlists.ngspice.random_circuit import random_testbench
 from system.experiment import Experiment, Progress, Report
-from system.plot import COLOURS, PALE
+from system.plot import COLOURS, PALE, sized_axes
 from system.rule import all_of, at_least
 from system.statement import Statement
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
@@ -215,8 +215,7 @@ def _text(value: float | None, unit: str) -> str:
 
 def draw(found: Sequence[Beside], figure: Figure) -> None:
     """Fill `figure` with every circuit's difference as a share of what is allowed for it."""
-    figure.set_size_inches(7.0, 3.5)
-    axes = figure.subplots()
+    axes = sized_axes(figure, 7.0, 3.5)
     for values, colour, label in (
         (_shares(found, "point", POINT), PALE, "operating point"),
         (_shares(found, "edge", SHARE), COLOURS[0], "edges"),

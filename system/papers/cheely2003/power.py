@@ -40,7 +40,7 @@ from circuits.solver.transient import Result, Runner, Steps
 from circuits.testbench import Testbench
 from system.experiment import Experiment, Progress, Report, part, with_progress
 from system.papers.cheely2003.fig6 import neurons
-from system.plot import COLOURS, INK
+from system.plot import COLOURS, INK, sized_axes
 from system.rule import Rule, between, within_share
 from system.statement import Statement
 
@@ -205,8 +205,7 @@ def _notes(found: dict[str, Power], linear: dict[str, Power]) -> tuple[str, ...]
 
 def _draw(found: dict[str, Power], linear: dict[str, Power], figure: Figure) -> None:
     """A bar a case, by source; the paper's figures and the linear chain beside."""
-    figure.set_size_inches(7.5, 4.2)
-    ax = figure.subplots()
+    ax = sized_axes(figure, 7.5, 4.2)
     labels = list(found)
     place = np.arange(len(labels))
     rest = np.array([1e6 * found[label].from_rest for label in labels])

@@ -33,7 +33,7 @@ from circuits.arrays import F64
 from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017.null import ROBOTS, runs_of
-from system.plot import COLOURS
+from system.plot import COLOURS, sized_axes
 from system.pushbot.body import SPEED_OF_FACTOR
 from system.pushbot.campaign import FIRST, Drive, Runs, Summary, drive_repeats, share_of, summaries_of
 from system.pushbot.course import stood
@@ -215,8 +215,7 @@ def notes(found: Found) -> tuple[str, ...]:
 
 
 def _draw(found: Found, figure: Figure) -> None:
-    figure.set_size_inches(6.0, 3.4)
-    ax = figure.subplots()
+    ax = sized_axes(figure, 6.0, 3.4)
     for k, ((network, speed), runs) in enumerate(found.items()):
         ways, left = kept(runs)
         style = "-" if speed == SPEEDS[1] else ":"

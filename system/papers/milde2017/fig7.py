@@ -18,7 +18,7 @@ from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017.avoided import report_avoided
 from system.papers.milde2017.null import ROBOTS, always
 from system.papers.milde2017.picture import SHADES
-from system.plot import INK, draw_estimates
+from system.plot import INK, draw_estimates, sized_axes
 from system.pushbot.campaign import Drive, Runs, drive_repeats
 from system.pushbot.scenario import Scenario
 from system.rule import Measured, at_least, at_most
@@ -66,8 +66,7 @@ def _dark(colour: str, dark: Share, normal: Share) -> Statement:
 
 
 def _draw(free: Free, figure: Figure) -> None:
-    figure.set_size_inches(6.0, 3.4)
-    ax = figure.subplots()
+    ax = sized_axes(figure, 6.0, 3.4)
     lights = list(dict.fromkeys(light for light, _ in free))
     colours = list(dict.fromkeys(colour for _, colour in free))
     for k, colour in enumerate(colours):

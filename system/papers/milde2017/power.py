@@ -14,7 +14,7 @@ from chips.rolls.power import TYPICAL, Power
 from system.experiment import Experiment, Progress, Report
 from system.options.rolls_power import run_power
 from system.papers.conditions import IDEAL_CURRENTS
-from system.plot import COLOURS, INK
+from system.plot import COLOURS, INK, sized_axes
 from system.pushbot.campaign import FIRST
 from system.pushbot.loop import all_spikes
 from system.pushbot.run import run
@@ -58,8 +58,7 @@ def notes(found: Power) -> tuple[str, ...]:
 
 
 def _draw(found: Power, figure: Figure) -> None:
-    figure.set_size_inches(6.0, 3.2)
-    ax = figure.subplots()
+    ax = sized_axes(figure, 6.0, 3.2)
     parts = {**found.parts, "total": found.total, "paper": TYPICAL}
     colours = [*[COLOURS[0]] * (len(parts) - 1), COLOURS[1]]
     ax.barh(list(parts), [1e3 * watts for watts in parts.values()], color=colours, edgecolor=INK)

@@ -21,7 +21,7 @@ from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017.null import ROBOTS, runs_of
 from system.papers.milde2017.picture import SHADES
-from system.plot import INK
+from system.plot import INK, sized_axes
 from system.pushbot.campaign import (
     Drive,
     Runs,
@@ -211,8 +211,7 @@ def notes(cells: Cells) -> tuple[str, ...]:
 
 
 def _draw(cells: Cells, figure: Figure) -> None:
-    figure.set_size_inches(7.2, 4.2)
-    ax = figure.subplots()
+    ax = sized_axes(figure, 7.2, 4.2)
     colours = list(dict.fromkeys(colour for colour, _ in cells))
     for k, colour in enumerate(colours):
         mine = [cells[colour, f] for f in CELLS]

@@ -17,7 +17,7 @@ from circuits.circuit import BiasKind
 from system.experiment import Experiment, Progress, Report
 from system.papers.milde2017.avoided import report_avoided
 from system.papers.milde2017.null import ROBOTS
-from system.plot import COLOURS, draw_estimates
+from system.plot import COLOURS, draw_estimates, sized_axes
 from system.pushbot.campaign import Drive, Runs, drive_repeats
 from system.pushbot.scenario import Scenario
 from system.rule import Measured, at_least, below
@@ -66,8 +66,7 @@ def rows(found: Found) -> tuple[Statement, ...]:
 
 
 def _draw(found: Found, figure: Figure) -> None:
-    figure.set_size_inches(5.6, 3.4)
-    ax = figure.subplots()
+    ax = sized_axes(figure, 5.6, 3.4)
     for k, kind in enumerate(KINDS):
         # beside one another, for they may be the same
         mine = {t + k - 0.5: share for (name, t), share in found.items() if name == kind}

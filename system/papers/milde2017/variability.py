@@ -21,7 +21,7 @@ from circuits.silicon.die import Die
 from system.experiment import Experiment, Progress, Report
 from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017.null import ROBOTS, always, runs_of
-from system.plot import COLOURS, PALE
+from system.plot import COLOURS, PALE, sized_axes
 from system.pushbot.campaign import FIRST, Drive, Summary, drive_cells, summaries_of
 from system.pushbot.scenario import Scenario
 from system.rule import at_least, between
@@ -111,8 +111,7 @@ def notes(groups: Groups) -> tuple[str, ...]:
 
 
 def _draw(groups: Groups, figure: Figure) -> None:
-    figure.set_size_inches(6.4, 1.2 + 0.3 * len(groups))
-    ax = figure.subplots()
+    ax = sized_axes(figure, 6.4, 1.2 + 0.3 * len(groups))
     for row, found in enumerate(groups.values()):
         left = left_of(found)
         counts = (left.passed, left.of - left.passed, len(found) - left.of)
