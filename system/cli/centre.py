@@ -16,18 +16,20 @@ from circuits.units import parse_quantity
 from system.cli.block_choice import choose_block, target_of
 from system.cli.deck_measures import own_measures
 from system.cli.exit_status import DONE, NO
-from system.cli.fresh_dies import (
+from system.cli.option_names import words_of
+from system.cli.output import json_text, print_json, print_line, progress_bar
+from system.cli.search_output import (
     TRANSISTOR,
     FreshDies,
     Report,
+    moved_document,
     percent,
+    print_moved,
     print_report,
     report_document,
     report_on,
     silicons,
 )
-from system.cli.option_names import words_of
-from system.cli.output import json_text, print_json, print_line, print_table, progress_bar, quantity_cell
 from system.cli.study_verbs import Centre
 from system.files.writing import check_folder, write_text_atomic
 from system.notice import say
@@ -215,11 +217,7 @@ def document(result: Result) -> dict[str, Any]:
         "level": TRANSISTOR,
         "tuning_dies": [0, asked.tuning_dies - 1],
         "fresh_dies": [asked.first_fresh_die, asked.first_fresh_die + asked.fresh_dies - 1],
-        "moved": [
-            {"name": k.name, "unit": k.unit, "before": k.value, "after": v, "change": k.change(v)}
-            for k, v in zip(result.knobs, result.values, strict=True)
-        ],
-        "options": words_of(options_of(result.subject)),
+        **moved_document(result.knobs, result.values, result.subject),
         "search": search,
         "fresh": [report_document(f) for f in result.reports],
     }
@@ -231,11 +229,7 @@ def _print(result: Result) -> None:
         f"{asked.block}, {' and '.join(map(str, result.specifications))}; tuned on dies"
         f" {asked.silicon.lot}/0 to {asked.tuning_dies - 1} at {result.level} level\n"
     )
-    rows = [
-        (k.name, quantity_cell(k.value, k.unit), quantity_cell(v, k.unit), k.change_text(v))
-        for k, v in zip(result.knobs, result.values, strict=True)
-    ]
-    print_table("moved", ("name", "before:", "after:", "change:"), rows)
+    print_moved("moved", result.knobs, result.values)
     if not found.coordinates.any():
         print_line("nothing beat the start: nothing is moved")
     print_line(

@@ -26,12 +26,12 @@ from system.cli.exit_status import BAD_INPUT, DONE, INTERRUPTED, NO
 from system.cli.given_once import App
 from system.cli.guide import guide
 from system.cli.labs_verb import Labs
-from system.cli.match_verb import Corners, Match, Worst
+from system.cli.match_verb import Corners, Match, Size, Worst
 from system.cli.mend import measured_again
 from system.cli.mission_verb import Merge, Mission
 from system.cli.run_command_line import names_in_study
 from system.cli.simulate_verb import Simulate
-from system.cli.study_verbs import Centre, Gradient, Montecarlo, Replay, Size
+from system.cli.study_verbs import Centre, Gradient, Montecarlo, Replay
 from system.cli.sweep_verb import Sweep
 from system.cli.verb import verb
 from system.cli.verbs import (

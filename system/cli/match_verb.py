@@ -1,4 +1,4 @@
-"""The verbs on a metric's gradient over dies: `match`, `worst` and `corners`."""
+"""The verbs on a metric's gradient over dies: `match`, `size`, `worst` and `corners`."""
 
 from __future__ import annotations
 
@@ -40,6 +40,25 @@ class Match:
     least: str = option("10%", "No device gets less of its own area than this", metavar="SHARE")
     check: int = option(0, "Dies of the check by sampling; none unless given", metavar="DIES")
     seed: int = option(0, "Of that check's draws")
+    over: OverDies = part(OverDies)
+    as_json: bool = shared.json_option()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Size:
+    """Find the least area at which enough dies pass; judge on fresh dies."""
+
+    block: str = shared.block_argument()
+    spec: tuple[str, ...] = option((), 'As "offset_V in -5mV:5mV", repeatable', metavar="TEXT")
+    move_param: tuple[str, ...] = option(
+        (), "A size that moves; every length and width unless given; repeatable", metavar="NAME"
+    )
+    wanted: str = option("99%", "Share of dies that should pass", name="yield", metavar="SHARE")
+    reach: float = option(3.0, "How far sizes move, each way", name="range", metavar="FACTOR")
+    tuning_dies: int = option(200, "Dies of the search, from 0 on, at most 1000")
+    fresh_dies: int = option(1000, "Dies of the report")
+    first_fresh_die: int = option(1000, "The first of them, 1000 or later")
+    output: str | None = shared.file_option("Write the result as JSON", short="o")
     over: OverDies = part(OverDies)
     as_json: bool = shared.json_option()
 

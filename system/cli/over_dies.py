@@ -16,7 +16,12 @@ from system.study.target import BlockTarget, Subject, hashed
 
 
 def target_of(block: str, metrics: Sequence[str], over: OverDies, verb: str) -> BlockTarget:
-    """Give a block with the metrics that are measured of it.
+    """Give a block with its metrics; arguments and errors are those of `subject_of`."""
+    return BlockTarget(subject_of(block, metrics, over, verb))
+
+
+def subject_of(block: str, metrics: Sequence[str], over: OverDies, verb: str) -> Subject:
+    """Give what a block with the metrics that are measured of it is made from.
 
     verb: who asks. Raises `ParameterError` for a system, and for no metric.
     """
@@ -28,12 +33,10 @@ def target_of(block: str, metrics: Sequence[str], over: OverDies, verb: str) -> 
             f"{verb}: no metric, must name one, as t_inh_s; see noctule show BLOCK --metrics"
         )
     values = over.values
-    return BlockTarget(
-        hashed(
-            Subject(
-                block, names, values.param, values.bias, values.bias_set, values.bias_kind, over.stimulus,
-                over.silicon,
-            )
+    return hashed(
+        Subject(
+            block, names, values.param, values.bias, values.bias_set, values.bias_kind, over.stimulus,
+            over.silicon,
         )
     )  # fmt: skip
 

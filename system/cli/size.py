@@ -11,35 +11,33 @@ from typing import Any
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
-from system.cli.block_choice import target_of
-from system.cli.deck_measures import own_measures
 from system.cli.exit_status import DONE, NO
-from system.cli.fresh_dies import (
+from system.cli.match_verb import Size
+from system.cli.option_names import words_of
+from system.cli.output import json_text, print_json, print_line, progress_bar
+from system.cli.over_dies import subject_of
+from system.cli.search_output import (
     TRANSISTOR,
     FreshDies,
     Report,
+    moved_document,
     percent,
+    print_moved,
     print_report,
     report_document,
     report_on,
     silicons,
 )
-from system.cli.option_names import words_of
-from system.cli.output import json_text, print_json, print_line, print_table, progress_bar, quantity_cell
-from system.cli.study_verbs import Size
 from system.files.writing import check_folder, write_text_atomic
 from system.notice import say
 from system.options.block import Value, parameters, read_die
-from system.registry import system_names
-from system.study.metrics.measure import named_measures
-from system.study.metrics.metric import with_named
 from system.study.search.centre import Bench, Problem
 from system.study.search.knob import Knob, moved_subject, options_of, sizes_of
 from system.study.search.size import Sized, size
 from system.study.specification import Specification, limited_metrics, parse_spec
 from system.study.statistics.summary import Yield
 from system.study.table import Condition
-from system.study.target import BlockTarget, Subject, hashed
+from system.study.target import BlockTarget, Subject
 
 SQUARE_MICROMETRE = 1e-12  # m^2
 
@@ -115,7 +113,7 @@ def run(asked: Size) -> Result:
     other or the block.
     """
     wanted, fresh = _checked(asked), _fresh_of(asked)
-    subject = _subject_of(asked)
+    subject = subject_of(asked.block, limited_metrics(asked.spec), asked.over, "size")
     target = BlockTarget(subject)
     limited = {q.name: q.limit_unit for q in target.quantities}
     specifications = tuple(parse_spec(text, limited) for text in asked.spec)
@@ -134,33 +132,21 @@ def run(asked: Size) -> Result:
     problem = Problem(open_at, len(knobs), specifications, read_die(subject.silicon), condition)
     with (
         progress_bar(f"{subject.target}, search") as progress,
-        ThreadPoolExecutor(asked.threads or os.cpu_count() or 1) as executor,
+        ThreadPoolExecutor(asked.over.threads or os.cpu_count() or 1) as executor,
     ):
         bench = Bench(problem, asked.tuning_dies, executor, lambda _: None)
-        found = size(problem, open_at, wanted, bench, asked.tuning_dies, asked.threads, progress)
+        found = size(problem, open_at, wanted, bench, asked.tuning_dies, asked.over.threads, progress)
     values = values_at(found.coordinates)
     designs = subject, moved_subject(subject, knobs, values)
-    reports = tuple(report_on(fresh, designs, s, specifications, condition) for s in silicons(asked.silicon))
+    reports = tuple(
+        report_on(fresh, designs, s, specifications, condition) for s in silicons(asked.over.silicon)
+    )
     units = {q.name: q.unit for q in target.quantities}
     return Result(asked, subject, specifications, units, wanted, knobs, values, found, reports)
 
 
-def _subject_of(asked: Size) -> Subject:
-    block, values = asked.block, asked.values
-    if block in system_names():
-        raise ParameterError(f"size: {block} is a system, must be a block or chip; name one of its chips")
-    measures = named_measures((*own_measures(block, values, asked.silicon, asked.stimulus), *asked.measure))
-    named = with_named(measures, limited_metrics(asked.spec))
-    return hashed(
-        Subject(
-            target_of(block, values), named, values.param, values.bias, values.bias_set, values.bias_kind,
-            asked.stimulus, asked.silicon,
-        )
-    )  # fmt: skip
-
-
 def _fresh_of(asked: Size) -> FreshDies:
-    return FreshDies(asked.tuning_dies, asked.fresh_dies, asked.first_fresh_die, asked.threads)
+    return FreshDies(asked.tuning_dies, asked.fresh_dies, asked.first_fresh_die, asked.over.threads)
 
 
 def _checked(asked: Size) -> float:
@@ -176,7 +162,7 @@ def _checked(asked: Size) -> float:
         raise ParameterError(
             f"--range: {asked.reach:g}, must be above 1 and at most 1000; 3 is a third to three"
         )
-    if not (asked.silicon.mismatch or asked.silicon.process_variation):
+    if not (asked.over.silicon.mismatch or asked.over.silicon.process_variation):
         raise ParameterError("--no-mismatch: no process varies either, so all dies are one; leave it out")
     if asked.output is not None:
         check_folder(asked.output)
@@ -189,9 +175,9 @@ def document(result: Result) -> dict[str, Any]:
     return {
         "block": asked.block,
         "specifications": [str(s) for s in result.specifications],
-        "temperature_C": parse_quantity(asked.silicon.temperature, "degC", "--temperature"),
-        "lot": asked.silicon.lot,
-        "at": asked.silicon.at,
+        "temperature_C": parse_quantity(asked.over.silicon.temperature, "degC", "--temperature"),
+        "lot": asked.over.silicon.lot,
+        "at": asked.over.silicon.at,
         "level": TRANSISTOR,
         "yield_wanted": result.wanted,
         "verdict": result.verdict,
@@ -199,11 +185,7 @@ def document(result: Result) -> dict[str, Any]:
         "fresh_dies": [asked.first_fresh_die, _fresh_of(asked).last],
         "area_before_m2": found.area_before,
         "area_after_m2": found.area_after,
-        "moved": [
-            {"name": k.name, "unit": k.unit, "before": k.value, "after": v, "change": k.change(v)}
-            for k, v in zip(result.knobs, result.values, strict=True)
-        ],
-        "options": words_of(options_of(result.subject)),
+        **moved_document(result.knobs, result.values, result.subject),
         "search": {k: v for k, v in asdict(found).items() if k != "coordinates" and not k.startswith("area")},
         "fresh": [report_document(f) for f in result.reports],
     }
@@ -213,13 +195,9 @@ def _print(result: Result) -> None:
     asked, found = result.asked, result.found
     print_line(
         f"{asked.block}, {' and '.join(map(str, result.specifications))} on {percent(result.wanted)} of dies;"
-        f" tuned on dies {asked.silicon.lot}/0 to {asked.tuning_dies - 1}\n"
+        f" tuned on dies {asked.over.silicon.lot}/0 to {asked.tuning_dies - 1}\n"
     )
-    rows = [
-        (k.name, quantity_cell(k.value, k.unit), quantity_cell(v, k.unit), k.change_text(v))
-        for k, v in zip(result.knobs, result.values, strict=True)
-    ]
-    print_table("sizes", ("name", "before:", "after:", "change:"), rows)
+    print_moved("sizes", result.knobs, result.values)
     before, after = (x / SQUARE_MICROMETRE for x in (found.area_before, found.area_after))
     print_line(
         f"area of gates and capacitors {before:.4g} um^2, after {after:.4g} um^2, x {after / before:.3f}"

@@ -157,37 +157,6 @@ class Centre:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Size:
-    """Find the least area at which enough dies pass; judge on fresh dies."""
-
-    block: str = shared.block_argument()
-    spec: tuple[str, ...] = option(
-        (), 'What should pass, as "t_inh_s in 5ms:8ms", repeatable', metavar="TEXT"
-    )
-    measure: tuple[str, ...] = shared.measure_option()
-    move_param: tuple[str, ...] = option(
-        (), "A size that moves; every length and width unless given; repeatable", metavar="NAME"
-    )
-    wanted: str = option("99%", "Share of dies that should pass", name="yield", metavar="SHARE")
-    reach: float = option(3.0, "How far sizes move, each way", name="range", metavar="FACTOR")
-    tuning_dies: int = option(200, "Dies of the search, from 0 on, at most 1000")
-    fresh_dies: int = option(1000, "Dies of the report")
-    first_fresh_die: int = option(1000, "The first of them, 1000 or later")
-    variation: SiliconChoice = shared.silicon_part("temperature", "die", "study", "corner")
-    temperature: str = like(SiliconChoice, "temperature")
-    values: BlockValues = shared.values_part("bias_file", "coupling")
-    stimulus: tuple[str, ...] = shared.stimulus_option()
-    threads: int | None = shared.threads_option()
-    output: str | None = shared.file_option("Write the result as JSON", short="o")
-    as_json: bool = shared.json_option()
-
-    @property
-    def silicon(self) -> SiliconChoice:
-        """The silicon that all dies share."""
-        return replace(self.variation, temperature=self.temperature)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Blame(OnDie):
     """Options that `noctule blame` has for every system."""
 

@@ -60,7 +60,7 @@ test_what_cannot_be = command_refusals(
         ("differential-pair --spec x --fresh-dies 0", "--fresh-dies: 0 from die 1000, must be at least one"),
         (
             "differential-pair --spec 'class is balanced' --no-process-variation",
-            "needs a size to move and a metric with a limit",
+            "size: no metric, must name one",
         ),
     ],
 )

@@ -1,4 +1,4 @@
-"""Fresh dies that judge a search: their yield before and after, in print and as a document."""
+"""What a search for biases or sizes tells: what moved, and the yield of fresh dies before and after."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ from typing import Any
 import numpy as np
 
 from circuits.errors import ParameterError
+from system.cli.option_names import words_of
 from system.cli.output import print_line, print_table, progress_bar, quantity_cell
 from system.cli.study_output import share_document
+from system.options.block import Value
 from system.options.silicon import SiliconChoice
 from system.study.engine import on_threads, run_study
 from system.study.manifest import Study
 from system.study.plan import Plan
 from system.study.report.result import judge_table
+from system.study.search.knob import Knob, options_of
 from system.study.specification import Specification
 from system.study.statistics.comparison import YieldDifference, compare_yields
 from system.study.statistics.summary import Yield, summarise_yield
@@ -176,3 +179,23 @@ def _between(found: Yield) -> str:
 
 def _causes(found: Yield) -> str:
     return ", ".join(f"{n} {cause}" for cause, n in found.causes.items())
+
+
+def moved_document(knobs: Sequence[Knob], values: Sequence[Value], found: Subject) -> dict[str, Any]:
+    """Give what moved, and the options that make the block that was found, as members of a document."""
+    return {
+        "moved": [
+            {"name": k.name, "unit": k.unit, "before": k.value, "after": v, "change": k.change(v)}
+            for k, v in zip(knobs, values, strict=True)
+        ],
+        "options": words_of(options_of(found)),
+    }
+
+
+def print_moved(title: str, knobs: Sequence[Knob], values: Sequence[Value]) -> None:
+    """Print what moved, and by how much."""
+    rows = [
+        (k.name, quantity_cell(k.value, k.unit), quantity_cell(v, k.unit), k.change_text(v))
+        for k, v in zip(knobs, values, strict=True)
+    ]
+    print_table(title, ("name", "before:", "after:", "change:"), rows)
