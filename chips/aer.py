@@ -127,9 +127,17 @@ def write_events(path: Path, events: Events) -> None:
             f"events.times: {events.times[np.abs(events.times).argmax()]:g} s, must be within"
             f" +-{_LATEST:.3g} s; write finite times"
         )
-    rows = np.empty((events.times.size, 2), dtype=_ROW)
-    rows[:, 0], rows[:, 1] = np.rint(events.times / _MICROSECOND), events.addresses
-    path.write_bytes(MAGIC + rows.tobytes())
+    path.write_bytes(MAGIC + rows_of(events.times, events.addresses).tobytes())
+
+
+def rows_of(times: F64, addresses: I64) -> I64:
+    """Return events as the rows of files and streams: microseconds and addresses, int64[m, 2].
+
+    times : s, float64[m]; addresses : int64[m].
+    """
+    rows = np.empty((times.size, 2), dtype=_ROW)
+    rows[:, 0], rows[:, 1] = np.rint(times / _MICROSECOND), addresses
+    return rows
 
 
 def read_events(path: Path) -> Events:

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from chips.aer import Events
 from chips.part import Event, Part
-from circuits.arrays import F64, I64
+from circuits.arrays import F64, I64, Bools
 from circuits.errors import ParameterError, unknown_name
 
 Train = tuple[F64, I64]  # times, s, and addresses
@@ -46,6 +46,14 @@ class Addresses:
     count: int
 
 
+def within(kinds: Sequence[Addresses], addresses: I64) -> Bools:
+    """Return whether each of some addresses is of one of the kinds, bool[m]."""
+    known = np.zeros(addresses.shape, dtype=np.bool_)
+    for one in kinds:
+        known |= (addresses >= one.first) & (addresses < one.first + one.count)
+    return known
+
+
 class Engine(Protocol):
     """What a kind of chip brings; states are values that pickle and are never written to."""
 
@@ -60,6 +68,9 @@ class Engine(Protocol):
     @property
     def lines(self) -> Mapping[str, int]:
         """How many numbers each line that can be driven takes, by name."""
+
+    def takes(self, addresses: I64) -> Bools:
+        """Return whether it takes events of these addresses, as `within` where all of a kind are alike."""
 
     def begin(self) -> Any:
         """Return the state at rest at 0 s."""
@@ -269,15 +280,16 @@ class LiveChip:
         return dict(self.state.engine.show(self.state.inner))
 
     def _check_addresses(self, where: I64) -> None:
-        known = np.zeros(where.shape, dtype=np.bool_)
-        for one in self.inputs:
-            known |= (where >= one.first) & (where < one.first + one.count)
+        known = self.state.engine.takes(where)
         if not known.all():
-            ranges = ", ".join(
-                f"{a.first} to {a.first + a.count - 1} ({a.name})" for a in self.inputs if a.count
-            )
-            wrong = int(where[~known][0])
-            raise ParameterError(f"{self.path}.address: {wrong}, not on the chip; it has {ranges or 'none'}")
+            wrong = where[~known][:1]
+            raise ParameterError(f"{self.path}.address: {wrong[0]}, {self._why_not(wrong)}")
+
+    def _why_not(self, wrong: I64) -> str:
+        if within(self.inputs, wrong).all():
+            return "a synapse that is not latched; set it in the chip's program"
+        ranges = ", ".join(f"{a.first} to {a.first + a.count - 1} ({a.name})" for a in self.inputs if a.count)
+        return f"not on the chip; it has {ranges or 'none'}"
 
     def _check_times(self, when: F64) -> None:
         before = np.concatenate([[self.time], when[:-1]])
@@ -291,14 +303,16 @@ class LiveChip:
 
 
 def moments(part: Part[Any], state: Any, until: float, events: Sequence[Event]) -> tuple[Any, list[Event]]:
-    """Go on with a part of a loop to `until`, s, through events at their times; what it sent."""
+    """Go on with a part of a loop to `until`, s, through events in the order of their times; what it sent."""
     sent: list[Event] = []
-    waiting = list(events)
+    taken = 0
     while True:
-        now = [event for event in waiting if event[1] <= state.time]
-        waiting = waiting[len(now) :]
+        begin = taken
+        while taken < len(events) and events[taken][1] <= state.time:
+            taken += 1
+        now = events[begin:taken]
         if state.time >= until and not now:
             return state, sent
-        stop = min(until, waiting[0][1]) if waiting else until
+        stop = min(until, events[taken][1]) if taken < len(events) else until
         state, _, out = part.advance(state, max(stop, state.time), now)
         sent += out.events

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.live.chip import Addresses, Train
+from chips.live.chip import Addresses, Train, within
 from chips.nef.build import Built, build, moved
 from chips.nef.chip import NefChip
 from chips.nef.circuit import chip_biases
@@ -19,7 +19,7 @@ from chips.nef.network.kernel import DT
 from chips.nef.network.network import Network
 from chips.nef.simulation import Simulation, SimulationState
 from chips.noise import SiliconNoise
-from circuits.arrays import F64
+from circuits.arrays import F64, I64, Bools
 from circuits.circuit import BiasKind
 from circuits.silicon.silicon import Silicon
 
@@ -48,6 +48,10 @@ class NefEngine:
         """Its nodes, by name."""
         run = Simulation(self.built)
         return {name: run.given(name).size for name in self.built.given}
+
+    def takes(self, addresses: I64) -> Bools:
+        """It takes none."""
+        return within(self.inputs, addresses)
 
     def begin(self) -> SimulationState:
         """Return the state at rest."""

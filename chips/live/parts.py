@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from chips.codes import Codes
-from chips.live.chip import Addresses, Train, moments
+from chips.live.chip import Addresses, Train, moments, within
 from chips.noise import SiliconNoise
 from chips.part import Part
 from chips.ranging.chip import RangingChip
 from chips.wavefront.chip import ChipCells, Place, WavefrontChip
 from chips.wavefront.part import WavefrontPart
-from circuits.arrays import F64
+from circuits.arrays import F64, I64, Bools
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
@@ -50,6 +50,10 @@ class PartEngine:
     def lines(self) -> Mapping[str, int]:
         """A number for each line."""
         return dict.fromkeys(self.driven, 1)
+
+    def takes(self, addresses: I64) -> Bools:
+        """Return whether it takes events of these addresses."""
+        return within(self.inputs, addresses)
 
     def begin(self) -> Any:
         """Return the state at rest."""

@@ -12,14 +12,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from chips.aer import IDLE, send_on
-from chips.live.chip import Addresses, Train
+from chips.live.chip import Addresses, Train, within
 from chips.noise import SiliconNoise
 from chips.rolls.calibration import code_for
 from chips.rolls.chip import STEP, ChipState, RollsChip
 from chips.rolls.input_check import check_inputs
 from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY
 from chips.rolls.program.program import Program
-from circuits.arrays import F64
+from circuits.arrays import F64, I64, Bools
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.process import ROLLS_180
@@ -79,6 +79,14 @@ class RollsEngine:
     def lines(self) -> Mapping[str, int]:
         """It has no analog inputs."""
         return {}
+
+    def takes(self, addresses: I64) -> Bools:
+        """Return whether each is an address of its synapses, and latched where it is plastic."""
+        known, plastic = within(self.inputs, addresses), self.chip.program.plastic
+        if plastic is not None:
+            mine = known & (addresses < NONPLASTIC * NEURONS)
+            known[mine] = plastic.latches[addresses[mine] & 255, addresses[mine] >> 8]
+        return known
 
     def begin(self) -> LiveRollsState:
         """Return the state at rest."""

@@ -18,6 +18,7 @@ OPENERS: dict[str, str] = {
     "nef-chip": "chips.live.nef:open_nef",
     "ranging-chip": "chips.live.parts:open_ranging",
     "wavefront-chip": "chips.live.parts:open_wavefront",
+    "loopback": "chips.live.loopback:open_loopback",
 }
 PROCESSES = {"rolls": ROLLS_180, "nef-chip": ROLLS_180}
 Opener = Callable[..., Engine]
@@ -33,7 +34,8 @@ def open_chip(
     Parameters
     ----------
     name
-        Its name: rolls, nef-chip, ranging-chip or wavefront-chip, or that of a user's own.
+        Its name: rolls, nef-chip, ranging-chip or wavefront-chip, or that of a user's own; loopback sends
+        back what it is sent.
     die
         Its die; the nominal one unless given.
     temperature_c

@@ -9,7 +9,7 @@ from system.experiment import Experiment, Report
 from system.loop import AnalogWire, EventWire, Loop
 from system.option import Option, bias_kind_option, check_options, option, required
 from system.options.on_silicon import OnSilicon
-from system.plot import draw_circuit, draw_waveforms, save_picture
+from system.plot import draw_circuit, draw_waveforms
 from system.registry import experiment_names, load_experiment, load_system, system_names
 from system.rule import (
     Rule,
@@ -28,6 +28,8 @@ from system.scenario import scenario_of
 from system.spikes.file import write_spikes
 from system.spikes.read import read_spikes
 from system.statement import Statement
+from system.stream.client import EventStream
+from system.stream.server import EventServer
 from system.study.cluster import on_cluster
 from system.study.engine import on_threads, run_study
 from system.study.folder import study_table
@@ -146,8 +148,10 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     # Spikes as files
     "write_spikes",
     "read_spikes",
+    # Streams of address-events
+    "EventServer",
+    "EventStream",
     # Pictures
-    "save_picture",
     "draw_waveforms",
     "draw_circuit",
 ]

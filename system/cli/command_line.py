@@ -30,6 +30,7 @@ from system.cli.match_verb import Corners, Match, Size, Worst
 from system.cli.mend import measured_again
 from system.cli.mission_verb import Merge, Mission
 from system.cli.run_command_line import names_in_study
+from system.cli.serve_verb import Serve
 from system.cli.simulate_verb import Simulate
 from system.cli.study_verbs import Centre, Gradient, Montecarlo, Replay
 from system.cli.sweep_verb import Sweep
@@ -119,6 +120,7 @@ _VERBS = {
     "predict": verb("predict:predict_command", Predict),
     "calibrate": verb("calibrate:calibrate_command", Calibrate),
     "reproduce": verb("reproduce:reproduce_command", Reproduce),
+    "serve": verb("serve:serve_command", Serve),
     "labs": verb("labs:labs_command", Labs),
     "new": verb("new:new_command", New),
     "doctor": verb("doctor:doctor_command", Doctor),

@@ -75,6 +75,7 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ("run", "head"): ("noctule run head --motion sine --die 1003 --plot head.png",),
     ("run", "bug"): ("noctule run bug --agent bug2 --map bug-field --plot bug.png",),
     ("run", "pushbot"): ("noctule run pushbot --scene single-block --seed 1000 --plot drive.png",),
+    ("serve",): ("noctule serve ranging-chip --die 1001 --pace real --port 0 --duration 1s",),
     ("labs",): ("noctule labs --students 2 -o class",),
     ("run", "bench"): ("noctule run bench examples/pair.toml --die 7 --plot pair.png",),
     ("run", "rolls"): ("noctule run rolls --die 1003 --plot rates.png",),

@@ -24,6 +24,7 @@ from system.cli.keys.installed import (
 from system.cli.keys.mission import MISSION
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
 from system.cli.keys.over_dies import CORNERS, MATCH, WORST
+from system.cli.keys.serve import SERVE
 from system.cli.keys.study import BLAME, CENTRE, GRADIENT, MONTECARLO, RARE, REPLAY, SIZE
 from system.cli.keys.sweep import SWEEP
 from system.cli.keys.transient import AC, DECK, NOISE, SIMULATE, TRAN_NOISE
@@ -72,6 +73,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "calibrate": CALIBRATE,
     "reproduce": REPRODUCE,
     "labs": LABS,
+    "serve": SERVE,
     "new": NEW,
     "doctor": DOCTOR,
     "run bench": BENCH,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,15 +11,18 @@ import pytest
 
 from chips.aer import Bus
 from chips.live.chip import LiveChip
+from chips.live.loopback import LoopbackEngine
 from chips.live.nef import NefEngine
 from chips.live.rolls import RollsEngine
 from chips.live.table import live_names, open_chip
 from chips.nef.simulation import Simulation
 from chips.ranging.chip import RangingChip
 from chips.rolls.chip import Inputs, RollsChip
+from chips.rolls.plastic.program import PlasticArray
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.program.program import Program
+from circuits.arrays import I64, Bools
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180_IDEAL
@@ -128,6 +132,34 @@ def test_a_network_on_the_nef_chip_is_its_simulation() -> None:
         live.drive("out", 1.0)
 
 
+def test_a_wire_gives_back_what_it_is_sent() -> None:
+    live = open_chip("loopback")
+    live.send([1e-3, 2e-3], [7, 2**31 - 1])
+    assert live.advance(2e-3).addresses.tolist() == [7]
+    assert live.advance(1e-3).addresses.tolist() == [2**31 - 1]
+    assert live.lost == {"events": 2}
+    with pytest.raises(ParameterError, match=r"loopback\.address: 2147483648, not on the chip"):
+        live.send(live.time, [2**31])
+
+
+class Shut(LoopbackEngine):
+    """A wire without an open end."""
+
+    def takes(self, addresses: I64) -> Bools:
+        return np.zeros(addresses.shape, dtype=np.bool_)
+
+
+def test_a_plastic_synapse_that_is_not_latched_is_refused_at_once() -> None:
+    latches = np.zeros((NEURONS, NEURONS), dtype=np.bool_)
+    latches[3, 8] = True
+    program = replace(rolls_chip().program, plastic=PlasticArray(latches))
+    engine = RollsEngine(RollsChip(program, Silicon(ROLLS_180_IDEAL)))
+    addresses = np.array([3 + (8 << 8), 4 + (8 << 8), 7 + (256 << 8), 7 + (512 << 8), -1])
+    assert engine.takes(addresses).tolist() == [True, False, True, False, False]
+    with pytest.raises(ParameterError, match=r"^wire\.address: 5, a synapse that is not latched; set it"):
+        LiveChip(Shut(), "wire").send(0.0, [5])
+
+
 @pytest.mark.parametrize(
     ("times", "addresses", "told"),
     [
@@ -149,7 +181,9 @@ def test_a_stream_that_is_none_is_refused_and_changes_nothing(times: Any, addres
 
 
 def test_what_cannot_be_opened_or_is_not_there_says_so() -> None:
-    with pytest.raises(UnknownNameError, match="live chip lso: unknown; known are nef-chip, ranging-chip"):
+    with pytest.raises(
+        UnknownNameError, match="live chip lso: unknown; known are loopback, nef-chip, ranging-chip"
+    ):
         open_chip("lso")
     with pytest.raises(ParameterError, match=r"^rolls: missing 1 required.*'program'; see open_chip$"):
         open_chip("rolls")

@@ -71,6 +71,7 @@ FORMS = {
     "calibrate": [],
     "reproduce": ["reproduce cheely2003-fig4"],
     "labs": ["labs --students 1 -o class", "labs --check class/answers/1000.toml"],
+    "serve": ["serve loopback --port 0 --duration 10ms"],
     "new": ["new block my-sink"],
     "doctor": ["doctor"],
     "run bench": ["run bench pair.toml"],
