@@ -11,11 +11,10 @@ from pyNN.recording import get_io
 
 from chips.rolls.chip import STEP
 from chips.rolls.program.program import Program
-from chips.rolls.pynn import simulator
 from chips.rolls.pynn.cells import StaticSynapse
 from chips.rolls.pynn.populations import Population
 from chips.rolls.pynn.projections import Projection
-from chips.rolls.pynn.simulator import MS, Setting
+from chips.rolls.pynn.simulator import MS, Setting, simulator, state
 from circuits.errors import ParameterError, unknown_name
 
 
@@ -38,26 +37,26 @@ def setup(
     for name in chip:
         if name not in known:
             raise unknown_name("pynn.setup", name, known)
-    simulator.state.setting, simulator.state.dt = Setting(**chip), timestep
-    simulator.state.clear()
+    state.setting, state.dt = Setting(**chip), timestep
+    state.clear()
     return 0
 
 
 def end(*_: object, **__: object) -> None:
     """Write what was to be written at the end."""
-    for population, variables, file in simulator.state.write_on_end:
+    for population, variables, file in state.write_on_end:
         population.write_data(get_io(file), variables)
-    simulator.state.write_on_end = []
+    state.write_on_end = []
 
 
 def program() -> Program:
     """Return what is written to the chip, as every other part of noctule takes it."""
-    return simulator.state.program()
+    return state.program()
 
 
 def counts() -> dict[str, int]:
     """Return how many events the chip's buses lost, and how often a filter stayed at its end."""
-    return dict(simulator.state.lost)
+    return dict(state.lost)
 
 
 run, run_until = common.build_run(simulator)

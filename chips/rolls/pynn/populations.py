@@ -8,10 +8,9 @@ import numpy as np
 from pyNN import common
 from pyNN.parameters import ParameterSpace, simplify
 
-from chips.rolls.pynn import simulator
 from chips.rolls.pynn.cells import RollsNeuron, SpikeSourceArray, SpikeSourcePoisson
 from chips.rolls.pynn.recording import Recorder
-from chips.rolls.pynn.simulator import ID, MS, WINDOW
+from chips.rolls.pynn.simulator import ID, MS, WINDOW, simulator
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 

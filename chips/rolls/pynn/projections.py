@@ -9,8 +9,8 @@ import numpy as np
 from pyNN import common
 from pyNN.space import Space
 
-from chips.rolls.pynn import simulator
 from chips.rolls.pynn.cells import StaticSynapse
+from chips.rolls.pynn.simulator import simulator
 from circuits.errors import ParameterError
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from pyNN import recording
 
-from chips.rolls.pynn import simulator
+from chips.rolls.pynn.simulator import simulator, state
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 
@@ -32,8 +32,8 @@ class Recorder(recording.Recorder):  # type: ignore[misc]  # PyNN has no types
     def _get_spiketimes(self, ids: Any, clear: bool = False) -> dict[int, F64]:  # noqa: FBT001, FBT002 - PyNN's
         cells = [int(cell) for cell in ids]
         if self.population.is_source:
-            return {cell: self.population.events(cell, 0.0, simulator.state.t) for cell in cells}
-        return simulator.state.times(cells)
+            return {cell: self.population.events(cell, 0.0, state.t) for cell in cells}
+        return state.times(cells)
 
     def _local_count(self, variable: Any, filter_ids: Any = None) -> dict[int, int]:
         cells = self.filter_recorded(variable, filter_ids)

@@ -7,6 +7,7 @@ host sends them over the chip's bus. Times are ms here, as in PyNN, and s for th
 
 from __future__ import annotations
 
+import sys
 import warnings
 from dataclasses import dataclass, field
 from typing import Any
@@ -25,6 +26,8 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
+
+simulator = sys.modules[__name__]  # PyNN's classes ask for the module itself
 
 name = "ROLLS"
 MS = 1e-3
