@@ -13,7 +13,8 @@ k T / C on a capacitor. In saturation in strong inversion it is 4 k T (2/3) g_ms
 Early effect and of the mobility multiply it (ours).
 
 Flicker noise is a voltage at the gate of density `K_F / (m W L Cox f^AF)`, V^2/Hz. A junction that leaks J
-far in reverse has the shot noise of both its components, `2 q J (1 + e^(-v/U_T))`. A resistor has 4 k T / R.
+far in reverse has the shot noise of both its components, `2 q J (1 + e^(-v/U_T))`. A diode has that of its
+whole current, `2 q |i|`, as in SPICE. A resistor has 4 k T / R.
 Capacitors, linear sources and operational amplifiers make no noise.
 
 Sources: Klaassen, Prins, "Thermal noise of MOS transistors" (1967); Enz, Krummenacher, Vittoz (1995), section
@@ -121,6 +122,13 @@ def junction_noise(a: TransistorArrays, w: TransistorWork, out: F64) -> None:
         for i in range(n):
             both = 2.0 * w.leakage[side, i] - a.sign[i] * w.junction[side, i]
             out[side * n + i] = 2.0 * ELEMENTARY_CHARGE * both
+
+
+@compiled()
+def diode_noise(current: F64, out: F64) -> None:
+    """Fill `out`, float64[n], with the shot noise `2 q |i|` of currents (A) through diodes, A^2/Hz."""
+    for i in range(current.size):
+        out[i] = 2.0 * ELEMENTARY_CHARGE * abs(current[i])
 
 
 def gate_flicker(model: NoiseModel, process: Process, is_n: Bools, area: F64) -> F64:

@@ -7,8 +7,19 @@ from __future__ import annotations
 
 from functools import singledispatch
 
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+import numpy as np
+
+from circuits.devices import (
+    Capacitor,
+    ControlledSource,
+    Diode,
+    OperationalAmplifier,
+    Resistor,
+    Source,
+    Transistor,
+)
 from circuits.devices.device import Device
+from circuits.devices.diode import diode_arrays
 from circuits.silicon.silicon import Silicon
 
 
@@ -48,6 +59,24 @@ def _(device: Capacitor, silicon: Silicon) -> str:
 @to_equation.register
 def _(device: Resistor, silicon: Silicon) -> str:
     return f"I = (v_a - v_b) / {device.resistance:.4g}"
+
+
+@to_equation.register
+def _(device: Diode, silicon: Silicon) -> str:
+    one = {name: np.array([value]) for name, value in device.parameters().items()}
+    at = diode_arrays(np.zeros((2, 1), np.int64), np.zeros(1, np.int64), one, silicon.temperature_c)
+    equation = f"I = {at.saturation[0]:.4g} (e^(v / {at.slope[0]:.6g}) - 1), v = v_anode - v_cathode"
+    if device.breakdown_voltage > 0.0:
+        equation += (
+            f", -{at.saturation[0]:.4g} e^(-(v + {at.breakdown[0]:.4g}) / {at.breakdown_slope[0]:.4g})"
+        )
+        equation += f" below -{at.breakdown[0]:.4g} V"
+    if device.junction_capacitance > 0.0:
+        capacitance = f"{at.capacitance[0]:.4g} (1 - v / {at.potential[0]:.4g})^-{at.grading[0]:g}"
+        equation += f", C = {capacitance} up to {at.bend[0]:.4g} V"
+    if device.transit_time > 0.0:
+        equation += f", q = {device.transit_time:.4g} I beside it"
+    return equation
 
 
 @to_equation.register

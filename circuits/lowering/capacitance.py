@@ -1,4 +1,4 @@
-"""Capacitances between the nodes of a circuit, of its capacitors and of its transistors."""
+"""Capacitances between the nodes of a circuit, of its capacitors, its transistors, and its diodes at 0 V."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.circuit import Circuit
-from circuits.devices import Capacitor, Transistor
+from circuits.devices import Capacitor, Diode, Transistor
 from circuits.devices.transistor import capacitances
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.silicon.process import Process
@@ -69,6 +69,8 @@ def _pairs(group: DeviceGroup, process: Process) -> dict[tuple[int, int], F64]:
     """Capacitances (F, float64[count]) of a group's devices, by pair of terminals."""
     if isinstance(group.device, Capacitor):
         return {(0, 1): group.parameters["capacitance"]}
+    if isinstance(group.device, Diode):
+        return {(0, 1): group.parameters["area"] * group.parameters["junction_capacitance"]}
     if not isinstance(group.device, Transistor):
         return {}
     size = (group.parameters[k] for k in ("width", "length", "multiplicity"))

@@ -15,7 +15,15 @@ from typing import TYPE_CHECKING, Any
 
 from circuits.catalogue import later
 from circuits.circuit import GROUND, Circuit, Instance, InstanceArray, split_reference
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices import (
+    Capacitor,
+    ControlledSource,
+    Diode,
+    OperationalAmplifier,
+    Resistor,
+    Source,
+    Transistor,
+)
 from circuits.devices.device import Device
 from circuits.lowering.flatten import flatten
 
@@ -55,6 +63,11 @@ def _(device: Capacitor) -> Description:
 @describe_device.register
 def _(device: Resistor) -> Description:
     return Description("resistor", ("a", "b"))
+
+
+@describe_device.register
+def _(device: Diode) -> Description:
+    return Description("diode", ("anode", "cathode"))
 
 
 @describe_device.register

@@ -6,8 +6,12 @@ column that adds itself to the current of its node. Kirchhoff's current law at t
 
     d/dt (C v) + G v + i(v) = 0,     a current that leaves a node being positive
 
-with the capacitances C, the linear conductances G, and the currents i(v) of transistors and amplifiers. Every
-device type registers a function that adds its part.
+with the capacitances C, the linear conductances G, and the currents i(v) of transistors, diodes and
+amplifiers. Every device type registers a function that adds its part.
+
+A diode's charge q bends with its voltage. It is an unknown of its own, 1 V for 1 C, that stands before the
+nodes, with the equation `q - q(v) = 0` and 1 F to either end of the diode: C stays constant, charge is
+conserved, and what is made of G, C and i(v) holds for it as for a node.
 """
 
 from __future__ import annotations
@@ -22,8 +26,17 @@ import numpy as np
 from circuits.arrays import F64, I32, I64, Bools
 from circuits.bias import bias_voltages
 from circuits.circuit import Shape
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices import (
+    Capacitor,
+    ControlledSource,
+    Diode,
+    OperationalAmplifier,
+    Resistor,
+    Source,
+    Transistor,
+)
 from circuits.devices.device import Device
+from circuits.devices.diode import DiodeArrays, diode_arrays, stores_charge
 from circuits.devices.source import Constant, Polyline, Sampled, polyline
 from circuits.devices.transistor import TransistorArrays, capacitances, merge_arrays, transistor_arrays
 from circuits.errors import TopologyError
@@ -76,6 +89,8 @@ class Kernel(NamedTuple):
     stamps: Stamps
     factor: Factor
     dynamic: Bools  # [unknowns] whether the node has capacitance
+    diodes: DiodeArrays
+    charges: int  # how many unknowns, the first ones, are charges of diodes
     curvature: float  # V: scale over which the law bends, 2 U_T, or an amplifier's linear range
 
 
@@ -150,6 +165,7 @@ class _Parts:
     amplifier_value: list[F64] = field(default_factory=list)
     charge: list[Triplets] = field(default_factory=list)
     conductance: list[Triplets] = field(default_factory=list)
+    charges: int = 0  # charges of diodes that have a column so far
 
 
 def to_kernel(
@@ -180,8 +196,10 @@ def to_kernel(
     free = np.setdiff1d(np.arange(1, flat.count), [n for n, _ in fixed])
     order = _order(flat, free)
     column = np.full(flat.count, -1, dtype=np.int64)
-    column[order] = np.arange(order.size)
-    unknowns, columns = order.size, order.size + len(sources) + 1
+    charges = sum(int(stores_charge(g.parameters).sum()) for g in _diodes(flat))
+    column[order] = np.arange(charges, charges + order.size)
+    unknowns = charges + order.size
+    columns = unknowns + len(sources) + 1
     column[0] = columns - 1
     for number, k in fixed:
         column[number] = unknowns + k
@@ -232,7 +250,10 @@ def on_die(machine: Machine, die: Die) -> Machine:
     capacitors and resistors where they deviate, and the voltages of biases that stand on it.
     """
     before, silicon = machine.silicon, replace(machine.silicon, die=die)
-    kernel = machine.kernel._replace(transistors=_transistor_table(machine.flat, machine.column, silicon))
+    kernel = machine.kernel._replace(
+        transistors=_transistor_table(machine.flat, machine.column, silicon),
+        diodes=_diode_table(machine.flat, machine.column, silicon),
+    )
     top = ((machine.flat.circuit.name, ()),) if silicon.place is None else silicon.place
     if deviates(die, top) or deviates(before.die, top):
         machine, kernel = _with_passives(machine, kernel, silicon)
@@ -308,6 +329,21 @@ def _transistor_table(flat: FlatCircuit, column: I64, silicon: Silicon) -> Trans
     return merge_arrays(is_n, arrays["n"], arrays["p"])
 
 
+def _diodes(flat: FlatCircuit) -> list[DeviceGroup]:
+    return [g for g in flat.groups if isinstance(g.device, Diode)]
+
+
+def _diode_table(flat: FlatCircuit, column: I64, silicon: Silicon) -> DiodeArrays:
+    """Coefficients of all diodes in the order of the groups; the first unknowns are their charges."""
+    groups = _diodes(flat)
+    terminal = np.concatenate([np.zeros((2, 0), np.int64), *(column[g.nodes] for g in groups)], axis=1)
+    names = groups[0].parameters if groups else Diode("d", "a", "c").parameters()
+    parameters = {n: np.concatenate([np.zeros(0), *(g.parameters[n] for g in groups)]) for n in names}
+    stores = stores_charge(parameters)
+    charge = np.where(stores, np.cumsum(stores) - 1, -1)
+    return diode_arrays(terminal, charge, parameters, silicon.temperature_c)
+
+
 @singledispatch
 def add_device(device: Device, group: DeviceGroup, parts: _Parts) -> None:
     """Add a group of devices to what the kernel is made of; every device type registers its function."""
@@ -343,6 +379,16 @@ def _(device: ControlledSource, group: DeviceGroup, parts: _Parts) -> None:
     for row, sign in ((positive, 1.0), (negative, -1.0)):
         parts.conductance.append((row, high, sign * g))
         parts.conductance.append((row, low, -sign * g))
+
+
+@add_device.register
+def _(device: Diode, group: DeviceGroup, parts: _Parts) -> None:
+    """Add the charge, an unknown of its own; the currents are laid out for all diodes at once."""
+    a, c = parts.column[group.nodes[:, stores_charge(group.parameters)]]
+    own, one = np.arange(parts.charges, parts.charges + a.size), np.ones(a.size)
+    parts.charges += a.size
+    parts.charge += [(a, own, one), (c, own, -one)]
+    parts.conductance.append((own, own, one))
 
 
 @add_device.register
@@ -406,7 +452,8 @@ def _assemble(flat: FlatCircuit, parts: _Parts, unknowns: int, columns: int) -> 
         np.int32
     )
     value = np.concatenate([np.zeros((3, 0)), *parts.amplifier_value], axis=1)
-    stamped = _stamps(transistors, terminal, unknowns)
+    diodes = _diode_table(flat, parts.column, parts.silicon)
+    stamped = _stamps(transistors, terminal, diodes, unknowns)
     charge, conductance = (_merge(m, 0, unknowns) for m in (parts.charge, parts.conductance))
     pattern = {(int(r), int(c)) for r, c in zip(stamped[3], stamped[4], strict=True)}
     for rows, cols, _ in (charge, conductance):
@@ -417,21 +464,27 @@ def _assemble(flat: FlatCircuit, parts: _Parts, unknowns: int, columns: int) -> 
     )
     dynamic = np.zeros(unknowns, dtype=np.bool_)
     dynamic[charge[0][(charge[2] > 0.0) & (charge[0] == charge[1])]] = True
+    ends = diodes.terminal[:, diodes.charge >= 0]
+    dynamic[ends[ends < unknowns]] = True
     curvature = 2.0 * parts.silicon.thermal_voltage
     if value.shape[1]:
         curvature = min(curvature, float(parts.silicon.process.v_dd / value[0].max()))
+    curvature = min(curvature, 2.0 * float(np.min([diodes.slope, diodes.breakdown_slope], initial=np.inf)))
     return Kernel(
         unknowns, columns, transistors, terminal, value, _rows(charge, unknowns, position),
         _rows(conductance, unknowns, position),
-        Stamps(stamped[0], stamped[1], stamped[2], entry, stamped[5], stamped[6]), factor, dynamic, curvature,
+        Stamps(stamped[0], stamped[1], stamped[2], entry, stamped[5], stamped[6]), factor, dynamic,
+        diodes, parts.charges, curvature,
     )  # fmt: skip
 
 
-def _stamps(t: TransistorArrays, amplifier: I32, unknowns: int) -> tuple[I32, I32, F64, I64, I64, I32, F64]:
+def _stamps(
+    t: TransistorArrays, amplifier: I32, diodes: DiodeArrays, unknowns: int
+) -> tuple[I32, I32, F64, I64, I64, I32, F64]:
     """Residual (row, current, sign) and Jacobian (row, column, slope, sign) entries of nonlinear devices.
 
-    Currents are laid out [drain n | junction 2n | amplifier 5m], slopes [transistor 3n | junction 2n |
-    junction by gate 2n | amplifier 25m].
+    Currents are laid out [drain n | junction 2n | amplifier 5m | diode d | charge d], slopes [transistor 3n |
+    junction 2n | junction by gate 2n | amplifier 25m | diode d | charge d].
     """
     n, m = t.sign.size, amplifier.shape[1]
     residual: list[tuple[int, int, float]] = []
@@ -463,6 +516,14 @@ def _stamps(t: TransistorArrays, amplifier: I32, unknowns: int) -> tuple[I32, I3
                 3 * n + i * m + k,
                 [(nodes[j], 7 * n + (i * 5 + j) * m + k, 1.0) for j in range(5)],
             )
+    count = diodes.saturation.size
+    for k in range(count):
+        a, c, own = int(diodes.terminal[0, k]), int(diodes.terminal[1, k]), int(diodes.charge[k])
+        i, g = 3 * n + 5 * m + k, 7 * n + 25 * m + k
+        flow(a, 1.0, i, [(a, g, 1.0), (c, g, -1.0)])
+        flow(c, -1.0, i, [(a, g, 1.0), (c, g, -1.0)])
+        if own >= 0:
+            flow(own, -1.0, i + count, [(a, g + count, 1.0), (c, g + count, -1.0)])
     r = np.array(residual, dtype=np.float64).reshape(-1, 3)
     j = np.array(jacobian, dtype=np.float64).reshape(-1, 4)
     return (

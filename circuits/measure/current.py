@@ -4,6 +4,7 @@
     resistor           (v_a - v_b) / R, from a to b
     controlled source  g (v_cp - v_cn), from `positive` to `negative`
     capacitor          C d(v_a - v_b)/dt, from a to b
+    diode              that of its junction and of its charge, from anode to cathode
     source             of voltage: out of the circuit into the source, so that a supply that gives has a
                        negative one, as in SPICE; of current: what it gives into its node
 
@@ -18,14 +19,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from circuits.arrays import F64, Bools
-from circuits.devices import Capacitor, ControlledSource, Resistor, Transistor
+from circuits.devices import Capacitor, ControlledSource, Diode, Resistor, Transistor
+from circuits.devices.device import Device
+from circuits.devices.diode import diode_currents
 from circuits.errors import unknown_name
 from circuits.lowering.flatten import DeviceGroup
 from circuits.lowering.kernel import Machine
 from circuits.lowering.made import made
 from circuits.solver.power import conduction_and_channels, linear
 
-_LINEAR = (Resistor, ControlledSource, Capacitor)  # beside transistors, what has a current by its name
+_OTHERS: tuple[type[Device], ...] = (Resistor, ControlledSource, Capacitor, Diode)  # with a current by name
 
 
 def current_names(machine: Machine) -> tuple[str, ...]:
@@ -35,7 +38,7 @@ def current_names(machine: Machine) -> tuple[str, ...]:
     """
     devices = [
         *machine.flat.labels(Transistor),
-        *(name for kind in _LINEAR for name in machine.flat.labels(kind)),
+        *(name for kind in _OTHERS for name in machine.flat.labels(kind)),
     ]
     return tuple(dict.fromkeys((*devices, *machine.source_names)))
 
@@ -64,9 +67,9 @@ def device_current(machine: Machine, v: F64, time: F64, kink: Bools, name: str) 
     labels = machine.flat.labels(Transistor)
     if name in labels:
         return conduction_and_channels(machine, v)[0][:, labels.index(name)]
-    for label, group, k in _linear_devices(machine):
+    for label, group, k in _devices(machine):
         if label == name:
-            return _of_linear(machine, group, k, v, time, kink)
+            return _of_other(machine, group, k, v, time, kink)
     if name not in machine.source_names:
         raise unknown_name(f"{machine.flat.circuit.name} device or source", name, current_names(machine))
     own = machine.source_names.index(name)
@@ -84,8 +87,8 @@ def static_currents(machine: Machine, v: F64) -> dict[str, F64]:
     """
     channels, at_sources = conduction_and_channels(machine, v)
     found = {name: channels[:, k] for k, name in enumerate(machine.flat.labels(Transistor))}
-    for label, group, k in _linear_devices(machine):
-        found[label] = _of_linear(machine, group, k, v, np.zeros(1), np.ones(1, np.bool_))
+    for label, group, k in _devices(machine):
+        found[label] = _of_other(machine, group, k, v, np.zeros(1), np.ones(1, np.bool_))
     for s, name in enumerate(machine.source_names):
         column = machine.kernel.unknowns + s
         voltage = machine.source_quantities[s] == "voltage"
@@ -104,23 +107,36 @@ def rate(time: F64, value: F64, kink: Bools) -> F64:
     return np.concatenate([slope[:1], backward]) if step.size else np.zeros_like(value)
 
 
-def _linear_devices(machine: Machine) -> Iterator[tuple[str, DeviceGroup, int]]:
+def _devices(machine: Machine) -> Iterator[tuple[str, DeviceGroup, int]]:
     for group in machine.flat.groups:
-        if isinstance(group.device, _LINEAR):
+        if isinstance(group.device, _OTHERS):
             for k in range(group.nodes.shape[1]):
                 yield group.label(k), group, k
 
 
-def _of_linear(machine: Machine, group: DeviceGroup, k: int, v: F64, time: F64, kink: Bools) -> F64:
-    """Current of copy k of a linear device; a single time stands for a circuit at rest."""
+def _of_other(machine: Machine, group: DeviceGroup, k: int, v: F64, time: F64, kink: Bools) -> F64:
+    """Current of copy k of a device that is no transistor; a single time stands for a circuit at rest."""
     nodes = machine.column[group.nodes[:, k]]
     if isinstance(group.device, ControlledSource):
         return np.asarray(group.parameters["transconductance"][k] * (v[:, nodes[2]] - v[:, nodes[3]]))
+    if isinstance(group.device, Diode):
+        return _of_diode(machine, group, k, v, time, kink)
     drop = v[:, nodes[0]] - v[:, nodes[1]]
     value = np.broadcast_to(made(group, machine.flat.circuit.name, machine.silicon), group.nodes.shape[1:])[k]
     if isinstance(group.device, Resistor):
         return np.asarray(drop / value)
     return np.asarray(value * rate(time, drop, kink)) if time.size > 1 else np.zeros(len(v))
+
+
+def _of_diode(machine: Machine, group: DeviceGroup, k: int, v: F64, time: F64, kink: Bools) -> F64:
+    own = machine.flat.labels(Diode).index(group.label(k))
+    diodes = machine.kernel.diodes
+    current, slope = (np.empty((2, diodes.saturation.size)) for _ in range(2))
+    found = np.empty((2, len(v)))
+    for p in range(len(v)):
+        diode_currents(diodes, v[p], current, slope)
+        found[:, p] = current[:, own]
+    return np.asarray(found[0] + rate(time, found[1], kink)) if time.size > 1 else found[0].copy()
 
 
 def _given(machine: Machine, source: int, time: F64) -> F64:

@@ -26,8 +26,8 @@ from circuits.lowering.kernel import Machine, complete_sources, to_kernel
 from circuits.lowering.made import made
 from circuits.silicon.silicon import Silicon
 from circuits.solver.integrate import source_values
-from circuits.solver.modes import unstable_part
-from circuits.solver.newton import allocate, newton
+from circuits.solver.modes import unstable_part, without_charges
+from circuits.solver.newton import allocate, newton, store_charges
 from circuits.solver.operating_point import NUDGE, OperatingPoint, operating_point
 from circuits.solver.outcome import Outcome
 from circuits.solver.small_signal import linearise
@@ -117,6 +117,7 @@ def beginning(
         return Beginning(point, point.voltage)
     found, voltage = disturbance(point), point.voltage.copy()
     voltage[[machine.column_of(node) for node in found.nodes]] += found.voltage
+    store_charges(machine.kernel, voltage, allocate(machine.kernel))
     return Beginning(point, voltage, found)
 
 
@@ -126,7 +127,10 @@ def disturbance(point: OperatingPoint) -> Disturbance:
     n = machine.kernel.unknowns
     free = np.flatnonzero(machine.column < n)  # numbers of the unknown nodes, in the circuit's order
     columns = machine.column[free]
-    growing = unstable_part(*(m[:, :n].toarray() for m in (linear.conductance, linear.charge)))
+    hidden = machine.kernel.charges
+    matrices = (m[:, :n].toarray() for m in (linear.conductance, linear.charge))
+    growing = unstable_part(*without_charges(hidden, *matrices))
+    columns = columns - hidden
     size = np.linalg.norm(growing, axis=0)[columns]
     together = np.abs(growing[np.ix_(columns, columns)]) > _TOGETHER
     count, part = csgraph.connected_components(together, directed=False)
@@ -201,6 +205,7 @@ def _held(machine: Machine, held: Mapping[str, float], guess: Mapping[str, float
     sources = machine.sources()
     source_values(sources, sources.start[:-1].copy(), time, vector, machine.kernel.unknowns)
     vector[machine.column] = found.voltage[clamped.column]
+    store_charges(machine.kernel, vector, allocate(machine.kernel))
     return vector
 
 
@@ -213,10 +218,11 @@ def _from_charges(machine: Machine, time: float) -> F64:
     for node, voltage in machine.testbench.initial.items():
         before[machine.column_of(node)] = voltage
     before[: k.unknowns] += _offset(machine, before)
+    work = allocate(k)
+    store_charges(k, before, work)
     v, sources = before.copy(), machine.sources()
     source_values(sources, sources.start[:-1].copy(), time, v, k.unknowns)
     v[k.columns - 1] = before[k.columns - 1] = 0.0
-    work = allocate(k)
     for _ in range(_TRIES):
         if newton(k, 1.0 / _INSTANT, -before / _INSTANT, v, 1e-6, work) > 0:
             return v

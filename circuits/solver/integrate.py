@@ -33,6 +33,7 @@ DONE, EVENT, STEP_TOO_SMALL, TOO_MANY_STEPS, BUFFER_FULL = range(5)
 SMALLEST_STEP = 1e-15  # s
 _SAME_TIME = 1e-13  # s, vertices closer than this are one breakpoint
 _EVENT_WIDTH = 1e-9  # s, how close behind the crossing a run stops at an event
+_LEAST_CAPACITANCE = 1e-15  # F, of a diode where a run begins anew; ours
 _TIMING = 1e-6  # s, ours: rtol times this is the error of a fast edge's timing that is let pass
 
 
@@ -191,10 +192,37 @@ def _restart(k: Kernel, s: Sources, cursor: I64, h: History, w: Work) -> None:
         if not k.dynamic[i]:
             w.jacobian[k.factor.diagonal[i]] += 1.0
             w.residual[i] = 0.0
+    _charge_rates(k, rate, w)
     factor_and_solve(k.factor, w.jacobian, w.residual)
     for i in range(n):
         rate[i] = w.residual[i]
     h.points[0] = 1
+
+
+@compiled()
+def _charge_rates(k: Kernel, rate: F64, w: Work) -> None:
+    """Equations of the rates of diodes' charges, `dq/dt = c dv/dt`, with the sources' slopes in `rate`.
+
+    They are a guess at what follows: `_LEAST_CAPACITANCE` stands beside each diode and at both of its ends,
+    so that diodes in a row between which nothing else stores charge have rates, too.
+    """
+    d = k.diodes
+    if k.charges == 0:
+        return
+    for p in range(k.stamps.entry.size):
+        own = k.stamps.slope[p] - (w.slope.size - d.charge.size)
+        if own >= 0 and d.charge[own] >= 0:
+            c = w.diode_slope[1, own] + _LEAST_CAPACITANCE
+            w.jacobian[k.stamps.entry[p]] += k.stamps.slope_sign[p] * c
+    for i in range(d.charge.size):
+        if d.charge[i] >= 0:
+            c, total = w.diode_slope[1, i] + _LEAST_CAPACITANCE, 0.0
+            for end, sign in ((d.terminal[0, i], 1.0), (d.terminal[1, i], -1.0)):
+                if end < k.unknowns:
+                    w.jacobian[k.factor.diagonal[end]] += _LEAST_CAPACITANCE
+                else:
+                    total += sign * c * rate[end]
+            w.residual[d.charge[i]] = total
 
 
 @compiled()

@@ -19,6 +19,19 @@ _CHARGELESS = 1e-9  # share of a node's own capacitance below which a combinatio
 ROUNDING = 1e-11  # share of the fastest rate below which the sign of another is rounding
 
 
+def without_charges(charges: int, conductance: F64, charge: F64) -> tuple[F64, F64]:
+    """Eliminate the unknowns that are charges of diodes: what is left has their capacitances in C.
+
+    charges: how many they are, the first ones. conductance: float64[..., n, n], S; charge: float64[n, n], F.
+    Returns G, float64[..., m, m], and C, float64[..., m, m], with m = n - charges.
+    """
+    if charges == 0:
+        return conductance, charge
+    capacitance = -conductance[..., :charges, charges:]
+    inner = charge[charges:, charges:] + charge[charges:, :charges] @ capacitance
+    return conductance[..., charges:, charges:], np.asarray(inner)
+
+
 class Charged(NamedTuple):
     """A circuit in coordinates z that all carry charge: `dz/dt = matrix z`, with `z = into v`.
 
@@ -68,8 +81,11 @@ def natural_rates(conductance: F64, charge: F64) -> C128:
 def all_natural_rates(conductances: F64, charge: F64) -> C128:
     """`natural_rates` of several points of one circuit, complex128[N, modes], 1/s.
 
-    conductances: float64[N, n, n], S; charge: float64[n, n], F, symmetric and positive semidefinite.
+    conductances: float64[N, n, n], S; charge: float64[n, n], F, symmetric and positive semidefinite, or one
+    for each point.
     """
+    if charge.ndim > conductances.ndim - 1:
+        return np.array([natural_rates(*each) for each in zip(conductances, charge, strict=True)])
     scale, share, modes = _own_modes(charge)
     if not (share > _CHARGELESS).all():
         return np.array([natural_rates(each, charge) for each in conductances])

@@ -12,6 +12,7 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.compiled import compiled
+from circuits.devices.diode import diode_currents
 from circuits.devices.operational_amplifier import amplifier_currents
 from circuits.devices.transistor import TransistorWork, drain_currents
 from circuits.lowering.factor import factor_and_solve
@@ -25,11 +26,13 @@ _SLACK = 0.05  # share of the step's tolerance that the iteration may leave
 class Work(NamedTuple):
     """Working memory of one thread; nothing in it outlives a call."""
 
-    current: F64  # all nonlinear currents, the transistor's and amplifier's arrays are views of it
+    current: F64  # all nonlinear currents, the arrays of transistors, amplifiers and diodes are views of it
     slope: F64
     transistor: TransistorWork
     amplifier_current: F64
     amplifier_slope: F64
+    diode_current: F64
+    diode_slope: F64
     base: F64  # Jacobian of the linear part
     jacobian: F64
     residual: F64
@@ -39,7 +42,9 @@ class Work(NamedTuple):
 def allocate(kernel: Kernel) -> Work:
     """Working memory for a kernel."""
     n, m = kernel.transistors.sign.size, kernel.amplifier_terminal.shape[1]
-    current, slope = np.zeros(3 * n + 5 * m), np.zeros(7 * n + 25 * m)
+    d = kernel.diodes.saturation.size
+    current, slope = np.zeros(3 * n + 5 * m + 2 * d), np.zeros(7 * n + 25 * m + 2 * d)
+    after, behind = 3 * n + 5 * m, 7 * n + 25 * m
     transistor = TransistorWork(
         argument=np.zeros(2 * n),
         value=np.zeros(2 * n),
@@ -53,7 +58,8 @@ def allocate(kernel: Kernel) -> Work:
         junction_conductance=slope[3 * n : 7 * n].reshape(4, n),
     )
     return Work(
-        current, slope, transistor, current[3 * n :].reshape(5, m), slope[7 * n :].reshape(5, 5, m),
+        current, slope, transistor, current[3 * n : after].reshape(5, m),
+        slope[7 * n : behind].reshape(5, 5, m), current[after:].reshape(2, d), slope[behind:].reshape(2, d),
         np.zeros(kernel.factor.entries), np.zeros(kernel.factor.entries), np.zeros(kernel.unknowns),
         np.zeros(kernel.columns),
     )  # fmt: skip
@@ -65,6 +71,8 @@ def evaluate(k: Kernel, v: F64, w: Work) -> None:
     drain_currents(k.transistors, v, w.transistor)
     if k.amplifier_terminal.shape[1] > 0:
         amplifier_currents(k.amplifier_terminal, k.amplifier_value, v, w.amplifier_current, w.amplifier_slope)
+    if k.diodes.saturation.size > 0:
+        diode_currents(k.diodes, v, w.diode_current, w.diode_slope)
     for i in range(k.unknowns):
         total = 0.0
         for p in range(k.conductance.start[i], k.conductance.start[i + 1]):
@@ -72,6 +80,26 @@ def evaluate(k: Kernel, v: F64, w: Work) -> None:
         w.residual[i] = total
     for p in range(k.stamps.row.size):
         w.residual[k.stamps.row[p]] += k.stamps.current_sign[p] * w.current[k.stamps.current[p]]
+
+
+@compiled()
+def store_charges(k: Kernel, v: F64, w: Work) -> None:
+    """Write the charges of diodes at the voltages of their ends into v, where they are unknowns."""
+    if k.charges > 0:
+        diode_currents(k.diodes, v, w.diode_current, w.diode_slope)
+        for i in range(k.diodes.charge.size):
+            if k.diodes.charge[i] >= 0:
+                v[k.diodes.charge[i]] = w.diode_current[1, i]
+
+
+def with_charges(k: Kernel, voltage: F64) -> F64:
+    """Vectors of voltages, float64[N, columns], V, with the charges of diodes at them; itself without any."""
+    if k.charges == 0:
+        return voltage
+    found, work = voltage.copy(), allocate(k)
+    for row in found:
+        store_charges(k, row, work)
+    return found
 
 
 @compiled()

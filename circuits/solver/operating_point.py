@@ -21,8 +21,8 @@ from circuits.lowering.kernel import Kernel, Machine, on_die, to_kernel
 from circuits.silicon.die import NOMINAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.integrate import source_values
-from circuits.solver.modes import ROUNDING, natural_rates
-from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, newton, set_base
+from circuits.solver.modes import ROUNDING, natural_rates, without_charges
+from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, newton, set_base, store_charges
 from circuits.solver.outcome import Outcome
 from circuits.testbench import Testbench
 
@@ -182,6 +182,7 @@ def _settle(k: Kernel, v: F64, w: Work, history: F64, growth: float) -> bool:
     Backward Euler turns an unstable mode into a decaying one once the step is longer than its time constant
     tau. Until then the mode has had about tau / (1 - 1/growth), so that slow growth lets it leave.
     """
+    store_charges(k, v, w)
     h, old = 1e-12, v.copy()
     for _ in range(2000):
         for i in range(k.columns):
@@ -234,6 +235,7 @@ def _is_rounded(k: Kernel, v: F64, w: Work, update: F64) -> bool:
 @compiled(_nrt=True)
 def rest_state(k: Kernel, v: F64, w: Work, matrix: F64, decades: F64) -> bool:
     """Solve for a rest state near `v`, in place; false where none is found."""
+    store_charges(k, v, w)
     anchor, history, right = v.copy(), np.zeros_like(v), np.zeros(k.unknowns)
     if _direct(k, v, anchor, 0.0, w, matrix, right, np.int64(200)):
         return True
@@ -348,5 +350,5 @@ def _is_stable(k: Kernel, v: F64, w: Work) -> bool:
     rows = np.repeat(np.arange(k.unknowns), np.diff(k.charge.start))
     inside = k.charge.entry >= 0
     charge[rows[inside], k.charge.column[inside]] = k.charge.value[inside]
-    rates = natural_rates(conductance, charge)
+    rates = natural_rates(*without_charges(k.charges, conductance, charge))
     return bool((rates.real <= ROUNDING * np.abs(rates).max(initial=0.0)).all())

@@ -14,7 +14,7 @@ from circuits.compiled import compiled
 from circuits.devices import Transistor
 from circuits.errors import ParameterError, unknown_name
 from circuits.lowering.kernel import Kernel, Machine, Triplets
-from circuits.solver.newton import Work, allocate, evaluate
+from circuits.solver.newton import Work, allocate, evaluate, with_charges
 from circuits.solver.sweep import Sweep
 from circuits.solver.transient import Result
 
@@ -52,15 +52,15 @@ def node_voltages(result: Result | Sweep) -> F64:
     """The solver's vector of voltages at each point, float64[T, columns], V; 0 at sources of current."""
     v = np.zeros((len(result.voltage), result.machine.kernel.columns))
     v[:, result.machine.column] = result.voltage
-    return v
+    return with_charges(result.machine.kernel, v)
 
 
 def conduction_and_channels(machine: Machine, v: F64) -> tuple[F64, F64]:
     """Channel current of every transistor, and what devices without charge take from every column's node.
 
     v: the vector of voltages at each point, float64[T, columns], V. Returns float64[T, transistors] and
-    float64[T, columns], A. The columns of the sources have all of it, the others that of transistors and
-    amplifiers.
+    float64[T, columns], A. The columns of the sources have all of it, the others that of transistors, diodes
+    and amplifiers.
     """
     k = machine.kernel
     channels, out = np.empty((len(v), k.transistors.sign.size)), np.zeros_like(v)
@@ -131,3 +131,6 @@ def _conduction(k: Kernel, v: F64, w: Work, channels: F64, out: F64) -> None:
         for j in range(k.amplifier_terminal.shape[1]):
             for i in range(5):
                 out[p, k.amplifier_terminal[i, j]] += w.amplifier_current[i, j]
+        for j in range(k.diodes.saturation.size):
+            out[p, k.diodes.terminal[0, j]] += w.diode_current[0, j]
+            out[p, k.diodes.terminal[1, j]] -= w.diode_current[0, j]

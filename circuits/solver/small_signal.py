@@ -18,7 +18,7 @@ from circuits.catalogue import later
 from circuits.devices.transistor import TransistorWork, drain_currents, transistor_work
 from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.lowering.kernel import Kernel, Rows
-from circuits.solver.newton import allocate, evaluate
+from circuits.solver.newton import Work, allocate, evaluate
 from circuits.solver.operating_point import OperatingPoint
 
 if TYPE_CHECKING:
@@ -184,7 +184,18 @@ def _conductance(k: Kernel, v: F64) -> csc_array:
     amplifier = k.amplifier_terminal.astype(np.int64)
     for i in (2, 3, 4):
         parts += [(amplifier[i], amplifier[j], w.amplifier_slope[i, j]) for j in range(5)]
+    parts += _diode_parts(k, w)
     return _matrix(k, *(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
+def _diode_parts(k: Kernel, w: Work) -> Iterator[tuple[I64, I64, F64]]:
+    """Conductances of diodes, and what their charges follow by."""
+    ends, own = k.diodes.terminal.astype(np.int64), k.diodes.charge.astype(np.int64)
+    stores = own >= 0
+    for column, sign in zip(ends, (1.0, -1.0), strict=True):
+        for row, back in zip(ends, (1.0, -1.0), strict=True):
+            yield row, column, sign * back * w.diode_slope[0]
+        yield own[stores], column[stores], -sign * w.diode_slope[1, stores]
 
 
 def _entries(rows: Rows) -> tuple[I64, I64, F64]:

@@ -1,7 +1,8 @@
 """Transient runs at transistor level while the temperature moves.
 
 At another temperature the transistors and the biases are that temperature's, and the nodes' voltages go on:
-a capacitor keeps its charge, and its capacitance is the same at all temperatures.
+a capacitor keeps its charge, and its capacitance is the same at all temperatures. A diode's charge becomes
+that of its voltage at the new temperature, without a current.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.course import Course, told_when
 from circuits.silicon.silicon import Silicon
 from circuits.solver.beginning import beginning
+from circuits.solver.newton import with_charges
 from circuits.solver.outcome import Outcome
 from circuits.solver.swing import uncrossed
 from circuits.solver.transient import DEFAULT_RTOL, Result, Runner, State, Steps
@@ -35,7 +37,10 @@ def moved(runner: Runner, state: State, machine: Machine) -> tuple[Runner, State
         there if np.array_equal(line, here) else line
         for line, here, there in zip(state.lines, old.polylines, machine.polylines, strict=True)
     )
-    return Runner(machine, runner.record, runner.rtol), replace(state, step=np.zeros(1), lines=lines)
+    voltage = with_charges(machine.kernel, state.voltage)
+    return Runner(machine, runner.record, runner.rtol), replace(
+        state, voltage=voltage, step=np.zeros(1), lines=lines
+    )
 
 
 def simulate_course(

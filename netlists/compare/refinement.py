@@ -21,7 +21,15 @@ from functools import cache, singledispatch
 import numpy as np
 
 from circuits.arrays import I64, U64
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices import (
+    Capacitor,
+    ControlledSource,
+    Diode,
+    OperationalAmplifier,
+    Resistor,
+    Source,
+    Transistor,
+)
 from circuits.devices.device import Device
 
 Sides = tuple[tuple[str, tuple[tuple[str, int], ...]], ...]  # ((side, ((role, terminal position), ...)), ...)
@@ -49,6 +57,11 @@ def _(device: Capacitor) -> Sides:
 @sides.register
 def _(device: Resistor) -> Sides:
     return _ENDS
+
+
+@sides.register
+def _(device: Diode) -> Sides:
+    return (("anode", (("anode", 0),)), ("cathode", (("cathode", 1),)))
 
 
 @sides.register

@@ -1,9 +1,9 @@
 """The CDL dialect, for layout versus schematic: it has what is drawn in a layout, and nothing else.
 
 Transistors are M elements with W, L and M, bulk included, and their models are `nmos` and `pmos`. Capacitors
-and resistors have their values. There is no source, no analysis and no call of the top cell. `*.PININFO`
-gives the ports (`I` in, `O` out, `B` a supply). Ground is the global net `0`. Node arrays are buses,
-`v_mem<3>`.
+and resistors have their values, diodes their area. There is no source, no analysis and no call of the top
+cell. `*.PININFO` gives the ports (`I` in, `O` out, `B` a supply). Ground is the global net `0`. Node arrays
+are buses, `v_mem<3>`.
 
 A die has no deviation here: all dies are drawn alike, so the nominal die is written whatever was asked for.
 What is not drawn as one device is a black box: an operational amplifier is a call of `black_box_amplifier`
@@ -15,7 +15,15 @@ Written to the Cadence and Calibre manuals' description of the format. Not run h
 from __future__ import annotations
 
 from circuits.circuit import Port
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices import (
+    Capacitor,
+    ControlledSource,
+    Diode,
+    OperationalAmplifier,
+    Resistor,
+    Source,
+    Transistor,
+)
 from circuits.devices.device import Device
 from circuits.silicon.silicon import Deviation, Silicon
 from netlists.dialects.spice import open_definition
@@ -49,6 +57,10 @@ def _capacitor(device: Capacitor) -> list[str]:
 def _transconductor(device: ControlledSource) -> list[str]:
     note = format_annotation(Annotation("transconductor", device))
     return [*note, f"{_element('x', device)} {_TRANSCONDUCTOR}"]
+
+
+def _diode(device: Diode) -> list[str]:
+    return [f"{_element('d', device)} diode area={float(device.area)!r}"]
 
 
 def _element(letter: str, device: Device) -> str:
@@ -101,6 +113,7 @@ _FORMATTER = make_formatter(
     _transistor,
     {
         Capacitor: _capacitor,
+        Diode: _diode,
         Resistor: lambda device: [f"{_element('r', device)} {float(device.resistance)!r}"],
         ControlledSource: _transconductor,
         OperationalAmplifier: lambda device: [f"{_element('x', device)} {_AMPLIFIER}"],
@@ -109,5 +122,5 @@ _FORMATTER = make_formatter(
 )
 
 DIALECT = make_dialect(
-    _WRITER, "for LVS: M, C and R as drawn; not run here", {"ekv": (_FORMATTER, _boxes)}, drawing=True
+    _WRITER, "for LVS: M, C, R and D as drawn; not run here", {"ekv": (_FORMATTER, _boxes)}, drawing=True
 )

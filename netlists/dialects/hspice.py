@@ -44,7 +44,7 @@ def _control(control: Control) -> list[str]:
 _NAMING = make_naming("underscore", _RESERVED)
 
 DIALECT = spice_dialect(
-    Syntax("hspice", _NAMING, _current, _control),
+    Syntax("hspice", _NAMING, _current, _control, diode=("d", "level=1")),
     "G elements with cur='...', or BSIM3; not run here",
     mos_form(_NAMING, "level=49", "version=3.3", instance=True),
 )

@@ -14,10 +14,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from circuits.circuit import GROUND
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source
+from circuits.devices import Capacitor, ControlledSource, Diode, OperationalAmplifier, Resistor, Source
 from circuits.devices.device import Device
 from circuits.silicon.process import Polarity
-from netlists.dialects.spice import Syntax, corners, ekv_transistors, format_amplifier
+from netlists.dialects.spice import Syntax, corners, diode_figures, ekv_transistors, format_amplifier
 from netlists.naming import make_naming
 from netlists.read.notes.syntax import SpectreSyntax
 from netlists.write.bsim3 import Form, make_cards, make_transistors
@@ -38,6 +38,7 @@ _RESERVED = frozenset({
     "max", "min", "pow", "sin", "sinh", "sqrt", "tan", "tanh", "v", "i",
 })  # fmt: skip
 _METHODS = {"gear": "gear2only", "trap": "traponly"}
+_OF_DIODE = {"bv": "bvj", "nbv": "nz"}  # words of breakdown; the others are SPICE's
 
 _NAMING = make_naming("underscore", _RESERVED)
 
@@ -74,6 +75,14 @@ def _capacitor(device: Capacitor) -> list[str]:
     return [_element("c", device, f"capacitor c={float(device.capacitance)!r}{begin}")]
 
 
+def _diode(device: Diode) -> list[str]:
+    model = _NAMING.part(device.name, "model")
+    pairs = (figure.partition("=") for figure in diode_figures(device))
+    figures = [f"{_OF_DIODE.get(word, word)}={value}" for word, _, value in pairs]
+    line = f"{_element('d', device, model)} area={float(device.area)!r}"
+    return [line, *wrap(["model", model, "diode", "level=1", *figures])]
+
+
 def _source(device: Source) -> list[str]:
     pairs = corners(device)
     head = "v" if device.quantity == "voltage" else "i"
@@ -87,6 +96,7 @@ def _source(device: Source) -> list[str]:
 
 _OTHERS: dict[type[Device], Callable[[Any], list[str]]] = {
     Capacitor: _capacitor,
+    Diode: _diode,
     Resistor: lambda device: [_element("r", device, f"resistor r={float(device.resistance)!r}")],
     ControlledSource: lambda device: [_element("g", device, f"vccs gm={float(device.transconductance)!r}")],
     OperationalAmplifier: functools.partial(format_amplifier, _SYNTAX),

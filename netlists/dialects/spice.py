@@ -17,7 +17,15 @@ from typing import Any
 import numpy as np
 
 from circuits.circuit import GROUND
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices import (
+    Capacitor,
+    ControlledSource,
+    Diode,
+    OperationalAmplifier,
+    Resistor,
+    Source,
+    Transistor,
+)
 from circuits.devices.device import Device
 from circuits.devices.source import polyline
 from circuits.devices.transistor import capacitances
@@ -36,6 +44,14 @@ TERMINALS = "dgsb"
 # with a timestep too small at 1e-15, none from 1e-14 to 1e-12; at 1e-13 spikes are within 0.5 us of 1e-14.
 _ABSTOL = {"ekv": "1e-15", "bsim3": "1e-13", "sweepable": "1e-15"}
 _CACHED = 1 << 14
+DIODE_WORDS = {
+    "is": "saturation_current", "n": "emission", "cjo": "junction_capacitance", "vj": "junction_potential",
+    "m": "grading", "fc": "forward_coefficient", "tt": "transit_time", "bv": "breakdown_voltage",
+    "ibv": "breakdown_current", "nbv": "breakdown_emission", "eg": "energy_gap", "xti": "current_exponent",
+    "tnom": "nominal_temperature_c",
+}  # fmt: skip
+"""Words of a diode's `.model` card by SPICE, and our figures."""
+_OF_BREAKDOWN = frozenset({"bv", "ibv", "nbv"})
 
 
 def _capacitor(name: str, a: str, b: str, value: float) -> str:
@@ -61,6 +77,8 @@ class Syntax:
         What stands between the names of a path in a run, and what folds their case.
     capacitor
         Gives the line of a capacitance, F, from its name and its two nodes.
+    diode
+        Type and level of a diode's model.
     """
 
     dialect: str
@@ -71,6 +89,7 @@ class Syntax:
     separator: str = "."
     case: Callable[[str], str] = str
     capacitor: Callable[[str, str, str, float], str] = _capacitor
+    diode: tuple[str, ...] = ("d",)
 
 
 def spice_dialect(
@@ -288,10 +307,26 @@ def _others(syntax: Syntax) -> dict[type[Device], Callable[[Any], list[str]]]:
     return {
         Capacitor: capacitor,
         Resistor: lambda device: [element("r", device, device.resistance)],
+        Diode: functools.partial(_diode, syntax),
         ControlledSource: lambda device: [element("g", device, device.transconductance)],
         OperationalAmplifier: functools.partial(format_amplifier, syntax),
         Source: functools.partial(_source, naming),
     }
+
+
+def _diode(syntax: Syntax, device: Diode) -> list[str]:
+    """A D element, and the model that is its own."""
+    naming = syntax.naming
+    nodes, model = map(naming.node, device.terminals()), naming.part(device.name, "model")
+    words = ["d" + naming.plain(device.name), *nodes, model, f"area={float(device.area)!r}"]
+    return [" ".join(words), *wrap([".model", model, *syntax.diode, *diode_figures(device)])]
+
+
+def diode_figures(device: Diode) -> list[str]:
+    """Figures of a diode's `.model` card by SPICE's names; those of breakdown only where it breaks down."""
+    values = {word: float(getattr(device, name)) for word, name in DIODE_WORDS.items()}
+    without = _OF_BREAKDOWN if device.breakdown_voltage == 0.0 else frozenset()
+    return [f"{word}={value!r}" for word, value in values.items() if word not in without]
 
 
 def _source(naming: Naming, source: Source) -> list[str]:

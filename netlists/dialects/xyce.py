@@ -2,7 +2,7 @@
 
 Written to the Xyce Reference Guide (release 7). Powers are `**`, since `^` is exclusive or; expressions know
 `ln`, `a ? b : c` and `max`. Nodes of sub-circuits stand behind `:`. Temperature and gmin are options of the
-device package, tolerances of the time integrator. Not run here.
+device package, tolerances of the time integrator. Diodes are of level 2, which has NBV. Not run here.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def _control(control: Control) -> list[str]:
 _NAMING = make_naming("underscore", _RESERVED)
 
 DIALECT = spice_dialect(
-    Syntax("xyce", _NAMING, _current, _control, separator=":"),
+    Syntax("xyce", _NAMING, _current, _control, separator=":", diode=("d", "level=2")),
     "B sources, or BSIM3; not run here",
     mos_form(_NAMING, "level=9", "version=3.3", instance=False),
 )

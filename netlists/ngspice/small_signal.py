@@ -188,7 +188,7 @@ def _noise_elements(point: OperatingPoint, sources: NoiseSources) -> list[str]:
 
     lines = []
     for k, (kind, white) in enumerate(zip(sources.kind, sources.white.tolist(), strict=True)):
-        if kind != "resistor" and white > 0.0:
+        if kind not in {"resistor", "diode"} and white > 0.0:
             start, end = node(int(sources.start[k])), node(int(sources.end[k]))
             lines.append(f"r#noise{k} n#noise{k} 0 1.0")
             lines.append(f"g#noise{k} {start} {end} n#noise{k} 0 {math.sqrt(white / unit)!r}")

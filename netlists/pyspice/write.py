@@ -172,7 +172,7 @@ def _subcircuit(definition: Definition, silicon: Silicon) -> Any:
     sub = SubCircuit(node_name(definition.name), *map(node_name, definition.ports))
     for device, deviation in definition.devices:
         made, local = as_made(device, deviation)
-        for line in format_device(made, silicon, local):
+        for line in "\n".join(format_device(made, silicon, local)).replace("\n+ ", " ").split("\n"):
             _add_element(sub, line)
     for call in itertools.chain.from_iterable(definition.calls):
         name = node_name(element(call.name, call.index))
@@ -184,6 +184,14 @@ def _add_element(netlist: Any, line: str) -> None:
     """Add the element that a line of text describes: its letter and name, its nodes, its value."""
     name, *words = line.split()
     letter, name = name[0], name[1:]
+    if letter == ".":
+        netlist.model(
+            words[0], words[1], **{w: float(v) for w, _, v in (x.partition("=") for x in words[2:])}
+        )
+        return
+    if letter == "d":
+        netlist.D(name, *words[:2], model=words[2], area=float(words[3].removeprefix("area=")))
+        return
     begin = {"initial_condition": float(words.pop()[3:])} if words[-1].startswith("ic=") else {}
     *nodes, value = words
     if letter == "b":

@@ -138,7 +138,8 @@ class Controls:
 
     analyses, measures, steps: what is run, measured and stepped, each in the order of the cards. starts,
     held: voltages, V, of `.nodeset` and `.ic`, with their card, by the node's name as it is written.
-    temperature_c: degC; None where no card states one.
+    temperature_c, nominal_c: temperature, and the one that the figures of models belong to, degC; None where
+    no card states it.
     """
 
     analyses: list[Analysis] = field(default_factory=list)
@@ -147,6 +148,7 @@ class Controls:
     starts: dict[str, tuple[float, Card]] = field(default_factory=dict)
     held: dict[str, tuple[float, Card]] = field(default_factory=dict)
     temperature_c: float | None = None
+    nominal_c: float | None = None
 
     @property
     def transient(self) -> Transient | None:
@@ -310,6 +312,8 @@ def _options(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None
     given = arguments(card, card.words()[1:])
     if "temp" in given.named:
         controls.temperature_c = scope.number(card, "temp", given.named["temp"])
+    if "tnom" in given.named:
+        controls.nominal_c = scope.number(card, "tnom", given.named["tnom"])
     for name in (*given.positional, *(n for n in given.named if n != "temp")):
         try:
             read_option(name, card, notes)

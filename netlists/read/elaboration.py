@@ -23,7 +23,7 @@ from circuits.silicon.silicon import Deviation
 from netlists.read.branch.element import Branch, value_node
 from netlists.read.branch.wire import sensed, wires
 from netlists.read.card import Arguments, Card, ForeignError, element_arguments, element_words, shown
-from netlists.read.element import Context, read_element
+from netlists.read.element import NOMINAL_C, Context, read_element
 from netlists.read.expression.scope import Scope
 from netlists.read.limits import Limits
 from netlists.read.note import Notes
@@ -89,6 +89,7 @@ class Elaboration:
     notes: Notes
     is_cdl: bool = False
     uses_ic: bool = False
+    nominal_c: float = NOMINAL_C
     built: dict[tuple[Section, tuple[tuple[str, float], ...]], Part] = field(default_factory=dict)
     seen: set[Section] = field(default_factory=set)
     calls: list[Section] = field(default_factory=list)
@@ -232,7 +233,9 @@ class Elaboration:
                 contents.lifted[name] = None
             return circuit_name(name)
 
-        context = Context(section, scope, node, self.notes, self.is_cdl, self.uses_ic, self.models, taken)
+        context = Context(
+            section, scope, node, self.notes, self.is_cdl, self.uses_ic, self.models, taken, self.nominal_c
+        )
         for card in section.elements:
             if card in wired or not self._is_taken(card, section, scope):
                 continue

@@ -3,7 +3,7 @@
     Rname a b value [M=]     Cname a b value [M=] [IC=]     Gname n+ n- c+ c- value
     Mname d g s b model W= L= [M=] [AD= AS= PD= PS= ...] [DELVTO=] [MULU0=]
     Bname n+ n- I=expression, linear in one voltage difference
-    L, E, F, H: `netlists.read.branch.element`
+    L, E, F, H: `netlists.read.branch.element`; D: `netlists.read.model.diode`
 
 A current of G and B leaves n+, passes the source and enters n-. `DELVTO` adds to the signed threshold, so
 that of a pFET it lowers the magnitude; `MULU0` multiplies the mobility. In CDL, which has no models, the
@@ -25,6 +25,7 @@ from netlists.read.branch.element import TRANSCONDUCTANCE, Branch, branch_node
 from netlists.read.card import Arguments, Card, element_arguments, shown
 from netlists.read.expression.scope import Scope
 from netlists.read.foreign import REMEDY, foreign_element, foreign_transistor
+from netlists.read.model.diode import diode_of
 from netlists.read.note import Notes
 from netlists.read.text.name import circuit_name
 from netlists.read.text.section import Model, Section
@@ -38,6 +39,7 @@ _DEGREES = {"temp", "dtemp"}  # of an element, which has the circuit's
 _COEFFICIENTS = {"tc", "tc1", "tc2"}
 _SHOWN = 6  # parameters of a model that an error names
 _OF_NGSPICE = {"vdmos", "vdmosn", "vdmosp", "nsoi", "psoi", "numos"}  # types that its M elements have, too
+NOMINAL_C = 27.0  # degC, of SPICE
 _SIGNS: dict[Polarity, float] = {"n": 1.0, "p": -1.0}
 
 
@@ -61,6 +63,8 @@ class Context:
         Cards of the models that elements have used so far.
     sensed
         Sources of voltage whose current has a node, since an F or H takes it.
+    nominal_c
+        Temperature that the figures of models belong to where these do not say it, degC.
     """
 
     section: Section
@@ -71,6 +75,7 @@ class Context:
     uses_ic: bool = False
     models: set[Card] = field(default_factory=set)
     sensed: frozenset[str] = frozenset()
+    nominal_c: float = NOMINAL_C
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +175,25 @@ def _behavioural_source(card: Card, context: Context) -> Element:
         raise card.foreign(f"{name}: slopes {slope:g} and {back:g} S, must be opposite; {supported}")
     a, b, c, d = map(context.node, (words[1], words[2], plus, minus))
     return Element(ControlledSource(circuit_name(words[0]), a, b, c, d, slope))
+
+
+def _diode(card: Card, context: Context) -> Element:
+    name, words = element_arguments(card)
+    model = context.section.find_model(words.positional[2]) if len(words.positional) > 2 else None
+    if model is None or model.type != "d":
+        raise foreign_element(card, context.section, context.models)
+    context.models.add(model.card)
+    if "ic" in words.named:
+        if context.uses_ic:
+            raise card.foreign(f"{shown(name)}.ic: a voltage to begin with, of a capacitor only; {REMEDY}")
+        words.named.pop("ic")
+        context.notes.add("ic of a diode, which a run without uic does not use", card.place)
+    for key in set(words.named) & _DEGREES:
+        context.notes.leave_out(card, key, f"{key} of a diode", "a circuit has one temperature, remove it")
+        words.named.pop(key)
+    words.positional[:2] = map(context.node, words.positional[:2])
+    diode, series = diode_of(card, name, words, model, context.scope.number, context.nominal_c, context.notes)
+    return Element(diode, more=() if series is None else (series,))
 
 
 def _inductor(card: Card, context: Context) -> Element:
@@ -304,5 +328,5 @@ def _note_unused(card: Card, name: str, words: Arguments, what: str, notes: Note
 
 _READERS: dict[str, Callable[[Card, Context], Element]] = {
     "r": _resistor, "c": _capacitor, "g": _controlled_source, "b": _behavioural_source, "m": _transistor,
-    "l": _inductor, "e": _controlled_voltage, "h": _controlled_voltage, "f": _current_by_current,
+    "l": _inductor, "d": _diode, "e": _controlled_voltage, "h": _controlled_voltage, "f": _current_by_current,
 }  # fmt: skip

@@ -20,6 +20,7 @@ from circuits.testbench import Begin, Testbench
 from netlists.read.analysis import Analysis, Controls, Stepped, read_controls
 from netlists.read.card import Card, shown
 from netlists.read.elaboration import Elaboration, Top
+from netlists.read.element import NOMINAL_C
 from netlists.read.expression.expression import Functions
 from netlists.read.expression.scope import Expressions, Scope
 from netlists.read.limits import DEFAULT_LIMITS, Limits
@@ -172,7 +173,8 @@ def _read(
     _declare_conditional(deck, scope, notes)
     controls = read_controls(deck.controls, scope, notes)
     uses_ic = controls.uic or dialect == "xyce"  # which takes them without uic, too
-    elaboration = Elaboration(deck, scope, controls.span, limits, notes, dialect == "cdl", uses_ic)
+    nominal_c = NOMINAL_C if controls.nominal_c is None else controls.nominal_c
+    elaboration = Elaboration(deck, scope, controls.span, limits, notes, dialect == "cdl", uses_ic, nominal_c)
     top = elaboration.top()
     if top.part.elements > limits.elements:
         raise deck.top.card.error(f"{top.part.elements} elements, the limit is {limits.elements}; split it")

@@ -1,4 +1,4 @@
-"""The laws of devices as Verilog-A modules: transistors of both polarities, amplifier, linear devices.
+"""The laws of devices as Verilog-A modules: transistors of both polarities, diode, amplifier, linear devices.
 
 A transistor's module has the process's figures as defaults of its parameters and applies the temperature laws
 itself, at the simulator's `$temperature`, unless `temperature_c` (degC) holds one that is not below absolute
@@ -6,12 +6,15 @@ zero. Its noise is that of `circuits.devices.noise`: of the channel, white and, 
 transconductance, flicker, and of both junctions; a resistor's is `4 k T / R`. `gamma` above 0 chooses the law
 with body effect (`ekv-gamma`), 0 the one with a constant kappa. `delta_v_t0` and `delta_beta` are the
 deviations of one device from the nominal. Equations:
-`circuits.devices.transistor` and `circuits.devices.operational_amplifier`; every charge is a capacitance
-times a voltage, under `ddt`.
+`circuits.devices.transistor`, `circuits.devices.diode` and `circuits.devices.operational_amplifier`; every
+charge stands under `ddt`. Breakdown's B is found by the fixed point of the diode's own file.
 """
 
 from __future__ import annotations
 
+import math
+
+from circuits.devices.diode import FAR_CURRENT, ROUNDS, Diode
 from circuits.devices.noise import CHANNEL_SHARE, CHANNEL_WEIGHT, noise_model
 from circuits.devices.operational_amplifier import LEAST_HEADROOM
 from circuits.devices.transistor import INDUCED_LIMIT
@@ -20,8 +23,8 @@ from circuits.silicon.silicon import Silicon
 from netlists.write.bsim3 import refuse_sizes
 
 TRANSISTORS: dict[Polarity, str] = {"n": "noctule_nfet", "p": "noctule_pfet"}
-AMPLIFIER, CAPACITOR, RESISTOR, TRANSCONDUCTOR = (
-    "noctule_amplifier", "noctule_capacitor", "noctule_resistor", "noctule_transconductor",
+AMPLIFIER, CAPACITOR, DIODE, RESISTOR, TRANSCONDUCTOR = (
+    "noctule_amplifier", "noctule_capacitor", "noctule_diode", "noctule_resistor", "noctule_transconductor",
 )  # fmt: skip
 
 _SOFTPLUS = """\
@@ -128,6 +131,10 @@ module {name}(d, g, s, b);
 endmodule
 """
 
+_OF_DIODE = "\n".join(
+    f"  parameter real {name} = {value!r};" for name, value in Diode("d", "a", "c").parameters().items()
+)
+
 _OTHERS = {
     AMPLIFIER: f"""\
 module {AMPLIFIER}(positive, negative, out, vdd, vss);
@@ -152,6 +159,68 @@ module {CAPACITOR}(a, b);
   electrical a, b;
   parameter real c = 1e-12; // F
   analog I(a, b) <+ ddt(c * V(a, b));
+endmodule
+""",
+    DIODE: f"""\
+module {DIODE}(anode, cathode);
+  inout anode, cathode;
+  electrical anode, cathode;
+{_OF_DIODE}
+  real t, t_0, u_t, u, u_b, saturation, b, reference, height, capacitance, rest, bend, at_bend, v, i, q;
+  integer round;
+
+  analog function real shift; // what the band gap of silicon adds to a junction's potential, V
+    input at;
+    real at;
+    shift = -3.0 * {BOLTZMANN!r} * at / {ELEMENTARY_CHARGE!r} * ln(at / 300.15)
+      + 1.16 - 7.02e-4 * at * at / (at + 1108.0) - 1.1150877 * at / 300.15;
+  endfunction
+
+  analog function real exponential; // beyond {FAR_CURRENT!r} A its tangent
+    input x, current;
+    real x, current, highest;
+    begin
+      highest = ln({FAR_CURRENT!r} / current);
+      exponential = x > highest ? {FAR_CURRENT!r} / current * (1.0 + x - highest) : exp(x);
+    end
+  endfunction
+
+  analog begin
+    t = $temperature;
+    t_0 = nominal_temperature_c + {ZERO_CELSIUS!r};
+    u_t = {BOLTZMANN!r} * t / {ELEMENTARY_CHARGE!r};
+    u = emission * u_t;
+    u_b = breakdown_emission * u_t;
+    saturation = area * saturation_current
+      * exp((t / t_0 - 1.0) * energy_gap / u + current_exponent / emission * ln(t / t_0));
+    b = breakdown_voltage;
+    if (breakdown_voltage > 0.0 && breakdown_current >= saturation * breakdown_voltage / u_t)
+      for (round = 0; round < {ROUNDS}; round = round + 1)
+        b = breakdown_voltage - u_b * ln(max(breakdown_current / saturation + 1.0 - b / u_t, 1.0));
+    reference = (junction_potential - shift(t_0)) * 300.15 / t_0;
+    height = shift(t) + reference * t / 300.15;
+    capacitance = area * junction_capacitance
+      * (1.0 + grading * (4e-4 * (t - 300.15) - (height / reference - 1.0)))
+      / (1.0 + grading * (4e-4 * (t_0 - 300.15) - (junction_potential / reference - 1.0)));
+    rest = 1.0 - forward_coefficient;
+    bend = forward_coefficient * height;
+    at_bend = capacitance * pow(rest, -grading);
+    v = V(anode, cathode);
+    if (v >= -3.0 * u)
+      i = saturation * (exponential(v / u, saturation) - 1.0);
+    else if (breakdown_voltage == 0.0 || v >= -b)
+      i = -saturation * (1.0 + pow(3.0 * u / (v * {math.e!r}), 3.0));
+    else
+      i = -saturation * exponential(-(v + b) / u_b, saturation);
+    if (v < bend)
+      q = capacitance * height * (1.0 - pow(1.0 - v / height, 1.0 - grading)) / (1.0 - grading);
+    else
+      q = capacitance * height * (1.0 - pow(rest, 1.0 - grading)) / (1.0 - grading)
+        + (v - bend) * at_bend * (1.0 + 0.5 * grading * (v - bend) / (rest * height));
+    I(anode, cathode) <+ i;
+    I(anode, cathode) <+ ddt(q + transit_time * i);
+    I(anode, cathode) <+ white_noise(2.0 * {ELEMENTARY_CHARGE!r} * abs(i), "shot");
+  end
 endmodule
 """,
     RESISTOR: f"""\

@@ -14,7 +14,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from circuits.circuit import GROUND
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices import (
+    Capacitor,
+    ControlledSource,
+    Diode,
+    OperationalAmplifier,
+    Resistor,
+    Source,
+    Transistor,
+)
 from circuits.devices.device import Device
 from circuits.silicon.silicon import Deviation, Silicon
 from netlists.dialects.spice import corners
@@ -23,6 +31,7 @@ from netlists.read.notes.syntax import VerilogSyntax
 from netlists.verilog_a.law import (
     AMPLIFIER,
     CAPACITOR,
+    DIODE,
     MODULES,
     RESISTOR,
     TRANSCONDUCTOR,
@@ -78,6 +87,10 @@ def _capacitor(device: Capacitor) -> list[str]:
 
 def _resistor(device: Resistor) -> list[str]:
     return [*_note("resistor", device), *_instance("r", device, RESISTOR, {"r": device.resistance})]
+
+
+def _diode(device: Diode) -> list[str]:
+    return _instance("d", device, DIODE, device.parameters())
 
 
 def _transconductor(device: ControlledSource) -> list[str]:
@@ -199,6 +212,7 @@ _HEAD = (
 _MODULE_OF: dict[type[Device], str] = {
     Capacitor: CAPACITOR,
     Resistor: RESISTOR,
+    Diode: DIODE,
     ControlledSource: TRANSCONDUCTOR,
     OperationalAmplifier: AMPLIFIER,
 }
@@ -222,6 +236,7 @@ _FORMATTER = make_formatter(
     {
         Capacitor: _capacitor,
         Resistor: _resistor,
+        Diode: _diode,
         ControlledSource: _transconductor,
         OperationalAmplifier: _amplifier,
         Source: _source,

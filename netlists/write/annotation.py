@@ -14,8 +14,9 @@ A note holds one frozen dataclass, which its kind names (`KINDS`), with the fiel
                   (`silicon_notes`); `components` where its process states them
     circuit       right after a definition's first line: the circuit's name; the definition may be `NAME_2`
     port, node, bias: of that circuit, in its order
-    transistor, amplifier: the device that the lines up to the next note or device write, with the values that
-                  it has in this definition; `deviation` before them is what its place on the die adds
+    transistor, amplifier, diode: the device that the lines up to the next note or device write, with the
+                  values that it has in this definition; `deviation` before them is what its place on the die
+                  adds
     capacitor, resistor: one that a die changes, as it is drawn; `change` before it says by how much
     instance, array: before its calls; connections are references of the calling circuit
     parameter     of the instance or array before it: values of `shape`, nested tuples when read; `base` is
@@ -46,7 +47,15 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port, Shape
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices import (
+    Capacitor,
+    ControlledSource,
+    Diode,
+    OperationalAmplifier,
+    Resistor,
+    Source,
+    Transistor,
+)
 from circuits.devices.device import Device
 from circuits.devices.source import Constant, Driven, PiecewiseLinear, Pulse, Sampled, Waveform
 from circuits.errors import DataError
@@ -347,6 +356,7 @@ KINDS: dict[str, type] = {
     "bias": Bias,
     "transistor": Transistor,
     "amplifier": OperationalAmplifier,
+    "diode": Diode,
     "deviation": LocalDeviation,
     "change": ChangeNote,
     "instance": InstanceNote,
@@ -365,7 +375,9 @@ KINDS: dict[str, type] = {
     "resistor": Resistor,
     "transconductor": ControlledSource,
 }
-_DEVICES: dict[type[Device], str] = {Transistor: "transistor", OperationalAmplifier: "amplifier"}
+_DEVICES: dict[type[Device], str] = {
+    Transistor: "transistor", OperationalAmplifier: "amplifier", Diode: "diode",
+}  # fmt: skip
 _PASSIVES: dict[type[Device], str] = {Capacitor: "capacitor", Resistor: "resistor"}
 _WAVEFORMS = {kind: name for name, kind in KINDS.items() if kind in get_args(Waveform)}
 

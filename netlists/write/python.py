@@ -18,7 +18,7 @@ from circuits.testbench import Testbench
 _MODULES = {
     "circuits.circuit": ("Bias", "Circuit", "Instance", "InstanceArray", "Node", "Port"),
     "circuits.devices": (
-        "Capacitor", "ControlledSource", "OperationalAmplifier", "Resistor", "Source", "Transistor",
+        "Capacitor", "ControlledSource", "Diode", "OperationalAmplifier", "Resistor", "Source", "Transistor",
     ),
     "circuits.devices.source": ("Constant", "PiecewiseLinear", "Pulse", "Sampled"),
     "circuits.testbench": ("Testbench",),

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from circuits.circuit import GROUND
+from circuits.devices import Diode
 from circuits.errors import ParameterError, unknown_name
 from circuits.lowering.kernel import to_kernel
 from circuits.measure.scope import device_currents
@@ -53,8 +54,8 @@ def op_command(asked: Op) -> None:
     """Print the operating point of a block with its stimuli at 0 s, by node and by device.
 
     The current of a transistor is that into its drain, which is negative for a conducting pFET; the current
-    of a resistor flows from its first node to its second. The other columns are those of
-    `circuits.solver.device_table`.
+    of a resistor flows from its first node to its second, that of a diode from anode to cathode. The other
+    columns are those of `circuits.solver.device_table`.
     """
     if is_foreign(asked.block, asked.engine):
         op_deck(asked)
@@ -86,7 +87,10 @@ def op_command(asked: Op) -> None:
 
 
 def _device_rows(point: OperatingPoint) -> list[Row]:
-    """Rows by device: transistors with all columns, resistors with their current; nan where undefined."""
+    """Rows by device: transistors with all columns, resistors and diodes with their current.
+
+    They are nan where undefined.
+    """
     t, r = transistor_table_at(point), resistor_table_at(point)
     numbers = (
         t.drain_current, t.inversion_coefficient, t.transconductance, t.efficiency, t.output_conductance,
@@ -97,6 +101,8 @@ def _device_rows(point: OperatingPoint) -> list[Row]:
     rows: list[Row] = [dict(zip(_COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
     for name, current in zip(r.name, r.current.tolist(), strict=True):
         rows.append({"name": name, "type": "resistor", _CURRENT: current})
+    for name, found in device_currents(point, point.machine.flat.labels(Diode)).items():
+        rows.append({"name": name, "type": "diode", _CURRENT: float(found[0])})
     return rows
 
 

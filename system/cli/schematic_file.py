@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from circuits.circuit import GROUND
+from circuits.devices import Diode
 from circuits.lowering.kernel import to_kernel
+from circuits.measure.scope import device_currents
 from circuits.solver.device_table import resistor_table_at, transistor_table_at
 from circuits.solver.operating_point import operating_point
 from system.cli.output import working
@@ -27,7 +29,7 @@ def save_schematic(path: str, target: str, choice: Choice, *, solved: bool) -> N
     choice
         The block on silicon, under its stimuli at 0 s.
     solved
-        Whether node voltages and drain currents are written into it.
+        Whether node voltages and currents are written into it.
     """
     sources = () if deck_of(target) is None else choice.testbench().sources
     numbers = _solve(choice) if solved else Solved()
@@ -39,8 +41,11 @@ def _solve(choice: Choice) -> Solved:
         point = operating_point(to_kernel(choice.testbench(), choice.silicon))
     volts = {node: v for node, v in point.voltages().items() if node != GROUND}
     transistors, resistors = transistor_table_at(point), resistor_table_at(point)
-    names = (*transistors.name, *resistors.name)
-    currents = np.abs((*transistors.drain_current.tolist(), *resistors.current.tolist()))
+    diodes = device_currents(point, point.machine.flat.labels(Diode))
+    names = (*transistors.name, *resistors.name, *diodes)
+    currents = np.abs((
+        *transistors.drain_current.tolist(), *resistors.current.tolist(), *(i[0] for i in diodes.values())
+    ))  # fmt: skip
     state = "" if point.stable else ", which is not stable"
     note = f"operating point at {silicon_line(choice.silicon)}{state}"
     return Solved(volts, dict(zip(names, currents.tolist(), strict=True)), note)

@@ -14,7 +14,15 @@ from functools import singledispatch
 from math import prod
 
 from circuits.circuit import GROUND, Circuit
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices import (
+    Capacitor,
+    ControlledSource,
+    Diode,
+    OperationalAmplifier,
+    Resistor,
+    Source,
+    Transistor,
+)
 from circuits.devices.device import Device
 from circuits.devices.source import Constant
 from circuits.lowering.flatten import DeviceGroup, flatten
@@ -43,8 +51,8 @@ class Part:
     name : str
         Instance path of the device that it stands for.
     kind : str
-        `nfet`, `pfet`, `capacitor`, `resistor`, `controlled source`, `operational amplifier`,
-        `voltage source` or `current source`.
+        `nfet`, `pfet`, `capacitor`, `resistor`, `diode` (its anode above) or `diode up`, `controlled source`,
+        `operational amplifier`, `voltage source` or `current source`.
     top, bottom : str
         Nets above and below it.
     left, right : tuple of str
@@ -191,6 +199,13 @@ def _(device: Resistor, nets: list[str], rails: Rails) -> Part:
 
 
 @_of.register
+def _(device: Diode, nets: list[str], rails: Rails) -> Part:
+    anode, cathode = nets
+    above = _is_above(cathode, anode, rails, otherwise=False)
+    return Part("", "diode up" if above else "diode", *((cathode, anode) if above else (anode, cathode)))
+
+
+@_of.register
 def _(device: Source, nets: list[str], rails: Rails) -> Part:
     return Part("", f"{device.quantity} source", nets[0], GROUND)
 
@@ -225,6 +240,8 @@ def _sizes(device: Device, sizes: Mapping[str, float]) -> Iterator[str]:
         count = sizes.get("multiplicity", 1.0)
         times = "" if count == 1.0 else f" x{count:g}"
         yield f"{sizes['width'] * 1e6:.3g}/{sizes['length'] * 1e6:.3g}um{times}"
+    if isinstance(device, Diode) and sizes["area"] != 1.0:
+        yield f"x{sizes['area']:g}"
     for key, unit in (("capacitance", "F"), ("resistance", "Ohm"), ("transconductance", "S")):
         if key in sizes:
             yield format_quantity(float(f"{sizes[key]:.4g}"), unit)

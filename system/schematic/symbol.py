@@ -48,10 +48,19 @@ def _leads(reach: float) -> tuple[Line, ...]:
     return (((0.0, HALF), (0.0, reach)), ((0.0, -HALF), (0.0, -reach)))
 
 
+def _diode(down: float) -> Shape:
+    """Triangle from the anode and bar at the cathode; down: 1.0 for the anode above."""
+    bar = ((-8.0, -7.0 * down), (8.0, -7.0 * down))
+    triangle = ((-7.0, 6.0 * down), (7.0, 6.0 * down), (0.0, -7.0 * down))
+    return Shape((*_leads(6.5), bar), (), (triangle,))
+
+
 _CONTROLS: tuple[Line, ...] = (((-GATE, 10.0), (-12.0, 10.0)), ((-GATE, -10.0), (-12.0, -10.0)))
 _ARROW: tuple[Line, ...] = (((0.0, -6.0), (-3.0, 0.0), (3.0, 0.0)),)
 _SHAPES: dict[str, Shape] = {
     "capacitor": Shape((*_leads(2.5), ((-8.0, 2.5), (8.0, 2.5)), ((-8.0, -2.5), (8.0, -2.5)))),
+    "diode": _diode(1.0),
+    "diode up": _diode(-1.0),
     "resistor": Shape(
         (
             *_leads(14.0),

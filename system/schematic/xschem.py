@@ -1,11 +1,11 @@
 """A circuit as a schematic of xschem's, drawn as `noctule show --schematic` draws it.
 
-The symbols are those of xschem's own folder `devices`: nmos4, pmos4, capa, res, vccs, lab_pin, gnd, ipin,
-opin and iopin. A point of the layout is 2 units across and 15/14 units down, by which a transistor's gate,
-drain and source are at the pins of its symbol. Nets that are wired stand as wires; each piece of a net has a
-label, so that xschem's netlist of the file has the circuit's names and is an equal circuit. Hierarchy is
-flat: a net inside an instance is `x1.a`, and an element of an array is a bit of a bus, `spike[3]`. Names of
-devices have letters, digits and `_` (`netlists.naming`). Transistors name the models `nmos` and `pmos`.
+The symbols are those of xschem's own folder `devices`: nmos4, pmos4, capa, res, diode, vccs, lab_pin, gnd,
+ipin, opin and iopin. A point of the layout is 2 units across and 15/14 units down, by which a transistor's
+gate, drain and source are at the pins of its symbol. Nets that are wired stand as wires; each piece of a net
+has a label, so that xschem's netlist of the file has the circuit's names and is an equal circuit. Hierarchy
+is flat: a net inside an instance is `x1.a`, and an element of an array is a bit of a bus, `spike[3]`. Names
+of devices have letters, digits and `_` (`netlists.naming`). Transistors name the models `nmos` and `pmos`.
 
 Source: the file format 1.1 in xschem's manual, "developer info".
 """
@@ -21,7 +21,7 @@ from typing import NamedTuple
 import networkx as nx
 
 from circuits.circuit import GROUND, Circuit
-from circuits.devices import Capacitor, ControlledSource, Resistor, Transistor
+from circuits.devices import Capacitor, ControlledSource, Diode, Resistor, Transistor
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import DeviceGroup, flatten
 from netlists.naming import make_naming
@@ -91,11 +91,17 @@ def _symbol(symbol: Symbol, known: Mapping[str, tuple[DeviceGroup, int, list[str
         return _transistor(symbol, name, group.device, values, nets)
     x, y = _at((symbol.x, symbol.y))
     offsets: dict[int, Point] = {0: (0.0, -30.0), 1: (0.0, 30.0)}
+    turn = 0
     if isinstance(group.device, Capacitor | Resistor):
         kind, letter = ("capa", "c") if isinstance(group.device, Capacitor) else ("res", "r")
         (value,) = values.values()
         nets = [symbol.part.top, symbol.part.bottom]
         text = f"name={letter}{name} m=1 value={value!r}"
+    elif isinstance(group.device, Diode):
+        kind, text = "diode", f"name=d{name} model=diode area={values['area']!r}"
+        if symbol.part.kind == "diode up":
+            offsets = {0: (0.0, 30.0), 1: (0.0, -30.0)}
+            turn = 2
     elif isinstance(group.device, ControlledSource):
         kind, text = "vccs", f"name=g{name} value={values['transconductance']!r}"
         offsets |= {2: (-40.0, -20.0), 3: (-40.0, 20.0)}
@@ -103,7 +109,7 @@ def _symbol(symbol: Symbol, known: Mapping[str, tuple[DeviceGroup, int, list[str
         raise ParameterError(
             f"{symbol.part.name}: {symbol.part.kind}, which xschem has no symbol for; export another dialect"
         )
-    return _place(symbol, f"C {{devices/{kind}.sym}} {_numbers(x, y)} 0", (x, y), offsets, nets, text)
+    return _place(symbol, f"C {{devices/{kind}.sym}} {_numbers(x, y)} {turn}", (x, y), offsets, nets, text)
 
 
 def _transistor(

@@ -14,6 +14,7 @@ from circuits.devices import (
     DEVICE_TYPES,
     Capacitor,
     ControlledSource,
+    Diode,
     OperationalAmplifier,
     Resistor,
     Source,
@@ -172,6 +173,19 @@ def test_an_operational_amplifier_agrees_within_and_at_its_rails() -> None:
     assert found.solver["y"].max() > 4.8
 
 
+def test_a_rectifier_agrees() -> None:
+    store = {"saturation_current": 1e-12, "junction_capacitance": 5e-12, "transit_time": 5e-9}
+    devices = (
+        Diode("d", "a", "o", **store), Diode("e", "0", "a", breakdown_voltage=8.0, **store),
+        Resistor("s", "x", "a", 1e3), Capacitor("c", "o", "0", 1e-9), Resistor("r", "o", "0", 1e5),
+    )  # fmt: skip
+    circuit = Circuit("rectifier", (Port("x", "analog"), Port("o", "analog", "out")), devices)
+    ramp = PiecewiseLinear((1e-6, 2e-6, 6e-6, 7e-6), (0.0, 5.0, 5.0, -5.0))
+    found = compare(Testbench("rectifier", circuit, (Source("x", "x", ramp),), 2e-5), Silicon(AMI_1500_IDEAL))
+    assert found.agrees, found
+    assert found.solver["o"].max() > 4.0
+
+
 def test_a_controlled_source_and_current_sources_agree() -> None:
     devices = (
         ControlledSource("g", "y", "0", "x", "0", 1e-3),
@@ -214,7 +228,7 @@ def test_a_die_is_the_same_silicon_in_both(die: Die) -> None:
 
 def test_every_device_type_has_a_small_circuit_here() -> None:
     assert set(DEVICE_TYPES) == {
-        Transistor, Capacitor, Resistor, ControlledSource, OperationalAmplifier, Source,
+        Transistor, Capacitor, Resistor, Diode, ControlledSource, OperationalAmplifier, Source,
     }, "a new device type: add its small circuit to this file"  # fmt: skip
 
 

@@ -402,7 +402,7 @@ def _lines(machine: Machine, way: Way, moved: F64, sums: Sums) -> dict[int, F64]
         by = _at_terminals(k.transistors.terminal == column, sums)
         linear = k.conductance.column == column
         by = by - total[:, row_of[linear]] @ k.conductance.value[linear]
-        if (k.amplifier_terminal == column).any():
+        if (k.amplifier_terminal == column).any() or (k.diodes.terminal == column).any():
             voltage = way.voltage.copy()
             voltage[:, column] += VOLT
             by = (contracted(k, voltage, moved) - sums.direct) / VOLT

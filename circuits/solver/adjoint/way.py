@@ -18,6 +18,7 @@ from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from circuits.lowering.kernel import Machine, Sources
 from circuits.solver.integrate import source_values
+from circuits.solver.newton import with_charges
 from circuits.solver.transient import Result
 
 _SAME_TIME = 1e-13  # s, as the integrator's
@@ -48,6 +49,7 @@ def way_of(result: Result) -> Way:
     sources = machine.sources()
     cursor = sources.start[:-1].copy()
     _drive(sources, cursor, time, voltage, machine.kernel.unknowns)
+    voltage = with_charges(machine.kernel, voltage)
     order = _orders(machine, time)
     return Way(time, voltage, _shares(time, order), order)
 

@@ -19,11 +19,20 @@ from typing import NamedTuple
 import numpy as np
 
 from circuits.arrays import F64, I64
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices import (
+    Capacitor,
+    ControlledSource,
+    Diode,
+    OperationalAmplifier,
+    Resistor,
+    Source,
+    Transistor,
+)
 from circuits.devices.device import Device
 from circuits.devices.noise import (
     NoiseModel,
     channel_noise,
+    diode_noise,
     gate_flicker,
     junction_noise,
     noise_model,
@@ -33,6 +42,7 @@ from circuits.errors import ParameterError
 from circuits.lowering.flatten import DeviceGroup
 from circuits.lowering.made import made
 from circuits.silicon.process import kelvin
+from circuits.solver.newton import allocate, evaluate
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.small_signal import ac, linearise, transistors_at
 
@@ -40,9 +50,9 @@ from circuits.solver.small_signal import ac, linearise, transistors_at
 class NoiseSources(NamedTuple):
     """Noise currents of a circuit at an operating point, n of them.
 
-    device: instance paths. kind: `channel`, `junction` or `resistor`. start, end: int64[n], columns of the
-    vector of voltages between which a current flows. white: float64[n], A^2/Hz. flicker: float64[n], A^2/Hz
-    at 1 Hz.
+    device: instance paths. kind: `channel`, `junction`, `diode` or `resistor`. start, end: int64[n], columns
+    of the vector of voltages between which a current flows. white: float64[n], A^2/Hz. flicker:
+    float64[n], A^2/Hz at 1 Hz.
     """
 
     device: tuple[str, ...]
@@ -209,6 +219,20 @@ def _(device: Resistor, group: DeviceGroup, point: OperatingPoint) -> NoiseSourc
     return NoiseSources(labels, ("resistor",) * start.size, start, end, white, np.zeros(start.size))
 
 
+@noise_of.register
+def _(device: Diode, group: DeviceGroup, point: OperatingPoint) -> NoiseSources:
+    machine = point.machine
+    groups = [g for g in machine.flat.groups if isinstance(g.device, Diode)]
+    before = sum(g.nodes.shape[1] for g in groups[: next(i for i, g in enumerate(groups) if g is group)])
+    start, end = machine.column[group.nodes]
+    work = allocate(machine.kernel)
+    evaluate(machine.kernel, point.voltage, work)
+    white = np.empty(start.size)
+    diode_noise(work.diode_current[0, before : before + start.size], white)
+    labels = tuple(group.label(k) for k in range(start.size))
+    return NoiseSources(labels, ("diode",) * start.size, start, end, white, np.zeros(start.size))
+
+
 def integrate_power(frequency: F64, density: F64) -> float:
     """Integral of a density over frequency, as a power of frequency between two points.
 
@@ -225,6 +249,12 @@ def integrate_power(frequency: F64, density: F64) -> float:
     grown = np.divide(np.expm1(x), x, out=np.ones_like(x), where=np.abs(x) > 1e-9)
     straight = 0.5 * (first + last) * (high - low)
     return float(np.where(whole, first * low * ratio * grown, straight).sum())
+
+
+def kernel_order(found: NoiseSources) -> I64:
+    """Order in which the noises that a state moves come first: channels, junctions, diodes; int64[n]."""
+    rank = {"diode": 1, "resistor": 2}
+    return np.argsort([rank.get(kind, 0) for kind in found.kind], kind="stable")
 
 
 def transistor_areas(point: OperatingPoint) -> F64:

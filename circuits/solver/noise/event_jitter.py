@@ -42,12 +42,13 @@ from scipy.interpolate import CubicHermiteSpline
 
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
-from circuits.devices.noise import NoiseModel, channel_noise, gate_flicker, junction_noise, noise_model
+from circuits.devices.noise import NoiseModel, gate_flicker, noise_model
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import Kernel, Machine
 from circuits.solver.integrate import source_values
-from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, set_base
-from circuits.solver.noise.analysis import noise_sources, owners, transistor_areas
+from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, set_base, with_charges
+from circuits.solver.noise.analysis import kernel_order, noise_sources, owners, transistor_areas
+from circuits.solver.noise.steps import moving_densities
 from circuits.solver.noise.transient import relaxations
 from circuits.solver.operating_point import OperatingPoint, operating_point, solve_dense, write_dense
 from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
@@ -161,8 +162,7 @@ def event_jitter(
     model = noise_model(machine.silicon.process) if model is None else model
     way = _way(result, float(times[number]), rest)
     found, k = noise_sources(point, model), machine.kernel
-    resistor = np.array([kind == "resistor" for kind in found.kind], dtype=np.bool_)
-    order = np.concatenate([np.flatnonzero(~resistor), np.flatnonzero(resistor)])
+    order = kernel_order(found)
     begin = np.zeros(k.unknowns)
     begin[machine.column_of(port)] = 1.0 / way.rate[-1, machine.column_of(port)]
     currents = _Currents(found.start[order], found.end[order], found.white[order].copy())
@@ -195,6 +195,7 @@ def _way(result: Result, event: float, rest: float) -> _Way:
     cursor = sources.start[:-1].copy()
     for t, v in zip(own, voltage, strict=True):
         source_values(sources, cursor, max(t, 0.0), v, machine.kernel.unknowns)
+    voltage = with_charges(machine.kernel, voltage)
     share, even = _differences(own), np.ones(own.size)
     _fill_evenness(own, share, even)
     return _Way(own, voltage, rate[:, : machine.kernel.unknowns].copy(), share, even)
@@ -353,9 +354,7 @@ def _backwards(
             return False
         for i in range(n):
             moved[1, i], moved[0, i] = moved[0, i], right[i]
-        channel_noise(k.transistors, w.transistor, density[:m])
-        if k.transistors.leaks:
-            junction_noise(k.transistors, w.transistor, density[m : 3 * m])
+        moving_densities(k, w, density)
         half = 0.5 / (time[step] - time[step - 1])
         for q in range(density.size):
             at = way.even[step] * (moved[0, start[q]] - moved[0, end[q]])

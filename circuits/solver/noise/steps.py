@@ -24,7 +24,8 @@ import numpy as np
 
 from circuits.arrays import F64, I64, U32, Bools
 from circuits.compiled import compiled
-from circuits.devices.noise import channel_noise, junction_noise
+from circuits.devices.diode import diode_currents
+from circuits.devices.noise import channel_noise, diode_noise, junction_noise
 from circuits.devices.transistor import drain_currents
 from circuits.lowering.kernel import Kernel, Sources
 from circuits.silicon.die import philox
@@ -162,13 +163,26 @@ def _halve(p: NoisePlan, d: Draws, level: int, part: int) -> None:
 
 
 @compiled()
+def moving_densities(k: Kernel, w: Work, white: F64) -> None:
+    """Write the densities that a state moves, as evaluated there, A^2/Hz: channels, junctions and diodes."""
+    n = k.transistors.sign.size
+    channel_noise(k.transistors, w.transistor, white[:n])
+    after = n
+    if k.transistors.leaks:
+        junction_noise(k.transistors, w.transistor, white[n : 3 * n])
+        after = 3 * n
+    d = k.diodes.saturation.size
+    if d > 0:
+        diode_noise(w.diode_current[0], white[after : after + d])
+
+
+@compiled()
 def _densities(k: Kernel, p: NoisePlan, x: NoiseState, w: Work) -> None:
     """White densities of all channels and junctions at the present state."""
-    n = k.transistors.sign.size
     drain_currents(k.transistors, x.voltage, w.transistor)
-    channel_noise(k.transistors, w.transistor, p.white[:n])
-    if k.transistors.leaks:
-        junction_noise(k.transistors, w.transistor, p.white[n : 3 * n])
+    if k.diodes.saturation.size > 0:
+        diode_currents(k.diodes, x.voltage, w.diode_current, w.diode_slope)
+    moving_densities(k, w, p.white)
 
 
 @compiled()

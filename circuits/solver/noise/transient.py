@@ -21,7 +21,7 @@ import numpy as np
 
 from circuits.arrays import F64, I64, U32
 from circuits.circuit import Shape
-from circuits.devices import Resistor, Transistor
+from circuits.devices import Diode, Resistor, Transistor
 from circuits.devices.noise import NoiseModel, gate_flicker, noise_model
 from circuits.errors import ParameterError, SolverError
 from circuits.lowering.kernel import Kernel, Machine, Rows
@@ -31,7 +31,7 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver import integrate as core
 from circuits.solver.beginning import NOISE, Beginning, beginning
 from circuits.solver.integrate import source_values
-from circuits.solver.noise.analysis import noise_sources, transistor_areas
+from circuits.solver.noise.analysis import kernel_order, noise_sources, transistor_areas
 from circuits.solver.noise.steps import (
     DEEPEST,
     ROOM,
@@ -252,12 +252,11 @@ def relaxations(model: NoiseModel, grid: float) -> tuple[F64, F64]:
 
 
 def _plan(point: OperatingPoint, model: NoiseModel, grid: float, first: int) -> NoisePlan:
-    """Channels in the kernel's order, then junctions, then the noise currents that no state moves."""
+    """Channels in the kernel's order, then junctions and diodes, then what no state moves."""
     machine = point.machine
     a = machine.kernel.transistors
     found = noise_sources(point, model)
-    fixed = np.array([kind == "resistor" for kind in found.kind], dtype=np.bool_)
-    order = np.concatenate([np.flatnonzero(~fixed), np.flatnonzero(fixed)])
+    order = kernel_order(found)
     rate, variance = relaxations(model, grid)
     at_gate = gate_flicker(model, machine.silicon.process, a.sign > 0.0, transistor_areas(point))
     return NoisePlan(
@@ -299,7 +298,7 @@ def _draws(machine: Machine, plan: NoisePlan, seed: int, trial: int) -> Draws:
     transistors = flat.labels(Transistor)
     ends = ("drain", "source") if machine.kernel.transistors.leaks else ()
     junctions = [f"{label}.{end}" for end in ends for label in transistors]
-    labels = [*transistors, *junctions, *flat.labels(Resistor)]
+    labels = [*transistors, *junctions, *flat.labels(Diode), *flat.labels(Resistor)]
     keys = noise_keys(seed, trial, [f"{root}.{label}" for label in labels])
     keys = np.concatenate([keys, np.repeat(keys[:, :m], blocks, axis=1)], axis=1)
     counters = np.zeros((4, keys.shape[1]), dtype=np.uint32)

@@ -18,7 +18,7 @@ from circuits.devices.source import vertices
 from circuits.errors import SolverError
 from circuits.lowering.factor import factor_and_solve
 from circuits.lowering.kernel import Kernel, Machine
-from circuits.solver.modes import ROUNDING, all_natural_rates
+from circuits.solver.modes import ROUNDING, all_natural_rates, without_charges
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, set_base
 from circuits.solver.operating_point import FAR, operating_point, put, rest_state, settled, write_dense
 
@@ -93,7 +93,7 @@ def are_stable(machine: Machine, v: F64) -> Bools:
     rows = np.repeat(np.arange(k.unknowns), np.diff(k.charge.start))
     inside = k.charge.entry >= 0
     charge[rows[inside], k.charge.column[inside]] = k.charge.value[inside]
-    rates = all_natural_rates(conductance, charge)
+    rates = all_natural_rates(*without_charges(k.charges, conductance, charge))
     return np.asarray((rates.real <= ROUNDING * np.abs(rates).max(axis=1, initial=0.0)[:, None]).all(axis=1))
 
 

@@ -57,7 +57,7 @@ def simulate(
     SolverError
         There is no rest state, or steps become too small.
     ParameterError
-        A die that deviates, or an operational amplifier.
+        A die that deviates, an operational amplifier, or a diode.
     """
     machine = to_kernel(testbench, silicon or Silicon())
     equations = equations_of(machine, models)

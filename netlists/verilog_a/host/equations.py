@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.arrays import F64, I64
-from circuits.devices import Capacitor, OperationalAmplifier, Transistor
+from circuits.devices import Capacitor, Diode, OperationalAmplifier, Transistor
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import Machine, Rows
 from circuits.lowering.made import made
@@ -76,7 +76,7 @@ class Equations:
 def equations_of(machine: Machine, models: Mapping[Polarity, Model]) -> Equations:
     """Put the models in the place of the transistors of a machine, which deviate by nothing.
 
-    Raises `ParameterError` for an operational amplifier and for a die whose transistors deviate.
+    Raises `ParameterError` for an operational amplifier, a diode and for a die whose transistors deviate.
     """
     die, kernel = machine.silicon.die, machine.kernel
     if die.deviates:
@@ -85,10 +85,9 @@ def equations_of(machine: Machine, models: Mapping[Polarity, Model]) -> Equation
     inner = kernel.columns
     capacitance = np.zeros((kernel.unknowns, kernel.columns))
     for group in machine.flat.groups:
-        if isinstance(group.device, OperationalAmplifier):
-            raise ParameterError(
-                f"{group.label(0)}: an amplifier, not beside models in Verilog-A; leave it out"
-            )
+        if isinstance(group.device, OperationalAmplifier | Diode):
+            what = "a diode" if isinstance(group.device, Diode) else "an amplifier"
+            raise ParameterError(f"{group.label(0)}: {what}, not beside models in Verilog-A; leave it out")
         nodes = machine.column[group.nodes]
         if isinstance(group.device, Capacitor):
             value = np.broadcast_to(made(group, machine.flat.circuit.name, machine.silicon), nodes.shape[1:])

@@ -168,10 +168,10 @@ STATE_KEYS = f"""
 stable      boolean   -  whether the state is stable
 {DISTURBANCE_KEYS}
 voltages_V  number{{}}  V  voltage of each node
-devices                        object[]  -    transistors and resistors
+devices                        object[]  -    transistors, resistors and diodes
 devices.name                   string    -    where it is
-devices.type                   string    -    `nfet`, `pfet` or `resistor`
-devices.current_A              number    A    into the drain; of a resistor from its first node to its second
+devices.type                   string    -    `nfet`, `pfet`, `resistor` or `diode`
+devices.current_A              number    A    into the drain; from a resistor's first node, or the anode, on
 devices.inversion_coefficient  number?   -    current over the specific current
 devices.g_m_S                  number?   S    transconductance
 devices.g_m_over_i_d_per_V     number?   1/V  transconductance over current

@@ -12,6 +12,7 @@ import pytest
 
 from circuits.circuit import Circuit, Port
 from circuits.devices import Source, Transistor
+from circuits.devices.diode import Diode, diode_arrays, diode_currents
 from circuits.devices.noise import resistor_noise
 from circuits.devices.source import Constant
 from circuits.devices.transistor import capacitances, drain_current
@@ -157,6 +158,22 @@ def test_noise_is_the_solver_s_at_the_simulator_s_temperature(
         into_d, _, into_s, _ = (r for r, _ in compiled_residuals(alone, v, SIZE, degrees, tmp_path))
         assert (into_s if name == "shot_s" else into_d) == pytest.approx(density, rel=1e-6, abs=0.0)
     assert expected[0] > 0.0
+
+
+@pytest.mark.parametrize("voltage", [-7.0, -2.0, 0.2, 0.6])
+def test_a_diode_has_our_current_and_charge(voltage: float, tmp_path: Path) -> None:
+    diode = Diode(
+        "d", "a", "c", 2.0, 7e-9, 1.8, 10e-12, 0.7, 0.42, 0.5, 100e-9, 6.2, 5e-3, 1.3, 1.06, 5.0, 40.0,
+    )  # fmt: skip
+    text = module_text("noctule_diode", Silicon(AMI_1500)).replace("anode", "a").replace("cathode", "c")
+    v = {"a": voltage, "c": 0.0}
+    (current, charge), back = compiled_residuals(text, v, diode.parameters(), 85.0, tmp_path)
+    one = {name: np.array([value]) for name, value in diode.parameters().items()}
+    at = diode_arrays(np.array([[0], [1]]), np.array([0]), one, 85.0)
+    found, slope = np.zeros((2, 1)), np.zeros((2, 1))
+    diode_currents(at, np.array([voltage, 0.0]), found, slope)
+    assert (current, charge) == pytest.approx(tuple(found[:, 0]), rel=1e-9, abs=0.0)
+    assert back == pytest.approx((-current, -charge), rel=1e-12, abs=0.0)
 
 
 def test_a_resistor_makes_its_noise(tmp_path: Path) -> None:

@@ -94,6 +94,7 @@ FIELDS: dict[str, tuple[st.SearchStrategy[Any], ...]] = {
     "amplifier": (
         NAMES, *(REFERENCES for _ in range(5)), POSITIVE, SIZES, SIZES
     ),
+    "diode": (NAMES, REFERENCES, REFERENCES, POSITIVE),
     "deviation": (NUMBERS, NUMBERS),
     "change": (NUMBERS,),
     "instance": (NAMES, PAIRS),

@@ -1,0 +1,1 @@
+"""Elements whose figures stand in a `.model` card of their own."""
