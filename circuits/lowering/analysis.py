@@ -9,17 +9,9 @@ from functools import singledispatch
 
 import numpy as np
 
-from circuits.devices import (
-    Capacitor,
-    ControlledSource,
-    Diode,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
-from circuits.devices.diode import diode_arrays
+from circuits.devices.diode import Diode, diode_arrays
 from circuits.silicon.silicon import Silicon
 
 

@@ -15,16 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from circuits.catalogue import later
 from circuits.circuit import GROUND, Circuit, Instance, InstanceArray, split_reference
-from circuits.devices import (
-    Capacitor,
-    ControlledSource,
-    Diode,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
+from circuits.devices.diode import Diode
 from circuits.lowering.flatten import flatten
 
 if TYPE_CHECKING:

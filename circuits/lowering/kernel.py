@@ -26,17 +26,9 @@ import numpy as np
 from circuits.arrays import F64, I32, I64, Bools
 from circuits.bias import bias_voltages
 from circuits.circuit import Shape
-from circuits.devices import (
-    Capacitor,
-    ControlledSource,
-    Diode,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
-from circuits.devices.diode import DiodeArrays, diode_arrays, stores_charge
+from circuits.devices.diode import Diode, DiodeArrays, diode_arrays, stores_charge
 from circuits.devices.source import Constant, Polyline, Sampled, polyline
 from circuits.devices.transistor import TransistorArrays, capacitances, merge_arrays, transistor_arrays
 from circuits.errors import TopologyError

@@ -21,16 +21,9 @@ from functools import cache, singledispatch
 import numpy as np
 
 from circuits.arrays import I64, U64
-from circuits.devices import (
-    Capacitor,
-    ControlledSource,
-    Diode,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
+from circuits.devices.diode import Diode
 
 Sides = tuple[tuple[str, tuple[tuple[str, int], ...]], ...]  # ((side, ((role, terminal position), ...)), ...)
 

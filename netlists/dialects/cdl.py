@@ -15,16 +15,9 @@ Written to the Cadence and Calibre manuals' description of the format. Not run h
 from __future__ import annotations
 
 from circuits.circuit import Port
-from circuits.devices import (
-    Capacitor,
-    ControlledSource,
-    Diode,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
+from circuits.devices.diode import Diode
 from circuits.silicon.silicon import Deviation, Silicon
 from netlists.dialects.spice import open_definition
 from netlists.naming import make_naming

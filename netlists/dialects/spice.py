@@ -17,16 +17,9 @@ from typing import Any
 import numpy as np
 
 from circuits.circuit import GROUND
-from circuits.devices import (
-    Capacitor,
-    ControlledSource,
-    Diode,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
+from circuits.devices.diode import Diode
 from circuits.devices.source import polyline
 from circuits.devices.transistor import capacitances
 from circuits.silicon.process import Polarity, TransistorAtTemperature, TransistorModel

@@ -14,16 +14,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from circuits.circuit import GROUND
-from circuits.devices import (
-    Capacitor,
-    ControlledSource,
-    Diode,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
+from circuits.devices.diode import Diode
 from circuits.silicon.silicon import Deviation, Silicon
 from netlists.dialects.spice import corners
 from netlists.naming import make_naming

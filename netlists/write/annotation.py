@@ -47,16 +47,9 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port, Shape
-from circuits.devices import (
-    Capacitor,
-    ControlledSource,
-    Diode,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
+from circuits.devices.diode import Diode
 from circuits.devices.source import Constant, Driven, PiecewiseLinear, Pulse, Sampled, Waveform
 from circuits.errors import DataError
 from circuits.silicon.components import Components, Extent

@@ -14,16 +14,9 @@ from functools import singledispatch
 from math import prod
 
 from circuits.circuit import GROUND, Circuit
-from circuits.devices import (
-    Capacitor,
-    ControlledSource,
-    Diode,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
+from circuits.devices.diode import Diode
 from circuits.devices.source import Constant
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.units import format_quantity

@@ -19,16 +19,9 @@ from typing import NamedTuple
 import numpy as np
 
 from circuits.arrays import F64, I64
-from circuits.devices import (
-    Capacitor,
-    ControlledSource,
-    Diode,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
+from circuits.devices.diode import Diode
 from circuits.devices.noise import (
     NoiseModel,
     channel_noise,
