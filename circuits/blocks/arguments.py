@@ -48,7 +48,12 @@ class Arguments:
 
 def no_arguments() -> Arguments:
     """The arguments of what takes none."""
-    return Arguments(_params(()))
+    return numbers_as_arguments({})
+
+
+def numbers_as_arguments(values: Mapping[str, float]) -> Arguments:
+    """The arguments of what takes plain numbers by name, with their usual values."""
+    return Arguments(_params((name, value, "") for name, value in values.items()))
 
 
 def arguments_of(function: Callable[..., Any], *, knobs: bool) -> Arguments:

@@ -23,8 +23,8 @@ _OUTPUT = {".save", ".print", ".plot", ".probe", ".four", ".width", ".post", ".g
 _OTHER = {".disto", ".pz", ".sens", ".tf", ".sp", ".pss", ".hb"}
 VARIED = frozenset({".step", ".data", ".mc"})  # several circuits in one netlist; ngspice has none of them
 _ONE_CIRCUIT = (
-    "one netlist is one circuit, here and in ngspice: take the card out, and step sources, temperature or"
-    " dies with noctule sweep"
+    "one netlist is one circuit, here and in ngspice: take the card out, and step sources, temperature,"
+    " parameters or dies with noctule sweep"
 )
 TEMPERATURE = "temp"  # what `.dc` and `.step` call it
 _MOST_STEPS = 100_000  # values of a card; ours
@@ -84,21 +84,24 @@ class Sweep:
 
 @dataclass(frozen=True, slots=True)
 class Stepped:
-    """A source or the temperature that a netlist steps: `.step [lin|dec|oct] NAME FIRST LAST BY`, or `list`.
+    """What a netlist steps: `.step [lin|dec|oct] [param] NAME FIRST LAST BY`, or `[param] NAME list A B ...`.
 
     Attributes
     ----------
     name : str
-        Name of the source, or `temp`.
+        Name of the source or parameter, or `temp`.
     values : tuple of float
-        Its values, V, A or degC.
+        Its values, V, A, degC or in the parameter's unit.
     place : str
         `file:line` of the card.
+    is_parameter : bool
+        Whether it is a parameter.
     """
 
     name: str
     values: tuple[float, ...]
     place: str
+    is_parameter: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,11 +222,13 @@ def _sweep(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
 
 
 def _step(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
-    """A step of a source or the temperature; one of a parameter would be another circuit."""
+    """A step of a source, the temperature or a parameter; one of anything else would be another circuit."""
     words = [w for w in card.words()[1:] if w not in {"(", ")"}]
     way = words.pop(0) if words[:1] and words[0] in {"lin", "dec", "oct"} else "lin"
-    if words[:1] == ["param"] or not words or not (words[0] == TEMPERATURE or words[0][0] in "vi"):
-        notes.leave_out(card, ".step", ".step of a parameter", _ONE_CIRCUIT)
+    is_parameter = words[:1] == ["param"]
+    words = words[is_parameter:]
+    if not words or not (is_parameter or words[0] == TEMPERATURE or words[0][0] in "vi"):
+        notes.leave_out(card, ".step", ".step of a device or a model", _ONE_CIRCUIT)
         return
     if ".step" in notes.drop:
         notes.leave_out(card, ".step", ".step", _ONE_CIRCUIT)
@@ -237,7 +242,16 @@ def _step(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
         values = []
     if not values:
         raise card.error(".step: no values; write .step NAME FIRST LAST BY, or .step NAME list A B ...")
-    controls.steps.append(Stepped(name, tuple(dict.fromkeys(values)), card.place))
+    controls.steps.append(Stepped(name, tuple(dict.fromkeys(values)), card.place, is_parameter))
+
+
+def stepped_parameters(cards: Iterable[Card], scope: Scope) -> dict[str, float]:
+    """The first value of each parameter that cards step, which it has where nothing else gives it one."""
+    found = Controls()
+    for card in cards:
+        if card.name() == ".step" and "param" in card.words():
+            _step(found, card, scope, Notes())
+    return {step.name: step.values[0] for step in found.steps}
 
 
 def _stepped(card: Card, way: str, first: float, last: float, by: float) -> list[float]:

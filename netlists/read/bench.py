@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from circuits.circuit import Circuit
 from circuits.errors import DataError, unknown_name
 from circuits.testbench import Testbench
-from netlists.read.netlist import read_netlist
+from netlists.read.netlist import Imported, read_netlist
 from netlists.read.text.name import circuit_name
 
 SUFFIXES = (".cir", ".ckt", ".sp", ".spi", ".spice", ".net", ".scs", ".cdl")  # of files that are netlists
 
 
-def read_bench(path: Path, subcircuit: str = "") -> Testbench | Circuit:
+def read_bench(
+    path: Path, subcircuit: str = "", parameters: Mapping[str, float] | None = None
+) -> Testbench | Circuit:
     """Read a netlist as a testbench with its own sources and end.
 
     Parameters
@@ -23,6 +25,8 @@ def read_bench(path: Path, subcircuit: str = "") -> Testbench | Circuit:
         The file.
     subcircuit
         Name of a sub-circuit, which is given without sources; the whole netlist where it is empty.
+    parameters
+        Values in the place of those of its own `.param` cards.
 
     Raises
     ------
@@ -31,7 +35,11 @@ def read_bench(path: Path, subcircuit: str = "") -> Testbench | Circuit:
     UnknownNameError
         The netlist uses no such sub-circuit.
     """
-    imported = read_netlist(path)
+    return bench_in(read_netlist(path, parameters=parameters), path, subcircuit)
+
+
+def bench_in(imported: Imported, path: Path, subcircuit: str) -> Testbench | Circuit:
+    """Give what `read_bench` does of a netlist that has been read."""
     if imported.silicon is None and imported.deviations:
         first = next(iter(imported.deviations))
         raise DataError(

@@ -17,17 +17,18 @@ from circuits.circuit import GROUND, Circuit, references
 from circuits.errors import DataError, unknown_name
 from circuits.silicon.silicon import Change, Deviation, Silicon
 from circuits.testbench import Begin, Testbench
-from netlists.read.analysis import Analysis, Controls, Stepped, read_controls
+from netlists.read.analysis import Analysis, Controls, Stepped, read_controls, stepped_parameters
 from netlists.read.card import Card, shown
 from netlists.read.elaboration import Elaboration, Top
 from netlists.read.element import NOMINAL_C
-from netlists.read.expression.expression import Functions
+from netlists.read.expression.expression import Functions, bare
 from netlists.read.expression.scope import Expressions, Scope
 from netlists.read.limits import DEFAULT_LIMITS, Limits
 from netlists.read.measure import Measured
 from netlists.read.note import Foreign, Note, Notes, drop_names
 from netlists.read.notes.annotated import header_card, read_annotated
 from netlists.read.notes.syntax import syntax_of
+from netlists.read.number import read_number
 from netlists.read.text.lines import ANNOTATION, Text, read_text
 from netlists.read.text.name import circuit_name, original_name
 from netlists.read.text.section import Deck, declare, read_deck
@@ -75,6 +76,8 @@ class Imported:
         Sources with an AC value, in the order of their cards.
     steps
         What the netlist steps, in the order of its cards.
+    parameters
+        Value of each `.param` of the whole netlist that is given as a number, and of each that it steps.
     """
 
     testbench: Testbench
@@ -93,6 +96,7 @@ class Imported:
     turned: frozenset[str] = frozenset()
     moved: tuple[str, ...] = ()
     steps: tuple[Stepped, ...] = ()
+    parameters: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def circuit(self) -> Circuit:
@@ -108,6 +112,7 @@ def read_netlist(
     limits: Limits = DEFAULT_LIMITS,
     drop: Iterable[str] = (),
     foreign: Literal["refused", "kept"] = "refused",
+    parameters: Mapping[str, float] | None = None,
 ) -> Imported:
     """Read a netlist from a file, or from a text; no code in it is run.
 
@@ -130,6 +135,8 @@ def read_netlist(
     foreign
         Whether cards that ngspice has and a circuit of ours cannot hold are refused, or kept as text for
         ngspice; the circuit then lacks them.
+    parameters
+        Values in the place of those of the netlist's own `.param` cards, by name in lower case.
 
     Raises
     ------
@@ -146,11 +153,17 @@ def read_netlist(
             " its Path, read_netlist(Path(...))"
         )
     with np.errstate(all="ignore"):  # what overflows is refused where it is used, not warned of
-        return _read(source, root, dialect, limits, Notes(drop_names(drop), foreign == "kept"))
+        notes = Notes(drop_names(drop), foreign == "kept")
+        return _read(source, root, dialect, limits, notes, parameters or {})
 
 
 def _read(
-    source: Path | str, root: Path | None, dialect: str | None, limits: Limits, notes: Notes
+    source: Path | str,
+    root: Path | None,
+    dialect: str | None,
+    limits: Limits,
+    notes: Notes,
+    parameters: Mapping[str, float],
 ) -> Imported:
     text = read_text(source, root, limits, notes, has_title=dialect != "cdl")
     header = header_card(text.cards)
@@ -168,7 +181,9 @@ def _read(
     if len(cards) > limits.cards:
         raise cards[limits.cards].error(f"more than {limits.cards} cards, the limit; split the netlist")
     deck = read_deck(text.title, cards, notes)
-    scope = Scope(limits, expressions=Expressions(limits, deck.size, functions=Functions(deck.functions)))
+    expressions = Expressions(limits, deck.size, functions=Functions(deck.functions))
+    scope = Scope(limits, values=dict(parameters), expressions=expressions)
+    own = _parameters(deck, scope)
     scope.define(deck.top.parameters, notes)
     _declare_conditional(deck, scope, notes)
     controls = read_controls(deck.controls, scope, notes)
@@ -194,7 +209,22 @@ def _read(
         turned=frozenset(elaboration.turned),
         moved=tuple(elaboration.moved),
         steps=tuple(controls.steps),
+        parameters=own,
     )
+
+
+def _parameters(deck: Deck, scope: Scope) -> dict[str, float]:
+    """Parameters that can be given other values: those that are numbers, and those that are stepped.
+
+    A parameter that is stepped and given nowhere gets its first value in `scope`.
+    """
+    texts = {name: text for name, (text, _) in deck.top.parameters.items()}
+    numbers = {name: read_number(bare(text)) for name, text in texts.items()}
+    stepped = stepped_parameters(deck.controls, scope)
+    for name in stepped.keys() - texts.keys():
+        scope.values.setdefault(name, stepped[name])
+    found = {name: value for name, value in numbers.items() if value is not None}
+    return found | {name: value for name, value in stepped.items() if name not in texts}
 
 
 def _declare_conditional(deck: Deck, scope: Scope, notes: Notes) -> None:

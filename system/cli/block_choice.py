@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, replace
 from typing import Literal
 
 from circuits.checks import implausible_allowed
 from circuits.errors import DataError
 from circuits.lowering.coupling import coupled
-from netlists.read import read_netlist
+from netlists.read import Imported, read_netlist
 from netlists.read.analysis import Stepped
 from system.cli.shared_options import BlockValues
 from system.options.begin import FREE, BeginChoice
 from system.options.block import Choice, choose
+from system.options.code import Code
 from system.options.silicon import SiliconChoice
 from system.options.target import deck_of, driven
 
@@ -51,7 +52,8 @@ def choose_block(
 def refuse_steps(name: str) -> None:
     """Raise `DataError` for a whole deck that steps something, of which one run has none."""
     for step in steps_of(name):
-        raise DataError(f"{step.place}: .step {step.name}: not of one run; noctule sweep {name} runs all")
+        what = f"param {step.name}" if step.is_parameter else step.name
+        raise DataError(f"{step.place}: .step {what}: not of one run; noctule sweep {name} runs all")
 
 
 def steps_of(name: str) -> tuple[Stepped, ...]:
@@ -61,6 +63,14 @@ def steps_of(name: str) -> tuple[Stepped, ...]:
         return ()
     with implausible_allowed():
         return read_netlist(deck.path, foreign="kept").steps
+
+
+def read_with(deck: Code, choice: Choice, moved: Mapping[str, float] | None = None) -> Imported:
+    """Read a deck with the values that its parameters have in a choice of it, or with other ones."""
+    usual = read_netlist(deck.path)
+    given = {f.name: getattr(choice.params, f.name) for f in fields(choice.params)} | dict(moved or {})
+    changed = {name: value for name, value in given.items() if value != usual.parameters.get(name, value)}
+    return read_netlist(deck.path, parameters=changed) if changed else usual
 
 
 def target_of(name: str, values: BlockValues) -> str:

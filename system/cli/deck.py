@@ -26,10 +26,10 @@ from netlists.read.analysis import TEMPERATURE, VARIED, NoiseSpectrum, SmallSign
 from netlists.read.foreign import REMEDY
 from netlists.read.note import Foreign
 from netlists.read.text.name import circuit_name
-from system.cli.block_choice import choose_block, refuse_steps
+from system.cli.block_choice import choose_block, read_with, refuse_steps
 from system.cli.deadline import deadline_of
 from system.cli.output import print_json, print_line, print_table, quantity_cell, working
-from system.cli.shared_options import Engine
+from system.cli.shared_options import BlockValues, Engine
 from system.cli.simulate_verb import Simulate
 from system.cli.verbs import Op
 from system.files.writing import write_text_atomic
@@ -81,6 +81,7 @@ def simulate_deck(asked: Simulate) -> None:
     if asked.spikes is not None:
         raise ParameterError("--spikes: not of a deck as it stands, which watches no node; write --csv")
     if is_foreign(asked.block, asked.engine):
+        _refuse_values(asked.values)
         found = _as_it_stands(asked.block, _ran(asked.analysis), asked.deadline, asked.raw)
     elif asked.engine == "ngspice":
         raise ParameterError(
@@ -95,6 +96,7 @@ def simulate_deck(asked: Simulate) -> None:
 
 def op_deck(asked: Op) -> None:
     """Solve a deck's operating point in ngspice as it stands."""
+    _refuse_values(asked.values)
     found = _as_it_stands(asked.block, "op", None, None)
     _tell(asked.block, asked.engine, found, asked.csv, as_json=asked.as_json)
 
@@ -104,8 +106,9 @@ def with_own_spectrum(asked: Simulate) -> Simulate:
     deck = deck_of(asked.block)
     if deck is None or asked.analysis not in {"ac", "noise"}:
         return asked
+    choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     with implausible_allowed(asked.silicon.allow_implausible):
-        found = read_netlist(deck.path)
+        found = read_with(deck, choice)
     kind = SmallSignals if asked.analysis == "ac" else NoiseSpectrum
     card = next((a for a in found.analyses if isinstance(a, kind)), None)
     source, node = asked.source, asked.node
@@ -133,6 +136,11 @@ def _ran(analysis: str) -> Ran:
     raise ParameterError(f"--analysis: {analysis}, of a deck in ngspice as it stands must be tran or dc")
 
 
+def _refuse_values(values: BlockValues) -> None:
+    if values.param:
+        raise ParameterError(f"--param: {values.param[0]}, not of a deck as it stands; edit its .param card")
+
+
 def _as_it_stands(target: str, analysis: Ran, deadline: str | None, raw: str | None) -> Waveforms:
     deck = deck_of(target)
     if deck is None or deck.name:
@@ -150,12 +158,12 @@ def _swept(asked: Simulate) -> Waveforms:
         raise ParameterError(
             "--analysis: dc, that of a deck's own .dc card; name a deck, or use noctule sweep"
         )
+    choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     with implausible_allowed(asked.silicon.allow_implausible):
-        found = read_netlist(deck.path)
+        found = read_with(deck, choice)
     sweep = next((a for a in found.analyses if isinstance(a, Sweep)), None)
     if sweep is None:
         raise DataError(f"{deck.path.name}: no .dc card; add one, as .dc vin 0 5 0.1")
-    choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     with working(f"sweeping {asked.block}"):
         axis, volts = _curves(found, sweep, choice)
     names = [*volts]

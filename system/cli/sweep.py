@@ -95,14 +95,18 @@ def sweep_command(asked: Sweep) -> int:
 def _with_own(asked: Sweep) -> Sweep:
     """What is asked for, with a deck's own steps where none are, and its own measures of transients."""
     own: tuple[str, ...] = ()
-    if asked.analysis == "tran":
-        own = own_measures(asked.block, asked.silicon, partial(_choose, asked, {}))
     over = asked.over or tuple(map(_over, steps_of(asked.block)))
+    if asked.analysis == "tran":
+        choice = _choose(asked, {})
+        moved = [each.name for each in read_swept(choice, over) if each.kind == "param"]
+        own = own_measures(asked.block, asked.silicon, lambda: choice, moved)
     return replace(asked, over=over, measure=(*own, *asked.measure))
 
 
 def _over(step: Stepped) -> str:
     """A step of a deck as an option has it."""
+    if step.is_parameter:
+        return f"param:{step.name}={','.join(f'{value!r}' for value in step.values)}"
     if step.name == TEMPERATURE:
         return f"temperature={','.join(f'{value!r}degC' for value in step.values)}"
     unit = "V" if step.name[0] == "v" else "A"

@@ -17,11 +17,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
+from keyword import iskeyword
 from pathlib import Path
 from typing import Any
 
 from chips.registry import Chip
-from circuits.blocks.arguments import Arguments, arguments_of, no_arguments
+from circuits.blocks.arguments import Arguments, arguments_of, no_arguments, numbers_as_arguments
 from circuits.blocks.block import Block, Values
 from circuits.blocks.plain import Made, block_of
 from circuits.circuit import Circuit
@@ -30,7 +32,7 @@ from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 from netlists.pyspice.read import from_pyspice
-from netlists.read.bench import SUFFIXES, read_bench
+from netlists.read.bench import SUFFIXES, bench_in, read_bench
 from netlists.read.bench_file import read_bench_file
 from netlists.read.netlist import read_netlist
 from system.options.code import Code, code_of, guarded, load_code, process_of, told_in_a_line
@@ -145,11 +147,29 @@ def _of_deck(deck: Code) -> Found:
     if not deck.path.is_file():
         raise DataError(f"{deck.path}: no such file; name a netlist that is there")
     part, testbench = bench_of(deck)
-    made = read_bench(deck.path, part)
+    imported = read_netlist(deck.path)
+    usual = {
+        name: v for name, v in imported.parameters.items() if name.isidentifier() and not iskeyword(name)
+    }
+    first = _driven_part(bench_in(imported, deck.path, part), testbench)
     name = f"{deck.path.name}:{part}" if part else deck.path.name
-    if testbench is not None and isinstance(made, Circuit):
-        made = read_bench_file(testbench, made)
-    return block_of(name, lambda *_: made, no_arguments(), "a netlist")
+
+    @lru_cache(1)
+    def other(changed: tuple[tuple[str, float], ...]) -> Made:
+        return _driven_part(read_bench(deck.path, part, dict(changed)), testbench)
+
+    def make(params: Any, knobs: Values, v_dd: float) -> Made:
+        changed = tuple(
+            (name, getattr(params, name)) for name, v in usual.items() if getattr(params, name) != v
+        )
+        return other(changed) if changed else first
+
+    return block_of(name, make, numbers_as_arguments(usual), "a netlist")
+
+
+def _driven_part(made: Made, testbench: Path | None) -> Made:
+    """A sub-circuit under the file of its testbench, where it has one."""
+    return made if testbench is None or not isinstance(made, Circuit) else read_bench_file(testbench, made)
 
 
 def _name_of(thing: Any) -> str:

@@ -95,9 +95,10 @@ analyses.output  string       -     node whose noise it is
 analyses.reference string     -     node against which it is; `0` for ground
 analyses.source  string       -     source that the noise is referred to
 steps            object[]     -     what it steps, which `sweep` goes over
-steps.name       string       -     the source, or `temp`
-steps.values     number[]     -     its values, V, A or degC
+steps.name       string       -     the source or parameter, or `temp`
+steps.values     number[]     -     its values, V, A, degC or in the parameter's unit
 steps.place      string       -     `file:line` of the card
+steps.is_parameter  boolean   -     whether it is a parameter
 measures         object[]     -     measures that it asks for
 measures.analysis string      -     `tran`, `dc` or `ac`
 measures.text    string       -     name and expression, as `--measure` takes it

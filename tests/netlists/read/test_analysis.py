@@ -51,6 +51,16 @@ def test_steps_of_sources_and_temperature() -> None:
     assert controls.steps[2].values == pytest.approx((1e-9, 1e-8, 1e-7, 1e-6))
 
 
+def test_steps_of_parameters() -> None:
+    controls = read(".step param r 1k 3k 1k", ".step dec param C 1p 100p 1", ".step param n list 2 1 2")
+    assert [(s.name, s.is_parameter) for s in controls.steps] == [("r", True), ("c", True), ("n", True)]
+    assert [s.values for s in controls.steps[::2]] == [(1e3, 2e3, 3e3), (2.0, 1.0)]
+    assert controls.steps[1].values == pytest.approx((1e-12, 1e-11, 1e-10))
+    for card in (".step r1 1 2 1", ".step dm(is) list 1f 2f"):
+        with pytest.raises(DataError, match=r"^a.cir:1: \.step of a device or a model"):
+            read(card)
+
+
 @pytest.mark.parametrize(
     "card", [".step v1 0 5 -1", ".step dec v1 0 5 10", ".step v1 0 1", ".step v1 0 1 1e-9"]
 )

@@ -123,8 +123,8 @@ TRANSISTOR = "t\nm1 a a 0 0 n w=1u l=1u\n"
             ("N",),
         ),
         (
-            TRANSISTOR + ".model n nmos\n.step param x 1 2 3\n",
-            "netlist:4: .step of a parameter: not honoured; ",
+            TRANSISTOR + ".model n nmos\n.step n(kp) 1 2 3\n",
+            "netlist:4: .step of a device or a model: not honoured; ",
             (".step",),
         ),
         (

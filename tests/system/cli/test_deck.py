@@ -179,6 +179,49 @@ def test_small_signals_and_noise_are_those_of_the_deck(
     assert json.loads(capsys.readouterr().out)["source"] == "vin"
 
 
+STEPPED = """a filter
+.param r=1k tau={r*1n} late={2*tau}
+v1 in 0 pulse(0 1 1u 1n 1n 1 2)
+r1 in o {r}
+c1 o 0 {tau/r}
+.step param r list 1k 4k
+.tran 10n {10*tau}
+.measure tran t_half when v(o)=0.5 rise=1
+.measure tran v_late find v(o) at={late+1u}
+.end
+"""
+
+
+def test_a_step_of_a_parameter_is_swept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "filter.cir"
+    path.write_text(STEPPED)
+    assert main(["op", str(path)]) != 0
+    assert "filter.cir:6: .step param r: not of one run; noctule sweep" in capsys.readouterr().err
+    assert main(["sweep", str(path), "--analysis", "tran", "--json"]) == 0
+    said = capsys.readouterr()
+    found = json.loads(said.out)
+    assert found["over"][0]["name"] == "r"
+    # 1 us, half of the edge of 1 ns, and R C ln 2
+    wanted = [1.0005e-6 + r * 1e-9 * np.log(2.0) for r in (1e3, 4e3)]
+    assert found["measured"]["t_half"]["values"] == pytest.approx(wanted, rel=1e-3)
+    assert "v_late" not in found["measured"]
+    assert "follows r, which is swept; this .measure card is left out" in said.err
+
+
+def test_a_parameter_of_a_deck_is_an_option(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "filter.cir"
+    path.write_text(STEPPED.replace(".step param r list 1k 4k", "*"))
+    assert main(["simulate", str(path), "--param", "r=4k", "--json"]) == 0
+    found = {m["name"]: m["value"] for m in json.loads(capsys.readouterr().out)["measured"]}
+    assert found["t_half"] == pytest.approx(1.0005e-6 + 4e-6 * np.log(2.0), rel=1e-3)
+    assert found["v_late"] == pytest.approx(1.0 - np.exp(-2.0), rel=1e-3)
+    assert main(["simulate", str(path), "--param", "tau=1u"]) != 0
+    assert "tau: unknown" in capsys.readouterr().err
+    path.write_text(STEPPED.replace(".step param r list 1k 4k", "q1 o o 0 q\n.model q npn"))
+    assert main(["simulate", str(path), "--engine", "ngspice", "--param", "r=4k"]) != 0
+    assert "--param: r=4k, not of a deck as it stands" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("engine", ["native", "ngspice"])
 def test_a_step_card_is_told_of_noctule_sweep_since_ngspice_has_none(
     engine: str, ours: str, capsys: pytest.CaptureFixture[str]
