@@ -27,13 +27,13 @@ from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 from circuits.lowering.factor import factor_and_solve
 from circuits.lowering.kernel import Kernel, Sources
-from circuits.solver.newton import Work, allocate, evaluate, newton
+from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, newton, set_base
 
 DONE, EVENT, STEP_TOO_SMALL, TOO_MANY_STEPS, BUFFER_FULL = range(5)
 SMALLEST_STEP = 1e-15  # s
 _SAME_TIME = 1e-13  # s, vertices closer than this are one breakpoint
 _EVENT_WIDTH = 1e-9  # s, how close behind the crossing a run stops at an event
-_LEAST_CAPACITANCE = 1e-15  # F, of a diode where a run begins anew; ours
+_INSTANT = 1e-12  # s, of the implicit step that tells rates where capacitances alone do not; ours
 _TIMING = 1e-6  # s, ours: rtol times this is the error of a fast edge's timing that is let pass
 
 
@@ -192,37 +192,55 @@ def _restart(k: Kernel, s: Sources, cursor: I64, h: History, w: Work) -> None:
         if not k.dynamic[i]:
             w.jacobian[k.factor.diagonal[i]] += 1.0
             w.residual[i] = 0.0
-    _charge_rates(k, rate, w)
     factor_and_solve(k.factor, w.jacobian, w.residual)
-    for i in range(n):
-        rate[i] = w.residual[i]
+    _take_rates(k, v, rate, w)
     h.points[0] = 1
 
 
 @compiled()
-def _charge_rates(k: Kernel, rate: F64, w: Work) -> None:
-    """Equations of the rates of diodes' charges, `dq/dt = c dv/dt`, with the sources' slopes in `rate`.
+def _take_rates(k: Kernel, v: F64, rate: F64, w: Work) -> None:
+    """Take the rates that are in the residual, or those of an implicit step where they are none."""
+    if k.charges > 0 or not _all_finite(w.residual):
+        _implicit_rates(k, v, rate, w)
+    for i in range(k.unknowns):
+        rate[i] = w.residual[i]
 
-    They are a guess at what follows: `_LEAST_CAPACITANCE` stands beside each diode and at both of its ends,
-    so that diodes in a row between which nothing else stores charge have rates, too.
+
+@compiled()
+def _implicit_rates(k: Kernel, v: F64, rate: F64, w: Work) -> None:
+    """Find the rates of the unknowns, into the residual, from `(C / h + G) v' = -(G v + i) / h`.
+
+    With h = `_INSTANT` that has an answer where C alone has none, as between two nodes that one capacitor
+    alone is at, and where diodes store charge. Rates are a guess at what follows: 0 where there is none.
     """
-    d = k.diodes
-    if k.charges == 0:
-        return
-    for p in range(k.stamps.entry.size):
-        own = k.stamps.slope[p] - (w.slope.size - d.charge.size)
-        if own >= 0 and d.charge[own] >= 0:
-            c = w.diode_slope[1, own] + _LEAST_CAPACITANCE
-            w.jacobian[k.stamps.entry[p]] += k.stamps.slope_sign[p] * c
-    for i in range(d.charge.size):
-        if d.charge[i] >= 0:
-            c, total = w.diode_slope[1, i] + _LEAST_CAPACITANCE, 0.0
-            for end, sign in ((d.terminal[0, i], 1.0), (d.terminal[1, i], -1.0)):
-                if end < k.unknowns:
-                    w.jacobian[k.factor.diagonal[end]] += _LEAST_CAPACITANCE
-                else:
-                    total += sign * c * rate[end]
-            w.residual[d.charge[i]] = total
+    n, d = k.unknowns, k.diodes
+    set_base(k, 1.0 / _INSTANT, w)
+    evaluate(k, v, w)
+    fill_jacobian(k, w)
+    for i in range(n):
+        total = w.residual[i] / _INSTANT
+        for p in range(k.charge.start[i], k.charge.start[i + 1]):
+            if k.charge.column[p] >= n:
+                total += k.charge.value[p] * rate[k.charge.column[p]] / _INSTANT
+        for p in range(k.conductance.start[i], k.conductance.start[i + 1]):
+            if k.conductance.column[p] >= n:
+                total += k.conductance.value[p] * rate[k.conductance.column[p]]
+        w.residual[i] = -total
+    for i in range(d.charge.size if k.charges > 0 else 0):
+        for end, sign in ((d.terminal[0, i], 1.0), (d.terminal[1, i], -1.0)):
+            if d.charge[i] >= 0 and end >= n:
+                w.residual[d.charge[i]] += sign * w.diode_slope[1, i] * rate[end]
+    factor_and_solve(k.factor, w.jacobian, w.residual)
+    if not _all_finite(w.residual):
+        w.residual[:] = 0.0
+
+
+@compiled()
+def _all_finite(values: F64) -> bool:
+    for i in range(values.size):  # noqa: SIM110 - a loop, which numba compiles
+        if not np.isfinite(values[i]):
+            return False
+    return True
 
 
 @compiled()

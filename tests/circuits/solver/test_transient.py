@@ -369,3 +369,18 @@ def test_inner_nodes_are_watched() -> None:
         assert found[node] == pytest.approx([1e-6 + 1e-6 * np.log(2.0)], rel=2e-3)  # half of 2 V
     with pytest.raises(UnknownNameError, match="rc node w: unknown"):
         simulate(Testbench("rc", inner, (Source("a", "a", wave),), 20e-6, ("w",)))
+
+
+@pytest.mark.parametrize("capacitance", [1e-12, 3.65e-11, 1e-9])
+def test_a_capacitor_alone_between_two_nodes_has_its_closed_form(capacitance: float) -> None:
+    devices = (
+        Resistor("r", "in", "a", 1e3), Capacitor("c", "a", "b", capacitance), Resistor("s", "b", "0", 3e3),
+    )  # fmt: skip
+    circuit = Circuit("coupled", (Port("in", "analog"),), devices)
+    edge = PiecewiseLinear((0.0, 1e-6, 1.001e-6), (0.0, 0.0, 1.0))
+    bench = Testbench("coupled", circuit, (Source("v", "in", edge),), 3e-6)
+    found = simulate(bench, Silicon(AMI_1500_IDEAL))
+    t, tau = 2e-6 - 1.0005e-6, 4e3 * capacitance
+    # the edge's middle stands for it: relative error (1 ns / tau)^2 / 24, of a decay by e^(-t / tau)
+    wanted = 0.75 * math.exp(-t / tau)
+    assert np.interp(2e-6, found.time, found["b"]) == pytest.approx(wanted, abs=2e-4)
