@@ -251,7 +251,7 @@ def stepped_parameters(cards: Iterable[Card], scope: Scope) -> dict[str, float]:
     for card in cards:
         if card.name() == ".step" and "param" in card.words():
             _step(found, card, scope, Notes())
-    return {step.name: step.values[0] for step in found.steps}
+    return {step.name: step.values[0] for step in found.steps if step.is_parameter}
 
 
 def _stepped(card: Card, way: str, first: float, last: float, by: float) -> list[float]:

@@ -5,6 +5,7 @@ The command `noctule import` reads with it.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isclose
@@ -183,7 +184,7 @@ def _read(
     deck = read_deck(text.title, cards, notes)
     expressions = Expressions(limits, deck.size, functions=Functions(deck.functions))
     scope = Scope(limits, values=dict(parameters), expressions=expressions)
-    own = _parameters(deck, scope)
+    own = _parameters(deck, scope, cards)
     scope.define(deck.top.parameters, notes)
     _declare_conditional(deck, scope, notes)
     controls = read_controls(deck.controls, scope, notes)
@@ -213,18 +214,29 @@ def _read(
     )
 
 
-def _parameters(deck: Deck, scope: Scope) -> dict[str, float]:
+def _parameters(deck: Deck, scope: Scope, cards: Sequence[Card]) -> dict[str, float]:
     """Parameters that can be given other values: those that are numbers, and those that are stepped.
 
-    A parameter that is stepped and given nowhere gets its first value in `scope`.
+    A parameter that is stepped and given nowhere gets its first value in `scope`. Raises `DataError` for one
+    that no card uses.
     """
     texts = {name: text for name, (text, _) in deck.top.parameters.items()}
     numbers = {name: read_number(bare(text)) for name, text in texts.items()}
     stepped = stepped_parameters(deck.controls, scope)
-    for name in stepped.keys() - texts.keys():
+    for name in sorted(stepped.keys() - texts.keys()):
+        _require_use(name, cards)
         scope.values.setdefault(name, stepped[name])
     found = {name: value for name, value in numbers.items() if value is not None}
     return found | {name: value for name, value in stepped.items() if name not in texts}
+
+
+def _require_use(name: str, cards: Sequence[Card]) -> None:
+    """Raise `DataError` for a stepped parameter that stands behind the first word of no other card."""
+    steps = [card for card in cards if card.name() == ".step"]
+    word = re.compile(rf"\b{re.escape(name)}\b")
+    if not any(word.search(c.text.lower().partition(" ")[2]) for c in cards if c not in steps):
+        own = next(card for card in steps if name in card.words())
+        raise own.error(f".step param {shown(name)}: nothing uses it; write {{{shown(name)}}} in an element")
 
 
 def _declare_conditional(deck: Deck, scope: Scope, notes: Notes) -> None:

@@ -45,6 +45,7 @@ _IDLE = frozenset({
     "af", "nr", "ns", "php", "vjsw", "mjsw", "fcs", "ntun", "xtitun", "keg", "gap1", "gap2", "cth0",
     "fv_max", "bv_max", "id_max", "te_max", "pd_max", "mfg", "type", "vpk", "iave", "ipk",
 })  # fmt: skip
+LEAST_SATURATION = 1e-28  # A, below which ngspice takes no IS
 _SERIES, _AREA, _COUNT = "rs", "area", "m"
 _NOTED = {"off", "pj", "perim"}
 
@@ -138,5 +139,9 @@ def _figures(
             )
     if series < 0.0 or ("breakdown_voltage" in found and not found["breakdown_voltage"] > 0.0):
         raise card.foreign(f"{shown(name)}: model {shown(model.name)}: rs or bv below 0; {REMEDY}")
+    if 0.0 < found.get("saturation_current", LEAST_SATURATION) < LEAST_SATURATION:
+        what = f"is of a diode's model below {LEAST_SATURATION:g} A, taken as that as in ngspice"
+        notes.add(what, model.card.place)
+        found["saturation_current"] = LEAST_SATURATION
     found.setdefault("breakdown_emission", found.get("emission", 1.0))
     return found, series

@@ -169,3 +169,16 @@ def test_a_text_of_one_line_is_no_netlist(text: str) -> None:
         DataError, match=r"^netlist:1: .*; of a file give its Path, read_netlist\(Path\(...\)\)$"
     ):
         read_netlist(text)
+
+
+def test_parameters_take_other_values_and_what_follows_them_follows() -> None:
+    text = (
+        "t\n.param r=1k c={2*r} q='3'\nv1 a 0 1\nr1 a 0 {r}\nr2 a 0 {c}\n.step param s list 5 6\nr3 a 0 {s}\n"
+    )
+    found = read_netlist(text)
+    assert found.parameters == {"r": 1e3, "q": 3.0, "s": 5.0}
+    assert [d.resistance for d in found.circuit.devices] == [1e3, 2e3, 5.0]
+    other = read_netlist(text, parameters={"r": 3e3, "s": 6.0})
+    assert [d.resistance for d in other.circuit.devices] == [3e3, 6e3, 6.0]
+    with pytest.raises(DataError, match=r"^netlist:6: \.step param r3: nothing uses it; write \{r3\} in"):
+        read_netlist(text.replace("param s list", "param r3 list").replace("{s}", "1"))

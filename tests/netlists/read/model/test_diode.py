@@ -71,6 +71,8 @@ def test_what_is_off_is_read() -> None:
         "d1", "a", "0", saturation_current=1e-12, junction_capacitance=2e-12, junction_potential=0.6,
         grading=0.3,
     )  # fmt: skip
+    (faint,) = read("d1 a 0 x", ".model x d(is=1e-30)")
+    assert faint == Diode("d1", "a", "0", saturation_current=1e-28)  # as in ngspice
 
 
 @pytest.mark.usefixtures("ngspice_library")
