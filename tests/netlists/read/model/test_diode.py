@@ -8,6 +8,7 @@ from circuits.errors import DataError
 from circuits.measure.current import static_currents
 from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
+from circuits.solver.noise.analysis import noise
 from circuits.solver.operating_point import operating_point
 from circuits.solver.power import node_voltages
 from circuits.solver.small_signal import ac
@@ -93,6 +94,15 @@ def test_currents_and_capacitance_are_ngspices(degrees: float) -> None:
         point = operating_point(read_netlist(deck(*cards)).testbench, silicon)
         ours = ac(point, "v1", np.array([1e6, 3e7]), ("b",)).transfer[:, 0]
         np.testing.assert_allclose(ours[: theirs.size], theirs, rtol=1e-4)
+
+
+@pytest.mark.usefixtures("ngspice_library")
+def test_noise_is_ngspices() -> None:
+    """Of an area of 1: ngspice counts the area twice in the noise of RS."""
+    text = deck("v1 a 0 dc 1.2 ac 1", "r1 a o 10k", "d1 o 0 dm", MODEL, EXACT, ".noise v(o) v1 dec 1 1e4 1e8")
+    theirs = next(p for p in _plots(text, None).values() if "onoise_spectrum" in p)
+    found = noise(operating_point(read_netlist(text).testbench), "o", theirs["frequency"].real, "v1")
+    np.testing.assert_allclose(found.output, theirs["onoise_spectrum"].real ** 2, rtol=1e-4)
 
 
 @pytest.mark.usefixtures("ngspice_library")
