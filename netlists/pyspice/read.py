@@ -2,7 +2,7 @@
 
 Its devices become a circuit, its sources the stimuli. These elements are taken over:
 
-- R, C, M, and X of a `SubCircuit`;
+- R, C, M, X of a `SubCircuit`, and D by its `.model` (`netlists.read.model.diode`);
 - V and I between ground and a node of the top: constant, `PulseVoltageSource`, `PieceWiseLinearVoltageSource`
   and their current forms, or a `pwl(...)` of plain numbers as raw text.
 
@@ -20,7 +20,7 @@ ports.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import Any
@@ -34,8 +34,12 @@ from circuits.devices.source import Constant, PiecewiseLinear, Pulse, Waveform, 
 from circuits.errors import DataError, unknown_name
 from circuits.silicon.process import Polarity
 from circuits.testbench import Testbench
-from netlists.read.note import drop_names
+from netlists.read.card import Arguments, Card
+from netlists.read.element import NOMINAL_C
+from netlists.read.model.diode import diode_of
+from netlists.read.note import Notes, drop_names
 from netlists.read.number import read_number
+from netlists.read.text.section import Model
 
 _GROUNDS = frozenset({"0", "gnd"})
 _POLARITIES: Mapping[str, Polarity] = {"nmos": "n", "pmos": "p"}
@@ -53,6 +57,7 @@ _LAYOUT = frozenset(
 _TAKEN = {
     "Resistor": frozenset({"resistance"}),
     "Capacitor": frozenset({"capacitance", "initial_condition"}),
+    "Diode": frozenset({"model", "area", "multiplier"}),
     "Mosfet": frozenset({"model", "width", "length", "multiplier"}) | _LAYOUT,
     "SubCircuitElement": frozenset({"subcircuit_name"}),
     "VoltageSource": frozenset({"dc_value"}),
@@ -70,7 +75,7 @@ def from_pyspice(
     polarities: Mapping[str, Polarity] | None = None,
     drop: Iterable[str] = (),
 ) -> Testbench:
-    """Take over a PySpice circuit of R, C, V, I, M and X elements as a testbench.
+    """Take over a PySpice circuit of R, C, D, V, I, M and X elements as a testbench.
 
     Parameters
     ----------
@@ -131,6 +136,7 @@ class _Scope:
     polarities: Mapping[str, Polarity]
     drop: frozenset[str] = frozenset()
     figures: Mapping[str, str] = field(default_factory=dict)  # of a model, by its name
+    models: Mapping[str, Any] = field(default_factory=dict)  # of PySpice, by name
     subcircuits: Mapping[str, tuple[Any, _Scope]] = field(default_factory=dict)
     open: tuple[str, ...] = ()  # sub-circuits that are being taken over
     made: dict[int, Circuit] = field(default_factory=dict)  # by the sub-circuit's id, which lives as long
@@ -147,6 +153,7 @@ class _Scope:
             path=path,
             polarities={**self.polarities, **known},
             figures={**self.figures, **figures},
+            models={**self.models, **models},
             subcircuits=found,
         )
         found.update({s.name.lower(): (s, inner) for s in netlist.subcircuits})
@@ -163,6 +170,8 @@ def _circuit(netlist: Any, name: str, ports: tuple[Port, ...], names: _Names, sc
         _require_known(e, scope.path)
         if type(e).__name__ == "SubCircuitElement":
             instances.append(_instance(e, names, scope))
+        elif type(e).__name__ == "Diode":
+            devices += _diode(e, names, scope)
         elif not type(e).__name__.endswith("Source"):
             devices.append(_device(e, names, scope))
         elif scope.open:
@@ -219,6 +228,37 @@ def _device(e: Any, names: _Names, scope: _Scope) -> Device:
     parallel = 1.0 if e.multiplier is None else float(e.multiplier)
     source, bulk = rest
     return Transistor(name, scope.polarities[model], a, b, source, bulk, width, length, parallel)
+
+
+def _diode(e: Any, names: _Names, scope: _Scope) -> Iterator[Device]:
+    """A diode, and the resistor before it where its model has RS."""
+    model = scope.models.get(str(e.model).lower())
+    if model is None:
+        raise unknown_name(f"{scope.path}.{e.name}: model", str(e.model), scope.models)
+    card = Card("", scope.path, 0)
+    figures = {word.lower(): _text(model[word]) for word in model.parameters}
+    given = {key: _text(value) for key, value in (("area", e.area), ("m", e.multiplier)) if value is not None}
+    words = Arguments([*(names.node(n) for n in _nodes(e)), str(e.model)], given)
+    kind = Model(str(e.model), model.model_type.lower(), figures, card)
+    try:
+        if kind.type != "d":
+            raise card.error(
+                f"{e.name}: model {e.model}: type {kind.type}, must be d; give it one of a diode"
+            )
+        diode, series = diode_of(card, names.element(e.name), words, kind, _read, NOMINAL_C, Notes())
+    except DataError as error:
+        raise DataError(f"{scope.path}.{str(error).removeprefix(f'{card.place}: ')}") from None
+    yield replace(diode, name=names.element(e.name))
+    if series is not None:
+        yield series
+
+
+def _text(value: Any) -> str:
+    return value if isinstance(value, str) else repr(float(value))
+
+
+def _read(card: Card, what: str, text: str) -> float:
+    return _spice_number(text, what)
 
 
 def _source(e: Any, names: _Names, stop: float, path: str) -> Source:
@@ -278,7 +318,7 @@ def _require_known(e: Any, path: str) -> None:
     """Refuse an element, or a part of it, that would be lost."""
     kind = type(e).__name__
     if kind not in _TAKEN:
-        raise DataError(f"{path}.{e.name}: {kind}, must be one of R C V I M X; replace it")
+        raise DataError(f"{path}.{e.name}: {kind}, must be one of R C D V I M X; replace it")
     if e.raw_spice and kind not in {"VoltageSource", "CurrentSource"}:
         raise DataError(f"{path}.{e.name}: raw text {e.raw_spice!r}, cannot be taken over; leave it out")
     for parameter in e.parameter_iterator():

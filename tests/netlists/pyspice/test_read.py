@@ -10,7 +10,7 @@ from PySpice.Spice.Netlist import SubCircuit
 from PySpice.Unit import u_kOhm, u_ms, u_pF, u_um, u_V
 
 from circuits.circuit import Circuit, Instance, Port
-from circuits.devices import Capacitor, Resistor, Source, Transistor
+from circuits.devices import Capacitor, Diode, Resistor, Source, Transistor
 from circuits.devices.source import Constant, PiecewiseLinear, Pulse
 from circuits.errors import CircuitError, DataError
 from circuits.silicon.process import AMI_1500_IDEAL
@@ -169,7 +169,7 @@ def parameters(sub: Any) -> None:
 @pytest.mark.parametrize(
     ("build", "words"),
     [
-        (lambda c: c.D(1, "a", "0", model="d"), r"t\.D1: Diode, must be one of R C V I M X"),
+        (lambda c: c.Q(1, "a", "b", c.gnd, model="q"), r"t\.Q1: Bipolar\w+, must be one of R C D V I M X"),
         (lambda c: c.B(1, "a", "0", v="1"), r"t\.B1: BehavioralSource, must"),
         (lambda c: c.SinusoidalVoltageSource("s", "a", "0"), r"t\.Vs: SinusoidalVoltageSource, must"),
         (lambda c: c.R(1, "a", "0", 1e3, raw_spice="tc=1"), r"t\.R1: raw text 'tc=1'"),
@@ -203,3 +203,23 @@ def test_what_would_be_lost_is_refused_by_name(build: Callable[[Any], object], w
     with pytest.raises(CircuitError, match=words) as refused:
         from_pyspice(c)
     assert "\n" not in str(refused.value)
+
+
+def test_a_diode_comes_by_its_model_and_goes_back() -> None:
+    c = PySpiceCircuit("a clamp")
+    c.V("in", "in", c.gnd, 5.0)
+    c.R("1", "in", "out", 1e3)
+    c.D("1", "out", c.gnd, model="Fast", area=2)
+    c.model("Fast", "D", IS=1e-12, N=1.5, RS="10", CJO=2 @ u_pF)
+    found = from_pyspice(c, stop=1e-6)
+    diode = Diode("D1", "d1_x23_internal", "0", 2.0, 1e-12, 1.5, 2e-12, breakdown_emission=1.5)
+    series = Resistor("d1_x23_rs", "out", "d1_x23_internal", 5.0)
+    assert found.circuit.devices == (Resistor("R1", "in", "out", 1e3), diode, series)
+    again = to_pyspice(found, Silicon(AMI_1500_IDEAL))
+    analysis = again.simulator(gmin=1e-18).operating_point()
+    ours = operating_point(found, Silicon(AMI_1500_IDEAL))["out"]
+    assert float(np.asarray(analysis[again.run_names["out"]])[0]) == pytest.approx(ours, abs=1e-5)
+    c.model("Bad", "D", IKF=1.0)
+    c.D("2", "out", c.gnd, model="Bad")
+    with pytest.raises(DataError, match=r"^a clamp.D2: model Bad.ikf: 1, not covered but for 0"):
+        from_pyspice(c)
