@@ -24,7 +24,7 @@ m1 d b 0 0 m w=1u l=1u
 s1 d f d 0 sw
 .ic v(f)=1
 .options scale=2
-.step param x 1 2 1
+.step r1 1 2 1
 .control
 alter r1=2
 .endc
