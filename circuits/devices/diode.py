@@ -291,6 +291,17 @@ def diode_currents(d: DiodeArrays, v: F64, current: F64, slope: F64) -> None:
 
 
 @compiled()
+def diode_course(d: DiodeArrays, v: F64, own: int, current: F64, slope: F64, found: F64) -> None:
+    """Fill `found`, float64[2, T], with current (A) and charge (C) of diode `own` at each row of v.
+
+    v: float64[T, columns], V. current, slope: float64[2, n], scratch.
+    """
+    for p in range(v.shape[0]):
+        diode_currents(d, v[p], current, slope)
+        found[0, p], found[1, p] = current[0, own], current[1, own]
+
+
+@compiled()
 def _depletion(d: DiodeArrays, k: int, u: float) -> tuple[float, float]:
     """Charge (C) and capacitance (F) of a depletion layer at the voltage u, V."""
     if d.capacitance[k] == 0.0:

@@ -21,7 +21,7 @@ import numpy as np
 from circuits.arrays import F64, Bools
 from circuits.devices import Capacitor, ControlledSource, Diode, Resistor, Transistor
 from circuits.devices.device import Device
-from circuits.devices.diode import diode_currents
+from circuits.devices.diode import diode_course
 from circuits.errors import unknown_name
 from circuits.lowering.flatten import DeviceGroup
 from circuits.lowering.kernel import Machine
@@ -130,12 +130,9 @@ def _of_other(machine: Machine, group: DeviceGroup, k: int, v: F64, time: F64, k
 
 def _of_diode(machine: Machine, group: DeviceGroup, k: int, v: F64, time: F64, kink: Bools) -> F64:
     own = machine.flat.labels(Diode).index(group.label(k))
-    diodes = machine.kernel.diodes
-    current, slope = (np.empty((2, diodes.saturation.size)) for _ in range(2))
     found = np.empty((2, len(v)))
-    for p in range(len(v)):
-        diode_currents(diodes, v[p], current, slope)
-        found[:, p] = current[:, own]
+    current, slope = np.empty((2, 2, machine.kernel.diodes.saturation.size))
+    diode_course(machine.kernel.diodes, v, own, current, slope, found)
     return np.asarray(found[0] + rate(time, found[1], kink)) if time.size > 1 else found[0].copy()
 
 
