@@ -10,11 +10,12 @@ from circuits.blocks.drive import current_into, powered, step
 from circuits.blocks.metric import Metric
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, bias_in, event_in, event_out
-from circuits.circuit import GROUND, Bias, Circuit, Instance, InstanceArray, Node, Port
+from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port
 from circuits.devices import (
     Capacitor,
     ControlledSource,
     Device,
+    Diode,
     OperationalAmplifier,
     Resistor,
     Source,
@@ -67,7 +68,6 @@ from circuits.units import format_quantity, parse_quantity, quantity
 
 __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its headings
     # Description of a circuit
-    "GROUND",
     "Circuit",
     "Port",
     "Node",
@@ -79,6 +79,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "Transistor",
     "Capacitor",
     "Resistor",
+    "Diode",
     "ControlledSource",
     "OperationalAmplifier",
     "Device",

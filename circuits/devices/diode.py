@@ -73,17 +73,17 @@ class Diode(Device):
     anode, cathode : str
         The nodes.
     area : float
-        How many times the model's junction it is: it multiplies I_S and C_J, but not IBV.
+        How many times the model's junction it is, dimensionless: it multiplies I_S and C_J, but not IBV.
     saturation_current : float
         I_S at the nominal temperature, A.
     emission : float
-        Emission coefficient N.
+        Emission coefficient N, dimensionless.
     junction_capacitance : float
         C_J at 0 V (CJO), F; 0 for none.
     junction_potential : float
         V_J, V.
     grading : float
-        Grading coefficient M, below 0.9.
+        Grading coefficient M, dimensionless, below 0.9.
     forward_coefficient : float
         FC: the share of V_J beyond which the depletion layer's capacitance is a straight line, below 0.95.
     transit_time : float
@@ -91,11 +91,11 @@ class Diode(Device):
     breakdown_voltage, breakdown_current : float
         BV, V, 0 for a diode that does not break down, and the current IBV that it carries there, A.
     breakdown_emission : float
-        Emission coefficient NBV of breakdown.
+        Emission coefficient NBV of breakdown, dimensionless.
     energy_gap : float
         EG, eV.
     current_exponent : float
-        XTI, exponent of the temperature in I_S.
+        XTI, exponent of the temperature in I_S, dimensionless.
     nominal_temperature_c : float
         TNOM, to which the figures belong, degC.
 

@@ -137,7 +137,8 @@ def read_netlist(
         Whether cards that ngspice has and a circuit of ours cannot hold are refused, or kept as text for
         ngspice; the circuit then lacks them.
     parameters
-        Values in the place of those of the netlist's own `.param` cards, by name in lower case.
+        Values in the place of those of the netlist's own `.param` cards, by name in lower case, in the units
+        that the netlist has them in.
 
     Raises
     ------
