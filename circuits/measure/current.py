@@ -85,10 +85,35 @@ def static_currents(machine: Machine, v: F64) -> dict[str, F64]:
 
     v: the vector of voltages at each point, float64[N, columns], V, values of sources of current included.
     """
+    return _every(machine, v, np.zeros(1), np.ones(1, np.bool_))
+
+
+def course_currents(machine: Machine, v: F64, time: F64, kink: Bools) -> dict[str, F64]:
+    """Current of every device and source over a run, float64[T], A; all at once, as `device_current` each.
+
+    v: the vector of voltages at each point, float64[T, columns], V; time: the points, float64[T], s; kink:
+    where the solver began anew, bool[T].
+    """
+    found = _every(machine, v, time, kink)
+    devices = {label for label, _, _ in _devices(machine)} | set(machine.flat.labels(Transistor))
+    for s, name in enumerate(machine.source_names):
+        if name in devices:
+            continue
+        if machine.source_quantities[s] == "current":
+            found[name] = _given(machine, s, time)
+        else:
+            column = machine.kernel.unknowns + s
+            charge = linear(machine.source_charge, column, v, np.zeros(len(v)))
+            found[name] = found[name] - rate(time, charge, kink)
+    return found
+
+
+def _every(machine: Machine, v: F64, time: F64, kink: Bools) -> dict[str, F64]:
+    """Current of every device and source by name, without what charges the nodes of sources."""
     channels, at_sources = conduction_and_channels(machine, v)
     found = {name: channels[:, k] for k, name in enumerate(machine.flat.labels(Transistor))}
     for label, group, k in _devices(machine):
-        found[label] = _of_other(machine, group, k, v, np.zeros(1), np.ones(1, np.bool_))
+        found[label] = _of_other(machine, group, k, v, time, kink)
     for s, name in enumerate(machine.source_names):
         column = machine.kernel.unknowns + s
         voltage = machine.source_quantities[s] == "voltage"

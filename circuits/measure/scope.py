@@ -18,7 +18,7 @@ import numpy as np
 from circuits.arrays import F64, Bools
 from circuits.errors import unknown_name
 from circuits.lowering.kernel import Machine
-from circuits.measure.current import current_names, device_current, static_currents
+from circuits.measure.current import course_currents, current_names, device_current, static_currents
 from circuits.measure.signal import Signal
 from circuits.measure.unit import SECOND, VOLT, Unit
 from circuits.solver.operating_point import OperatingPoint
@@ -117,6 +117,11 @@ class TransientRecord(Record):
         v, kinks = node_voltages(self.result), self._kinks
         found = device_current(self.result.machine, v, self.axis, kinks, device)
         return Signal(self.axis, found, kinks)
+
+    def currents(self) -> dict[str, F64]:
+        """Currents of all devices and sources by name, A, float64[T] each."""
+        require_every_node(self.result, "measure")
+        return course_currents(self.result.machine, node_voltages(self.result), self.axis, self._kinks)
 
     def energy(self, source: str) -> Signal:
         """Energy that a source has delivered until each point, J."""
@@ -217,6 +222,8 @@ def device_currents(
             raise unknown_name(f"{machine.flat.circuit.name} current", name, known)
     if isinstance(found, Result):
         record = TransientRecord(found)
+        if names is None:
+            return record.currents()
         return {name: record.current(bare).value for name, bare in wanted.items()}
     still = static_currents(machine, _at_rest(found))
     return {name: still[bare] for name, bare in wanted.items()}

@@ -80,6 +80,8 @@ def simulate_deck(asked: Simulate) -> None:
     check_picture(asked.plot)
     if asked.spikes is not None:
         raise ParameterError("--spikes: not of a deck as it stands, which watches no node; write --csv")
+    if asked.view is not None or asked.output is not None:
+        raise ParameterError("--view: not of a deck as it stands, whose devices are ngspice's; write --csv")
     if is_foreign(asked.block, asked.engine):
         _refuse_values(asked.values)
         found = _as_it_stands(asked.block, _ran(asked.analysis), asked.deadline, asked.raw)

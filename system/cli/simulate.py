@@ -58,6 +58,9 @@ def simulate_command(asked: Simulate) -> None:
         loaded(_COMMANDS[asked.analysis])(with_own_spectrum(asked))
         return
     check_picture(asked.plot)
+    viewed = asked.view is not None or asked.output is not None
+    if viewed:
+        loaded("system.cli.simulate_view:check_view")(asked)
     if asked.spikes is not None:
         check_spikes(asked.spikes)
     if asked.begin.begin == "at_rest" and asked.engine != "native":
@@ -75,6 +78,8 @@ def simulate_command(asked: Simulate) -> None:
         engine = asked.engine if asked.verilog_a is None else f"{asked.engine}, on {asked.verilog_a}"
         document = _describe(choice, result, engine, [each.of(record) for each in measures])
     write_run(asked, choice, result)
+    if viewed:
+        loaded("system.cli.simulate_view:leave_view")(asked, choice, result)
     if asked.as_json:
         print_json(document)
     else:

@@ -54,6 +54,8 @@ class Simulate:
     netcdf: str | None = shared.file_option("ac, noise, tran-noise: write a netCDF file")
     raw: str | None = shared.file_option("Write all waveforms as ngspice's rawfile")
     spikes: str | None = shared.spikes_option()
+    view: str | None = option(None, "tran: page that plays the run, for a browser", metavar="FILE.html")
+    output: str | None = option(None, "tran: keep the run, for noctule view", short="o", metavar="RUN.nc")
     as_json: bool = shared.json_option()
 
 
@@ -63,7 +65,9 @@ TAKEN_BY: dict[str, tuple[str, ...]] = {  # options that not every analysis has
     "netcdf": ("ac", "noise", "tran-noise"),
     "flicker": ("noise", "tran-noise"),
     **dict.fromkeys(("seed", "trials", "step", "workers"), ("tran-noise",)),
-    **dict.fromkeys(("rtol", "raw", "spikes", "at_rest", "current", "verilog_a"), ("tran",)),
+    **dict.fromkeys(
+        ("rtol", "raw", "spikes", "at_rest", "current", "verilog_a", "view", "output"), ("tran",)
+    ),
     "measure": ("tran", "ac"),
     **dict.fromkeys(("ic", "uic"), ("tran", "tran-noise")),
     "engine": ("tran", "dc", "ac"),

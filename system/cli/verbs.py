@@ -117,7 +117,7 @@ class Compare:
 class View:
     """Play a kept run in a browser, or two beside each other."""
 
-    run: str = argument("RUN", "A run that noctule run SYSTEM -o RUN.nc has kept")
+    run: str = argument("RUN", "A run that noctule run or simulate has kept by -o RUN.nc")
     beside: str | None = option(None, "Another run, beside it", metavar="RUN.nc")
     output: str = required("Page to write", short="o", metavar="FILE.html")
     open: bool = option(default=False, about="Show it in the browser")

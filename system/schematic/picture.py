@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from circuits.circuit import GROUND, Circuit
+from circuits.circuit import Circuit
 from circuits.devices import Source
 from circuits.errors import ParameterError
 from circuits.units import format_quantity
@@ -17,7 +17,7 @@ from system.plot import COLOURS, INK, entitle
 from system.schematic.geometry import FONT, Layout, Rail, Symbol, lay_out
 from system.schematic.part import MANY, cells_of, parts_of, rails_of, source_part
 from system.schematic.placement import place
-from system.schematic.symbol import shape_of
+from system.schematic.symbol import bars_of, circles_of, lines_of
 
 _POINTS = 72.0  # to an inch
 _RIM, _LEAST = 8.0, 144.0  # points: about all; of a figure
@@ -105,26 +105,18 @@ def _title(circuit: Circuit, note: str) -> str:
 
 
 def _draw_symbol(symbol: Symbol, ax: Axes) -> None:
-    shape, turn = shape_of(symbol.part), -1.0 if symbol.flipped else 1.0
-    for line in shape.lines:
-        ax.plot(
-            [symbol.x + turn * x for x, _ in line], [symbol.y + y for _, y in line], color=INK,
-            linewidth=_WIDTH, solid_capstyle="round",
-        )  # fmt: skip
-    for x, y, radius in shape.circles:
-        ax.add_patch(
-            Circle((symbol.x + turn * x, symbol.y + y), radius, fill=False, color=INK, linewidth=_WIDTH)
-        )
-    for corners in shape.filled:
-        ax.add_patch(Polygon([(symbol.x + turn * x, symbol.y + y) for x, y in corners], color=INK))
+    for line, filled in lines_of(symbol):
+        if filled:
+            ax.add_patch(Polygon(line, color=INK))
+        else:
+            ax.plot(*zip(*line, strict=True), color=INK, linewidth=_WIDTH, solid_capstyle="round")
+    for x, y, radius in circles_of(symbol):
+        ax.add_patch(Circle((x, y), radius, fill=False, color=INK, linewidth=_WIDTH))
 
 
 def _draw_rail(rail: Rail, ax: Axes) -> None:
-    """A bar; for ground at the bottom three, each shorter than the last."""
-    ground = rail.net == GROUND and not rail.above
-    for n, half in enumerate((8.0, 5.0, 2.0) if ground else (8.0,)):
-        y = rail.y - (2.2 * n if ground else 0.0)
-        ax.plot((rail.x - half, rail.x + half), (y, y), color=INK, linewidth=1.3 * _WIDTH)
+    for bar in bars_of(rail):
+        ax.plot(*zip(*bar, strict=True), color=INK, linewidth=1.3 * _WIDTH)
 
 
 def _fit(layout: Layout, ax: Axes, figure: Figure) -> None:

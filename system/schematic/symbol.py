@@ -5,9 +5,11 @@ They are our own, not schemdraw's: the layout must know each symbol's box and te
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
-from system.schematic.geometry import GATE, HALF
+from circuits.circuit import GROUND
+from system.schematic.geometry import GATE, HALF, Rail, Symbol
 from system.schematic.part import Part
 
 Line = tuple[tuple[float, float], ...]
@@ -26,6 +28,29 @@ def shape_of(part: Part) -> Shape:
     if part.is_transistor:
         return _transistor(part)
     return _SHAPES[part.kind]
+
+
+def lines_of(symbol: Symbol) -> Iterator[tuple[Line, bool]]:
+    """Yield the lines of a symbol at its place, and whether each is the rim of a filled area."""
+    shape, turn = shape_of(symbol.part), -1.0 if symbol.flipped else 1.0
+    for lines, filled in ((shape.lines, False), (shape.filled, True)):
+        for line in lines:
+            yield tuple((symbol.x + turn * x, symbol.y + y) for x, y in line), filled
+
+
+def circles_of(symbol: Symbol) -> Iterator[tuple[float, float, float]]:
+    """Yield the circles of a symbol at its place: x, y and radius."""
+    turn = -1.0 if symbol.flipped else 1.0
+    for x, y, radius in shape_of(symbol.part).circles:
+        yield symbol.x + turn * x, symbol.y + y, radius
+
+
+def bars_of(rail: Rail) -> Iterator[Line]:
+    """Yield the bars of a rail: one; for ground at the bottom three, each shorter than the last."""
+    ground = rail.net == GROUND and not rail.above
+    for n, half in enumerate((8.0, 5.0, 2.0) if ground else (8.0,)):
+        y = rail.y - (2.2 * n if ground else 0.0)
+        yield (rail.x - half, y), (rail.x + half, y)
 
 
 def _transistor(part: Part) -> Shape:

@@ -22,13 +22,19 @@ class Arrays:
     def __init__(self) -> None:
         self.parts: list[bytes] = []
         self.size = 0
+        self._known: dict[int, tuple[np.ndarray[Any, np.dtype[Any]], dict[str, Any]]] = {}
 
     def add(self, values: np.ndarray[Any, np.dtype[Any]]) -> dict[str, Any]:
         """Take an array in, and return where and how it stands: for a JSON document.
 
         The entry has `type`, as of numpy's without the order of bytes, `at`, its first byte, and `length`;
-        steps of times have `from` and `quantum`, s.
+        steps of times have `from` and `quantum`, s. An array that is in already is not taken again.
         """
+        if id(values) not in self._known:
+            self._known[id(values)] = values, self._added(values)  # the array too, or its id is another's
+        return self._known[id(values)][1]
+
+    def _added(self, values: np.ndarray[Any, np.dtype[Any]]) -> dict[str, Any]:
         found: dict[str, Any] = {"length": int(values.size)}
         if values.dtype == np.bool_:
             values = values.astype(np.uint8)

@@ -14,6 +14,7 @@ import numpy as np
 
 from circuits.arrays import F64, I64, Bools
 from circuits.errors import unknown_name
+from system.view.drawing import Drawing
 
 INSIDE = 8
 """Neurons that can be looked into unless others are asked for; ours."""
@@ -102,12 +103,14 @@ class Line:
     time : s, float64[n], rising.
     value : in the unit of its panel, float64[n]; NaN where there is none.
     step : whether a value holds until the next, instead of going there in a line.
+    shown : whether it is drawn before a reader asks for it.
     """
 
     name: str
     time: F64
     value: F64
     step: bool = False
+    shown: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,11 +203,11 @@ class Device:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Neuron:
-    """A neuron that can be looked into.
+    """A neuron, or a device of a circuit, that can be looked into.
 
-    name : as its row in a raster.
+    name : as its row in a raster; a device's is its path.
     devices : its devices, those that deviate most first.
-    waveform : its nodes at transistor level; None where the run has none.
+    waveform : its nodes at transistor level, or a device's current; None where the run has none.
     """
 
     name: str
@@ -223,7 +226,8 @@ class Film:
     world : where it was; None for what is in no world.
     panels : signals, from above downwards.
     eye : what its camera sent.
-    neurons : those that can be looked into.
+    drawing : schematic whose nets and devices are called as lines of voltage (V) and of current (A).
+    neurons : those that can be looked into; of a circuit its devices.
     facts : what is told of the run beside: die, temperature and the like.
     """
 
@@ -234,6 +238,7 @@ class Film:
     world: Stage | None = None
     panels: tuple[Panel, ...] = ()
     eye: Eye | None = None
+    drawing: Drawing | None = None
     neurons: tuple[Neuron, ...] = ()
     facts: Mapping[str, str] = field(default_factory=dict)
 

@@ -20,16 +20,18 @@ from system.view.film import Film
 FORMAT = "noctule-run/1"
 _ARRAY = "array"  # key of what stands for one
 
+_Array = np.ndarray[Any, np.dtype[Any]]
+
 
 def keep(path: str, film: Film) -> None:
     """Write a film into a netCDF file.
 
     Raises `DataError` if it cannot be written; an earlier file at `path` is then unchanged.
     """
-    arrays: dict[str, np.ndarray[Any, np.dtype[Any]]] = {}
+    arrays: dict[int, tuple[str, _Array]] = {}
     text = json.dumps(_plain(film, arrays), allow_nan=False)
     data = xr.Dataset(
-        {name: ((f"n_{name}",), values) for name, values in arrays.items()},
+        {name: ((f"n_{name}",), _written(values)) for name, values in arrays.values()},
         attrs={"format": FORMAT, "version": version("noctule"), "film": text},
     )
     write_netcdf_atomic(path, data)
@@ -47,16 +49,21 @@ def kept(path: str) -> Film:
             data.load()
             if data.attrs.get("format") != FORMAT:
                 raise DataError(f"{path}: not a kept run; noctule run SYSTEM -o RUN.nc makes one")
-            film: Film = _read(Film, json.loads(data.attrs["film"]), data)
+            arrays = {str(name): values.to_numpy() for name, values in data.data_vars.items()}
+            film: Film = _read(Film, json.loads(data.attrs["film"]), arrays)
             return film
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise DataError(f"{path}: not a kept run ({error}); noctule run SYSTEM -o RUN.nc makes one") from None
 
 
-def _plain(value: Any, arrays: dict[str, np.ndarray[Any, np.dtype[Any]]]) -> Any:
+def _written(values: _Array) -> _Array:
+    return values.astype(np.uint8) if values.dtype == np.bool_ else values
+
+
+def _plain(value: Any, arrays: dict[int, tuple[str, _Array]]) -> Any:
+    """What JSON holds; an array goes into `arrays` once, by its id."""
     if isinstance(value, np.ndarray):
-        name = f"a{len(arrays)}"
-        arrays[name] = value.astype(np.uint8) if value.dtype == np.bool_ else value
+        name, _ = arrays.setdefault(id(value), (f"a{len(arrays)}", value))
         return {_ARRAY: name}
     if is_dataclass(value):
         return {f.name: _plain(getattr(value, f.name), arrays) for f in fields(value)}
@@ -65,16 +72,16 @@ def _plain(value: Any, arrays: dict[str, np.ndarray[Any, np.dtype[Any]]]) -> Any
     return [_plain(item, arrays) for item in value] if isinstance(value, tuple) else value
 
 
-def _read(kind: Any, value: Any, data: xr.Dataset) -> Any:
+def _read(kind: Any, value: Any, arrays: Mapping[str, _Array]) -> Any:
     """What a JSON value stands for where a field is of a `kind`."""
     if isinstance(value, dict) and set(value) == {_ARRAY}:
-        return data[value[_ARRAY]].to_numpy()
+        return arrays[value[_ARRAY]]
     if get_origin(kind) in {Union, UnionType}:
         kind = next((k for k in get_args(kind) if k is not type(None)), kind)
     if is_dataclass(kind) and isinstance(value, dict):
         hints = get_type_hints(kind)
-        return kind(**{name: _read(hints[name], each, data) for name, each in value.items()})  # type: ignore[operator]
+        return kind(**{name: _read(hints[name], each, arrays) for name, each in value.items()})  # type: ignore[operator]
     if isinstance(value, list):
         inner = get_args(kind)
-        return tuple(_read(inner[0] if inner else object, each, data) for each in value)
+        return tuple(_read(inner[0] if inner else object, each, arrays) for each in value)
     return value

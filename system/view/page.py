@@ -60,6 +60,7 @@ def page(films: Sequence[Film]) -> str:
     return environment.get_template("template.html").render(
         title=" and ".join(film.title for film in films),
         style=here.joinpath("style.css").read_text("utf-8"),
+        schematic=here.joinpath("schematic.js").read_text("utf-8"),
         player=here.joinpath("player.js").read_text("utf-8"),
         # a text in a script ends at the first "</"
         document=document.replace("</", "<\\/"),

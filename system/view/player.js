@@ -2,6 +2,8 @@
 // Plays one film or two: reads the arrays, draws world, eye and signals, and follows mouse and keyboard.
 (async () => {
   const WINDOW = 0.1; // s about the cursor in which spikes count as now
+  const COLOURS = 6; // of lines
+  const MANY = 6; // lines of a panel from which it is higher
   const GLOW = 0.04; // s for which an event of the eye stays lit
   const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10, 50];
   const TYPES = { u1: Uint8Array, u2: Uint16Array, u4: Uint32Array, f4: Float32Array };
@@ -12,6 +14,14 @@
   };
   const ink = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const number = (v) => (v === undefined || Number.isNaN(v) ? "-" : Number(v.toPrecision(4)).toString());
+  const PREFIXES = ["a", "f", "p", "n", "u", "m", "", "k"];
+  function amount(v, unit) { // with its unit: volts to a millivolt, currents with a prefix
+    if (Number.isNaN(v)) return "-";
+    if (unit === "V") return `${(Math.abs(v) < 5e-4 ? 0 : v).toFixed(3)}V`;
+    if (Math.abs(v) < 1e-18) return `0${unit}`;
+    const k = Math.min(7, Math.max(0, Math.floor(Math.log10(Math.abs(v)) / 3 + 1e-9) + 6));
+    return `${Number((v / 10 ** (3 * k - 18)).toPrecision(3))}${PREFIXES[k]}${unit}`;
+  }
 
   // ---- the arrays
   async function bytes() {
@@ -30,15 +40,25 @@
     for (let k = 0, ticks = 0; k < n; k++) times[k] = entry.from + (ticks += values[k]) * entry.quantum;
     return times;
   }
+  const made = new Map(); // arrays that several lines have are made once
   function filled(value, all) {
     if (Array.isArray(value)) return value.map((v) => filled(v, all));
     if (value === null || typeof value !== "object") return value;
-    if ("type" in value && "at" in value && "length" in value) return array(value, all);
+    if ("type" in value && "at" in value && "length" in value) {
+      const key = `${value.at} ${value.length}`;
+      if (!made.has(key)) made.set(key, array(value, all));
+      return made.get(key);
+    }
     return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, filled(v, all)]));
   }
   const all = await bytes();
   const films = filled(JSON.parse(document.getElementById("films").textContent), all);
   const duration = Math.max(...films.map((f) => f.duration));
+  const [second, clocked] = [[1, "s"], [1e-3, "ms"], [1e-6, "us"], [1e-9, "ns"], [1e-12, "ps"]].find(([u]) => duration >= u) || [1, "s"];
+  const moment = (t) => `${number(t / second)} ${clocked}`;
+  const window_ = Math.min(WINDOW, duration / 100);
+  for (let slow = 0.02; slow > duration / 100; slow /= 10) SPEEDS.unshift(slow / 4, slow / 2, slow);
+  SPEEDS.forEach((s, k) => { SPEEDS[k] = Number(s.toPrecision(1)); });
 
   // ---- what is where at a time
   function after(times, t) { // first index whose time is above t
@@ -67,7 +87,8 @@
   }
 
   // ---- state of the page
-  const state = { t: 0, from: 0, to: duration, playing: false, speed: 1, frames: 0, chosen: null };
+  const usual = duration >= 1 ? 1 : SPEEDS.findLast((s) => s <= duration / 5) || SPEEDS[0]; // a film of some seconds
+  const state = { t: 0, from: 0, to: duration, playing: false, speed: usual, frames: 0, chosen: null };
   const panels = [], scenes = [];
   const page = document.getElementById("page");
   page.replaceChildren();
@@ -229,34 +250,50 @@
 
   // ---- signals
   const x = (t, w) => ((t - state.from) / (state.to - state.from)) * w;
-  function limits(panel) {
-    let low = Infinity, high = -Infinity;
-    for (const line of panel.lines) for (const v of line.value) if (v === v) { if (v < low) low = v; if (v > high) high = v; }
+  const DECADES = 8; // below the largest magnitude that a logarithmic axis shows; ours
+  function limits(panel) { // of the lines that are shown; decades where the axis is logarithmic
+    let low = Infinity, high = -Infinity, most = 0;
+    for (const line of panel.lines) if (line.shown) for (const v of line.value) if (v === v) {
+      if (v < low) low = v;
+      if (v > high) high = v;
+      most = Math.max(most, Math.abs(v));
+    }
+    if (panel.log) return most > 0 ? [Math.log10(most) - DECADES, Math.log10(most) + 0.3] : [-1, 1];
     if (!(low <= high)) return [0, 1];
     const room = 0.06 * (high - low || Math.abs(high) || 1);
     return [low - room, high + room];
   }
-  function traced(g, line, w, h, low, high) { // lowest and highest value of each pixel's width
-    const y = (v) => h - ((v - low) / (high - low)) * h;
+  function traced(g, line, w, h, low, high, log) { // lowest and highest value of each pixel's width
+    const at = log ? (v) => Math.max(low, Math.log10(Math.abs(v) + 1e-40)) : (v) => v;
+    const tall = (v) => h - ((v - low) / (high - low)) * h, y = (v) => tall(at(v));
     const first = Math.max(0, after(line.time, state.from) - 1);
     const last = Math.min(line.time.length, after(line.time, state.to) + 1);
     g.beginPath();
     if (last - first > 4 * w) {
-      let k = first;
+      let k = first, before = NaN;
       for (let column = 0; column < w; column++) {
-        const until = state.from + ((column + 1) / w) * (state.to - state.from);
+        const until = state.from + ((column + 1) / w) * (state.to - state.from), from = k;
         let a = Infinity, b = -Infinity;
-        for (; k < last && line.time[k] <= until; k++) { const v = line.value[k]; if (v < a) a = v; if (v > b) b = v; }
-        if (a <= b) { g.moveTo(column, y(a)); g.lineTo(column, y(b) - 0.5); }
+        for (; k < last && line.time[k] <= until; k++) {
+          const v = at(line.value[k]);
+          if (v < a) a = v;
+          if (v > b) b = v;
+        }
+        if (!(a <= b)) continue;
+        if (before === before) g.lineTo(column, tall(line.step ? before : at(line.value[from])));
+        g.moveTo(column, tall(a));
+        g.lineTo(column, tall(b) - 0.5);
+        before = at(line.value[k - 1]);
+        g.moveTo(column, tall(before));
       }
     } else {
       let open = false;
       for (let k = first; k < last; k++) {
         const v = line.value[k];
         if (v !== v) { open = false; continue; }
-        const at = x(line.time[k], w);
-        if (open && line.step) g.lineTo(at, y(line.value[k - 1]));
-        if (open) g.lineTo(at, y(v)); else g.moveTo(at, y(v));
+        const across = x(line.time[k], w);
+        if (open && line.step) g.lineTo(across, y(line.value[k - 1]));
+        if (open) g.lineTo(across, y(v)); else g.moveTo(across, y(v));
         open = true;
       }
       if (line.step && open) g.lineTo(w, y(line.value[last - 1]));
@@ -272,17 +309,32 @@
   }
   function panel(film, given, place, own) {
     const rows = given.raster ? given.raster.rows.length : 0;
-    const height = given.raster ? Math.min(240, Math.max(60, (rows > 40 ? 2 : 10) * rows + 16)) : 110;
+    const many = given.lines.length > MANY;
+    const height = given.raster ? Math.min(240, Math.max(rows > 3 ? 60 : 40, (rows > 40 ? 2 : 10) * rows + 16)) : many ? 190 : 110;
     const base = element("canvas"), top = element("canvas", { tabIndex: 0, role: "img",
       ariaLabel: `${given.title} of ${film.title} over time` });
     const stack = element("div", { className: "stack" }, base, top);
     stack.style.height = `${height}px`;
     const list = element("dl", { className: "state" });
+    list.style.maxHeight = `${Math.max(60, height) + 2}px`;
     const heading = element("h2", { textContent: given.title + (given.unit ? ` (${given.unit})` : "") });
+    if (given.unit === "A") {
+      given.log ??= !!film.drawing; // of a circuit, whose currents are of many decades
+      const log = element("button", { type: "button", className: "small",
+        textContent: "magnitude on a logarithmic axis", ariaPressed: String(given.log) });
+      log.onclick = () => {
+        given.log = !given.log;
+        log.ariaPressed = String(given.log);
+        [low, high] = limits(given);
+        draw();
+        follow();
+      };
+      heading.append(" ", log);
+    }
+    given.lines.filter((l) => l.shown).forEach((l, k) => { l.colour ??= k % COLOURS; });
     const box = element("section", {}, heading, element("div", { className: "panel" }, stack, list));
     place.append(box);
-    const [low, high] = limits(given);
-    let size = null;
+    let [low, high] = limits(given), size = null;
     const draw = () => {
       size = sized(base);
       const { g, w, h } = size;
@@ -290,8 +342,9 @@
       g.font = "11px system-ui, sans-serif";
       g.strokeStyle = ink("--line");
       g.lineWidth = 0.5;
-      const mark = (t) => `${number(t)} s`;
-      for (const t of steps(state.from, state.to, 8)) {
+      const times = steps(state.from, state.to, 8), gap = (times[1] - times[0] || 1) / second;
+      const mark = (t) => `${(t / second).toFixed(Math.min(9, Math.max(0, -Math.floor(Math.log10(gap) + 1e-9))))} ${clocked}`;
+      for (const t of times) {
         g.beginPath(); g.moveTo(x(t, w), 0); g.lineTo(x(t, w), h); g.stroke();
         g.fillStyle = ink("--soft");
         g.fillText(mark(t), x(t, w) + 2, h - 3);
@@ -300,10 +353,13 @@
         const y = h - ((v - low) / (high - low)) * h;
         g.beginPath(); g.moveTo(0, y); g.lineTo(w, y); g.stroke();
         g.fillStyle = ink("--soft");
-        if (y > 12 && y < h - 14) g.fillText(number(v), 2, y - 2);
+        if (y > 12 && y < h - 14) g.fillText(given.unit === "A" ? amount(given.log ? 10 ** v : v, "A") : number(v), 2, y - 2);
       }
       g.lineWidth = 1.2;
-      given.lines.forEach((line, k) => { g.strokeStyle = ink(`--c${k % 6}`); traced(g, line, w, h, low, high); });
+      for (const line of given.lines) if (line.shown) {
+        g.strokeStyle = ink(`--c${line.colour}`);
+        traced(g, line, w, h, low, high, given.log);
+      }
       if (given.raster) {
         const { time, row, groups } = given.raster, tall = (h - 14) / rows;
         for (const group of groups) {
@@ -326,12 +382,34 @@
       }
       sized(top);
     };
-    const told = given.lines.map((line, k) => {
-      const what = element("span", { textContent: line.name }), shown = element("b");
-      const row = element("div", {}, what, shown);
-      row.style.borderLeftColor = `var(--c${k % 6})`;
+    const marks = new Map();
+    given.toggle = (name) => { // draws a line, or no longer
+      const line = given.lines.find((l) => l.name === name);
+      line.shown = !line.shown;
+      const used = given.lines.filter((l) => l.shown && l !== line).map((l) => l.colour);
+      const counts = Array.from({ length: COLOURS }, (_, k) => used.filter((c) => c === k).length);
+      line.colour = counts.indexOf(Math.min(...counts));
+      marks.get(name)();
+      [low, high] = limits(given);
+      draw();
+      follow();
+    };
+    const told = [...given.lines].sort((a, b) => b.shown - a.shown).map((line) => {
+      const what = given.lines.length > 1
+        ? element("button", { textContent: line.name, type: "button", onclick: () => toggleAll(given, line.name) })
+        : element("span", { textContent: line.name });
+      const shown = element("b"), row = element("div", {}, what, shown);
+      marks.set(line.name, () => {
+        row.style.borderLeftColor = line.shown ? `var(--c${line.colour})` : "transparent";
+        row.classList.toggle("hidden", !line.shown);
+        if (given.lines.length > 1) what.ariaPressed = String(line.shown);
+      });
+      marks.get(line.name)();
       list.append(row);
-      return () => { shown.textContent = number(value(line, state.t)); };
+      return () => {
+        const v = value(line, state.t);
+        shown.textContent = given.unit === "A" ? amount(v, "A") : number(Math.abs(v) < 1e-6 ? 0 : v);
+      };
     });
     if (given.raster) {
       const counts = new Int32Array(rows), shown = [];
@@ -347,11 +425,11 @@
         shown.push([k, count]);
       });
       const total = element("b");
-      list.append(element("div", {}, element("span", { textContent: `in ${1e3 * WINDOW} ms` }), total));
+      list.append(element("div", {}, element("span", { textContent: `in ${duration >= 1 ? `${1e3 * window_} ms` : moment(window_)}` }), total));
       told.push(() => {
         const { time, row } = given.raster;
         counts.fill(0);
-        const first = after(time, state.t - WINDOW), last = after(time, state.t);
+        const first = after(time, state.t - window_), last = after(time, state.t);
         for (let k = first; k < last; k++) counts[row[k]]++;
         for (const [k, node] of shown) node.textContent = counts[k] ? `${counts[k]} spikes` : "";
         total.textContent = `${last - first} spikes`;
@@ -404,25 +482,53 @@
   }
 
   // ---- a neuron's inside
-  const inside = element("section", { id: "inside", hidden: true, tabIndex: -1 });
+  const inside = element("section", { id: "inside", className: films.some((f) => f.drawing) ? "circuit" : "", hidden: true, tabIndex: -1 });
   inside.setAttribute("aria-live", "polite");
-  function choose(film, neuron) {
-    state.chosen = neuron.name;
-    for (let k = panels.length - 1; k >= 0; k--) if (panels[k].own) panels.splice(k, 1);
+  const named = (film, name) => film.neurons.find((n) => n.name === name);
+  function devicesOf(neuron) {
     const rows = neuron.devices.map((d) => element("tr", {}, element("td", {}, element("code", { textContent: d.path })),
       element("td", { textContent: d.what }), element("td", { textContent: d.deviation }),
       element("td", { className: "number", textContent: number(d.sigma) })));
     const head = ["device", "what", "deviation on this die", "sigma"].map((text, k) =>
       element("th", { textContent: text, className: k === 3 ? "number" : "" }));
-    const close = element("button", { textContent: "close", type: "button", onclick: () => { inside.hidden = true; } });
-    inside.replaceChildren(element("h2", { textContent: `${neuron.name}: ${neuron.devices.length} devices` }), close);
+    return element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows));
+  }
+  function choose(film, neuron) { // of the film beside it too, where that has one of this name
+    state.chosen = neuron.name;
+    for (let k = panels.length - 1; k >= 0; k--) if (panels[k].own) panels.splice(k, 1);
+    const count = neuron.devices.length > 1 ? `: ${neuron.devices.length} devices` : "";
+    const close = element("button", { textContent: "close", type: "button", onclick: () => {
+      inside.hidden = true;
+      state.chosen = null;
+      follow();
+    } });
+    inside.replaceChildren(element("h2", { textContent: neuron.name + count }), close);
     inside.hidden = false;
-    if (neuron.waveform) panel(film, neuron.waveform, inside, true);
-    else inside.append(element("p", { textContent: "no waveform of this neuron is in the file" }));
-    inside.append(element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows)));
+    const grid = element("div", { className: "films" });
+    const both = films.filter((each) => named(each, neuron.name));
+    grid.style.setProperty("--films", both.length);
+    inside.append(grid);
+    for (const each of both) {
+      const own = named(each, neuron.name), place = element("div");
+      grid.append(place);
+      if (both.length > 1) place.append(element("p", { textContent: each.title }));
+      if (own.waveform) panel(each, own.waveform, place, true);
+      else place.append(element("p", { textContent: "no waveform of this neuron is in the file" }));
+      place.append(devicesOf(own));
+    }
     panels.filter((p) => p.own).forEach((p) => p.draw());
     follow();
     inside.scrollIntoView({ block: "nearest" });
+  }
+  function toggleAll(given, name) { // in the films beside it too
+    for (const film of films) for (const each of film.panels)
+      if (each === given || (each.title === given.title && film.panels.every((p) => p !== given)))
+        if (each.lines.some((l) => l.name === name)) each.toggle(name);
+    if (!films.some((film) => film.panels.includes(given))) given.toggle(name);
+  }
+  function toggleOf(film, unit, name) {
+    const given = film.panels.find((p) => p.unit === unit && p.lines.some((l) => l.name === name));
+    if (given) toggleAll(given, name);
   }
 
   // ---- time
@@ -431,9 +537,9 @@
   const play = element("button", { type: "button", id: "play", textContent: "play" });
   const speed = element("select", { ariaLabel: "speed" },
     ...SPEEDS.map((s) => element("option", { value: s, textContent: `${s} x` })));
-  speed.value = 1;
+  speed.value = state.speed;
   function follow() {
-    clock.textContent = `${state.t.toFixed(3)} s of ${number(duration)} s`;
+    clock.textContent = `${(state.t / second).toFixed(3)} ${clocked} of ${moment(duration)}`;
     scrub.value = Math.round((1e4 * state.t) / duration);
     for (const each of scenes) each.follow();
     for (const each of panels) each.follow();
@@ -508,11 +614,16 @@
   grid.style.setProperty("--films", films.length);
   page.append(grid);
   for (const film of films) {
-    const column = element("article"), place = element("div", { className: "scene" });
+    const column = element("article", { className: film.drawing ? "circuit" : "" }), place = element("div", { className: "scene" });
     column.append(element("h1", { textContent: film.title }), element("p", { textContent: film.headline }), place);
     grid.append(column);
     if (film.world) scene(film, place);
     if (film.eye) eye(film, place);
+    if (film.drawing) {
+      const schematic = schematicOf(film, { element, ink, value, amount, state, choose, toggle: toggleOf });
+      place.append(schematic.node);
+      scenes.push({ draw: () => {}, follow: schematic.follow });
+    }
     for (const given of film.panels) panel(film, given, column, false);
     const facts = Object.entries(film.facts).flatMap(([k, v], n) => [n ? ", " : "", `${k} `, element("b", { textContent: v })]);
     column.append(element("p", { className: "facts" }, ...facts));

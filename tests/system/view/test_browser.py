@@ -10,18 +10,25 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
+from circuits.solver.transient import simulate
+from system.options.block import choose
+from system.options.silicon import SiliconChoice
+from system.schematic.film import film_of
+from system.view.film import Film
 from system.view.page import write_page
 from tests.system.view.films import film
 
 BROWSER, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
 if (BROWSER is None or DRIVER is None) and os.environ.get("CI") != "true":
     pytest.skip("chromium and chromedriver are not here; apt has both", allow_module_level=True)
+FOLLOWER = Path(__file__).parents[3] / "examples" / "circuits" / "follower.py"
 READY = 20.0  # s of wall clock; ours, with room for a busy machine
 
 
@@ -123,6 +130,43 @@ def test_a_click_goes_to_a_time_and_into_a_neuron(browser: Any, one: Path) -> No
     assert [float(text) for text in shown(browser, "v_mem")] == pytest.approx(
         [math.sin(now(browser))], abs=1e-3
     )
+
+
+@pytest.fixture(scope="module")
+def follower() -> Film:
+    """An amplifier that follows a step, with its schematic."""
+    chosen = choose(f"{FOLLOWER}:step", silicon=SiliconChoice(die=1003))
+    return film_of(simulate(chosen.testbench(), chosen.silicon), ("v_in", "v_out"))
+
+
+def test_a_schematic_shows_what_there_is_at_the_cursor(browser: Any, tmp_path: Path, follower: Film) -> None:
+    write_page(str(tmp_path / "circuit.html"), [follower])
+    body = opened(browser, tmp_path / "circuit.html")
+    volts, amperes = follower.panels
+    at = 0.21e-3
+    browser.execute_script(f"noctule.seek({at})")
+    texts = [t.text for t in browser.find_elements(By.CSS_SELECTOR, ".schematic text")]
+    told = {line.name: float(np.interp(at, line.time, line.value)) for line in (*volts.lines, *amperes.lines)}
+    assert f"v_out {told['v_out']:.3f}V" in texts
+    assert f"{1e9 * told['tail']:.3g}nA" in texts
+    device = browser.find_element(By.CSS_SELECTOR, '.schematic [aria-label="mirror"]')
+    browser.execute_script("arguments[0].focus()", device)
+    device.send_keys(Keys.ENTER)
+    inside = browser.find_element(By.ID, "inside").text
+    assert "pFET 6/6 um; drain v_out" in inside
+    assert "current of mirror" in inside
+    drawn = "return noctule.films[0].panels[0].lines.filter(l => l.shown).map(l => l.name)"
+    assert browser.execute_script(drawn) == ["v_in", "v_out"]
+    webdriver.ActionChains(browser).move_to_element(
+        browser.find_element(By.CSS_SELECTOR, '.schematic [aria-label="net v_s"] text')
+    ).click().perform()
+    assert browser.execute_script(drawn) == ["v_in", "v_out", "v_s"]
+    body.send_keys(Keys.HOME, Keys.ARROW_RIGHT)
+    assert now(browser) == pytest.approx(follower.duration / 100)
+    assert browser.find_element(By.ID, "clock").text == "5.000 us of 500 us"
+    body.send_keys(" ")
+    until(lambda: now(browser) > follower.duration / 50)
+    assert browser.get_log("browser") == []
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
