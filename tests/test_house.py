@@ -61,6 +61,7 @@ def test_no_file_has_notes_to_oneself() -> None:
 # Who imports a module by its name: the catalogue behind every registry, and the one place of each extra
 # library.
 IMPORTS_BY_NAME = {
+    "system.animation.movie": "imageio_ffmpeg",
     "circuits.catalogue": None,
     "chips.rolls.program.nir": "nir",
     "netlists.ngspice.library": "PySpice.Spice.NgSpice.Shared",

@@ -70,6 +70,7 @@ EXTRAS = {
     "verilog-a": Extra(("openvaf-py",), "no transistors by compact models in Verilog-A"),
     "aedat4": Extra(("faery",), "a camera's events, and spikes, cannot be written as AEDAT4"),
     "neo": Extra(("neo", "nixio", "pynwb"), "spikes cannot be written as NIX or NWB"),
+    "animation": Extra(("imageio-ffmpeg",), "runs cannot be written as .mp4 or .webm, only as .gif"),
     "gymnasium": Extra(("gymnasium",), "robots are no environments for learning libraries"),
     "tutorials": Extra(("jupyterlab", "jupytext", "nengo"), "the tutorials cannot be opened as notebooks"),
     "docs": Extra(

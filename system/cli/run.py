@@ -12,12 +12,13 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL as NOMINAL_DIE
 from circuits.silicon.process import check_temperature
 from circuits.units import parse_quantity
+from system.animation.movie import check_animation, read_frames
 from system.cli.option_names import as_options
 from system.cli.output import print_json, print_line, progress_bar
 from system.cli.run_output import print_cautions, print_run
 from system.cli.study_verbs import Blame
-from system.cli.verbs import Run
-from system.cli.view import check_page, check_run, leave, this_command
+from system.cli.verbs import FRAMES, Run
+from system.cli.view import animate, check_page, check_run, leave, this_command
 from system.options.block import describe_die, read_die
 from system.options.die.edited import check_drawn, check_known
 from system.options.silicon import SiliconChoice
@@ -109,7 +110,11 @@ def _check_film(system: System[Any, Any], asked: Run) -> None:
         check_page(asked.view)
     if asked.output is not None:
         check_run(asked.output)
-    if asked.view is None and asked.output is None:
+    if asked.animate is not None:
+        check_animation(asked.animate, read_frames(asked.frames))
+    elif asked.frames != FRAMES:
+        raise ParameterError(f"frames: {asked.frames}, no moving picture is made; give `animate`")
+    if not _wanted(asked):
         if asked.inside is not None:
             raise ParameterError(f"inside: {asked.inside}, no page is made; give view, or leave it out")
     elif system.film is None:
@@ -117,10 +122,19 @@ def _check_film(system: System[Any, Any], asked: Run) -> None:
 
 
 def _leave_film(system: System[Any, Any], trace: Any, asked: Run) -> None:
-    """Write the page and the kept run, where they are asked for."""
-    if asked.view is not None or asked.output is not None:
-        names = None if asked.inside is None else asked.inside.split(",")
-        leave(system.filmed(trace, names, this_command()), asked.view, asked.output)
+    """Write the page, the kept run and the moving picture, where they are asked for."""
+    if not _wanted(asked):
+        return
+    names = None if asked.inside is None else asked.inside.split(",")
+    film = system.filmed(trace, names, this_command())
+    leave(film, asked.view, asked.output)
+    if asked.animate is not None:
+        animate(asked.animate, film, read_frames(asked.frames))
+
+
+def _wanted(asked: Run) -> bool:
+    """Whether a film is asked for, in any form."""
+    return not (asked.view is asked.output is asked.animate is None)
 
 
 def _beside(system: System[Any, Any], asked: Run, texts: Mapping[str, Any]) -> Any:

@@ -12,6 +12,7 @@ from system.option import option
 from system.options.begin import BeginChoice
 from system.options.silicon import SiliconChoice
 
+FRAMES = "960x720@20"  # of moving pictures; `system.animation.movie` reads it
 NOMINAL = "nominal"  # instead of a die's number
 DIALECTS = "netlists.registry:dialect_names"
 
@@ -110,17 +111,6 @@ class Compare:
     first: str = argument("A", "A netlist, a block, or FILE.py:NAME")
     second: str = argument("B", "What it is compared with, likewise")
     reading: NetlistReading = part(NetlistReading)
-    as_json: bool = shared.json_option()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class View:
-    """Play a kept run in a browser, or two beside each other."""
-
-    run: str = argument("RUN", "A run that noctule run or simulate has kept by -o RUN.nc")
-    beside: str | None = option(None, "Another run, beside it", metavar="RUN.nc")
-    output: str = required("Page to write", short="o", metavar="FILE.html")
-    open: bool = option(default=False, about="Show it in the browser")
     as_json: bool = shared.json_option()
 
 
@@ -270,4 +260,22 @@ class Run(OnDie):
         None, "Neurons that the page looks into; eight that spike most", metavar="NAME,..."
     )
     output: str | None = option(None, "Keep the run, for noctule view", short="o", metavar="RUN.nc")
+    animate: str | None = option(
+        None, "Moving picture of the run, a .mp4, .webm or .gif file", metavar="FILE"
+    )
+    frames: str = option(
+        FRAMES, "Its size, frames a second, and how much faster than the run", metavar="WxH@RATE[xSPEED]"
+    )
+    as_json: bool = shared.json_option()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """Play a kept run, or two beside each other; or film it."""
+
+    run: str = argument("RUN", "A run that noctule run or simulate has kept by -o RUN.nc")
+    beside: str | None = option(None, "Another run, beside it", metavar="RUN.nc")
+    output: str = required("Page to write, or a .mp4, .webm or .gif", short="o", metavar="FILE.html")
+    frames: str = like(Run, "frames")
+    open: bool = option(default=False, about="Show it in the browser")
     as_json: bool = shared.json_option()

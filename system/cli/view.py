@@ -1,4 +1,4 @@
-"""The verb `noctule view`: a page of one kept run, or of two beside each other."""
+"""The verb `noctule view`: a page or a moving picture of a kept run, or a page of two beside each other."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import webbrowser
 from pathlib import Path
 
 from circuits.errors import ParameterError
-from system.cli.output import print_json, print_line
+from system.animation.movie import SUFFIXES as MOVING
+from system.animation.movie import Frames, read_frames, save_animation
+from system.cli.output import print_json, print_line, progress_bar
 from system.cli.verbs import View
 from system.files.writing import check_folder, checked_suffix
 from system.view.film import Film
@@ -20,9 +22,17 @@ PAGE, RUN = ".html", ".nc"
 
 def view_command(asked: View) -> None:
     """Write the page of kept runs, and show it in the browser if asked to."""
-    check_page(asked.output)
+    moving = Path(asked.output).suffix.lower() in MOVING
+    frames = read_frames(asked.frames)
+    if not moving:
+        check_page(asked.output)
+    elif asked.beside is not None:
+        raise ParameterError(f"beside: {asked.beside}, no moving picture has two runs; write a {PAGE}")
     films = [kept(path) for path in (asked.run, asked.beside) if path is not None]
-    write_page(asked.output, films)
+    if moving:
+        animate(asked.output, films[0], frames)
+    else:
+        write_page(asked.output, films)
     size = Path(asked.output).stat().st_size
     if asked.as_json:
         runs = [{"title": f.title, "headline": f.headline, "duration_s": f.duration} for f in films]
@@ -43,6 +53,12 @@ def check_run(path: str) -> None:
     """Raise `ParameterError` or `DataError` for what cannot be the path of a kept run."""
     checked_suffix(path, (RUN,))
     check_folder(path)
+
+
+def animate(path: str, film: Film, frames: Frames) -> None:
+    """Write a film as a moving picture, while a person at a terminal sees how far it is."""
+    with progress_bar(path) as progress:
+        save_animation(path, film, frames, progress)
 
 
 def leave(film: Film, page: str | None, run: str | None) -> None:

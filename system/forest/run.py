@@ -22,7 +22,6 @@ from chips.selection.model import selection_errors
 from circuits.arrays import F64
 from circuits.silicon.course import beginning_of, course_through
 from circuits.silicon.process import AMI_1500
-from system.forest.animation import check_animation, save_animation
 from system.forest.live import LiveForest
 from system.forest.scenario import AREA, KINDS, Scenario, make, no_silicon, of_study
 from system.forest.weights import WEIGHTS
@@ -49,7 +48,7 @@ from system.options.codes import described
 from system.options.outside import inside_boxes
 from system.plot import silicon_text
 from system.spikes.output import spikes_made_again, trains_of
-from system.system import PROGRAMS, SUCCEEDED, Account, Output, Progress, RunTrace, System, part
+from system.system import PROGRAMS, SUCCEEDED, Account, Progress, RunTrace, System, part
 from system.view.film import Film
 
 SUMMARY = meanings("""
@@ -296,12 +295,6 @@ def told(trace: Trace) -> Iterator[str]:
         yield "`pings=N` flies on"
 
 
-def animate(path: str, trace: Trace, progress: Progress) -> None:
-    """Write the first pings of the first run as an animation; `progress` is told the share that is drawn."""
-    end = account(trace).headline if trace.sample.pings == len(trace.first.log) else ""
-    save_animation(path, trace.scenario.bat, trace.first, end, progress=progress)
-
-
 SYSTEM = System(
     name="forest",
     summary="bat in a dense forest by pings in five directions and arcs (Wen & Horiuchi 2022)",
@@ -332,9 +325,6 @@ SYSTEM = System(
     outputs={
         "spikes": spikes_made_again(
             "the spikes of the ranging chip in the first flight", spike_trains, no_spikes
-        ),
-        "animate": Output(
-            help="Draw the first pings into a .gif file.", check=check_animation, write=animate
         ),
     },
 )

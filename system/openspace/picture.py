@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import final
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection
@@ -19,21 +16,6 @@ from system.view.film import Film, Shape, Stage, Track, circles, signal
 
 _BEARINGS = np.linspace(-np.pi, np.pi, 361)
 _STEPS = 60  # points of a drawn arc
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Sight:
-    """What shows a bat's choice on its axes.
-
-    arcs : all arcs that it can fly; chosen : the one that it flies; view : edge of the field of view; bat :
-    the dot at its place.
-    """
-
-    arcs: LineCollection
-    chosen: Line2D
-    view: Line2D
-    bat: Line2D
 
 
 def draw_forest(place: F64, zone: float, ax: Axes) -> None:
@@ -67,49 +49,26 @@ def draw_path(path: F64, ax: Axes, width: float = 0.6) -> Line2D:
     return line
 
 
-def draw_sight(
-    bat: Bat, arcs: Arcs, pose: tuple[float, float, float], head: int, arc: int, ax: Axes
-) -> Sight:
-    """Draw what a bat at a pose (m, m, rad) can choose: its arcs, the one it flies, and its field of view.
-
-    What is drawn is returned, for `move_sight`.
-    """
-    lines = LineCollection(
-        [], colors=PALE, linewidths=0.7, linestyles=":", zorder=2, label="arcs to choose from"
-    )
-    ax.add_collection(lines)
-    sight = Sight(
-        lines,
-        ax.plot([], [], color=INK, linewidth=1.6, zorder=4, label="chosen arc")[0],
-        ax.plot(
-            [],
-            [],
-            color=COLOURS[1],
-            linewidth=1.0,
-            linestyle="--",
-            zorder=3,
-            label="field of view of the ping",
-        )[0],
-        ax.plot([], [], marker="o", color=INK, markersize=5, linestyle="", zorder=5, label="bat")[0],
-    )
-    move_sight(sight, bat, arcs, pose, head, arc)
-    return sight
-
-
-def move_sight(
-    sight: Sight, bat: Bat, arcs: Arcs, pose: tuple[float, float, float], head: int, arc: int
-) -> None:
-    """Move what `draw_sight` drew to another pose (m, m, rad), ping direction and chosen arc."""
+def draw_sight(bat: Bat, arcs: Arcs, pose: tuple[float, float, float], head: int, arc: int, ax: Axes) -> None:
+    """Draw what a bat at a pose (m, m, rad) can choose: its arcs, the one it flies, and its field of view."""
     ways = []
     for p in range(ARCS):
         s = np.linspace(0.0, arcs.length[p], _STEPS)
         ways.append(np.stack(placed(pose, *arc_point(np.full(_STEPS, arcs.curvature[p]), s)), axis=1))
-    sight.arcs.set_segments(ways[:arc] + ways[arc + 1 :])
-    sight.chosen.set_data(*ways[arc].T)
+    others = ways[:arc] + ways[arc + 1 :]
+    ax.add_collection(
+        LineCollection(
+            others, colors=PALE, linewidths=0.7, linestyles=":", zorder=2, label="arcs to choose from"
+        )
+    )
+    ax.plot(*ways[arc].T, color=INK, linewidth=1.6, zorder=4, label="chosen arc")
     reach = detectable(bat, _BEARINGS)
     bearing = _BEARINGS + arcs.direction[head]
-    sight.view.set_data(*placed(pose, reach * np.cos(bearing), reach * np.sin(bearing)))
-    sight.bat.set_data([pose[0]], [pose[1]])
+    view = placed(pose, reach * np.cos(bearing), reach * np.sin(bearing))
+    ax.plot(
+        *view, color=COLOURS[1], linewidth=1.0, linestyle="--", zorder=3, label="field of view of the ping"
+    )
+    ax.plot(*pose[:2], marker="o", color=INK, markersize=5, linestyle="", zorder=5, label="bat")
 
 
 def draw_bars(values: F64, arcs: Arcs, label: str, ax: Axes, winner: int | None = None) -> None:

@@ -50,7 +50,10 @@ WRONG: dict[str, list[tuple[str, str]]] = {
         ("--ideal --die 3", "--die: no chip is in the loop"),
         ("--ideal --temperature 60", "--temperature: 60 degC, must be 27"),
         ("--weights none", "--weights: none, must be fixed or speed"),
-        ("--animate way.mov", "--animate: way.mov, must end with .gif"),
+        ("--animate way.mov", "way.mov: must end with .gif, .mp4, .webm"),
+        ("--animate way.gif --frames 960x720@24", "--frames: 24 a second, a .gif counts in hundredths"),
+        ("--animate way.mp4 --frames big", '--frames: "big", must be WIDTHxHEIGHT@RATE'),
+        ("--frames 640x480@10", "--frames: 640x480@10, no moving picture is made; give --animate"),
         ("--animate /nonexistent/way.gif", "there is no folder /nonexistent"),
         ("--ideal --occlusion", "--occlusion: not with --ranges exact"),
         ("--ranges chip --area 0", "ranging_chip.area: 0 times"),
@@ -109,7 +112,6 @@ WRONG: dict[str, list[tuple[str, str]]] = {
         ("--brain chip --ping-rate 40Hz", "a period of 25 ms is shorter than the longest echo"),
         ("--brain chip --temperature 90", "latency_chip.temperature: 90 degC, must be -10 to 65"),
         ("--brain chip --area 0", "latency_chip.area: 0 times"),
-        ("--brain network --animate way.gif", "No such option: --animate"),
     ],
 }
 
