@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,7 +20,9 @@ from system.cli.exit_status import DONE, NO
 from system.cli.measure_output import measured_document
 from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
 from system.cli.simulate import check_watched, engine_named, print_stimuli, write_run
+from system.cli.simulate_view import leave_view
 from system.cli.study_verbs import Replay
+from system.cli.view import check_page, leave, this_command
 from system.notice import say
 from system.options.block import Choice, describe_die
 from system.options.temperature import temperature_text
@@ -38,6 +41,10 @@ def replay_command(asked: Replay) -> int:
     Returns the exit status, `NO` where it differs or could not be measured.
     """
     check_picture(asked.plot)
+    if asked.view is not None:
+        check_page(asked.view)
+        if asked.engine != "native":
+            raise ParameterError(f"--view: of the native engine, not of {asked.engine}; leave one out")
     if asked.spikes is not None:
         check_spikes(asked.spikes)
     folder, die, given = asked.study, asked.die, asked.temperature
@@ -52,7 +59,7 @@ def replay_command(asked: Replay) -> int:
             if asked.spikes is not None:
                 name = found.study.subject.target
                 raise ParameterError(f"--spikes: not of a replayed robot; noctule run {name} writes them")
-            _draw_run(found, found.target, asked.plot)
+            _show_run(found, found.target, asked)
             choice, extra = None, {}
         else:
             choice = found.choice()
@@ -72,10 +79,14 @@ def replay_command(asked: Replay) -> int:
     return NO
 
 
-def _draw_run(found: Sample, system: SystemTarget, plot: str | None) -> None:
-    if plot is not None:
-        trace = system.run(found.die, found.condition)
-        save_picture(plot, lambda figure: system.draw(trace, figure))
+def _show_run(found: Sample, system: SystemTarget, asked: Replay) -> None:
+    """Draw a system's run, and write its page, where they are asked for."""
+    if asked.plot is not None or asked.view is not None:
+        trace = system.run(found.die, found.condition, shown=True)
+        save_picture(asked.plot, lambda figure: system.draw(trace, figure))
+        if asked.view is not None:
+            film = dataclasses.replace(system.film(trace), command=this_command())
+            leave(film, asked.view, None)
 
 
 def _readings(found: Sample, choice: Choice, result: Result) -> list[Reading]:
@@ -89,6 +100,8 @@ def _waveforms(asked: Replay, found: Sample, choice: Choice, deadline_s: float) 
     check_watched(asked.spikes, choice)
     result = engine_named(asked.engine, None, deadline_s)(choice.testbench(), choice.silicon)
     write_run(asked, choice, result)
+    if asked.view is not None:
+        leave_view(found.study.subject.target, choice, result, asked.view, None)
     return {
         "engine": asked.engine,
         "stimuli": choice.stimuli,

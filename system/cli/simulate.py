@@ -79,7 +79,7 @@ def simulate_command(asked: Simulate) -> None:
         document = _describe(choice, result, engine, [each.of(record) for each in measures])
     write_run(asked, choice, result)
     if viewed:
-        loaded("system.cli.simulate_view:leave_view")(asked, choice, result)
+        loaded("system.cli.simulate_view:leave_view")(asked.block, choice, result, asked.view, asked.output)
     if asked.as_json:
         print_json(document)
     else:

@@ -26,9 +26,9 @@ def check_view(asked: Simulate) -> None:
         )
 
 
-def leave_view(asked: Simulate, choice: Choice, result: Result) -> None:
-    """Write the page and the kept run that are asked for."""
-    sources = () if deck_of(asked.block) is None else choice.testbench().sources
+def leave_view(target: str, choice: Choice, result: Result, page: str | None, run: str | None) -> None:
+    """Write the page and the kept run that are asked for; target: of which the user speaks."""
+    sources = () if deck_of(target) is None else choice.testbench().sources
     film = film_of(result, choice.block.plotted, sources)
     measured = choice.block.measured(result)
     told = {name: f"{value:.6g}" for name, value in measured.items() if value is not None}
@@ -39,4 +39,4 @@ def leave_view(asked: Simulate, choice: Choice, result: Result) -> None:
         command=this_command(),
         facts={**told, **film.facts},
     )
-    leave(film, asked.view, asked.output)
+    leave(film, page, run)

@@ -98,6 +98,7 @@ class Replay:
     csv: str | None = shared.file_option("Write all waveforms")
     raw: str | None = shared.file_option("Write all waveforms as ngspice's rawfile")
     spikes: str | None = shared.spikes_option()
+    view: str | None = option(None, "Page that plays the run, for a browser", metavar="FILE.html")
     as_json: bool = shared.json_option()
 
 

@@ -134,7 +134,7 @@ def film_of_flight(
     shapes = [Shape(role="floor", points=((0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)))]
     shapes += circles("obstacle", place, zone)
     bat = Track(
-        name="bat", time=np.append(pings, max(time_s, *pings[-1:])), x=np.append(log[:, 1], end[0]),
+        name="bat", time=np.append(pings, max([time_s, *pings[-1:]])), x=np.append(log[:, 1], end[0]),
         y=np.append(log[:, 2], end[1]), heading=np.unwrap(np.append(log[:, 3], log[-1:, 3])), radius=0.05,
         longest=0.5 * SIDE,
     )  # fmt: skip

@@ -49,6 +49,7 @@ from system.study.source import check_source, digest_of
 from system.study.specification import Specification, Success
 from system.study.table import FAILED, Condition
 from system.system import SUCCEEDED
+from system.view.film import Film
 
 Option = str | int | float | bool | tuple[float | tuple[float, float], ...] | None
 
@@ -159,6 +160,11 @@ class Target(ABC):
     @abstractmethod
     def measure(self, die: Die, condition: Condition) -> Measurement:
         """Measure one die under a condition; raises whatever the measurement raises."""
+
+    @property
+    def filmed(self) -> bool:
+        """Whether a run of it has a page (`system.view`); all but a system without a film."""
+        return True
 
     @abstractmethod
     def identity(self) -> str:
@@ -276,6 +282,11 @@ class BlockTarget(Target):
         """Standard deviation of what each draw moves, as `circuits.lowering.variation.variation_sigma`."""
         machine = self._varied()
         return variation_sigma(machine.flat, machine.silicon)
+
+    @property
+    def filmed(self) -> bool:
+        """Whether it runs on our own devices, whose currents a page shows."""
+        return self.engine != NGSPICE
 
     def draws(self, die: Die) -> F64:
         """Give the draws of a die in the order of the labels, float64[labels]."""
@@ -399,14 +410,19 @@ class SystemTarget(Target):
         """Raise `ParameterError`, since the draws behind a system's die are not known."""
         raise ParameterError("contributions: not for a system; study its chips")
 
-    def run(self, die: Die, condition: Condition) -> Any:
-        """Run the system on a die; the condition's trial says which seeds noise and worlds have."""
+    def run(self, die: Die, condition: Condition, *, shown: bool = False) -> Any:
+        """Run the system on a die; the condition's trial says which seeds noise and worlds have.
+
+        shown: whether it is to be drawn, so that it keeps what no metric needs, as a flight's way.
+        """
         known = self._system.settings
+        options = {one.field for one in known.values()} | set(known)
+        asked = {k: v for k, v in self._options.items() if not shown or k in options}
         silicon = {"die": die, "temperature_c": condition.temperature_c}
         on_die = {name: value for name, value in silicon.items() if name in known}
         with quietly():
             seeds = self.seeds(die, condition.trial)
-            trace = self._system.run(self._system.scenario(**self._options, **on_die, **seeds))
+            trace = self._system.run(self._system.scenario(**asked, **on_die, **seeds))
         try:
             check_drawn(die)
         except UnknownNameError as error:  # which would be that of every sample
@@ -419,6 +435,15 @@ class SystemTarget(Target):
             return {"seed": trial}
         seed, noise_seed = seeds_of(die.number or 0, trial, self._noises)
         return {"seed": seed} | ({} if noise_seed is None else {"noise_seed": noise_seed})
+
+    @property
+    def filmed(self) -> bool:
+        """Whether the system has a film."""
+        return self._system.film is not None
+
+    def film(self, trace: Any) -> Film:
+        """Return the film of a run, of which the trace is given."""
+        return self._system.filmed(trace)
 
     def draw(self, trace: Any, figure: Figure) -> None:
         """Draw a run, of which the trace is given, into a figure."""

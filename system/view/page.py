@@ -47,6 +47,11 @@ def write_page(path: str, films: Sequence[Film]) -> None:
         unfinished.write_text(text, encoding="utf-8")
 
 
+def tokens() -> str:
+    """Return the colours of every page in CSS, as variables, in light and in dark."""
+    return files("system.view").joinpath("tokens.css").read_text("utf-8")
+
+
 def page(films: Sequence[Film]) -> str:
     """Return the page of one or two films as HTML text."""
     if not 1 <= len(films) <= MOST:
@@ -59,7 +64,7 @@ def page(films: Sequence[Film]) -> str:
     here = files("system.view")
     return environment.get_template("template.html").render(
         title=" and ".join(film.title for film in films),
-        style=here.joinpath("style.css").read_text("utf-8"),
+        style=tokens() + here.joinpath("style.css").read_text("utf-8"),
         schematic=here.joinpath("schematic.js").read_text("utf-8"),
         player=here.joinpath("player.js").read_text("utf-8"),
         # a text in a script ends at the first "</"

@@ -16,6 +16,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
 from system.plot import save_picture
+from system.view.page import tokens
 
 TEMPLATE = "template.html"
 
@@ -28,6 +29,14 @@ class Code:
 
 
 @dataclass(frozen=True, slots=True)
+class Link:
+    """A text of a table that leads to a file beside the page."""
+
+    text: str
+    file: str
+
+
+@dataclass(frozen=True, slots=True)
 class Grid:
     """A table of a page.
 
@@ -35,7 +44,7 @@ class Grid:
     ----------
     heads : headings; a column whose heading ends with `:` holds numbers and stands to the right, as in
         `system.cli.output`.
-    rows : cells, a text or a number each, or a `Code`.
+    rows : cells, a text or a number each, a `Code` or a `Link`.
     """
 
     heads: Sequence[str]
@@ -74,4 +83,5 @@ def render(content: Mapping[str, Any], template: str = TEMPLATE) -> str:
         lstrip_blocks=True,
     )
     environment.tests["code"] = lambda cell: isinstance(cell, Code)
-    return environment.get_template(template).render(content)
+    environment.tests["link"] = lambda cell: isinstance(cell, Link)
+    return environment.get_template(template).render(tokens=tokens(), **content)

@@ -22,7 +22,7 @@ from system.files.writing import write_text_atomic
 from system.plot import PALE, draw_runs
 from system.study.folder import REPORT
 from system.study.manifest import read_manifest
-from system.study.report.page import Code, Grid, picture, render
+from system.study.report.page import Code, Grid, Link, picture, render
 from system.study.report.picture import histogram, is_log_normal, normal_quantiles, values_of
 from system.study.report.result import Result, groups, shares_of, study_yield, summary, varied
 from system.study.report.waveform import runs_of
@@ -42,7 +42,14 @@ _SHARES = ("class", "samples:", "share:")
 _WORST_KINDS = "that failed, that are not defined, of an excluded class, and farthest out"
 
 
-Replay = Callable[[str, Sequence[tuple[str, str]]], str]  # folder, options: a command
+Options = Sequence[tuple[str, str]]
+Replay = Callable[[str, Options], str]  # folder, options: a command
+Again = Callable[[Options], "tuple[str | Link, Code]"]
+_NAMING = ("die", "corner", "temperature", "trial")  # options that tell a sample from others
+_AGAIN_SAID = {
+    False: "the command measures one again",
+    True: "the command measures one again and makes the page to which its number leads",
+}
 
 
 def write_report(folder: Path, result: Result, replay: Replay, breakdowns: Sequence[Breakdown] = ()) -> Path:
@@ -84,7 +91,7 @@ def report(
             "title": f"Monte Carlo study of {result.study.subject.target}",
             "asked": _asked(result, manifest),
             "groups": [
-                _group(result, corner, celsius, part, lambda options: replay(str(folder), options))
+                _group(result, corner, celsius, part, partial(_again, result, folder, replay))
                 for corner, celsius, part in groups(result)
             ],
             "breakdowns": [_contributions(each) for each in breakdowns],
@@ -118,7 +125,7 @@ def _command(words: Sequence[str]) -> str:
 
 def _group(
     result: Result, corner: str, celsius: float, part: Table,
-    replay: Callable[[Sequence[tuple[str, str]]], str],
+    again: Again,
 ) -> dict[str, Any]:  # fmt: skip
     """What the page says of the samples at one corner and temperature (degC)."""
     found: dict[str, Any] = {"place": place_text(corner, celsius), "samples": len(part)}
@@ -129,8 +136,8 @@ def _group(
         "yields": _yield(result, part),
         "metrics": [_metric(result, part, quantity) for quantity in result.quantities],
         "waveforms": _waveforms(result, Condition(corner, celsius, int(part.trial[0])), part),
-        "worst_said": f"At most {WORST} each {_WORST_KINDS}; the command measures one again.",
-        "worst": _worst(result, part, replay),
+        "worst_said": f"At most {WORST} each {_WORST_KINDS}; {_AGAIN_SAID[result.target.filmed]}.",
+        "worst": _worst(result, part, again),
     }
 
 
@@ -247,13 +254,23 @@ def _draw_pareto(each: Breakdown, figure: Figure) -> None:
     pareto(grouped(each.found, BY["device"]), figure.subplots())
 
 
-def _worst(result: Result, part: Table, replay: Callable[[Sequence[tuple[str, str]]], str]) -> Grid:
+def _again(result: Result, folder: Path, replay: Replay, options: Options) -> tuple[str | Link, Code]:
+    """A sample's die, which leads to its page where it can have one, and the command that makes that."""
+    die = dict(options)["die"]
+    if not result.target.filmed:
+        return die, Code(replay(str(folder), options))
+    where = [text.replace(".", "_") for name, text in options if name in _NAMING]
+    page = f"die-{'-'.join(where)}.html"
+    return Link(die, page), Code(replay(str(folder), [*options, ("view", str(folder / page))]))
+
+
+def _worst(result: Result, part: Table, again: Again) -> Grid:
     units = {q.name: q.unit for q in result.quantities}
     rows = []
     words = [q.name for q in result.quantities if q.yes_no]
     for each in worst(part, result.specifications, WORST, words):
         k = each.row
         values = [_number(float(x), units[m]) for m, x in zip(part.metrics, part.values[k], strict=True)]
-        command = Code(replay(replay_options(result.study, part, k)))
-        rows.append((int(part.die[k]), part.outcome[k], *values, each.why, command))
+        die, command = again(replay_options(result.study, part, k))
+        rows.append((die, part.outcome[k], *values, each.why, command))
     return Grid(("die:", "class", *(f"{m}:" for m in part.metrics), "why", "command"), rows)

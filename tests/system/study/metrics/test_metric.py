@@ -53,3 +53,11 @@ def test_a_study_of_a_chip_needs_no_metric(
     found = json.loads(capsys.readouterr().out)
     assert set(found["metrics"]) == {"spiking_neurons", "supply_power_W"}
     assert math.isfinite(found["metrics"]["spiking_neurons"]["mean"])
+
+
+def test_a_flight_of_a_study_keeps_its_way_where_it_is_shown() -> None:
+    options = {"pings": 3, "rows": 0, "ranges": "exact", "selection": "ideal"}
+    target = SystemTarget(Subject("forest", ("collided",), system=options))
+    film = [target.film(target.run(Die(), Condition("random", 27.0, 0), shown=s)) for s in (False, True)]
+    ways = [each.world.tracks[0].time.size for each in film if each.world is not None]
+    assert ways == [1, 4]  # where it ended, and each ping before

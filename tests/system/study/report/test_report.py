@@ -76,9 +76,11 @@ def page(folder: Path) -> Page:
 
 def test_it_is_self_contained(page: Page, folder: Path) -> None:
     assert not page.open
-    assert not {"script", "link", "iframe", "a", "object", "base"} & set(page.tags)
+    assert not {"script", "link", "iframe", "object", "base"} & set(page.tags)
     assert page.references
-    assert all(r.startswith("data:image/png;base64,") for r in page.references)
+    pages = [r for r in page.references if not r.startswith("data:image/png;base64,")]
+    assert pages
+    assert all(re.fullmatch(r"die-10\d\d-(random|ss)\.html", r) for r in pages)
     text = (folder / FILE).read_text(encoding="utf-8")
     assert "http" not in text
     assert "@import" not in text
@@ -112,10 +114,13 @@ def test_texts_are_escaped(page: Page, folder: Path) -> None:
 
 def test_its_commands_run(page: Page, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     commands = [shlex.split(text) for text in page.codes if text.startswith("noctule replay")]
-    own = ["--metric", f"{HERE}:planted"]  # code, which the study's own file may not load
-    assert ["noctule", "replay", str(folder), "--die", "1007", "--corner", "ss", *own] in commands
-    assert ["noctule", "replay", str(folder), "--die", "1009", "--corner", "random", *own] in commands
+    for die, corner in (("1007", "ss"), ("1009", "random")):
+        own = ["--metric", f"{HERE}:planted"]  # code, which the study's own file may not load
+        view = ["--view", str(folder / f"die-{die}-{corner}.html")]
+        assert ["noctule", "replay", str(folder), "--die", die, "--corner", corner, *own, *view] in commands
     assert main(commands[-1][1:]) == 0
+    assert Path(commands[-1][-1]).name in page.references
+    assert "schematic" in Path(commands[-1][-1]).read_text("utf-8")
     assert "identical to what was kept" in capsys.readouterr().out
 
 
