@@ -193,12 +193,18 @@ class Device:
         What deviates in it and by how much, with units.
     sigma : float
         The largest of its deviations over its standard deviation, without sign.
+    mended : str
+        What would be if it alone did not deviate; empty where that was not asked.
+    waveform : Panel or None
+        What that looks like.
     """
 
     path: str
     what: str
     deviation: str
     sigma: float
+    mended: str = ""
+    waveform: Panel | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -215,6 +221,29 @@ class Neuron:
     waveform: Panel | None = None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Moment:
+    """A moment of a run that deserves a look.
+
+    Attributes
+    ----------
+    time : float
+        When, s.
+    name : str
+        What happens then.
+    neuron : str
+        Name of the neuron that it is about; empty where it is about none.
+    begin, end : float
+        The stretch of time that shows it, s.
+    """
+
+    time: float
+    name: str
+    neuron: str
+    begin: float
+    end: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Film:
     """What a run shows.
@@ -228,6 +257,7 @@ class Film:
     eye : what its camera sent.
     drawing : schematic whose nets and devices are called as lines of voltage (V) and of current (A).
     neurons : those that can be looked into; of a circuit its devices.
+    moments : moments that deserve a look, in the order of time.
     facts : what is told of the run beside: die, temperature and the like.
     """
 
@@ -240,6 +270,7 @@ class Film:
     eye: Eye | None = None
     drawing: Drawing | None = None
     neurons: tuple[Neuron, ...] = ()
+    moments: tuple[Moment, ...] = ()
     facts: Mapping[str, str] = field(default_factory=dict)
 
 

@@ -485,13 +485,33 @@
   const inside = element("section", { id: "inside", className: films.some((f) => f.drawing) ? "circuit" : "", hidden: true, tabIndex: -1 });
   inside.setAttribute("aria-live", "polite");
   const named = (film, name) => film.neurons.find((n) => n.name === name);
-  function devicesOf(neuron) {
-    const rows = neuron.devices.map((d) => element("tr", {}, element("td", {}, element("code", { textContent: d.path })),
-      element("td", { textContent: d.what }), element("td", { textContent: d.deviation }),
-      element("td", { className: "number", textContent: number(d.sigma) })));
-    const head = ["device", "what", "deviation on this die", "sigma"].map((text, k) =>
-      element("th", { textContent: text, className: k === 3 ? "number" : "" }));
-    return element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows));
+  function devicesOf(film, neuron) {
+    const closer = element("div", { className: "closer" }), tried = neuron.devices.some((d) => d.mended);
+    const look = (d) => { // what it would be like without its deviation
+      for (let k = panels.length - 1; k >= 0; k--) if (panels[k].own === closer) panels.splice(k, 1);
+      closer.replaceChildren();
+      panel(film, d.waveform, closer, closer);
+      panels.filter((p) => p.own === closer).forEach((p) => p.draw());
+      follow();
+      closer.scrollIntoView({ block: "nearest" });
+    };
+    const rows = neuron.devices.map((d) => {
+      const name = element("code", { textContent: d.path });
+      const path = d.waveform ? element("button", { type: "button", onclick: () => look(d) }, name) : name;
+      return element("tr", {}, element("td", {}, path), ...(tried ? [element("td", { textContent: d.mended })] : []),
+        element("td", { textContent: d.deviation }), element("td", { className: "number", textContent: number(d.sigma) }),
+        element("td", { textContent: d.what }));
+    });
+    const heads = ["device", ...(tried ? ["what healing it alone would do"] : []), "deviation on this die", "sigma", "what"];
+    const head = heads.map((text) => element("th", { textContent: text, className: text === "sigma" ? "number" : "" }));
+    const table = element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows));
+    return element("div", {}, closer, table);
+  }
+  function visit(film, moment) {
+    zoom(moment.begin, moment.end);
+    seek(moment.time);
+    const neuron = named(film, moment.neuron);
+    if (neuron) choose(film, neuron);
   }
   function choose(film, neuron) { // of the film beside it too, where that has one of this name
     state.chosen = neuron.name;
@@ -514,7 +534,7 @@
       if (both.length > 1) place.append(element("p", { textContent: each.title }));
       if (own.waveform) panel(each, own.waveform, place, true);
       else place.append(element("p", { textContent: "no waveform of this neuron is in the file" }));
-      place.append(devicesOf(own));
+      place.append(devicesOf(each, own));
     }
     panels.filter((p) => p.own).forEach((p) => p.draw());
     follow();
@@ -615,7 +635,10 @@
   page.append(grid);
   for (const film of films) {
     const column = element("article", { className: film.drawing ? "circuit" : "" }), place = element("div", { className: "scene" });
-    column.append(element("h1", { textContent: film.title }), element("p", { textContent: film.headline }), place);
+    const moments = film.moments.map((m) => element("button", { type: "button", className: "moment",
+      textContent: `${m.name} at ${moment(m.time)}${m.neuron ? `: ${m.neuron}` : ""}`, onclick: () => visit(film, m) }));
+    column.append(element("h1", { textContent: film.title }), element("p", { textContent: film.headline }),
+      ...(moments.length ? [element("p", {}, ...moments)] : []), place);
     grid.append(column);
     if (film.world) scene(film, place);
     if (film.eye) eye(film, place);

@@ -20,6 +20,7 @@ from selenium.webdriver.common.keys import Keys
 from circuits.solver.transient import simulate
 from system.options.block import choose
 from system.options.silicon import SiliconChoice
+from system.registry import load_system
 from system.schematic.film import film_of
 from system.view.film import Film
 from system.view.page import write_page
@@ -207,3 +208,30 @@ def test_no_error_and_no_request_to_any_host(browser: Any, one: Path) -> None:
     asked = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
     assert asked
     assert [url for url in asked if not url.startswith(("file:", "data:"))] == []
+
+
+def test_from_the_loss_of_a_target_to_its_transistor_by_clicks(browser: Any, tmp_path: Path) -> None:
+    approach = load_system("approach")
+    die = replace(approach.settings["die"].default, number=1002)
+    scenario = approach.on_silicon(level="behavioural", codes="default", die=die, duration=3.2)
+    film = approach.filmed(approach.run(scenario), ["neuron[4]"])
+    (moment, *_) = film.moments
+    write_page(str(tmp_path / "lost.html"), [film])
+    opened(browser, tmp_path / "lost.html")
+    clicks = 0
+
+    def click(css: str) -> None:
+        nonlocal clicks
+        webdriver.ActionChains(browser).click(browser.find_element(By.CSS_SELECTOR, css)).perform()
+        clicks += 1
+
+    click(".moment")
+    assert now(browser) == pytest.approx(moment.time)
+    assert browser.execute_script("return noctule.state.chosen") == moment.neuron == "neuron[2]"
+    first = browser.find_element(By.CSS_SELECTOR, "#inside tbody tr").text
+    assert "neuron[2].membrane.mr1" in first.replace("\n", "")
+    assert "ms after the echo" in first
+    click("#inside tbody tr td button")
+    assert shown(browser, "v_mem healed") != []
+    assert "membrane.mr1 healed alone" in browser.find_element(By.ID, "inside").text
+    assert clicks <= 6
