@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from shapely.geometry import Polygon
 
+from chips.rolls.chip import Inputs
 from chips.rolls.program.address import NEURONS
 from circuits.arrays import F64, I64
 from circuits.silicon.course import Points
@@ -22,8 +23,9 @@ from system.pushbot.drive import Run
 from system.pushbot.loop import Brain, Record, all_events, all_spikes, rates
 from system.pushbot.readout import LOOK
 from system.pushbot.scene_picture import draw_events, draw_events_key, draw_key, draw_path, draw_scene, ink_of
+from system.pushbot.wiring import merged, obstacle_inputs, target_inputs
 from system.view.film import Eye, Film, Group, Line, Panel, Raster, Shape, Stage, Track, busiest
-from system.view.rolls import neuron_inside
+from system.view.rolls import Heard, neuron_inside
 from system.worlds.arena.geometry import Obstacles, obstacles_of, outline_at, robot_outline
 from system.worlds.arena.scene import Scene
 
@@ -172,8 +174,28 @@ def film_of(scene: Scene, drive: Run, brain: Brain, record: Record, asked: tuple
     eye = Eye(name="camera", columns=128, rows=128, time=events.time, x=events.x, y=events.y, on=events.on)
     return Film(
         title="", headline="", duration=end, world=_world(scene, path), panels=tuple(panels), eye=eye,
-        neurons=tuple(neuron_inside(brain.chip, name) for name in chosen),
+        neurons=tuple(
+            neuron_inside(brain.chip, name, None if asked is None else _heard(brain, record))
+            for name in chosen
+        ),
     )  # fmt: skip
+
+
+def _heard(brain: Brain, record: Record) -> Heard | None:
+    """What the neurons of a drive got; None where that was not the camera's events alone."""
+    if brain.turning is not None or brain.frame is not None or brain.strong is not None:
+        return None
+    times, neurons = all_spikes(record)
+    order, events = np.argsort(times, kind="stable"), all_events(record)
+
+    def inputs(first: float, last: float) -> Inputs:
+        seen = events.where((events.time >= first) & (events.time < last))
+        parts = [obstacle_inputs(brain.network, seen, brain.wiring, brain.synapses)]
+        if brain.target:
+            parts.append(target_inputs(brain.network, seen, brain.synapses))
+        return merged(parts)
+
+    return Heard(times[order], neurons[order], inputs)
 
 
 def _rows(brain: Brain, times: F64, neurons: I64) -> Raster:

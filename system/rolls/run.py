@@ -39,7 +39,7 @@ from system.rolls.scenario import SETTLING, STUDY_DURATION, Scenario, check_tabl
 from system.spikes.output import spikes_output, trains_of
 from system.system import Account, RunTrace, System
 from system.view.film import Film, Line, Panel, Raster, busiest
-from system.view.rolls import neuron_inside
+from system.view.rolls import Heard, neuron_inside
 
 SHOWN = 0.5  # s, of the picture
 SUMMARY = meanings(
@@ -204,8 +204,19 @@ def film(trace: Trace, asked: tuple[str, ...] | None) -> Film:
             Panel(title="neurons", raster=Raster(time=times, row=rows, rows=names)),
             Panel(title="mean rate of a neuron", unit="Hz", lines=lines),
         ),
-        neurons=tuple(neuron_inside(trace.chip, name) for name in busiest(names, rows, asked)),
+        neurons=tuple(
+            neuron_inside(trace.chip, name, None if asked is None else _heard(trace))
+            for name in busiest(names, rows, asked)
+        ),
     )  # fmt: skip
+
+
+def _heard(trace: Trace) -> Heard:
+    """What the neurons of a run got."""
+    s, spikes = trace.scenario, trace.spikes
+    order = np.argsort(spikes.times, kind="stable")
+    given = regular_events(s.input_rate, s.duration, s.seed, trace.off)
+    return Heard(spikes.times[order], spikes.neurons[order], lambda *_: given)
 
 
 SYSTEM = System(
