@@ -406,9 +406,10 @@
       });
       marks.get(line.name)();
       list.append(row);
+      let before = null;
       return () => {
-        const v = value(line, state.t);
-        shown.textContent = given.unit === "A" ? amount(v, "A") : number(Math.abs(v) < 1e-6 ? 0 : v);
+        const v = value(line, state.t), text = given.unit === "A" ? amount(v, "A") : number(Math.abs(v) < 1e-6 ? 0 : v);
+        if (text !== before) shown.textContent = before = text;
       };
     });
     if (given.raster) {

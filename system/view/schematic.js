@@ -58,7 +58,11 @@ function schematicOf(film, tools) {
     const own = of(text), node = svg("text", { x: text.at[0], y: text.at[1] });
     node.textContent = text.text;
     own.node.append(node);
-    if (text.value) own.texts.push((told) => { node.textContent = text.text ? `${text.text} ${told}` : told; });
+    let before = null;
+    if (text.value) own.texts.push((told) => {
+      if (told !== before) node.textContent = text.text ? `${text.text} ${told}` : told;
+      before = told;
+    });
   }
   for (const [name, each] of devices) {
     const [l, t, r, b] = each.box;
@@ -67,20 +71,23 @@ function schematicOf(film, tools) {
   }
   for (const [name, each] of nets) if (volts.has(name)) pressed(each.node, `net ${name}`, () => toggle(film, "V", name));
 
+  const paint = (each, colour) => { // a browser does much even for the colour that is there
+    if (each.colour !== colour) each.node.style.color = each.colour = colour;
+  };
   const mix = (share, cold, hot) => `color-mix(in oklab, ${hot} ${(100 * Math.min(1, Math.max(0, share))).toFixed(0)}%, ${cold})`;
   const follow = () => {
     const [soft, plain, hot, far] = ["--soft", "--ink", "--c1", "--c0"].map(ink);
     for (const [name, each] of nets) {
       const line = volts.get(name);
-      if (!line) { each.node.style.color = plain; continue; }
+      if (!line) { paint(each, plain); continue; }
       const v = value(line, state.t);
-      each.node.style.color = mix(v / highest, far, hot);
+      paint(each, mix(v / highest, far, hot));
       each.node.classList.toggle("shown", line.shown);
       for (const tell of each.texts) tell(amount(v, "V"));
     }
     for (const [name, each] of devices) {
       const line = amps.get(name), i = line ? value(line, state.t) : NaN;
-      each.node.style.color = mix(1 + Math.log10(Math.abs(i) / largest + 1e-30) / SPAN, soft, plain);
+      paint(each, mix(1 + Math.log10(Math.abs(i) / largest + 1e-30) / SPAN, soft, plain));
       each.node.classList.toggle("chosen", state.chosen === name);
       for (const tell of each.texts) tell(amount(i, "A"));
     }
