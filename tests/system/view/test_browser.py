@@ -18,6 +18,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from circuits.solver.transient import simulate
+from system.approach import loss
 from system.options.block import choose
 from system.options.silicon import SiliconChoice
 from system.registry import load_system
@@ -210,11 +211,14 @@ def test_no_error_and_no_request_to_any_host(browser: Any, one: Path) -> None:
     assert [url for url in asked if not url.startswith(("file:", "data:"))] == []
 
 
-def test_from_the_loss_of_a_target_to_its_transistor_by_clicks(browser: Any, tmp_path: Path) -> None:
+def test_from_the_loss_of_a_target_to_its_transistor_by_clicks(
+    browser: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(loss, "MOST", 1)
     approach = load_system("approach")
     die = replace(approach.settings["die"].default, number=1002)
     scenario = approach.on_silicon(level="behavioural", codes="default", die=die, duration=3.2)
-    film = approach.filmed(approach.run(scenario), ["neuron[4]"])
+    film = approach.filmed(approach.run(scenario), ["neuron[2]"])
     (moment, *_) = film.moments
     write_page(str(tmp_path / "lost.html"), [film])
     opened(browser, tmp_path / "lost.html")
