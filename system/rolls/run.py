@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from chips.rolls.chip import TEMPERATURE_STEP, RollsChip, Spikes
 from chips.rolls.circuit import chip
 from chips.rolls.program.address import NEURONS
-from chips.rolls.validity import check_rate
+from chips.rolls.validity import check_rate, coarse_cautions
 from circuits.arrays import F64, Bools
 from circuits.silicon.course import beginning_of, course_through
 from circuits.silicon.process import ROLLS_180
@@ -100,7 +100,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     off = off_of(found)
     noise = device_noise(s)
     silicon = s.silicon_at(beginning_of(s.temperature_c, s.course, TEMPERATURE_STEP), ROLLS_180)
-    on_die = RollsChip(program_of(table_at(s.table, found)), silicon, s.bias_kind, noise=noise)
+    on_die = RollsChip(program_of(table_at(s.table, found)), silicon, s.bias_kind, step=s.step, noise=noise)
     followed = course_through(s.course, TEMPERATURE_STEP)
     given = regular_events(s.input_rate, s.duration, s.seed, off)
     spikes, _ = on_die.run(on_die.at_rest(), s.duration, given, None if followed is None else followed.at)
@@ -108,7 +108,8 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
         progress(1.0)
     counted = spikes.neurons[spikes.times >= SETTLING]
     rates = np.bincount(counted, minlength=NEURONS) / (s.duration - SETTLING)
-    return Trace(s, spikes, rates, on_die.restless(), on_die, given.times.size, off, on_die.cautions())
+    cautions = on_die.cautions() + coarse_cautions(spikes.times, spikes.neurons, s.step)
+    return Trace(s, spikes, rates, on_die.restless(), on_die, given.times.size, off, cautions)
 
 
 def summarise(trace: Trace) -> dict[str, float | None]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from chips.codes import Codes
+from chips.rolls.chip import STEP
 from chips.rolls.program.bias_file import BiasTable
 from circuits.errors import ParameterError
 from circuits.silicon.process import ROLLS_180
@@ -37,6 +38,7 @@ class Scenario(Coded):
         INPUT_RATE, "Of events a neuron, 0Hz for none", unit="Hz", least=0.0, study=True
     )
     duration: float = option(1.0, "Of the run", unit="s", study=True)
+    step: float = option(STEP, "Of the chip's model, short for bursts", unit="s", least=1e-6, study=True)
     silicon_noise: Noisy = noise_option()
     noise_seed: int | None = noise_seed_option()
 

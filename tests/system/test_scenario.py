@@ -72,7 +72,7 @@ FIELDS: dict[str, dict[str, Any]] = {
         "silicon_noise": "white", "noise_seed": 8,
     },
     "rolls": {
-        **WARM, "bias_file": "rolls_parallella", "input_rate": 50.0, "duration": 2.0,
+        **WARM, "bias_file": "rolls_parallella", "input_rate": 50.0, "step": 2e-4, "duration": 2.0,
         "silicon_noise": "white", "noise_seed": 6, "codes": "default", "calibrated_c": 30.0,
         "coded_on": Die(number=5),
     },

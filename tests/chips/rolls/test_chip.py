@@ -15,6 +15,7 @@ from chips.rolls.program.address import NEURONS, VirtualSynapses
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.program.program import Program, VirtualInput
 from chips.rolls.synapse.reference import filter_errors
+from chips.rolls.validity import coarse_cautions
 from chips.validity import outside_boxes
 from circuits.errors import ParameterError
 from circuits.event import WIDTH
@@ -285,3 +286,15 @@ def test_an_idle_filter_rests_where_its_leaks_are_alike():
         drift = shapes[k].log_of(later.values[Z + k]) - shapes[k].log_of(state.values[Z + k])
         # ln u: a hundredth of a current, what the grid on which the rest is looked for has
         assert np.abs(drift).max() < 0.02
+
+
+def test_spikes_that_come_too_soon_for_the_step_are_told():
+    fast = default_biases().with_code("IF_DC_P", 3, 60)
+    counts = []
+    for step in (0.4e-3, 0.05e-3):
+        chip = chip_of(biases=fast, step=step)
+        spikes, _ = chip.run(chip.at_rest(), 0.05)
+        counts.append(spikes.times.size)
+        said = coarse_cautions(spikes.times, spikes.neurons, step)
+        assert [text.startswith("step: ") for text in said] == ([True] if step > 0.1e-3 else [])
+    assert counts[0] < 0.95 * counts[1]

@@ -126,7 +126,8 @@ def test_a_scenario_refuses_what_makes_no_run(field: dict[str, float]) -> None:
 @pytest.mark.parametrize("kind", ["gate", "generator"])
 def test_a_summary_says_that_a_chip_does_not_rest(kind: BiasKind, tmp_path: Path) -> None:
     quiet = Scenario(duration=0.12, die=Die(number=3), bias_kind=kind, codes="default")
-    assert SYSTEM.summarise(run(quiet))["cautions"] == ()
+    told = SYSTEM.summarise(run(quiet))["cautions"]
+    assert [text.partition(":")[0] for text in told] == ["step"]  # the drive's bursts are short for it
     path = tmp_path / "leaky.csv"
     write_biases(path, default_biases().with_code("IF_TAU2_N", *OFF))
     found = SYSTEM.summarise(run(replace(quiet, bias_file=str(path))))
