@@ -100,8 +100,8 @@ def coarse_cautions(times: F64, neurons: I64, step: float) -> tuple[str, ...]:
     share = f"{100.0 * close / interval.size:.0f} %"
     told = (
         f"step: {share} of the spikes come within {FEWEST_STEPS:g} steps of {format_quantity(step, 's')} of"
-        " the one before, where the model loses spikes, 3 to 14 % of regular ones and up to a third of bursts;"
-        " take a shorter step"
+        " the one before, where the model loses spikes, 3 to 14 % of regular ones and up to a third of"
+        " bursts; take a shorter step"
     )
     return (told,)
 
