@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from circuits.catalogue import later
 from circuits.compiled import compiled, instructions
 
 ir, types = later("llvmlite.ir"), later("numba.core.types")
+kinds = later("circuits.machine_code.vector_types")
 
 LIMIT = 340.0
 _LOG2E = 1.4426950408889634
@@ -30,6 +31,7 @@ _LN2_LOW = 1.90821492927058770002e-10
 # 1.5 * 2^52: adding it rounds to the nearest integer and leaves that integer in the low mantissa bits.
 _ROUND = 6755399441055744.0
 _LANES = 8
+_FUSED = ("contract",)
 # Minimax fits of e^r on |r| <= ln(2)/2 (relative error 1.4e-14) and of ln(1 + t) / t on t <= 1 (8e-14).
 _EXP = (
     1.0000000000000127, 0.9999999999998928, 0.49999999999457895, 0.1666666666782712, 0.041666667032503636,
@@ -66,55 +68,113 @@ def _five_lanes(typingctx: Any, a: Any, b: Any, c: Any, d: Any, e: Any) -> Any:
     """`ln(1 + e^x)` of five numbers, then their slopes `1 / (1 + e^-x)`, in the lanes of one vector."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        x = ir.Constant(_vector(), ir.Undefined)
+        x = ir.Constant(ir.VectorType(ir.DoubleType(), _LANES), ir.Undefined)
         for lane in range(_LANES):
             x = builder.insert_element(x, args[min(lane, len(args) - 1)], _lane(lane))
-        found = [builder.extract_element(y, _lane(k)) for y in _packed(builder, x) for k in range(len(args))]
+        found = [
+            builder.extract_element(y, _lane(k))
+            for y in _Packed(builder, x).softplus(x)
+            for k in range(len(args))
+        ]
         return context.make_tuple(builder, signature.return_type, found)
 
     ten = types.UniTuple(types.float64, 10)
     return ten(*(types.float64,) * 5), codegen
 
 
-def _packed(builder: Any, x: Any) -> tuple[Any, Any]:
-    """Instructions of `softplus` for a vector: its values and slopes."""
-    real, whole = _vector(), ir.VectorType(ir.IntType(64), _LANES)
-    contract = ("contract",)
+def _two_of_lanes(typingctx: Any, a: Any, b: Any) -> Any:
+    """`ln(1 + e^x)` of a and of b, then both slopes; of `circuits.machine_code.vector`."""
 
-    def number(value: float) -> Any:
-        return ir.Constant(real, [value] * _LANES)
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        both = _joined(builder, args)
+        found = [half for y in _Packed(builder, both).softplus(both) for half in _halves(builder, y)]
+        return context.make_tuple(builder, signature.return_type, found)
 
-    def integer(value: int) -> Any:
-        return ir.Constant(whole, [value] * _LANES)
+    return types.UniTuple(kinds.lanes, 4)(kinds.lanes, kinds.lanes), codegen
 
-    def polynomial(x: Any, coefficients: Sequence[float]) -> Any:
+
+def _two_powers(typingctx: Any, a: Any, b: Any) -> Any:
+    """`e^a` and `e^b`, of `circuits.machine_code.vector`; beyond LIMIT either way it is that of the limit."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        both = _joined(builder, args)
+        packed = _Packed(builder, both)
+        within = packed.within(both, packed.number(-LIMIT), packed.number(LIMIT))
+        return context.make_tuple(builder, signature.return_type, _halves(builder, packed.power(within)))
+
+    return types.UniTuple(kinds.lanes, 2)(kinds.lanes, kinds.lanes), codegen
+
+
+def _joined(builder: Any, pair: Any) -> Any:
+    count = pair[0].type.count
+    return builder.shuffle_vector(*pair, _places(range(2 * count)))
+
+
+def _halves(builder: Any, x: Any) -> list[Any]:
+    half, nothing = x.type.count // 2, ir.Constant(x.type, ir.Undefined)
+    return [builder.shuffle_vector(x, nothing, _places(range(k, k + half))) for k in (0, half)]
+
+
+def _places(numbers: range) -> Any:
+    return ir.Constant(ir.VectorType(ir.IntType(32), len(numbers)), list(numbers))
+
+
+@final
+class _Packed:
+    """Writes instructions for vectors as wide as one that is given."""
+
+    def __init__(self, builder: Any, like: Any) -> None:
+        self._builder, self._real = builder, like.type
+        self._whole = ir.VectorType(ir.IntType(64), like.type.count)
+
+    def number(self, value: float) -> Any:
+        """The number in all lanes."""
+        return ir.Constant(self._real, [value] * self._real.count)
+
+    def _integer(self, value: int) -> Any:
+        return ir.Constant(self._whole, [value] * self._real.count)
+
+    def _sum(self, x: Any, y: Any, plus: Any) -> Any:
+        """`x y + plus`, rounded once where the processor can."""
+        return self._builder.fadd(self._builder.fmul(x, y, flags=_FUSED), plus, flags=_FUSED)
+
+    def _polynomial(self, x: Any, coefficients: Sequence[float]) -> Any:
         """By pairs, pairs of pairs and so on, so that few products wait for each other."""
-        terms = [number(c) for c in coefficients]
+        terms = [self.number(c) for c in coefficients]
         while len(terms) > 1:
             pairs = zip(terms[::2], terms[1::2], strict=False)
             odd = terms[-1:] if len(terms) % 2 else []
-            terms = [builder.fadd(builder.fmul(b, x, contract), a, contract) for a, b in pairs] + odd
-            x = builder.fmul(x, x)
+            terms = [self._sum(b, x, a) for a, b in pairs] + odd
+            x = self._builder.fmul(x, x)
         return terms[0]
 
-    absolute = builder.bitcast(builder.and_(builder.bitcast(x, whole), integer((1 << 63) - 1)), real)
-    inside = builder.fcmp_ordered("<", absolute, number(LIMIT))
-    a = builder.select(inside, absolute, number(LIMIT))
-    y = builder.fsub(number(_ROUND), builder.fmul(a, number(_LOG2E), contract), contract)
-    k = builder.fsub(y, number(_ROUND))
-    r = builder.fsub(builder.fmul(k, number(-math.log(2.0)), contract), a, contract)
-    shifted = builder.shl(builder.bitcast(y, whole), integer(52))
-    power = builder.bitcast(builder.add(shifted, integer(1023 << 52)), real)
-    t = builder.fmul(polynomial(r, _EXP), power)
-    log = builder.fmul(t, polynomial(t, _LOG1P))
-    s = builder.fdiv(number(1.0), builder.fadd(t, number(1.0)))
-    positive = builder.fcmp_ordered(">=", x, number(0.0))
-    above = builder.select(positive, x, number(0.0))
-    return builder.fadd(above, log), builder.select(positive, s, builder.fmul(t, s))
+    def within(self, x: Any, low: Any, high: Any) -> Any:
+        """The nearest number from `low` to `high`; `high` for what is no number."""
+        b = self._builder
+        below = b.select(b.fcmp_ordered("<", x, high), x, high)
+        return b.select(b.fcmp_ordered(">", below, low), below, low)
 
+    def power(self, x: Any) -> Any:
+        """`e^x` where x is within LIMIT of 0."""
+        b = self._builder
+        y = self._sum(x, self.number(_LOG2E), self.number(_ROUND))
+        k = b.fsub(y, self.number(_ROUND))
+        r = self._sum(k, self.number(-math.log(2.0)), x)
+        shifted = b.shl(b.bitcast(y, self._whole), self._integer(52))
+        scale = b.bitcast(b.add(shifted, self._integer(1023 << 52)), self._real)
+        return b.fmul(self._polynomial(r, _EXP), scale)
 
-def _vector() -> Any:
-    return ir.VectorType(ir.DoubleType(), _LANES)
+    def softplus(self, x: Any) -> tuple[Any, Any]:
+        """Instructions of `softplus`: its values and slopes."""
+        b = self._builder
+        absolute = b.bitcast(b.and_(b.bitcast(x, self._whole), self._integer((1 << 63) - 1)), self._real)
+        inside = b.fcmp_ordered("<", absolute, self.number(LIMIT))
+        t = self.power(b.fneg(b.select(inside, absolute, self.number(LIMIT))))
+        log = b.fmul(t, self._polynomial(t, _LOG1P))
+        s = b.fdiv(self.number(1.0), b.fadd(t, self.number(1.0)))
+        positive = b.fcmp_ordered(">=", x, self.number(0.0))
+        above = b.select(positive, x, self.number(0.0))
+        return b.fadd(above, log), b.select(positive, s, b.fmul(t, s))
 
 
 def _lane(k: int) -> Any:
@@ -124,6 +184,8 @@ def _lane(k: int) -> Any:
 _to_bits = instructions(_bits_of)
 _from_bits = instructions(_of_bits)
 softplus_five = instructions(_five_lanes)
+softplus_of_two = instructions(_two_of_lanes)
+powers_of_two = instructions(_two_powers)
 
 
 @compiled(fastmath={"contract"})
