@@ -36,9 +36,9 @@ from circuits.lowering.check import check_flat, check_supplies
 from circuits.lowering.factor import Factor, elimination_order, factor_program
 from circuits.lowering.flatten import DeviceGroup, FlatCircuit, flatten
 from circuits.lowering.made import made
-from circuits.silicon.die import Die
+from circuits.silicon.die import Die, Path
 from circuits.silicon.passive import deviates
-from circuits.silicon.process import POLARITIES
+from circuits.silicon.process import POLARITIES, Polarity
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
 
@@ -288,22 +288,16 @@ def pack_sources(lines: tuple[Polyline, ...], sampled: tuple[bool, ...]) -> Sour
 
 def _transistor_table(flat: FlatCircuit, column: I64, silicon: Silicon) -> TransistorArrays:
     """Coefficients of all transistors in the order of the groups, each with its deviation on the die."""
-    groups = [(g, g.device) for g in flat.groups if isinstance(g.device, Transistor)]
-    width, length, multiplicity = (
-        np.concatenate([np.zeros(0), *(g.parameters[k] for g, _ in groups)])
-        for k in ("width", "length", "multiplicity")
+    terminal = np.concatenate(
+        [np.zeros((4, 0), np.int64), *(column[g.nodes] for g, _ in _transistor_groups(flat))], axis=1
     )
-    terminal = np.concatenate([np.zeros((4, 0), np.int64), *(column[g.nodes] for g, _ in groups)], axis=1)
-    is_n = np.concatenate(
-        [np.zeros(0, np.bool_), *(np.full(g.nodes.shape[1], d.polarity == "n") for g, d in groups)]
-    )
-    paths = [(*g.path, (d.name, ())) for g, d in groups]
-    for path, (group, device) in zip(paths, groups, strict=True):
-        size = silicon.process.model(device.polarity).size
+    paths, polarities, is_n, (width, length, multiplicity) = transistors_of(flat)
+    for path, polarity, (group, _) in zip(paths, polarities, _transistor_groups(flat), strict=True):
+        size = silicon.process.model(polarity).size
         if size is not None:
             owner = ".".join(name for name, _ in path)
             size.check(group.parameters["width"], group.parameters["length"], owner)
-    area, polarities = width * length * multiplicity, [d.polarity for _, d in groups]
+    area = width * length * multiplicity
     v_t0, beta = silicon.deviations(flat.circuit.name, paths, area, polarities)
     arrays = {
         polarity: transistor_arrays(
@@ -334,6 +328,37 @@ def _diode_table(flat: FlatCircuit, column: I64, silicon: Silicon) -> DiodeArray
     stores = stores_charge(parameters)
     charge = np.where(stores, np.cumsum(stores) - 1, -1)
     return diode_arrays(terminal, charge, parameters, silicon.temperature_c)
+
+
+def _transistor_groups(flat: FlatCircuit) -> list[tuple[DeviceGroup, Transistor]]:
+    return [(g, g.device) for g in flat.groups if isinstance(g.device, Transistor)]
+
+
+class TransistorsOf(NamedTuple):
+    """The transistors of a circuit in the order of the kernel.
+
+    paths, polarities: of each group of them. is_n: bool[n]. sizes: width (m), length (m) and multiplicity,
+    float64[n] each.
+    """
+
+    paths: list[Path]
+    polarities: list[Polarity]
+    is_n: Bools
+    sizes: tuple[F64, F64, F64]
+
+
+def transistors_of(flat: FlatCircuit) -> TransistorsOf:
+    """The transistors of a circuit in the order of the kernel."""
+    groups = _transistor_groups(flat)
+    width, length, multiplicity = (
+        np.concatenate([np.zeros(0), *(g.parameters[k] for g, _ in groups)])
+        for k in ("width", "length", "multiplicity")
+    )
+    is_n = np.concatenate(
+        [np.zeros(0, np.bool_), *(np.full(g.nodes.shape[1], d.polarity == "n") for g, d in groups)]
+    )
+    paths = [(*g.path, (d.name, ())) for g, d in groups]
+    return TransistorsOf(paths, [d.polarity for _, d in groups], is_n, (width, length, multiplicity))
 
 
 @singledispatch

@@ -304,6 +304,39 @@ def mismatch(
     return v_t0, beta
 
 
+def alike(dies: Sequence[Die]) -> bool:
+    """Whether these are drawn dies with plain draws of their own, which differ in their numbers alone."""
+    kinds = {(die.lot, die.corner, die.mismatch, die.process, die.variation) for die in dies}
+    return len(kinds) == 1 and all(
+        die.number is not None and die.variation == "plain" and die.sampling is None and not die.edits
+        for die in dies
+    )
+
+
+def mismatch_of(
+    dies: Sequence[Die], process: Process, place: Place, paths: Sequence[Path], area: F64
+) -> tuple[F64, F64]:
+    """What `mismatch` says of each of several dies that are `alike`, float64[dies, count] each."""
+    if not dies[0].mismatch:
+        return np.zeros((len(dies), area.size)), np.zeros((len(dies), area.size))
+    root, names, places = np.sqrt(2.0 * area), [_names(place, path) for path in paths], _places(place, paths)
+    owners = [_key(die, place, PARAMETERS[0]) for die in dies]
+    v_t0, beta = (_normals_of(owners, names, places, name) for name in PARAMETERS)
+    return v_t0 * process.pair_a_vt / root, beta * process.pair_a_beta / root
+
+
+def shared_of(dies: Sequence[Die], process: Process, polarity: Polarity) -> tuple[F64, F64]:
+    """What `shared` says of each of several dies that are `alike`, float64[dies] each."""
+    if dies[0].corner != "random" or not dies[0].process:
+        shift = shared(dies[0], process, polarity)
+        return np.full(len(dies), shift.v_t0), np.full(len(dies), shift.beta)
+    path: Path = ((polarity, ()),)
+    names, places = [_names(SHARED_PLACE, path)], _places(SHARED_PLACE, [path])
+    owners = [_key(die, SHARED_PLACE, PARAMETERS[0]) for die in dies]
+    v_t0, beta = (_normals_of(owners, names, places, _SHARED + name)[:, 0] for name in PARAMETERS)
+    return v_t0 * process.variation.sigma_v_t0, beta * process.variation.sigma_beta
+
+
 def _edited(die: Die, process: Process, what: Family, drawn: F64 | float) -> F64 | float:
     """Deviations after the die's edits."""
     changed = edited(die.edits, *what)
@@ -468,17 +501,25 @@ def _places(place: Place, paths: Sequence[Path]) -> _Places:
 
 def _normals(before: str, names: Sequence[str], places: _Places, parameter: str) -> F64:
     """Draws at all places, the 64-bit key of each path being a hash of owner, names and parameter."""
-    after = f", {parameter!r})"
+    return np.asarray(_normals_of((before,), names, places, parameter)[0])
+
+
+def _normals_of(owners: Sequence[str], names: Sequence[str], places: _Places, parameter: str) -> F64:
+    """Draws of several owners at all places, float64[owners, places]."""
+    after = [f"{n}, {parameter!r})".encode() for n in names]
     digests = [
-        hashlib.blake2b((before + n + after).encode(), digest_size=8, person=b"noctule-die").digest()
-        for n in names
+        hashlib.blake2b(before + each, digest_size=8, person=b"noctule-die").digest()
+        for before in map(str.encode, owners)
+        for each in after
     ]
     keys = np.frombuffer(b"".join(digests), dtype="<u4").astype(np.uint32).reshape(-1, 2).T
-    words = np.empty((2, places.counters.shape[1]), dtype=np.uint32)
-    philox(np.repeat(keys, places.counts, axis=1), places.counters, words)
+    counters = np.tile(places.counters, len(owners))
+    words = np.empty((2, counters.shape[1]), dtype=np.uint32)
+    philox(np.repeat(keys, places.counts * len(owners), axis=1), counters, words)
     # 53 bits, centred in their cells so that neither 0 nor 1 occurs
     bits = (words[0].astype(np.uint64) << np.uint64(21)) ^ (words[1].astype(np.uint64) >> np.uint64(11))
-    return np.asarray(special.ndtri((bits.astype(np.float64) + 0.5) * 2.0**-53))
+    drawn = special.ndtri((bits.astype(np.float64) + 0.5) * 2.0**-53)
+    return np.asarray(drawn, dtype=np.float64).reshape(len(owners), -1)
 
 
 @compiled()
