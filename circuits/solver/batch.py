@@ -4,6 +4,9 @@ The testbench is lowered once, and a die changes only the coefficients of its tr
 compiled loops run without Python's lock, so that threads share the cores. A sample depends on its die alone:
 samples come in the order of the dies, and are the same for any number of workers. Where one fails, its sample
 has the reason, and the others go on.
+
+Where the function is `simulate`, or a `partial` of it with other tolerances or nodes to record, the dies of a
+worker run together in lanes (`circuits.solver.lanes`), which takes a fraction of the time.
 """
 
 from __future__ import annotations
@@ -13,16 +16,22 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from functools import partial
+from itertools import islice
+from typing import Any, Generic, TypeVar
 
-from circuits.errors import ParameterError
+from circuits.errors import CircuitError, ParameterError
 from circuits.lowering.kernel import Machine, on_die
+from circuits.lowering.on_dies import on_dies
 from circuits.silicon.die import Die
+from circuits.solver.lanes.simulate import fits, simulate_each
 from circuits.solver.operating_point import OperatingPoint, operating_point, solve_near
+from circuits.solver.transient import simulate
 
 T = TypeVar("T")
 
 _AHEAD = 4  # dies a worker that are handed out before they are asked for
+TOGETHER = 64  # dies that a worker takes into lanes at once; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +74,11 @@ def samples(
     count = os.cpu_count() or 1 if workers is None else workers
     if count < 1:
         raise ParameterError(f"workers: {count}, must be at least 1")
-    return _samples(function, machine, dies, count)
+    options = _lane_options(function)
+    if options is None or not fits(machine):
+        return _in_order((partial(_one, function, machine, die) for die in dies), count, _AHEAD * count)
+    each = partial(_together, options, machine)
+    return _in_order((partial(each, group) for group in _groups(dies)), count, count)
 
 
 def map_dies(
@@ -98,24 +111,52 @@ def map_dies(
     return done
 
 
-def _samples(
-    function: Callable[[Machine], T], machine: Machine, dies: Iterable[Die], workers: int
+def _in_order(
+    works: Iterable[Callable[[], list[Sample[T]]]], workers: int, ahead: int
 ) -> Iterator[Sample[T]]:
+    """Samples of works that threads do, in the order of the works; ahead: how many are handed out before."""
     executor = ThreadPoolExecutor(workers)
-    waiting: deque[Future[Sample[T]]] = deque()
+    waiting: deque[Future[list[Sample[T]]]] = deque()
     try:
-        for die in dies:
-            waiting.append(executor.submit(_sample, function, machine, die))
-            if len(waiting) >= _AHEAD * workers:
-                yield waiting.popleft().result()
+        for work in works:
+            waiting.append(executor.submit(work))
+            if len(waiting) >= ahead:
+                yield from waiting.popleft().result()
         while waiting:
-            yield waiting.popleft().result()
+            yield from waiting.popleft().result()
     finally:
         executor.shutdown(cancel_futures=True)
 
 
-def _sample(function: Callable[[Machine], T], machine: Machine, die: Die) -> Sample[T]:
+def _one(function: Callable[[Machine], T], machine: Machine, die: Die) -> list[Sample[T]]:
     try:
-        return Sample(die, function(on_die(machine, die)))
+        return [Sample(die, function(on_die(machine, die)))]
     except Exception as error:  # noqa: BLE001 - whatever a function raises on a die is that die's result
-        return Sample(die, None, " ".join(str(error).split()) or type(error).__name__)
+        return [Sample(die, None, " ".join(str(error).split()) or type(error).__name__)]
+
+
+def _lane_options(function: Callable[..., Any]) -> dict[str, Any] | None:
+    """What `simulate` is asked beside the machine, None where lanes cannot do what the function does."""
+    if function is simulate:
+        return {}
+    if not (isinstance(function, partial) and function.func is simulate) or function.args:
+        return None
+    options = dict(function.keywords)
+    return options if options.keys() <= {"rtol", "record"} else None
+
+
+def _groups(dies: Iterable[Die]) -> Iterator[list[Die]]:
+    left = iter(dies)
+    while group := list(islice(left, TOGETHER)):
+        yield group
+
+
+def _together(options: dict[str, Any], machine: Machine, dies: list[Die]) -> list[Sample[Any]]:
+    """Runs of dies in lanes."""
+    found = simulate_each(on_dies(machine, dies), **options)
+    return [
+        Sample(die, None, " ".join(str(each).split()))
+        if isinstance(each, CircuitError)
+        else Sample(die, each)
+        for die, each in zip(dies, found, strict=True)
+    ]

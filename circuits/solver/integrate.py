@@ -31,10 +31,10 @@ from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, newt
 
 DONE, EVENT, STEP_TOO_SMALL, TOO_MANY_STEPS, BUFFER_FULL = range(5)
 SMALLEST_STEP = 1e-15  # s
-_SAME_TIME = 1e-13  # s, vertices closer than this are one breakpoint
+SAME_TIME = 1e-13  # s, vertices closer than this are one breakpoint
 _EVENT_WIDTH = 1e-9  # s, how close behind the crossing a run stops at an event
 _INSTANT = 1e-12  # s, of the implicit step that tells rates where capacitances alone do not; ours
-_TIMING = 1e-6  # s, ours: rtol times this is the error of a fast edge's timing that is let pass
+TIMING = 1e-6  # s, ours: rtol times this is the error of a fast edge's timing that is let pass
 
 
 class History(NamedTuple):
@@ -119,9 +119,9 @@ def _source_slopes(s: Sources, cursor: I64, t: float, rate: F64, unknowns: int) 
     for k in range(cursor.size):
         c, hi = cursor[k], s.start[k + 1]
         # a vertex reached within rounding counts as passed
-        if c + 1 < hi and s.time[c + 1] - t <= _SAME_TIME:
+        if c + 1 < hi and s.time[c + 1] - t <= SAME_TIME:
             c += 1
-        if c + 1 == hi or s.time[c] > t + _SAME_TIME:
+        if c + 1 == hi or s.time[c] > t + SAME_TIME:
             rate[unknowns + k] = 0.0
         else:
             rate[unknowns + k] = (s.value[c + 1] - s.value[c]) / (s.time[c + 1] - s.time[c])
@@ -134,7 +134,7 @@ def next_breakpoint(s: Sources, cursor: I64, t: float, stop: float) -> float:
     for k in range(cursor.size):
         if not s.sampled[k]:
             c, hi = cursor[k], s.start[k + 1]
-            while c < hi and s.time[c] <= t + _SAME_TIME:
+            while c < hi and s.time[c] <= t + SAME_TIME:
                 c += 1
             if c < hi:
                 nearest = min(nearest, s.time[c])
@@ -148,7 +148,7 @@ def _sampled_step(s: Sources, cursor: I64, t: float) -> float:
     for k in range(cursor.size):
         if s.sampled[k]:
             c, hi = cursor[k], s.start[k + 1]
-            while c < hi and s.time[c] <= t + _SAME_TIME:
+            while c < hi and s.time[c] <= t + SAME_TIME:
                 c += 1
             if c < hi:
                 behind = s.time[c + 1] - s.time[c] if c + 1 < hi else 0.0
@@ -161,8 +161,8 @@ def _vertex_at(s: Sources, t: float) -> bool:
     """Whether a breakpoint lies at t: the run is resumed where a stimulus bends."""
     for k in range(s.sampled.size):
         if not s.sampled[k] and s.start[k + 1] - s.start[k] > 1:
-            c = s.start[k] + np.searchsorted(s.time[s.start[k] : s.start[k + 1]], t - _SAME_TIME)
-            if c < s.start[k + 1] and s.time[c] <= t + _SAME_TIME:
+            c = s.start[k] + np.searchsorted(s.time[s.start[k] : s.start[k + 1]], t - SAME_TIME)
+            if c < s.start[k + 1] and s.time[c] <= t + SAME_TIME:
                 return True
     return False
 
@@ -297,6 +297,23 @@ def _discretise(k: Kernel, h: History, step: float, history: F64) -> tuple[float
 
 
 @compiled()
+def crossing_of(begin: float, step: float, low: float, slope: float, bend: float) -> float:
+    """Time (s) within a step at which a parabola rises through 0, in Newton's form.
+
+    low: its value at the step's beginning. slope: of the line to its value at the step's end. bend: of the
+    parabola beyond that line.
+    """
+    lo, hi = 0.0, step
+    for _ in range(60):
+        s = 0.5 * (lo + hi)
+        if low + s * (slope + (s - step) * bend) < 0.0:
+            lo = s
+        else:
+            hi = s
+    return float(begin + hi)
+
+
+@compiled()
 def _crossing(h: History, t_new: float, v_new: F64, column: int, threshold: float) -> float:
     """Time at which the parabola through the last points rises through the threshold, s."""
     t0, y0, y1 = h.time[0], h.voltage[0, column] - threshold, v_new[column] - threshold
@@ -306,15 +323,7 @@ def _crossing(h: History, t_new: float, v_new: F64, column: int, threshold: floa
     if h.points[0] > 1:
         h1 = t0 - h.time[1]
         bend = (slope - (h.voltage[0, column] - h.voltage[1, column]) / h1) / (step + h1)
-    lo, hi = 0.0, step
-    for _ in range(60):
-        s = 0.5 * (lo + hi)
-        # Newton form through (t0, y0), (t_new, y1) and the point before
-        if y0 + s * (slope + (s - step) * bend) < 0.0:
-            lo = s
-        else:
-            hi = s
-    return float(t0 + hi)
+    return crossing_of(t0, step, y0, slope, bend)
 
 
 @compiled()
@@ -379,13 +388,13 @@ def integrate(  # noqa: C901, PLR0912, PLR0915 - one compiled loop; a call a ste
     landing, resume = -1, 0.0
     for _ in range(goal.max_steps):
         t = h.time[0]
-        if stop - t <= _SAME_TIME:
+        if stop - t <= SAME_TIME:
             return DONE
         if r.filled[0] == r.time.size or r.filled[1] + watch.size > r.spike_time.size:
             return BUFFER_FULL
         step = min(h.step[0], _sampled_step(s, cursor, t)) if any_sampled else h.step[0]
         room = bend - t
-        at_breakpoint = step >= room - _SAME_TIME
+        at_breakpoint = step >= room - SAME_TIME
         if landing < 0 and not at_breakpoint:
             at_breakpoint = step >= 0.999 * room
             if not at_breakpoint and 2.0 * step > room:
@@ -406,7 +415,7 @@ def integrate(  # noqa: C901, PLR0912, PLR0915 - one compiled loop; a call a ste
             for i in range(n):
                 if k.dynamic[i]:
                     moved = abs(v[i] - h.voltage[0, i]) / step
-                    e = abs(v[i] - guess[i]) / (max(abs(v[i]), 1.0) + _TIMING * moved)
+                    e = abs(v[i] - guess[i]) / (max(abs(v[i]), 1.0) + TIMING * moved)
                     error = max(error, e)
             error *= share / rtol
         if iterations < 0 or error > 1.0:
@@ -444,7 +453,7 @@ def integrate(  # noqa: C901, PLR0912, PLR0915 - one compiled loop; a call a ste
         h.step[0] = (
             resume if landing >= 0 and first >= 0 else max(h.step[0], step) if at_breakpoint else step * grow
         )
-        if at_breakpoint and stop - t_new > _SAME_TIME:
+        if at_breakpoint and stop - t_new > SAME_TIME:
             _restart(k, s, cursor, h, w)
             h.step[0] = _first_step(k, h, rtol)
             bend = next_breakpoint(s, cursor, h.time[0], stop)

@@ -20,7 +20,7 @@ from circuits.lowering.kernel import Kernel
 
 MAX_ITERATIONS = 12
 MAX_UPDATE = 1.0  # V, largest change of a node in one iteration
-_SLACK = 0.05  # share of the step's tolerance that the iteration may leave
+SLACK = 0.05  # share of the step's tolerance that the iteration may leave
 
 
 class Work(NamedTuple):
@@ -156,7 +156,7 @@ def newton(k: Kernel, a: float, history: F64, v: F64, rtol: float, w: Work) -> i
             v[i] -= update
             scaled = abs(update) / max(abs(v[i]), 1.0)
             largest = max(largest, scaled)
-        target = _SLACK * rtol
+        target = SLACK * rtol
         if not clamped and (largest < target or largest * largest < target * k.curvature):
             return iteration
     return -1

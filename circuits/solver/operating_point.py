@@ -26,12 +26,12 @@ from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, newt
 from circuits.solver.outcome import Outcome
 from circuits.testbench import Testbench
 
-_DECADES = tuple(10.0**-k for k in range(3, 20))
-_TOLERANCE = 1e-9  # V, last update of a converged solve
+DECADES = tuple(10.0**-k for k in range(3, 20))
+TOLERANCE = 1e-9  # V, last update of a converged solve
 _SAME_STATE = 1e-3  # V, closer states are one
 GROWTH = 1.15  # of steps along the dynamics, slow enough that an unstable state is left; ours
 NUDGE = 10e-3  # V, ours: how far beside an unstable state the circuit is let go
-_MAX_UPDATE = 0.2  # V, of each node in one iteration
+MAX_REST_UPDATE = 0.2  # V, of each node in one iteration
 _ROUNDED = 64.0 * 2.0**-52  # of the currents at a node, what rounding leaves of their sum; ours
 FAR = 100.0  # V, where a solve has run away
 
@@ -122,10 +122,10 @@ def _direct(
                 return False
             largest = max(largest, abs(right[i]))
         for i in range(n):
-            v[i] -= min(max(right[i], -_MAX_UPDATE), _MAX_UPDATE)
+            v[i] -= min(max(right[i], -MAX_REST_UPDATE), MAX_REST_UPDATE)
             if abs(v[i]) > FAR:
                 return False
-        if largest < _TOLERANCE:
+        if largest < TOLERANCE:
             return True
     return False
 
@@ -335,7 +335,7 @@ def solve_near(machine: Machine, start: F64, time: float = 0.0) -> OperatingPoin
     source_values(sources, sources.start[:-1].copy(), time, v, k.unknowns)
     v[k.columns - 1] = 0.0
     w = allocate(k)
-    if not rest_state(k, v, w, np.zeros((k.unknowns, k.unknowns)), np.array(_DECADES)):
+    if not rest_state(k, v, w, np.zeros((k.unknowns, k.unknowns)), np.array(DECADES)):
         return None
     return OperatingPoint(machine, v, _is_stable(k, v, w))
 
@@ -346,9 +346,14 @@ def _is_stable(k: Kernel, v: F64, w: Work) -> bool:
         return True
     conductance = np.zeros((k.unknowns, k.unknowns))
     linearised(k, v, w, conductance)
-    charge = np.zeros_like(conductance)
+    rates = natural_rates(*without_charges(k.charges, conductance, charge_matrix(k)))
+    return bool((rates.real <= ROUNDING * np.abs(rates).max(initial=0.0)).all())
+
+
+def charge_matrix(k: Kernel) -> F64:
+    """Capacitances between the unknown nodes, float64[unknowns, unknowns], F."""
+    found = np.zeros((k.unknowns, k.unknowns))
     rows = np.repeat(np.arange(k.unknowns), np.diff(k.charge.start))
     inside = k.charge.entry >= 0
-    charge[rows[inside], k.charge.column[inside]] = k.charge.value[inside]
-    rates = natural_rates(*without_charges(k.charges, conductance, charge))
-    return bool((rates.real <= ROUNDING * np.abs(rates).max(initial=0.0)).all())
+    found[rows[inside], k.charge.column[inside]] = k.charge.value[inside]
+    return found

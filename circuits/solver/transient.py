@@ -176,15 +176,15 @@ class Runner:
         self.watch_names = machine.testbench.watch
         watched = [n for w in self.watch_names for n in machine.flat.watched_nodes(w)]
         self.labels = [machine.names[n] for n in watched]
-        self._watch = machine.column[watched].astype(np.int64)
+        self.watched = machine.column[watched].astype(np.int64)
         self._levels = spike_levels(machine)
         self._recorded = len(record)
         columns = np.array([machine.column_of(n) for n in record], dtype=np.int64)
         self._packed = (machine.polylines, machine.sources())
         self._scratch = core.new_scratch(machine.kernel, self._packed[1])
         self._recorder = core.new_recorder(
-            np.concatenate([columns, self._watch]), self._watch, self._levels, _CHUNK,
-            2 * max(_CHUNK, self._watch.size),
+            np.concatenate([columns, self.watched]), self.watched, self._levels, _CHUNK,
+            2 * max(_CHUNK, self.watched.size),
         )  # fmt: skip
 
     @property
@@ -205,7 +205,7 @@ class Runner:
     def enter(self, start: Beginning, time: float = 0.0) -> State:
         """The state at `time` (s) of a run that begins as `start` says."""
         v = start.voltage
-        armed = v[self._watch] < self._levels[0]
+        armed = v[self.watched] < self._levels[0]
         return State(
             np.full(3, time), np.stack([v, v, v]), np.zeros(v.size), np.zeros(1), np.ones(1, dtype=np.int64),
             armed, np.zeros(3, dtype=np.int64), self.machine.polylines,
@@ -257,7 +257,7 @@ class Runner:
         scratch = self._scratch._replace(cursor=sources.start[:-1].copy())
         r, kept = self._recorder, self._recorded
         times, volts, spikes = [], [], []
-        seen = state.voltage[0][self._watch]
+        seen = state.voltage[0][self.watched]
         extent = np.array([seen, seen])
         code = core.BUFFER_FULL
         while code == core.BUFFER_FULL:

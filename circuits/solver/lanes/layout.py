@@ -1,0 +1,301 @@
+"""What runs of one circuit side by side are made of: its structure, the numbers of each run, working memory.
+
+The structure (`Wiring`) is that of the solver's kernel, but for the stamps, which are sorted by what they add
+to, so that a row of the residual and an entry of the Jacobian are each summed up in one go. Runs differ in
+their numbers (`Jobs`): coefficients of transistors, capacitances, conductances, sources, thresholds, and
+where they begin. The numbers of the runs that are on the way stand in the lanes of `Team`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from circuits.arrays import F64, I32, I64, Bools
+from circuits.devices.transistor import TransistorArrays
+from circuits.lowering.factor import Factor
+from circuits.lowering.kernel import Machine, Rows, Sources, pack_sources
+from circuits.lowering.supply import spike_levels
+from circuits.machine_code.vector import WIDTH, rows
+from circuits.solver.integrate import source_values
+
+
+class Term(NamedTuple):
+    """Which coefficient of a transistor stands where: each has a row a transistor (`TransistorArrays`)."""
+
+    specific_current: int = 0
+    inverse_2ut: int = 1
+    v_t0: int = 2
+    kappa: int = 3
+    gamma: int = 4
+    surface_potential: int = 5
+    early: int = 6
+    early_rise: int = 7
+    reduction: int = 8
+    leakage: int = 9
+    induced: int = 10
+    induced_from: int = 11
+    induced_per_volt: int = 12
+    lift: int = 13  # 2 phi_F + gamma sqrt(2 phi_F) - V_T0, V
+
+
+class Row(NamedTuple):
+    """Which row of `Team.control` has what of each lane."""
+
+    a: int = 0  # the derivative of a step is `a v + b0 v_n + b1 v_n-1`, 1/s
+    b0: int = 1
+    b1: int = 2
+    devices: int = 3  # 0 where the Jacobian is that of the charges alone, else 1
+    largest_move: int = 4  # V, of a node in an iteration; 0 keeps all voltages
+    steps: int = 5  # 1 in a lane that makes steps
+    begins: int = 6  # 1 where a step is to begin
+    accepted: int = 7  # 1 where a step was accepted
+    step: int = 8  # s
+    inverse_step: int = 9
+    next_step: int = 10  # s
+    time_new: int = 11  # s, end of the step
+    at_bend: int = 12  # 1 where the step ends on a breakpoint
+    bend: int = 13  # s, the next breakpoint
+    began: int = 14  # s, the last breakpoint
+    time0: int = 15  # s, of the last three points
+    time1: int = 16
+    time2: int = 17
+    points: int = 18  # valid ones since the last restart
+    share: int = 19  # of the distance to the prediction that is the step's error
+    iteration: int = 20  # of the step
+    update: int = 21  # the largest, over the larger of |v| and 1 V
+    error: int = 22
+    broken: int = 23  # 1 where an update is no number
+    curvature: int = 24  # V
+    steps_done: int = 25
+    steps_rejected: int = 26
+    iterations: int = 27
+    pull: int = 28  # S, a conductance from each node to where a rest state is looked for
+    tries: int = 29  # at a rest state, so far
+
+
+TERM, ROW = Term(), Row()
+
+IDLE, RESTING, CHECKING, RESTARTING, STEPPING = range(5)
+"""What a lane is doing."""
+WAITING, RUNNING, DONE, FAILED = range(4)
+"""What has become of a run."""
+
+
+class Sums(NamedTuple):
+    """What is added to each of some totals: terms start[i] to start[i + 1], each a source and a sign."""
+
+    start: I32
+    source: I32
+    sign: F64
+
+
+class Wiring(NamedTuple):
+    """A circuit's structure, which all its runs share."""
+
+    unknowns: int
+    columns: int
+    terminal: I32  # [4, transistors]
+    polarity: F64  # [transistors] +1 nFET, -1 pFET
+    body_effect: bool
+    effects: bool  # whether there is an Early effect, or the mobility falls
+    leaks: bool
+    induces: bool
+    charge: Rows  # without its values
+    conductance: Rows  # without its values
+    charge_at: I32  # [entries] which capacitance stands there, -1 for none
+    conductance_at: I32  # [entries]
+    currents: Sums  # a row of the residual each
+    slopes: Sums  # an entry of the Jacobian each
+    factor: Factor
+    dynamic: Bools
+    moving: I64  # [moving] sources that are not constant
+    watch: I64  # [watched] columns
+    recorded: I64  # [recorded] columns
+
+
+class Jobs(NamedTuple):
+    """The numbers of each run. Equal lines of sources are kept once: `line` says which are a run's."""
+
+    coefficient: F64  # [jobs, terms, transistors]
+    charge: F64  # [jobs, capacitances], F
+    conductance: F64  # [jobs, conductances], S
+    level: F64  # [jobs, 2, watched], V, as of `spike_levels`
+    curvature: F64  # [jobs], V
+    start: F64  # [jobs, columns], V, where it begins, or where its rest state is looked for
+    line: I64  # [jobs]
+    line_start: I64  # [lines, sources + 1]
+    line_time: F64  # s
+    line_value: F64
+    stop: float  # s
+    rtol: float
+    most: float  # steps
+    resting: bool  # whether rest states are looked for, instead of runs
+
+
+class Team(NamedTuple):
+    """Working memory of one thread; each row has a number a lane."""
+
+    v: F64  # [columns], V, and those of the last three points
+    v0: F64
+    v1: F64
+    v2: F64
+    guess: F64
+    slope: F64  # [columns] derivative at the last restart, V/s
+    rate: F64  # [columns]
+    extra: F64  # [columns] derivative that a restart gives the sources, V/s
+    coefficient: F64  # [terms * transistors]
+    charge: F64
+    conductance: F64
+    current: F64  # [3 transistors] channels, then junctions of drains and of sources
+    device_slope: F64  # [7 transistors] as of `circuits.solver.newton`
+    jacobian: F64
+    residual: F64
+    base: F64  # [moving] value of a source where its segment began, V or A
+    drift: F64  # [moving] its slope there
+    level: F64  # [2 watched]
+    armed: F64  # [watched] 1 or 0
+    control: F64  # [rows of `Row`]
+    cursor: I64  # [moving, WIDTH]
+    doing: I64  # [WIDTH]
+    job: I64  # [WIDTH]
+    block: I64  # [WIDTH] where its points go; -1 for nowhere yet
+    queue: I64  # [2] the next run, and how many there are
+
+
+class Found(NamedTuple):
+    """What runs leave: how each ended, and room for what they record, which they take block by block."""
+
+    state: I64  # [jobs]
+    rest: F64  # [jobs, columns], V
+    jacobian: F64  # [jobs, entries], S, at rest
+    steps: F64  # [jobs, 3] steps accepted, rejected, iterations
+    point: F64  # [blocks, points, 1 + recorded] time (s) and voltages (V)
+    filled: I64  # [blocks]
+    owner: I64  # [blocks] job
+    spike_time: F64  # [spikes], s
+    spike_index: I64  # [spikes]
+    spike_job: I64  # [spikes]
+    used: I64  # [2] blocks, spikes
+
+
+def wiring(machine: Machine, recorded: I64, watch: I64, moving: I64) -> Wiring:
+    """The structure of a machine's circuit; arrays as of `Wiring`."""
+    k = machine.kernel
+    t, s = k.transistors, k.stamps
+    return Wiring(
+        k.unknowns, k.columns, t.terminal, t.sign, t.body_effect, bool(t.reduces or t.early.any()), t.leaks,
+        t.induces, k.charge, k.conductance, _at(k.charge, k.factor.entries),
+        _at(k.conductance, k.factor.entries), _sums(s.row, s.current, s.current_sign, k.unknowns),
+        _sums(s.entry, s.slope, s.slope_sign, k.factor.entries), k.factor, k.dynamic, moving, watch, recorded,
+    )  # fmt: skip
+
+
+def _at(matrix: Rows, entries: int) -> I32:
+    """Which value of a matrix stands at each entry of the Jacobian, -1 for none."""
+    found = np.full(entries, -1, dtype=np.int32)
+    inside = np.flatnonzero(matrix.entry >= 0)
+    found[matrix.entry[inside]] = inside
+    return found
+
+
+def _sums(target: I32, source: I32, sign: F64, count: int) -> Sums:
+    order = np.argsort(target, kind="stable")
+    start = np.searchsorted(target[order], np.arange(count + 1)).astype(np.int32)
+    return Sums(start, source[order].copy(), sign[order].copy())
+
+
+def jobs_of(
+    machines: Sequence[Machine], start: F64, rtol: float = 1.0, most: float = np.inf, *, resting: bool = False
+) -> Jobs:
+    """The numbers of machines of one structure; the rest as of `Jobs`."""
+    lines: dict[int, int] = {}
+    packed: list[Sources] = []
+    for machine in machines:
+        if id(machine.polylines) not in lines:
+            lines[id(machine.polylines)] = len(packed)
+            packed.append(pack_sources(machine.polylines, machine.sampled))
+    offset = np.cumsum([0, *(s.time.size for s in packed[:-1])])
+    first = machines[0]
+    levels = [spike_levels(m) for m in (machines if len(packed) > 1 else machines[:1])]
+    return Jobs(
+        np.stack([_coefficients(m.kernel.transistors) for m in machines]),
+        np.stack([m.kernel.charge.value for m in machines]),
+        np.stack([m.kernel.conductance.value for m in machines]),
+        np.broadcast_to(levels, (len(machines), *levels[0].shape)).copy(),
+        np.array([m.kernel.curvature for m in machines]),
+        start,
+        np.array([lines[id(m.polylines)] for m in machines], dtype=np.int64),
+        np.stack([s.start + o for s, o in zip(packed, offset, strict=True)]),
+        np.concatenate([s.time for s in packed]),
+        np.concatenate([s.value for s in packed]),
+        float(first.testbench.stop), float(rtol), float(most), resting,
+    )  # fmt: skip
+
+
+def _coefficients(t: TransistorArrays) -> F64:
+    lift = t.surface_potential + t.gamma * np.sqrt(t.surface_potential) - t.v_t0
+    return np.stack([lift if name == "lift" else getattr(t, name) for name in Term._fields])
+
+
+def source_voltages(machine: Machine) -> F64:
+    """The vector of voltages with the sources' values at 0 s, and 0 V at all unknown nodes."""
+    k, sources = machine.kernel, machine.sources()
+    v = np.zeros(k.columns)
+    source_values(sources, sources.start[:-1].copy(), 0.0, v, k.unknowns)
+    return v
+
+
+def new_team(w: Wiring, count: int) -> Team:
+    """Working memory for `count` runs."""
+    transistors = w.polarity.size
+    sizes = [w.columns] * 8
+    sizes += [len(TERM) * transistors, w.charge.column.size, w.conductance.column.size]
+    sizes += [3 * transistors, 7 * transistors, w.factor.entries, w.unknowns, w.moving.size, w.moving.size]
+    sizes += [2 * w.watch.size, w.watch.size, len(ROW)]
+    nothing = np.full((2, WIDTH), -1, dtype=np.int64)
+    whole = [np.zeros((w.moving.size, WIDTH), np.int64), np.full(WIDTH, IDLE, dtype=np.int64), *nothing]
+    return Team._make([*map(rows, sizes), *whole, np.array([0, count], dtype=np.int64)])
+
+
+def new_found(w: Wiring, count: int, blocks: int, points: int) -> Found:
+    """Room for what `count` runs leave, with `blocks` blocks of points to record."""
+    spikes = max(4096, 2 * WIDTH * w.watch.size)
+    return Found(
+        np.full(count, WAITING, dtype=np.int64), np.zeros((count, w.columns)),
+        np.zeros((count, w.factor.entries)), np.zeros((count, 3)),
+        np.empty((blocks, points, 1 + w.recorded.size)), np.zeros(blocks, np.int64),
+        np.zeros(blocks, np.int64), np.zeros(spikes), np.zeros(spikes, np.int64), np.zeros(spikes, np.int64),
+        np.zeros(2, np.int64),
+    )  # fmt: skip
+
+
+def dense(w: Wiring, jacobian: F64) -> F64:
+    """Matrices, float64[jobs, unknowns, unknowns], of the entries of the Jacobian, float64[jobs, entries]."""
+    f, n = w.factor, w.unknowns
+    pivots = np.arange(n)
+    row = np.concatenate([pivots, f.lower_row, np.repeat(pivots, np.diff(f.upper_start))])
+    column = np.concatenate([pivots, np.repeat(pivots, np.diff(f.lower_start)), f.upper_column])
+    found = np.zeros((len(jacobian), n, n))
+    found[:, row, column] = jacobian[:, np.concatenate([f.diagonal, f.lower, f.upper])]
+    return found
+
+
+def structure_of(machine: Machine) -> tuple[object, ...]:
+    """What machines whose runs go together have in common: nodes, sources, pattern, terms of the law."""
+    k = machine.kernel
+    t = k.transistors
+    flags = (k.unknowns, k.columns, t.body_effect, t.reduces, t.leaks, t.induces, bool(t.early.any()))
+    arrays = (
+        t.terminal, t.sign, k.charge.start, k.charge.column, k.conductance.start, k.conductance.column,
+        k.stamps.row, k.dynamic,
+    )  # fmt: skip
+    return (
+        *flags,
+        *(a.tobytes() for a in arrays),
+        machine.names,
+        machine.testbench.watch,
+        machine.testbench.stop,
+    )

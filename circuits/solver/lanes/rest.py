@@ -1,0 +1,111 @@
+"""Where runs in lanes begin: rest states found in lanes, and their stability.
+
+Newton's method starts from 0 V at all unknown nodes, as `circuits.solver.operating_point` does first, and
+where that fails from the rest state of the nominal die. A state that it finds and that is stable is the
+operating point. Where it finds none, or one that is not stable, or where the testbench says otherwise how its
+runs begin, `circuits.solver.beginning` looks at the machine by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from circuits.arrays import F64, Bools
+from circuits.errors import CircuitError, SolverError
+from circuits.lowering.kernel import Machine, on_die
+from circuits.silicon.die import NOMINAL
+from circuits.solver.beginning import Beginning, beginning, held_voltages
+from circuits.solver.lanes.layout import (
+    DONE,
+    FAILED,
+    Wiring,
+    dense,
+    jobs_of,
+    new_found,
+    new_team,
+    source_voltages,
+)
+from circuits.solver.lanes.run import run
+from circuits.solver.modes import ROUNDING, all_natural_rates
+from circuits.solver.operating_point import OperatingPoint, charge_matrix, operating_point
+
+
+def beginnings(machines: Sequence[Machine], w: Wiring) -> list[Beginning | CircuitError]:
+    """Where a run of each machine begins, or why there is no such state; w: the structure of them all."""
+    bench = machines[0].testbench
+    held = held_voltages(bench, machines[0].flat, machines[0].silicon)
+    if held or bench.start or bench.begin == "uic":
+        return [_alone(machine) for machine in machines]
+    found = rest_states(machines, w)
+    return [
+        _alone(machine) if point is None else Beginning(point, point.voltage)
+        for machine, point in zip(machines, found, strict=True)
+    ]
+
+
+def _alone(machine: Machine) -> Beginning | CircuitError:
+    try:
+        return beginning(machine)
+    except CircuitError as error:
+        return error
+
+
+def rest_states(machines: Sequence[Machine], w: Wiring) -> list[OperatingPoint | None]:
+    """The stable rest state of each machine, None where lanes find none; w: the structure of them all."""
+    states = _solve(machines, w, [np.zeros(w.columns)] * len(machines))
+    lost = [k for k, (state, _) in enumerate(states) if state == FAILED]
+    if lost:
+        near = _nominal_rests([machines[k] for k in lost])
+        again = [k for k, start in zip(lost, near, strict=True) if start is not None]
+        starts = [start for start in near if start is not None]
+        for k, found in zip(again, _solve([machines[k] for k in again], w, starts), strict=True):
+            states[k] = found
+    return [point for _, point in states]
+
+
+def _nominal_rests(machines: Sequence[Machine]) -> list[F64 | None]:
+    """Voltages at rest of each machine's nominal die, which is solved for once for machines that share it."""
+    known: dict[tuple[int, float], F64 | None] = {}
+    for machine in machines:
+        key = id(machine.flat), machine.silicon.temperature_c
+        if key not in known:
+            try:
+                known[key] = operating_point(on_die(machine, NOMINAL)).voltage
+            except SolverError:
+                known[key] = None
+    return [known[id(m.flat), m.silicon.temperature_c] for m in machines]
+
+
+def _solve(
+    machines: Sequence[Machine], w: Wiring, starts: Sequence[F64]
+) -> list[tuple[int, OperatingPoint | None]]:
+    """How each search ended, from voltages at the unknown nodes on, and the state where it is stable."""
+    if not machines:
+        return []
+    n, first = w.unknowns, [m.polylines for m in machines]
+    sources = {id(m.polylines): source_voltages(m)[n:] for m in machines}
+    start = np.stack([[*v[:n], *sources[id(lines)]] for v, lines in zip(starts, first, strict=True)])
+    found = new_found(w, len(machines), 0, 1)
+    run(w, jobs_of(machines, start, resting=True), new_team(w, len(machines)), found)
+    good = found.state == DONE
+    good[good] = _stable(w, [m for m, each in zip(machines, good, strict=True) if each], found.jacobian[good])
+    points = [
+        OperatingPoint(machine, voltage, stable=True) if each else None
+        for machine, voltage, each in zip(machines, found.rest, good, strict=True)
+    ]
+    return list(zip(found.state.tolist(), points, strict=True))
+
+
+def _stable(w: Wiring, machines: Sequence[Machine], jacobian: F64) -> Bools:
+    """Whether small deviations die out from each rest state, as `circuits.solver.operating_point` has it."""
+    matrices, stable = dense(w, jacobian), np.ones(len(machines), dtype=np.bool_)
+    charges = [m.kernel.charge.value for m in machines]
+    same = all(c is charges[0] or np.array_equal(c, charges[0]) for c in charges)
+    for part in [slice(None)] if same else [slice(k, k + 1) for k in range(len(machines))]:
+        if machines[part]:
+            rates = all_natural_rates(matrices[part], charge_matrix(machines[part][0].kernel))
+            largest = np.abs(rates).max(axis=1, initial=0.0)
+            stable[part] = (rates.real <= ROUNDING * largest[:, None]).all(axis=1)
+    return stable

@@ -1,0 +1,156 @@
+"""Transient runs of many machines of one structure, side by side in lanes.
+
+`simulate_each(machines)` gives what `circuits.solver.transient.simulate` gives of each, in order. A machine
+is a testbench on a die, at a temperature, with values of its parameters; machines go together where their
+circuits have one structure (`circuits.solver.lanes.layout.structure_of`). Method and tolerances are the same,
+so that answers differ by roundings, and by far less than the tolerance leaves (tested). What a lane gives of
+a machine is the same to the bit, whatever other machines there are, in which order and on how many threads.
+
+A run whose steps become too small in a lane is done again by itself, to give what it gives there. A circuit
+with a device that has no form for lanes (an amplifier), or sources of samples, is not for lanes (`fits`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
+from typing import final
+
+import numpy as np
+
+from circuits.arrays import F64
+from circuits.errors import CircuitError
+from circuits.lowering.kernel import Machine
+from circuits.solver.beginning import Beginning
+from circuits.solver.lanes.layout import DONE, Found, jobs_of, new_found, new_team, wiring
+from circuits.solver.lanes.rest import beginnings
+from circuits.solver.lanes.run import FINISHED, run
+from circuits.solver.outcome import Outcome
+from circuits.solver.swing import uncrossed
+from circuits.solver.transient import DEFAULT_RTOL, MAX_STEPS, Result, Runner, Steps, simulate
+
+TOGETHER = 512
+"""Machines that are made ready at once; ours."""
+_POINTS = 128  # of a block
+_ROOM = 16 << 20  # bytes of all blocks
+_MOST_UNKNOWNS = 300  # beyond which what all lanes work with leaves the processor's caches; ours
+
+
+def fits(machine: Machine) -> bool:
+    """Whether runs of a machine can go in lanes: decided by its structure alone, whatever its die."""
+    k = machine.kernel
+    return (
+        0 < k.unknowns <= _MOST_UNKNOWNS
+        and k.amplifier_terminal.shape[1] == 0
+        and not any(machine.sampled)
+        and math.isfinite(machine.testbench.stop)
+    )
+
+
+def simulate_each(
+    machines: Iterable[Machine], *, rtol: float = DEFAULT_RTOL, record: tuple[str, ...] | None = None
+) -> Iterator[Result | CircuitError]:
+    """What a run of each machine gives, in order: the result, or the error where it raises one.
+
+    Parameters
+    ----------
+    machines
+        Lowered testbenches that are fit for lanes (`fits`), all of one structure.
+    rtol
+        Local error of a step, relative to the larger of |v| and 1 V.
+    record
+        Nodes to keep, by path; all unless given.
+    """
+    left = iter(machines)
+    while group := list(islice(left, TOGETHER)):
+        yield from _Group(group, rtol, record).results()
+
+
+@final
+class _Group:
+    """Machines that run together."""
+
+    def __init__(self, machines: Sequence[Machine], rtol: float, record: tuple[str, ...] | None) -> None:
+        first = machines[0]
+        self._machines, self._rtol, self._record = machines, rtol, record
+        self._nodes = first.names if record is None else record
+        self._runner = Runner(first, self._nodes, rtol)
+        self._kept = np.array([first.column_of(n) for n in self._nodes], dtype=np.int64)
+        sets = {id(m.polylines): m.polylines for m in machines}.values()
+        moving = [q for q in range(len(first.polylines)) if any(lines[q][0].size > 1 for lines in sets)]
+        columns = np.concatenate([self._kept, self._runner.watched])
+        self._wiring = wiring(first, columns, self._runner.watched, np.array(moving, dtype=np.int64))
+
+    def results(self) -> Iterator[Result | CircuitError]:
+        """Results in the order of the machines."""
+        begun = beginnings(self._machines, self._wiring)
+        able = [(m, b) for m, b in zip(self._machines, begun, strict=True) if isinstance(b, Beginning)]
+        runs = self._runs(able)
+        for each in begun:
+            yield next(runs) if isinstance(each, Beginning) else each
+
+    def _runs(self, begun: Sequence[tuple[Machine, Beginning]]) -> Iterator[Result | CircuitError]:
+        """Runs from where they begin."""
+        if not begun:
+            return
+        count, w = len(begun), self._wiring
+        jobs = jobs_of([m for m, _ in begun], np.stack([b.voltage for _, b in begun]), self._rtol, MAX_STEPS)
+        blocks = _ROOM // (8 * _POINTS * (1 + w.recorded.size)) + w.recorded.size
+        found, team = new_found(w, count, min(blocks, 4096), _POINTS), new_team(w, count)
+        taken, next_one, code = _Taken(count), 0, -1
+        while code != FINISHED:
+            code = run(w, jobs, team, found)
+            taken.take(found)
+            team.block[:] = -1
+            while next_one < count and found.state[next_one] >= DONE:
+                yield self._result(*begun[next_one], taken, found, next_one)
+                next_one += 1
+
+    def _result(
+        self, machine: Machine, begun: Beginning, taken: _Taken, found: Found, job: int
+    ) -> Result | CircuitError:
+        points, spikes = taken.of(job)
+        if found.state[job] != DONE:
+            return self._alone(machine, begun)
+        labels, kept = self._runner.labels, self._kept.size
+        voltage = np.vstack([begun.voltage[self._kept], points[:, 1 : 1 + kept]])
+        seen = np.vstack([begun.voltage[self._runner.watched], points[:, 1 + kept :]])
+        times = {name: np.sort([t for k, t in spikes if labels[k] == name]) for name in labels}
+        return Result(
+            machine, Outcome.DONE, np.concatenate([[0.0], points[:, 0]]), voltage, self._nodes, times,
+            Steps(*(int(c) for c in found.steps[job])), begun.point, begun.disturbance,
+            uncrossed(labels, self._runner.thresholds, np.array([seen.min(axis=0), seen.max(axis=0)])),
+        )  # fmt: skip
+
+    def _alone(self, machine: Machine, begun: Beginning) -> Result | CircuitError:
+        try:
+            return simulate(machine, rtol=self._rtol, record=self._record, point=begun.point)
+        except CircuitError as error:
+            return error
+
+
+@final
+class _Taken:
+    """What runs have recorded so far, by job."""
+
+    def __init__(self, count: int) -> None:
+        self._points: list[list[F64]] = [[] for _ in range(count)]
+        self._spikes: list[list[tuple[int, float]]] = [[] for _ in range(count)]
+
+    def take(self, found: Found) -> None:
+        """Take all that was written since the last time, and make its room free."""
+        blocks, spikes = found.used.tolist()
+        owners, filled = found.owner[:blocks].tolist(), found.filled[:blocks].tolist()
+        for block, (owner, points) in enumerate(zip(owners, filled, strict=True)):
+            self._points[owner].append(found.point[block, :points].copy())
+        indices, times = found.spike_index[:spikes].tolist(), found.spike_time[:spikes].tolist()
+        for job, *spike in zip(found.spike_job[:spikes].tolist(), indices, times, strict=True):
+            self._spikes[job].append((spike[0], spike[1]))
+        found.used[:] = 0
+
+    def of(self, job: int) -> tuple[F64, list[tuple[int, float]]]:
+        """Points of a run that is over, and its spikes (position among the watched, s), which are let go."""
+        points, spikes = np.concatenate(self._points[job]), self._spikes[job]
+        self._points[job], self._spikes[job] = [], []
+        return points, spikes
