@@ -16,6 +16,7 @@ from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 
 Values = Mapping[str, float | None]
+_POWER = "supply_power_W"
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +159,11 @@ class Block:
 
         They are what the block measures, and `supply_power_W`, the mean power of its sources.
         """
-        return {**self.measures(result), "supply_power_W": supply_power(result)}
+        return {**self.measures(result), _POWER: supply_power(result)}
+
+    def number(self, result: Result, name: str) -> float | None:
+        """One number of the run `result`, as `measured` names it; power is worked out only if asked for."""
+        return supply_power(result) if name == _POWER else self.measures(result)[name]
 
 
 def catalogued(

@@ -20,7 +20,7 @@ from functools import partial
 from itertools import islice
 from typing import Any, Generic, TypeVar
 
-from circuits.errors import CircuitError, ParameterError
+from circuits.errors import ParameterError
 from circuits.lowering.kernel import Machine, on_die
 from circuits.lowering.on_dies import on_dies
 from circuits.silicon.die import Die
@@ -132,7 +132,11 @@ def _one(function: Callable[[Machine], T], machine: Machine, die: Die) -> list[S
     try:
         return [Sample(die, function(on_die(machine, die)))]
     except Exception as error:  # noqa: BLE001 - whatever a function raises on a die is that die's result
-        return [Sample(die, None, " ".join(str(error).split()) or type(error).__name__)]
+        return [_failed(die, error)]
+
+
+def _failed(die: Die, error: Exception) -> Sample[Any]:
+    return Sample(die, None, " ".join(str(error).split()) or type(error).__name__)
 
 
 def _lane_options(function: Callable[..., Any]) -> dict[str, Any] | None:
@@ -153,10 +157,8 @@ def _groups(dies: Iterable[Die]) -> Iterator[list[Die]]:
 
 def _together(options: dict[str, Any], machine: Machine, dies: list[Die]) -> list[Sample[Any]]:
     """Runs of dies in lanes."""
-    found = simulate_each(on_dies(machine, dies), **options)
-    return [
-        Sample(die, None, " ".join(str(each).split()))
-        if isinstance(each, CircuitError)
-        else Sample(die, each)
-        for die, each in zip(dies, found, strict=True)
-    ]
+    try:
+        found = zip(dies, simulate_each(on_dies(machine, dies), **options), strict=True)
+        return [_failed(d, x) if isinstance(x, Exception) else Sample(d, x) for d, x in found]
+    except Exception:  # noqa: BLE001 - of one of them, which is told of each by itself
+        return [sample for die in dies for sample in _one(partial(simulate, **options), machine, die)]

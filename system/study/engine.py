@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,7 @@ from system.study.folder import keep_samples, open_folder
 from system.study.manifest import Study
 from system.study.plan import sampling
 from system.study.table import Table, empty, join
-from system.study.target import measure_safely, open_target
+from system.study.target import open_target
 from system.study.waiting import Work, interrupts
 
 _PIECES = 8  # of a chunk, shared by the threads, so that none waits long for the last one
@@ -51,17 +50,30 @@ class Outcome:
     stopped: bool
 
 
+@dataclass(frozen=True, slots=True)
+class _Measure:
+    """Measures chunks of a study, the samples of each in order."""
+
+    study: Study
+
+    @property
+    def together(self) -> int:
+        """How many dies it is best to measure at once."""
+        return open_target(self.study.subject).together
+
+    def __call__(self, dies: range) -> Table:
+        return _measure_dies(self.study, dies)
+
+
 def _measure_dies(study: Study, dies: range) -> Table:
     """Measure one chunk, its samples in order."""
     target = open_target(study.subject)
     quantities = tuple(q.name for q in target.quantities)
-    found, where = [], []
-    for die in dies_of(study, dies):
-        for condition in study.conditions:
-            found.append(measure_safely(target, die, condition))
-            where.append((die.number or 0, condition))
-    if not found:
+    drawn = list(dies_of(study, dies))
+    where = [(die.number or 0, condition) for die in drawn for condition in study.conditions]
+    if not where:
         return empty(quantities)
+    found = target.measure_each(drawn, study.conditions)
     return Table(
         quantities,
         np.array([number for number, _ in where], dtype=np.int64),
@@ -135,7 +147,7 @@ def run_study(
     every = study.chunks()
     stopped, chunks = False, every if part is None else [every[k] for k in part]
     with kept as files:
-        with closing(in_order(partial(_measure_dies, study), chunks, files, workers)) as measured:
+        with closing(in_order(_Measure(study), chunks, files, workers)) as measured:
             for _, table in measured:
                 tables.append(table)
                 if progress is not None:
@@ -184,7 +196,8 @@ def on_threads(workers: int | None = None) -> Iterator[Workers]:
     executor = ThreadPoolExecutor(threads)
 
     def submit(one: Callable[[range], Table], dies: range) -> Work[Table]:
-        length = len(dies) if threads == 1 else -(-len(dies) // _PIECES)
+        least = one.together if isinstance(one, _Measure) else 1
+        length = len(dies) if threads == 1 else max(-(-len(dies) // _PIECES), least)
         starts = range(0, len(dies), max(length, 1))
         return _Joined(tuple(executor.submit(one, dies[k : k + length]) for k in starts))
 

@@ -22,7 +22,7 @@ from system.study.engine import dies_of
 from system.study.folder import study_table
 from system.study.manifest import Study, read_dies, read_study
 from system.study.table import Condition, select
-from system.study.target import BlockTarget, Measurement, Target, measure_safely, open_target
+from system.study.target import BlockTarget, Measurement, Target, open_target
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +116,7 @@ def replay(
     condition = _condition(study, corner, temperature_c, trial)
     die = replace(_die_in(study, number), corner=condition.corner)  # type: ignore[arg-type]  # was checked
     kept, note = _kept(folder, number, condition)
-    again = measure_safely(target, die, condition)
+    (again,) = target.measure_each([die], [condition])
     other = study.subject.code != read_dies(folder).subject.code
     return Replay(study, target, die, condition, kept, again, note, other)
 

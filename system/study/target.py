@@ -13,9 +13,9 @@ import hashlib
 import math
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, cast
 
 import numpy as np
@@ -26,9 +26,12 @@ from circuits.brief import OPTIONAL
 from circuits.circuit import BiasKind
 from circuits.errors import CircuitError, DataError, ParameterError, UnknownNameError, unknown_name
 from circuits.lowering.kernel import Machine, on_die, to_kernel
+from circuits.lowering.on_dies import on_dies
 from circuits.lowering.variation import variation_draws, variation_labels, variation_sigma
+from circuits.machine_code.vector import WIDTH
 from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
+from circuits.solver.lanes.simulate import fits, simulate_each
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Begin
 from circuits.units import unit_of_name
@@ -166,6 +169,17 @@ class Target(ABC):
         """Whether a run of it has a page (`system.view`); all but a system without a film."""
         return True
 
+    def together(self) -> int:
+        """How many dies it is best to measure at once."""
+        return 1
+
+    def measure_each(self, dies: Sequence[Die], conditions: Sequence[Condition]) -> list[Measurement]:
+        """Measure dies under conditions, die after die; what fails gives a failed sample.
+
+        A sample depends on its own die and condition alone, to the bit.
+        """
+        return [measure_safely(self, die, condition) for die in dies for condition in conditions]
+
     @abstractmethod
     def identity(self) -> str:
         """Give a hash of all that is measured: circuits with sizes and biases, process, stimuli, metrics."""
@@ -176,8 +190,16 @@ def measure_safely(target: Target, die: Die, condition: Condition) -> Measuremen
 
     Raises `DataError`, of a file or of a model's record: it would be that of every sample.
     """
+    return _safely(target, partial(target.measure, _at_corner(die, condition), condition))
+
+
+def _at_corner(die: Die, condition: Condition) -> Die:
+    return replace(die, corner=condition.corner)  # type: ignore[arg-type]  # was checked
+
+
+def _safely(target: Target, measure: Callable[[], Measurement]) -> Measurement:
     try:
-        return target.measure(replace(die, corner=condition.corner), condition)  # type: ignore[arg-type]
+        return measure()
     except DataError:
         raise
     except Exception as error:  # noqa: BLE001 - a sample that fails is reported as failed
@@ -345,16 +367,47 @@ class BlockTarget(Target):
 
     def measure(self, die: Die, condition: Condition) -> Measurement:
         """Measure all metrics on a die; metrics that share a measurement are read from one."""
-        shared = measurements(self.metrics)
-        machines = self.machines(condition.temperature_c)
-        found = {
-            id(m.measure): m.measure(on_die(machine, die))
-            for m, machine in zip(shared, machines, strict=True)
-        }
+        machines = zip(measurements(self.metrics), self.machines(condition.temperature_c), strict=True)
+        return self._judged({id(m.measure): m.measure(on_die(machine, die)) for m, machine in machines})
+
+    @property
+    def together(self) -> int:
+        """How many dies it is best to measure at once: some where runs of the testbench go in lanes."""
+        runs = [k for k, m in enumerate(measurements(self.metrics)) if m.measure is simulate]
+        if self.engine == NGSPICE or not runs:
+            return 1
+        return 2 * WIDTH if fits(self.machines(self.choice.silicon.temperature_c)[runs[0]]) else 1
+
+    def measure_each(self, dies: Sequence[Die], conditions: Sequence[Condition]) -> list[Measurement]:
+        """Measure dies under conditions, die after die; runs of the testbench go together in lanes."""
+        if self.together == 1:
+            return super().measure_each(dies, conditions)
+        columns = [self._in_lanes([_at_corner(die, c) for die in dies], c) for c in conditions]
+        return [column[k] for k in range(len(dies)) for column in columns]
+
+    def _in_lanes(self, dies: Sequence[Die], condition: Condition) -> list[Measurement]:
+        """Measure dies under one condition."""
+        shared = list(zip(measurements(self.metrics), self.machines(condition.temperature_c), strict=True))
+        run, testbench = next((m, machine) for m, machine in shared if m.measure is simulate)
+        try:
+            runs = simulate_each(on_dies(testbench, dies))
+        except CircuitError:  # of a die, which is told of each by itself
+            return [measure_safely(self, die, condition) for die in dies]
+        others = [(m, machine) for m, machine in shared if m is not run]
+
+        def measure(die: Die, result: Result | Exception) -> Measurement:
+            found = {id(m.measure): m.measure(on_die(machine, die)) for m, machine in others}
+            return self._judged({id(simulate): _result(result), **found})
+
+        return [_safely(self, partial(measure, *each)) for each in zip(dies, runs, strict=True)]
+
+    def _judged(self, found: Mapping[int, Any]) -> Measurement:
+        """What was found, by the measurement's identity, as values of all metrics."""
+        first = measurements(self.metrics)[0]
         values = tuple(float(m.value(found[id(m.measure)])) for m in self.metrics if m.value is not None)
-        judged = found[id(shared[0].measure)]
-        reasons = (shared[0].reason(judged), *self._missing(found))
-        return Measurement(shared[0].outcome(judged), values, "; ".join(filter(None, reasons)))
+        judged = found[id(first.measure)]
+        reasons = (first.reason(judged), *self._missing(found))
+        return Measurement(first.outcome(judged), values, "; ".join(filter(None, reasons)))
 
     def _missing(self, found: Mapping[int, Any]) -> Iterator[str]:
         """Why metrics have no value in what was found, by the measurement's identity."""
@@ -373,6 +426,12 @@ class BlockTarget(Target):
         by = () if self.engine == "native" else (self.engine, cards_digest(c.silicon))
         more = (*begin, *bench, *by)
         return _digest(c.circuit, c.silicon.process, c.silicon.place, c.stimuli, measured, *more)
+
+
+def _result(run: Result | Exception) -> Result:
+    if isinstance(run, Exception):
+        raise run
+    return run
 
 
 class SystemTarget(Target):

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from circuits.arrays import F64, Bools
-from circuits.errors import CircuitError, SolverError
+from circuits.errors import SolverError
 from circuits.lowering.kernel import Machine, on_die
 from circuits.silicon.die import NOMINAL
 from circuits.solver.beginning import Beginning, beginning, held_voltages
@@ -32,7 +32,7 @@ from circuits.solver.modes import ROUNDING, all_natural_rates
 from circuits.solver.operating_point import OperatingPoint, charge_matrix, operating_point
 
 
-def beginnings(machines: Sequence[Machine], w: Wiring) -> list[Beginning | CircuitError]:
+def beginnings(machines: Sequence[Machine], w: Wiring) -> list[Beginning | Exception]:
     """Where a run of each machine begins, or why there is no such state; w: the structure of them all."""
     bench = machines[0].testbench
     held = held_voltages(bench, machines[0].flat, machines[0].silicon)
@@ -45,10 +45,10 @@ def beginnings(machines: Sequence[Machine], w: Wiring) -> list[Beginning | Circu
     ]
 
 
-def _alone(machine: Machine) -> Beginning | CircuitError:
+def _alone(machine: Machine) -> Beginning | Exception:
     try:
         return beginning(machine)
-    except CircuitError as error:
+    except Exception as error:  # noqa: BLE001 - whatever it raises is what its run gives
         return error
 
 
@@ -105,7 +105,15 @@ def _stable(w: Wiring, machines: Sequence[Machine], jacobian: F64) -> Bools:
     same = all(c is charges[0] or np.array_equal(c, charges[0]) for c in charges)
     for part in [slice(None)] if same else [slice(k, k + 1) for k in range(len(machines))]:
         if machines[part]:
-            rates = all_natural_rates(matrices[part], charge_matrix(machines[part][0].kernel))
-            largest = np.abs(rates).max(axis=1, initial=0.0)
-            stable[part] = (rates.real <= ROUNDING * largest[:, None]).all(axis=1)
+            stable[part] = _decays(matrices[part], charge_matrix(machines[part][0].kernel))
     return stable
+
+
+def _decays(conductances: F64, charge: F64) -> Bools:
+    """Whether all modes of each state decay; not where their rates cannot be told."""
+    try:
+        rates = all_natural_rates(conductances, charge)
+    except np.linalg.LinAlgError:
+        return np.zeros(len(conductances), dtype=np.bool_)
+    largest = np.abs(rates).max(axis=1, initial=0.0)
+    return np.asarray((rates.real <= ROUNDING * largest[:, None]).all(axis=1))

@@ -20,7 +20,6 @@ from typing import final
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.errors import CircuitError
 from circuits.lowering.kernel import Machine
 from circuits.solver.beginning import Beginning
 from circuits.solver.lanes.layout import DONE, Found, jobs_of, new_found, new_team, wiring
@@ -50,8 +49,8 @@ def fits(machine: Machine) -> bool:
 
 def simulate_each(
     machines: Iterable[Machine], *, rtol: float = DEFAULT_RTOL, record: tuple[str, ...] | None = None
-) -> Iterator[Result | CircuitError]:
-    """What a run of each machine gives, in order: the result, or the error where it raises one.
+) -> Iterator[Result | Exception]:
+    """What a run of each machine gives, in order: the result, or the error that it raises.
 
     Parameters
     ----------
@@ -65,6 +64,17 @@ def simulate_each(
     left = iter(machines)
     while group := list(islice(left, TOGETHER)):
         yield from _Group(group, rtol, record).results()
+
+
+def simulate_as_many(machine: Machine) -> Result:
+    """What a run of a machine gives among many, to the bit: in lanes where it fits, else by itself.
+
+    Raises whatever `simulate` does.
+    """
+    (found,) = simulate_each([machine]) if fits(machine) else (simulate(machine),)
+    if isinstance(found, Exception):
+        raise found
+    return found
 
 
 @final
@@ -82,7 +92,7 @@ class _Group:
         columns = np.concatenate([self._kept, self._runner.watched])
         self._wiring = wiring(first, columns, self._runner.watched, np.array(moving, dtype=np.int64))
 
-    def results(self) -> Iterator[Result | CircuitError]:
+    def results(self) -> Iterator[Result | Exception]:
         """Results in the order of the machines."""
         begun = beginnings(self._machines, self._wiring)
         able = [(m, b) for m, b in zip(self._machines, begun, strict=True) if isinstance(b, Beginning)]
@@ -90,7 +100,7 @@ class _Group:
         for each in begun:
             yield next(runs) if isinstance(each, Beginning) else each
 
-    def _runs(self, begun: Sequence[tuple[Machine, Beginning]]) -> Iterator[Result | CircuitError]:
+    def _runs(self, begun: Sequence[tuple[Machine, Beginning]]) -> Iterator[Result | Exception]:
         """Runs from where they begin."""
         if not begun:
             return
@@ -109,7 +119,7 @@ class _Group:
 
     def _result(
         self, machine: Machine, begun: Beginning, taken: _Taken, found: Found, job: int
-    ) -> Result | CircuitError:
+    ) -> Result | Exception:
         points, spikes = taken.of(job)
         if found.state[job] != DONE:
             return self._alone(machine, begun)
@@ -123,10 +133,10 @@ class _Group:
             uncrossed(labels, self._runner.thresholds, np.array([seen.min(axis=0), seen.max(axis=0)])),
         )  # fmt: skip
 
-    def _alone(self, machine: Machine, begun: Beginning) -> Result | CircuitError:
+    def _alone(self, machine: Machine, begun: Beginning) -> Result | Exception:
         try:
             return simulate(machine, rtol=self._rtol, record=self._record, point=begun.point)
-        except CircuitError as error:
+        except Exception as error:  # noqa: BLE001 - whatever it raises is what its run gives
             return error
 
 

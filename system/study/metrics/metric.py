@@ -137,13 +137,13 @@ def runs_testbench(metric: Metric) -> bool:
 
 def _measured(choice: Choice) -> dict[str, Metric]:
     """What the testbench measures, as metrics; their names come from a run on the nominal die."""
-    measures, outcome = choice.block.measured, choice.block.outcome
+    number, outcome = choice.block.number, choice.block.outcome
 
     def prepare(circuit: Circuit, silicon: Silicon) -> Machine:
         return to_kernel(choice.testbench(), silicon)
 
     def value(name: str, result: Result) -> float:
-        found = measures(result)[name]
+        found = number(result, name)
         return math.nan if found is None else found
 
     def metric(name: str) -> Metric:
@@ -153,7 +153,7 @@ def _measured(choice: Choice) -> dict[str, Metric]:
         )
 
     nominal = simulate(prepare(choice.circuit, _nominal(choice)))
-    return {name: metric(name) for name in measures(nominal)}
+    return {name: metric(name) for name in choice.block.measured(nominal)}
 
 
 def _custom(choice: Choice, name: str) -> Metric:

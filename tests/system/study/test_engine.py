@@ -21,6 +21,7 @@ from chips.ranging.chip import shipped_model
 from chips.record import kept_record
 from circuits.errors import DataError, ParameterError
 from circuits.lowering.kernel import Machine
+from circuits.silicon.die import Die
 from system.options.silicon import SiliconChoice
 from system.study import folder as study_folder
 from system.study.engine import Outcome, on_threads, run_study
@@ -99,6 +100,23 @@ def test_threads_that_share_a_chunk_change_nothing(method: str, chunk: int) -> N
     once = run(wanted).table
     assert once.die.tolist() == list(range(1000, 1020))
     assert same(once, run(wanted, workers=3).table)
+
+
+def test_runs_in_lanes_change_nothing_whatever_goes_with_them() -> None:
+    # the testbench's own numbers, of runs that go together, beside a number of each machine by itself
+    subject = Subject("high-threshold-neuron", ("latency_s", f"{HERE}:threshold_sum"))
+    conditions = (CONDITION, Condition("ss", 60.0, 0))
+    wanted = Study(subject, Plan("random", 0, 1000, 40), conditions, 40)
+    once = run(wanted).table
+    assert same(once, run(replace(wanted, chunk=7), workers=2).table)
+    assert once.die.tolist() == [n for n in range(1000, 1040) for _ in conditions]
+    assert [once.reason[k] for k in (6, 7)] == ["ZeroDivisionError: no slope"] * 2
+    target = open_target(subject)
+    assert target.together > 1
+    for k, number in ((0, 1000), (79, 1039)):
+        alone = target.measure(Die(number=number, corner=once.corner[k]), conditions[k % 2])  # type: ignore[arg-type]
+        assert alone.outcome == once.outcome[k]
+        np.testing.assert_allclose(once.values[k], alone.values, rtol=1e-6)
 
 
 def test_a_subset_and_a_longer_study_have_the_same_dies(tmp_path: Path) -> None:
