@@ -86,37 +86,31 @@ def _two_of_lanes(typingctx: Any, a: Any, b: Any) -> Any:
     """`ln(1 + e^x)` of a and of b, then both slopes; of `circuits.machine_code.vector`."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        both = _joined(builder, args)
-        found = [half for y in _Packed(builder, both).softplus(both) for half in _halves(builder, y)]
+        count = args[0].type.count
+        both = builder.shuffle_vector(*args, _places(range(2 * count)))
+        nothing = ir.Constant(both.type, ir.Undefined)
+        found = [
+            builder.shuffle_vector(y, nothing, _places(range(k, k + count)))
+            for y in _Packed(builder, both).softplus(both)
+            for k in (0, count)
+        ]
         return context.make_tuple(builder, signature.return_type, found)
 
     return types.UniTuple(kinds.lanes, 4)(kinds.lanes, kinds.lanes), codegen
 
 
-def _two_powers(typingctx: Any, a: Any, b: Any) -> Any:
-    """`e^a` and `e^b`, of `circuits.machine_code.vector`; beyond LIMIT either way it is that of the limit."""
-
-    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        both = _joined(builder, args)
-        packed = _Packed(builder, both)
-        within = packed.within(both, packed.number(-LIMIT), packed.number(LIMIT))
-        return context.make_tuple(builder, signature.return_type, _halves(builder, packed.power(within)))
-
-    return types.UniTuple(kinds.lanes, 2)(kinds.lanes, kinds.lanes), codegen
-
-
-def _joined(builder: Any, pair: Any) -> Any:
-    count = pair[0].type.count
-    return builder.shuffle_vector(*pair, _places(range(2 * count)))
-
-
-def _halves(builder: Any, x: Any) -> list[Any]:
-    half, nothing = x.type.count // 2, ir.Constant(x.type, ir.Undefined)
-    return [builder.shuffle_vector(x, nothing, _places(range(k, k + half))) for k in (0, half)]
-
-
 def _places(numbers: range) -> Any:
     return ir.Constant(ir.VectorType(ir.IntType(32), len(numbers)), list(numbers))
+
+
+def _power_of_lanes(typingctx: Any, x: Any) -> Any:
+    """`e^x`, of `circuits.machine_code.vector`; beyond LIMIT either way it is that of the limit."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        packed = _Packed(builder, args[0])
+        return packed.power(packed.within(args[0], packed.number(-LIMIT), packed.number(LIMIT)))
+
+    return kinds.lanes(kinds.lanes), codegen
 
 
 @final
@@ -139,8 +133,17 @@ class _Packed:
         return self._builder.fadd(self._builder.fmul(x, y, flags=_FUSED), plus, flags=_FUSED)
 
     def _polynomial(self, x: Any, coefficients: Sequence[float]) -> Any:
-        """By pairs, pairs of pairs and so on, so that few products wait for each other."""
+        """By pairs, pairs of pairs and so on, so that few products wait for each other.
+
+        Of vectors that are wider than the processor's the parts wait for none of each other: there each
+        coefficient takes one product.
+        """
         terms = [self.number(c) for c in coefficients]
+        if self._real.count > _LANES:
+            total = terms.pop()
+            while terms:
+                total = self._sum(total, x, terms.pop())
+            return total
         while len(terms) > 1:
             pairs = zip(terms[::2], terms[1::2], strict=False)
             odd = terms[-1:] if len(terms) % 2 else []
@@ -185,7 +188,7 @@ _to_bits = instructions(_bits_of)
 _from_bits = instructions(_of_bits)
 softplus_five = instructions(_five_lanes)
 softplus_of_two = instructions(_two_of_lanes)
-powers_of_two = instructions(_two_powers)
+power_of_lanes = instructions(_power_of_lanes)
 
 
 @compiled(fastmath={"contract"})

@@ -7,7 +7,7 @@ Its equations stand in `circuits.devices.transistor`, and their derivatives as h
 from __future__ import annotations
 
 from circuits.compiled import compiled
-from circuits.devices.softplus import powers_of_two, softplus_of_two
+from circuits.devices.softplus import power_of_lanes, softplus_of_two
 from circuits.devices.transistor import INDUCED_LIMIT
 from circuits.machine_code import vector
 from circuits.machine_code.vector import Lanes
@@ -70,7 +70,7 @@ def _channel(c: Wiring, x: Team, i: int, devices: Lanes) -> None:
         )
         reduction = _term(c, x, TERM.reduction, i)
         rise = 1.0 + early_rise * (forward + reverse)
-        around = root(v_p * v_p + 0.5 / (half * half))
+        around = root(v_p * v_p + _term(c, x, TERM.spread, i))
         v_m = 0.5 * (v_p + around)
         moves = 1.0 + reduction * v_m
         # one division for three
@@ -95,30 +95,25 @@ def _channel(c: Wiring, x: Team, i: int, devices: Lanes) -> None:
 
 
 @compiled(forceinline=True)
-def _junctions(c: Wiring, x: Team, i: int, devices: Lanes) -> None:
-    """Currents of both junctions of transistor i and their slopes, these times `devices`."""
+def _junction(c: Wiring, x: Team, i: int, side: int, devices: Lanes) -> None:
+    """Current of a junction of transistor i, at side 0 (drain) or 1, and its slopes, these times `devices`."""
     n = c.polarity.size
     s = c.polarity[i]
-    half, leakage = _term(c, x, TERM.inverse_2ut, i), _term(c, x, TERM.leakage, i)
-    v_b, per_volt = load(x.v, c.terminal[3, i]), 2.0 * half
-    u_d = per_volt * s * (load(x.v, c.terminal[0, i]) - v_b)
-    u_s = per_volt * s * (load(x.v, c.terminal[2, i]) - v_b)
-    e_d, e_s = powers_of_two(smaller(0.0 - u_d, every(_FORWARD)), smaller(0.0 - u_s, every(_FORWARD)))
-    for side in range(2):
-        u, e = (u_d, e_d) if side == 0 else (u_s, e_s)
-        taken = 1.0 - e - e * larger(0.0 - u - _FORWARD, every(0.0))
-        total, by_gate = leakage, every(0.0)
-        if c.induces:
-            slope = _term(c, x, TERM.induced_per_volt, i)
-            over = s * (load(x.v, c.terminal[2 * side, i]) - load(x.v, c.terminal[1, i]))
-            y = slope * (over - _term(c, x, TERM.induced_from, i))
-            grown, _ = powers_of_two(smaller(y, every(INDUCED_LIMIT)), every(0.0))
-            induced = _term(c, x, TERM.induced, i) * grown
-            total = leakage + induced
-            by_gate = select(y < INDUCED_LIMIT, induced * slope * taken, every(0.0))
-        store(x.current, (1 + side) * n + i, s * total * taken)
-        store(x.device_slope, (3 + side) * n + i, devices * (total * per_volt * e + by_gate))
-        store(x.device_slope, (5 + side) * n + i, 0.0 - devices * by_gate)
+    v_j, v_b = load(x.v, c.terminal[2 * side, i]), load(x.v, c.terminal[3, i])
+    per_volt, total = 2.0 * _term(c, x, TERM.inverse_2ut, i), _term(c, x, TERM.leakage, i)
+    u = per_volt * (s * (v_j - v_b))
+    e = power_of_lanes(smaller(0.0 - u, every(_FORWARD)))
+    taken, by_gate = 1.0 - e - e * larger(0.0 - u - _FORWARD, every(0.0)), every(0.0)
+    if c.induces:
+        slope = _term(c, x, TERM.induced_per_volt, i)
+        over = s * (v_j - load(x.v, c.terminal[1, i]))
+        y = slope * (over - _term(c, x, TERM.induced_from, i))
+        induced = _term(c, x, TERM.induced, i) * power_of_lanes(smaller(y, every(INDUCED_LIMIT)))
+        total = total + induced
+        by_gate = select(y < INDUCED_LIMIT, induced * slope * taken, every(0.0))
+    store(x.current, (1 + side) * n + i, s * total * taken)
+    store(x.device_slope, (3 + side) * n + i, devices * (total * per_volt * e + by_gate))
+    store(x.device_slope, (5 + side) * n + i, 0.0 - devices * by_gate)
 
 
 @compiled()
@@ -127,5 +122,7 @@ def device_currents(c: Wiring, x: Team, devices: Lanes) -> None:
     for i in range(c.polarity.size):
         _channel(c, x, i, devices)
     if c.leaks:
-        for i in range(c.polarity.size):
-            _junctions(c, x, i, devices)
+        for side in range(2):
+            for i in range(c.polarity.size):
+                if c.terminal[2 * side, i] != c.terminal[3, i]:  # else there is no voltage across it
+                    _junction(c, x, i, side, devices)

@@ -39,6 +39,7 @@ class Term(NamedTuple):
     induced_from: int = 11
     induced_per_volt: int = 12
     lift: int = 13  # 2 phi_F + gamma sqrt(2 phi_F) - V_T0, V
+    spread: int = 14  # 2 U_T^2, V^2
 
 
 class Row(NamedTuple):
@@ -156,6 +157,7 @@ class Team(NamedTuple):
     base: F64  # [moving] value of a source where its segment began, V or A
     drift: F64  # [moving] its slope there
     level: F64  # [2 watched]
+    extent: F64  # [2 watched] lowest and highest voltage of the watched nodes, V
     armed: F64  # [watched] 1 or 0
     control: F64  # [rows of `Row`]
     cursor: I64  # [moving, WIDTH]
@@ -172,6 +174,7 @@ class Found(NamedTuple):
     rest: F64  # [jobs, columns], V
     jacobian: F64  # [jobs, entries], S, at rest
     steps: F64  # [jobs, 3] steps accepted, rejected, iterations
+    extent: F64  # [jobs, 2, watched] lowest and highest voltage of the watched nodes, V
     point: F64  # [blocks, points, 1 + recorded] time (s) and voltages (V)
     filled: I64  # [blocks]
     owner: I64  # [blocks] job
@@ -185,11 +188,13 @@ def wiring(machine: Machine, recorded: I64, watch: I64, moving: I64) -> Wiring:
     """The structure of a machine's circuit; arrays as of `Wiring`."""
     k = machine.kernel
     t, s = k.transistors, k.stamps
+    dead = _dead(t)
     return Wiring(
         k.unknowns, k.columns, t.terminal, t.sign, t.body_effect, bool(t.reduces or t.early.any()), t.leaks,
         t.induces, k.charge, k.conductance, _at(k.charge, k.factor.entries),
-        _at(k.conductance, k.factor.entries), _sums(s.row, s.current, s.current_sign, k.unknowns),
-        _sums(s.entry, s.slope, s.slope_sign, k.factor.entries), k.factor, k.dynamic, moving, watch, recorded,
+        _at(k.conductance, k.factor.entries), _sums(s.row, s.current, s.current_sign, dead[0], k.unknowns),
+        _sums(s.entry, s.slope, s.slope_sign, dead[1], k.factor.entries), k.factor, k.dynamic,
+        moving, watch, recorded,
     )  # fmt: skip
 
 
@@ -201,10 +206,20 @@ def _at(matrix: Rows, entries: int) -> I32:
     return found
 
 
-def _sums(target: I32, source: I32, sign: F64, count: int) -> Sums:
+def _dead(t: TransistorArrays) -> tuple[I64, I64]:
+    """Which currents and slopes are always 0: of junctions that have no voltage across them."""
+    n = t.sign.size
+    both = [side * n + np.flatnonzero(t.terminal[2 * side] == t.terminal[3]) for side in range(2)]
+    junctions = np.concatenate(both)
+    return n + junctions, np.concatenate([3 * n + junctions, 5 * n + junctions])
+
+
+def _sums(target: I32, source: I32, sign: F64, dead: I64, count: int) -> Sums:
+    """Terms sorted by what they add to, without those that are always 0."""
     order = np.argsort(target, kind="stable")
+    order = order[~np.isin(source[order], dead)]
     start = np.searchsorted(target[order], np.arange(count + 1)).astype(np.int32)
-    return Sums(start, source[order].copy(), sign[order].copy())
+    return Sums(start, source[order], sign[order])
 
 
 def jobs_of(
@@ -221,7 +236,7 @@ def jobs_of(
     first = machines[0]
     levels = [spike_levels(m) for m in (machines if len(packed) > 1 else machines[:1])]
     return Jobs(
-        np.stack([_coefficients(m.kernel.transistors) for m in machines]),
+        _coefficients([m.kernel.transistors for m in machines]),
         np.stack([m.kernel.charge.value for m in machines]),
         np.stack([m.kernel.conductance.value for m in machines]),
         np.broadcast_to(levels, (len(machines), *levels[0].shape)).copy(),
@@ -235,9 +250,16 @@ def jobs_of(
     )  # fmt: skip
 
 
-def _coefficients(t: TransistorArrays) -> F64:
-    lift = t.surface_potential + t.gamma * np.sqrt(t.surface_potential) - t.v_t0
-    return np.stack([lift if name == "lift" else getattr(t, name) for name in Term._fields])
+def _coefficients(tables: Sequence[TransistorArrays]) -> F64:
+    """Coefficients of all transistors, float64[tables, terms, transistors]."""
+    found = np.empty((len(tables), len(TERM), tables[0].sign.size))
+    for row, name in enumerate(Term._fields[: TERM.lift]):
+        each = [getattr(t, name) for t in tables]
+        found[:, row] = each[0] if all(x is each[0] for x in each) else each
+    phi, gamma = found[:, TERM.surface_potential], found[:, TERM.gamma]
+    found[:, TERM.lift] = phi + gamma * np.sqrt(phi) - found[:, TERM.v_t0]
+    found[:, TERM.spread] = 0.5 / found[:, TERM.inverse_2ut] ** 2
+    return found
 
 
 def source_voltages(machine: Machine) -> F64:
@@ -254,7 +276,7 @@ def new_team(w: Wiring, count: int) -> Team:
     sizes = [w.columns] * 8
     sizes += [len(TERM) * transistors, w.charge.column.size, w.conductance.column.size]
     sizes += [3 * transistors, 7 * transistors, w.factor.entries, w.unknowns, w.moving.size, w.moving.size]
-    sizes += [2 * w.watch.size, w.watch.size, len(ROW)]
+    sizes += [2 * w.watch.size, 2 * w.watch.size, w.watch.size, len(ROW)]
     nothing = np.full((2, WIDTH), -1, dtype=np.int64)
     whole = [np.zeros((w.moving.size, WIDTH), np.int64), np.full(WIDTH, IDLE, dtype=np.int64), *nothing]
     return Team._make([*map(rows, sizes), *whole, np.array([0, count], dtype=np.int64)])
@@ -265,7 +287,7 @@ def new_found(w: Wiring, count: int, blocks: int, points: int) -> Found:
     spikes = max(4096, 2 * WIDTH * w.watch.size)
     return Found(
         np.full(count, WAITING, dtype=np.int64), np.zeros((count, w.columns)),
-        np.zeros((count, w.factor.entries)), np.zeros((count, 3)),
+        np.zeros((count, w.factor.entries)), np.zeros((count, 3)), np.zeros((count, 2, w.watch.size)),
         np.empty((blocks, points, 1 + w.recorded.size)), np.zeros(blocks, np.int64),
         np.zeros(blocks, np.int64), np.zeros(spikes), np.zeros(spikes, np.int64), np.zeros(spikes, np.int64),
         np.zeros(2, np.int64),

@@ -103,8 +103,11 @@ def _next(c: Wiring, jobs: Jobs, x: Team, found: Found, lane: int) -> None:
         look_for_rest(x, lane)
         return
     for j in range(c.watch.size):
-        x.level[j, lane], x.level[c.watch.size + j, lane] = jobs.level[job, 0, j], jobs.level[job, 1, j]
-        x.armed[j, lane] = 1.0 if x.v[c.watch[j], lane] < jobs.level[job, 0, j] else 0.0
+        v = x.v[c.watch[j], lane]
+        for side in range(2):
+            x.level[side * c.watch.size + j, lane] = jobs.level[job, side, j]
+            x.extent[side * c.watch.size + j, lane] = v
+        x.armed[j, lane] = 1.0 if v < jobs.level[job, 0, j] else 0.0
     for q in range(c.moving.size):
         x.cursor[q, lane] = jobs.line_start[jobs.line[job], c.moving[q]]
     _restart(c, jobs, x, lane)
@@ -170,10 +173,10 @@ def _turn(c: Wiring, jobs: Jobs, x: Team, found: Found, lane: int) -> None:
     t = x.control
     steps = t[ROW.steps_done, lane] + t[ROW.steps_rejected, lane]
     if t[ROW.accepted, lane] < 0.5 or steps >= jobs.most:
-        _end(x, found, lane, FAILED)
+        _end(c, x, found, lane, FAILED)
     elif t[ROW.at_bend, lane] >= 0.5:
         if jobs.stop - t[ROW.time0, lane] <= SAME_TIME:
-            _end(x, found, lane, DONE)
+            _end(c, x, found, lane, DONE)
         else:
             _restart(c, jobs, x, lane)
 
@@ -193,17 +196,17 @@ def _go_on(c: Wiring, jobs: Jobs, x: Team, found: Found, lane: int) -> None:
         t[ROW.next_step, lane] = 0.5 * math.sqrt(jobs.rtol) / fastest
         x.doing[lane] = STEPPING if math.isfinite(fastest) else IDLE
         if x.doing[lane] == IDLE:
-            _end(x, found, lane, FAILED)
+            _end(c, x, found, lane, FAILED)
     elif doing == CHECKING:
-        _end(x, found, lane, DONE)
+        _end(c, x, found, lane, DONE)
     elif doing == RESTING:
         state = rest_on(c, x, lane)
         if state != RUNNING:
-            _end(x, found, lane, state)
+            _end(c, x, found, lane, state)
 
 
 @compiled()
-def _end(x: Team, found: Found, lane: int, state: int) -> None:
+def _end(c: Wiring, x: Team, found: Found, lane: int, state: int) -> None:
     job = x.job[lane]
     found.state[job] = state
     found.steps[job, 0], found.steps[job, 1] = (

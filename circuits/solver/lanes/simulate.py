@@ -21,6 +21,7 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.lowering.kernel import Machine
+from circuits.machine_code.vector import WIDTH
 from circuits.solver.beginning import Beginning
 from circuits.solver.lanes.layout import DONE, Found, jobs_of, new_found, new_team, wiring
 from circuits.solver.lanes.rest import beginnings
@@ -31,8 +32,8 @@ from circuits.solver.transient import DEFAULT_RTOL, MAX_STEPS, Result, Runner, S
 
 TOGETHER = 512
 """Machines that are made ready at once; ours."""
-_POINTS = 128  # of a block
-_ROOM = 16 << 20  # bytes of all blocks
+_POINTS = 256  # of a block
+_ROOM = 2 << 20  # bytes of all blocks, which stay near the processor; ours
 _MOST_UNKNOWNS = 300  # beyond which what all lanes work with leaves the processor's caches; ours
 
 
@@ -86,11 +87,11 @@ class _Group:
         self._machines, self._rtol, self._record = machines, rtol, record
         self._nodes = first.names if record is None else record
         self._runner = Runner(first, self._nodes, rtol)
+        self._thresholds = self._runner.thresholds
         self._kept = np.array([first.column_of(n) for n in self._nodes], dtype=np.int64)
         sets = {id(m.polylines): m.polylines for m in machines}.values()
         moving = [q for q in range(len(first.polylines)) if any(lines[q][0].size > 1 for lines in sets)]
-        columns = np.concatenate([self._kept, self._runner.watched])
-        self._wiring = wiring(first, columns, self._runner.watched, np.array(moving, dtype=np.int64))
+        self._wiring = wiring(first, self._kept, self._runner.watched, np.array(moving, dtype=np.int64))
 
     def results(self) -> Iterator[Result | Exception]:
         """Results in the order of the machines."""
@@ -106,8 +107,8 @@ class _Group:
             return
         count, w = len(begun), self._wiring
         jobs = jobs_of([m for m, _ in begun], np.stack([b.voltage for _, b in begun]), self._rtol, MAX_STEPS)
-        blocks = _ROOM // (8 * _POINTS * (1 + w.recorded.size)) + w.recorded.size
-        found, team = new_found(w, count, min(blocks, 4096), _POINTS), new_team(w, count)
+        blocks = max(4 * WIDTH, _ROOM // (8 * _POINTS * (1 + w.recorded.size)))
+        found, team = new_found(w, count, blocks, _POINTS), new_team(w, count)
         taken, next_one, code = _Taken(count), 0, -1
         while code != FINISHED:
             code = run(w, jobs, team, found)
@@ -120,17 +121,22 @@ class _Group:
     def _result(
         self, machine: Machine, begun: Beginning, taken: _Taken, found: Found, job: int
     ) -> Result | Exception:
-        points, spikes = taken.of(job)
+        parts, spikes = taken.of(job)
         if found.state[job] != DONE:
             return self._alone(machine, begun)
-        labels, kept = self._runner.labels, self._kept.size
-        voltage = np.vstack([begun.voltage[self._kept], points[:, 1 : 1 + kept]])
-        seen = np.vstack([begun.voltage[self._runner.watched], points[:, 1 + kept :]])
+        size = 1 + sum(map(len, parts))
+        time, voltage = np.zeros(size), np.empty((size, self._kept.size))
+        voltage[0] = begun.voltage[self._kept]
+        at = 1
+        for part in parts:
+            time[at : at + len(part)], voltage[at : at + len(part)] = part[:, 0], part[:, 1:]
+            at += len(part)
+        labels = self._runner.labels
         times = {name: np.sort([t for k, t in spikes if labels[k] == name]) for name in labels}
         return Result(
-            machine, Outcome.DONE, np.concatenate([[0.0], points[:, 0]]), voltage, self._nodes, times,
+            machine, Outcome.DONE, time, voltage, self._nodes, times,
             Steps(*(int(c) for c in found.steps[job])), begun.point, begun.disturbance,
-            uncrossed(labels, self._runner.thresholds, np.array([seen.min(axis=0), seen.max(axis=0)])),
+            uncrossed(labels, self._thresholds, found.extent[job]),
         )  # fmt: skip
 
     def _alone(self, machine: Machine, begun: Beginning) -> Result | Exception:
@@ -159,8 +165,8 @@ class _Taken:
             self._spikes[job].append((spike[0], spike[1]))
         found.used[:] = 0
 
-    def of(self, job: int) -> tuple[F64, list[tuple[int, float]]]:
+    def of(self, job: int) -> tuple[list[F64], list[tuple[int, float]]]:
         """Points of a run that is over, and its spikes (position among the watched, s), which are let go."""
-        points, spikes = np.concatenate(self._points[job]), self._spikes[job]
+        found = self._points[job], self._spikes[job]
         self._points[job], self._spikes[job] = [], []
-        return points, spikes
+        return found

@@ -249,3 +249,6 @@ def accept(c: Wiring, x: Team) -> None:
     for j in range(watched):
         below = accepted & (load(x.v, c.watch[j]) < load(x.level, watched + j))
         store(x.armed, j, select(below, every(1.0), load(x.armed, j)))
+        v, low, high = load(x.v, c.watch[j]), load(x.extent, j), load(x.extent, watched + j)
+        store(x.extent, j, select(accepted, smaller(v, low), low))
+        store(x.extent, watched + j, select(accepted, larger(v, high), high))
