@@ -215,7 +215,8 @@ def ekv_deck(testbench: Testbench, silicon: Silicon = SILICON) -> Callable[[Sett
         if isinstance(device, Transistor):
             ends = (device.drain, device.source) if device.polarity == "n" else (device.source, device.drain)
             at = _on_die(device, flat.circuit.name, (*group.path, (group.device.name, ())), silicon)
-            current = law.channel_current(device, at, difference, law.quick_softplus)
+            # the ideal law has no terms of its own that a node would hold
+            current = law.channel_current(device, at, difference, str, law.quick_softplus).current
             lines += [f"b{device.name} {' '.join(ends)} i={current}", *format_device(device, SILICON)[1:]]
         else:
             lines += format_device(device, SILICON)

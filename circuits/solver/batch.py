@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sized
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -31,7 +31,8 @@ from circuits.solver.transient import simulate
 T = TypeVar("T")
 
 _AHEAD = 4  # dies a worker that are handed out before they are asked for
-TOGETHER = 64  # dies that a worker takes into lanes at once; ours
+_TOGETHER = (64, 512)  # least and most dies that a worker takes into lanes at once; ours
+_KEPT = 8192  # nodes of all of them that are recorded, so that their waveforms fit into memory; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +78,8 @@ def samples(
     options = _lane_options(function)
     if options is None or not fits(machine):
         return _in_order((partial(_one, function, machine, die) for die in dies), count, _AHEAD * count)
-    each = partial(_together, options, machine)
-    return _in_order((partial(each, group) for group in _groups(dies)), count, count)
+    each, size = partial(_together, options, machine), _group_size(options, machine, dies, count)
+    return _in_order((partial(each, group) for group in _groups(dies, size)), count, count)
 
 
 def map_dies(
@@ -149,9 +150,17 @@ def _lane_options(function: Callable[..., Any]) -> dict[str, Any] | None:
     return options if options.keys() <= {"rtol", "record"} else None
 
 
-def _groups(dies: Iterable[Die]) -> Iterator[list[Die]]:
+def _group_size(options: dict[str, Any], machine: Machine, dies: Iterable[Die], workers: int) -> int:
+    """How many dies a worker takes at once: many, so that few lanes are idle while the last ones end."""
+    nodes = machine.names if options.get("record") is None else options["record"]
+    least, most = _TOGETHER
+    size = min(most, max(least, _KEPT // (1 + len(nodes))))
+    return min(size, -(-len(dies) // workers) or 1) if isinstance(dies, Sized) else size
+
+
+def _groups(dies: Iterable[Die], size: int) -> Iterator[list[Die]]:
     left = iter(dies)
-    while group := list(islice(left, TOGETHER)):
+    while group := list(islice(left, size)):
         yield group
 
 

@@ -96,7 +96,7 @@ def _channel(c: Wiring, x: Team, i: int, devices: Lanes) -> None:
 
 @compiled(forceinline=True)
 def _junction(c: Wiring, x: Team, i: int, side: int, devices: Lanes) -> None:
-    """Current of a junction of transistor i, at side 0 (drain) or 1, and its slopes, these times `devices`."""
+    """Current of a junction of transistor i, at side 0 (drain) or 1, and its slopes times `devices`."""
     n = c.polarity.size
     s = c.polarity[i]
     v_j, v_b = load(x.v, c.terminal[2 * side, i]), load(x.v, c.terminal[3, i])
