@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from functools import partial
+from itertools import groupby, product
 from typing import Any, Literal, final
 
 import numpy as np
@@ -23,8 +24,10 @@ from circuits.measure.measure import Measure, Reading, read_measures
 from circuits.measure.scope import Scope, TableRecord, TransientRecord, scope_of
 from circuits.measure.unit import unit_named
 from circuits.silicon.silicon import Silicon
+from circuits.solver.lanes.layout import structure_of
+from circuits.solver.lanes.simulate import fits, simulate_each
 from circuits.solver.sweep.continuation import with_source
-from circuits.solver.transient import simulate
+from circuits.solver.transient import Result, simulate
 from circuits.sweep.axis import Axis, Way, axes_of
 from circuits.sweep.dataset import measures_dataset, points_dataset
 from circuits.sweep.line import Line, Solve, joined, solve_line
@@ -157,8 +160,8 @@ def run_transients(plan: Plan, measures: Sequence[str], progress: Progress = Non
     read = read_measures(measures, scope_of(bench.first))
     places = [place for place, _ in _places(axes[::-1], [], 1)]
     readings = []
-    for k, place in enumerate(places):
-        readings.append(_transient(bench.machine(place), read))
+    for k, result in enumerate(_runs(bench.machine(place) for place in places)):
+        readings.append(_readings(result, read))
         if progress is not None:
             progress((k + 1) / len(places))
     return _described(measures_dataset(axes, ("up",), read, readings), plan, [])
@@ -257,11 +260,26 @@ def _record(bench: Bench, line: Line, inner: Axis, way: Way) -> TableRecord:
     return TableRecord(values, dict(zip(bench.first.names, line.voltage.T, strict=True)), line.currents)
 
 
-def _transient(machine: Machine, read: Sequence[Measure]) -> list[Reading]:
+def _runs(machines: Iterable[Machine]) -> Iterator[Result | Exception]:
+    """What a run of each machine gives, or raises; those of one structure go together in lanes."""
+    for structure, some in groupby(machines, lambda m: structure_of(m) if fits(m) else None):
+        run_all = partial(map, _alone) if structure is None else simulate_each
+        yield from run_all(some)
+
+
+def _alone(machine: Machine) -> Result | Exception:
     try:
-        record = TransientRecord(simulate(machine))
+        return simulate(machine)
     except CircuitError as error:
-        return [Reading(each.name, math.nan, each.unit, str(error)) for each in read]
+        return error
+
+
+def _readings(result: Result | Exception, read: Sequence[Measure]) -> list[Reading]:
+    if isinstance(result, CircuitError):
+        return [Reading(each.name, math.nan, each.unit, str(result)) for each in read]
+    if isinstance(result, Exception):
+        raise result
+    record = TransientRecord(result)
     return [each.of(record) for each in read]
 
 

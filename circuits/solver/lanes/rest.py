@@ -34,15 +34,22 @@ from circuits.solver.operating_point import OperatingPoint, charge_matrix, opera
 
 def beginnings(machines: Sequence[Machine], w: Wiring) -> list[Beginning | Exception]:
     """Where a run of each machine begins, or why there is no such state; w: the structure of them all."""
-    bench = machines[0].testbench
-    held = held_voltages(bench, machines[0].flat, machines[0].silicon)
-    if held or bench.start or bench.begin == "uic":
-        return [_alone(machine) for machine in machines]
-    found = rest_states(machines, w)
+    kinds = {(id(m.testbench), id(m.flat)): m for m in machines}
+    at_rest = {key: _at_rest(machine) for key, machine in kinds.items()}
+    every = [at_rest[id(m.testbench), id(m.flat)] for m in machines]
+    found = iter(rest_states([m for m, rests in zip(machines, every, strict=True) if rests], w))
+    points = [next(found) if rests else None for rests in every]
     return [
         _alone(machine) if point is None else Beginning(point, point.voltage)
-        for machine, point in zip(machines, found, strict=True)
+        for machine, point in zip(machines, points, strict=True)
     ]
+
+
+def _at_rest(machine: Machine) -> bool:
+    """Whether runs begin at a rest state that is looked for without a start: so on all dies, or on none."""
+    bench = machine.testbench
+    held = held_voltages(bench, machine.flat, machine.silicon)
+    return not (held or bench.start or bench.begin == "uic")
 
 
 def _alone(machine: Machine) -> Beginning | Exception:

@@ -37,7 +37,7 @@ FINISHED, FULL = range(2)
 def run(c: Wiring, jobs: Jobs, x: Team, found: Found) -> int:
     """Do what the queue has; `FULL` where what was recorded must be taken before it can go on."""
     width, watched = x.doing.size, c.watch.size
-    working = _turn_over(c, jobs, x, found, 0)
+    working = _fill(c, jobs, x, found)
     while working:
         blocks_left, spikes_left = found.filled.size - found.used[0], found.spike_time.size - found.used[1]
         if not jobs.resting and (blocks_left < width or spikes_left < width * watched):
@@ -61,22 +61,29 @@ def run(c: Wiring, jobs: Jobs, x: Team, found: Found) -> int:
         for lane in range(width):
             other = other or not (x.doing[lane] == STEPPING or x.doing[lane] == IDLE)
         if special != 0 or other:
-            working = _turn_over(c, jobs, x, found, special)
+            _turn_over(c, jobs, x, found, special)
+            working = _fill(c, jobs, x, found)
     return FINISHED
 
 
 @compiled()
-def _turn_over(c: Wiring, jobs: Jobs, x: Team, found: Found, special: int) -> bool:
-    """What lanes do that have more to do than to go on stepping; whether any lane has something to do then.
+def _turn_over(c: Wiring, jobs: Jobs, x: Team, found: Found, special: int) -> None:
+    """What lanes do behind a pass that have more to do than to go on stepping.
 
     special: bits of the lanes whose step ended in another way than most.
     """
-    working = False
     for lane in range(x.doing.size):
         if special & (1 << lane):
             _turn(c, jobs, x, found, lane)
         else:
             _go_on(c, jobs, x, found, lane)
+
+
+@compiled()
+def _fill(c: Wiring, jobs: Jobs, x: Team, found: Found) -> bool:
+    """Give idle lanes what is next in the queue; whether any lane has something to do then."""
+    working = False
+    for lane in range(x.doing.size):
         if x.doing[lane] == IDLE:
             _next(c, jobs, x, found, lane)
         working = working or x.doing[lane] != IDLE
