@@ -92,7 +92,7 @@ def _solve(
     if not machines:
         return []
     n, first = w.unknowns, [m.polylines for m in machines]
-    sources = {id(m.polylines): source_voltages(m)[n:] for m in machines}
+    sources = {key: source_voltages(m)[n:] for key, m in {id(m.polylines): m for m in machines}.items()}
     start = np.stack([[*v[:n], *sources[id(lines)]] for v, lines in zip(starts, first, strict=True)])
     found = new_found(w, len(machines), 0, 1)
     run(w, jobs_of(machines, start, resting=True), new_team(w, len(machines)), found)
