@@ -11,7 +11,7 @@ from circuits.devices.softplus import power_of_lanes, softplus_of_two
 from circuits.devices.transistor import INDUCED_LIMIT
 from circuits.machine_code import vector
 from circuits.machine_code.vector import Lanes
-from circuits.solver.lanes.layout import TERM, Team, Wiring
+from circuits.solver.lanes.layout import ROW, TERM, Team, Wiring
 
 every, larger, load, magnitude, root = vector.every, vector.larger, vector.load, vector.magnitude, vector.root
 select, smaller, store = vector.select, vector.smaller, vector.store
@@ -117,8 +117,9 @@ def _junction(c: Wiring, x: Team, i: int, side: int, devices: Lanes) -> None:
 
 
 @compiled()
-def device_currents(c: Wiring, x: Team, devices: Lanes) -> None:
-    """Currents of all transistors at the voltages in all lanes, and their slopes times `devices`."""
+def device_currents(c: Wiring, x: Team) -> None:
+    """Currents of all transistors at the voltages in all lanes, and their slopes, none where none count."""
+    devices = load(x.control, ROW.devices)
     for i in range(c.polarity.size):
         _channel(c, x, i, devices)
     if c.leaks:

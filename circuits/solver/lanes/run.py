@@ -11,6 +11,7 @@ import math
 
 from circuits.compiled import compiled
 from circuits.solver.integrate import SAME_TIME, crossing_of
+from circuits.solver.lanes.law import device_currents
 from circuits.solver.lanes.layout import (
     CHECKING,
     DONE,
@@ -43,6 +44,7 @@ def run(c: Wiring, jobs: Jobs, x: Team, found: Found) -> int:
         if not jobs.resting and (blocks_left < width or spikes_left < width * watched):
             return FULL
         begin(c, x)
+        device_currents(c, x)
         assemble(c, x)
         if jobs.resting:
             for lane in range(width):

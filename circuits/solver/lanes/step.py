@@ -12,7 +12,6 @@ from circuits.compiled import compiled
 from circuits.machine_code import vector
 from circuits.machine_code.vector import Lanes
 from circuits.solver.integrate import SAME_TIME, SMALLEST_STEP, TIMING
-from circuits.solver.lanes.law import device_currents
 from circuits.solver.lanes.layout import ROW, Team, Wiring
 from circuits.solver.newton import MAX_ITERATIONS, SLACK
 
@@ -90,12 +89,11 @@ def _keep(x: Team, row: int, begins: Lanes, value: Lanes) -> None:
 
 @compiled()
 def assemble(c: Wiring, x: Team) -> None:
-    """Residual and Jacobian in all lanes."""
+    """Residual and Jacobian in all lanes, of the devices' currents and slopes there."""
     t = x.control
     a, b0, b1, devices = load(t, ROW.a), load(t, ROW.b0), load(t, ROW.b1), load(t, ROW.devices)
     for i in range(c.columns):
         store(x.rate, i, a * load(x.v, i) + b0 * load(x.v0, i) + b1 * load(x.v1, i) + load(x.extra, i))
-    device_currents(c, x, devices)
     _residual(c, x)
     _jacobian(c, x, a, devices)
     for i in range(c.unknowns):
