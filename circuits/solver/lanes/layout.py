@@ -223,9 +223,18 @@ def _sums(target: I32, source: I32, sign: F64, dead: I64, count: int) -> Sums:
 
 
 def jobs_of(
-    machines: Sequence[Machine], start: F64, rtol: float = 1.0, most: float = np.inf, *, resting: bool = False
+    machines: Sequence[Machine],
+    starts: Sequence[F64],
+    rtol: float = 1.0,
+    most: float = np.inf,
+    *,
+    resting: bool = False,
 ) -> Jobs:
-    """The numbers of machines of one structure; the rest as of `Jobs`."""
+    """The numbers of machines of one structure.
+
+    starts: voltages of each machine's unknown nodes, float64[columns], V; its sources have their own at 0 s.
+    The rest as of `Jobs`.
+    """
     lines: dict[int, int] = {}
     packed: list[Sources] = []
     for machine in machines:
@@ -233,7 +242,8 @@ def jobs_of(
             lines[id(machine.polylines)] = len(packed)
             packed.append(pack_sources(machine.polylines, machine.sampled))
     offset = np.cumsum([0, *(s.time.size for s in packed[:-1])])
-    first = machines[0]
+    first, n = machines[0], machines[0].kernel.unknowns
+    sources = {key: source_voltages(m)[n:] for key, m in {id(m.polylines): m for m in machines}.items()}
     levels = [spike_levels(m) for m in (machines if len(packed) > 1 else machines[:1])]
     return Jobs(
         _coefficients([m.kernel.transistors for m in machines]),
@@ -241,7 +251,7 @@ def jobs_of(
         np.stack([m.kernel.conductance.value for m in machines]),
         np.broadcast_to(levels, (len(machines), *levels[0].shape)).copy(),
         np.array([m.kernel.curvature for m in machines]),
-        start,
+        np.stack([[*v[:n], *sources[id(m.polylines)]] for m, v in zip(machines, starts, strict=True)]),
         np.array([lines[id(m.polylines)] for m in machines], dtype=np.int64),
         np.stack([s.start + o for s, o in zip(packed, offset, strict=True)]),
         np.concatenate([s.time for s in packed]),

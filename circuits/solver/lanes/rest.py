@@ -25,7 +25,6 @@ from circuits.solver.lanes.layout import (
     jobs_of,
     new_found,
     new_team,
-    source_voltages,
 )
 from circuits.solver.lanes.run import run
 from circuits.solver.modes import ROUNDING, all_natural_rates
@@ -91,11 +90,8 @@ def _solve(
     """How each search ended, from voltages at the unknown nodes on, and the state where it is stable."""
     if not machines:
         return []
-    n, first = w.unknowns, [m.polylines for m in machines]
-    sources = {key: source_voltages(m)[n:] for key, m in {id(m.polylines): m for m in machines}.items()}
-    start = np.stack([[*v[:n], *sources[id(lines)]] for v, lines in zip(starts, first, strict=True)])
     found = new_found(w, len(machines), 0, 1)
-    run(w, jobs_of(machines, start, resting=True), new_team(w, len(machines)), found)
+    run(w, jobs_of(machines, starts, resting=True), new_team(w, len(machines)), found)
     good = found.state == DONE
     good[good] = _stable(w, [m for m, each in zip(machines, good, strict=True) if each], found.jacobian[good])
     points = [

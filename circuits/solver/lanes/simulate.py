@@ -87,7 +87,6 @@ class _Group:
         self._machines, self._rtol, self._record = machines, rtol, record
         self._nodes = first.names if record is None else record
         self._runner = Runner(first, self._nodes, rtol)
-        self._thresholds = self._runner.thresholds
         self._kept = np.array([first.column_of(n) for n in self._nodes], dtype=np.int64)
         sets = {id(m.polylines): m.polylines for m in machines}.values()
         moving = [q for q in range(len(first.polylines)) if any(lines[q][0].size > 1 for lines in sets)]
@@ -106,7 +105,7 @@ class _Group:
         if not begun:
             return
         count, w = len(begun), self._wiring
-        jobs = jobs_of([m for m, _ in begun], np.stack([b.voltage for _, b in begun]), self._rtol, MAX_STEPS)
+        jobs = jobs_of([m for m, _ in begun], [b.voltage for _, b in begun], self._rtol, MAX_STEPS)
         blocks = max(4 * WIDTH, _ROOM // (8 * _POINTS * (1 + w.recorded.size)))
         found, team = new_found(w, count, blocks, _POINTS), new_team(w, count)
         taken, next_one, code = _Taken(count), 0, -1
@@ -115,11 +114,11 @@ class _Group:
             taken.take(found)
             team.block[:] = -1
             while next_one < count and found.state[next_one] >= DONE:
-                yield self._result(*begun[next_one], taken, found, next_one)
+                yield self._result(*begun[next_one], taken, found, jobs.level[next_one, 0], next_one)
                 next_one += 1
 
     def _result(
-        self, machine: Machine, begun: Beginning, taken: _Taken, found: Found, job: int
+        self, machine: Machine, begun: Beginning, taken: _Taken, found: Found, thresholds: F64, job: int
     ) -> Result | Exception:
         parts, spikes = taken.of(job)
         if found.state[job] != DONE:
@@ -136,7 +135,7 @@ class _Group:
         return Result(
             machine, Outcome.DONE, time, voltage, self._nodes, times,
             Steps(*(int(c) for c in found.steps[job])), begun.point, begun.disturbance,
-            uncrossed(labels, self._thresholds, found.extent[job]),
+            uncrossed(labels, thresholds, found.extent[job]),
         )  # fmt: skip
 
     def _alone(self, machine: Machine, begun: Beginning) -> Result | Exception:

@@ -13,6 +13,7 @@ from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.batch import map_dies
 from circuits.solver.lanes.simulate import fits, simulate_each
+from circuits.solver.sweep.continuation import with_source
 from circuits.solver.transient import Result, simulate
 
 WITHIN = 1e-6  # s
@@ -93,6 +94,16 @@ def test_runs_with_parameters_of_their_own_go_together() -> None:
     for ours, machine in zip(results(warm, rtol=1e-5), warm, strict=True):
         alone = simulate(machine, rtol=1e-5)
         assert ours.machine is machine
+        for port, times in alone.spikes.items():
+            np.testing.assert_allclose(ours.spikes[port], times, rtol=0.0, atol=WITHIN)
+
+
+def test_thresholds_follow_the_supply_of_each() -> None:
+    machine = machine_of("axon-hillock")
+    supply = machine.source_names.index("vdd")
+    low = [with_source(machine, supply, v) for v in (1.8, 1.5)]
+    for ours, alone in zip(results(low, rtol=1e-5), (simulate(m, rtol=1e-5) for m in low), strict=True):
+        assert ours.uncrossed == alone.uncrossed
         for port, times in alone.spikes.items():
             np.testing.assert_allclose(ours.spikes[port], times, rtol=0.0, atol=WITHIN)
 
