@@ -244,6 +244,8 @@ def jobs_of(
     offset = np.cumsum([0, *(s.time.size for s in packed[:-1])])
     first, n = machines[0], machines[0].kernel.unknowns
     sources = {key: source_voltages(m)[n:] for key, m in {id(m.polylines): m for m in machines}.items()}
+    start = np.stack(starts)
+    start[:, n:] = [sources[id(m.polylines)] for m in machines]
     levels = [spike_levels(m) for m in (machines if len(packed) > 1 else machines[:1])]
     return Jobs(
         _coefficients([m.kernel.transistors for m in machines]),
@@ -251,7 +253,7 @@ def jobs_of(
         np.stack([m.kernel.conductance.value for m in machines]),
         np.broadcast_to(levels, (len(machines), *levels[0].shape)).copy(),
         np.array([m.kernel.curvature for m in machines]),
-        np.stack([[*v[:n], *sources[id(m.polylines)]] for m, v in zip(machines, starts, strict=True)]),
+        start,
         np.array([lines[id(m.polylines)] for m in machines], dtype=np.int64),
         np.stack([s.start + o for s, o in zip(packed, offset, strict=True)]),
         np.concatenate([s.time for s in packed]),
