@@ -162,7 +162,15 @@ class Block:
         return {**self.measures(result), _POWER: supply_power(result)}
 
     def number(self, result: Result, name: str) -> float | None:
-        """One number of the run `result`, as `measured` names it; power is worked out only if asked for."""
+        """One number of a run, SI; None where it is not defined in this run.
+
+        Parameters
+        ----------
+        result
+            The run.
+        name
+            Name of the number, as `measured` has it; power is worked out only where it is asked for.
+        """
         return supply_power(result) if name == _POWER else self.measures(result)[name]
 
 
