@@ -169,6 +169,7 @@ class Target(ABC):
         """Whether a run of it has a page (`system.view`); all but a system without a film."""
         return True
 
+    @property
     def together(self) -> int:
         """How many dies it is best to measure at once."""
         return 1

@@ -7,7 +7,8 @@ so that answers differ by roundings, and by far less than the tolerance leaves (
 a machine is the same to the bit, whatever other machines there are, in which order and on how many threads.
 
 A run whose steps become too small in a lane is done again by itself, to give what it gives there. A circuit
-with a device that has no form for lanes (an amplifier), or sources of samples, is not for lanes (`fits`).
+with a device that has no form for lanes (an amplifier, a diode), or with sources of samples, is not for lanes
+(`fits`).
 """
 
 from __future__ import annotations
@@ -43,6 +44,7 @@ def fits(machine: Machine) -> bool:
     return (
         0 < k.unknowns <= _MOST_UNKNOWNS
         and k.amplifier_terminal.shape[1] == 0
+        and k.diodes.saturation.size == 0
         and not any(machine.sampled)
         and math.isfinite(machine.testbench.stop)
     )

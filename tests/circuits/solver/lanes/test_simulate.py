@@ -6,15 +6,20 @@ from functools import partial
 import numpy as np
 import pytest
 
+from circuits.circuit import Circuit, Port
+from circuits.devices import Capacitor, Diode, Resistor, Source
+from circuits.devices.source import PiecewiseLinear
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.lowering.on_dies import on_dies
 from circuits.registry import load_block
 from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.batch import map_dies
 from circuits.solver.lanes.simulate import fits, simulate_each
 from circuits.solver.sweep.continuation import with_source
 from circuits.solver.transient import Result, simulate
+from circuits.testbench import Testbench
 
 WITHIN = 1e-6  # s
 
@@ -126,3 +131,19 @@ def test_what_has_no_form_for_lanes_is_told_by_the_structure() -> None:
     assert not fits(machine_of("onset-neuron"))  # an amplifier
     endless = machine_of("rebound-neuron")
     assert not fits(replace(endless, testbench=replace(endless.testbench, stop=np.inf)))
+
+
+def test_a_diode_is_not_for_lanes_and_a_coupled_pair_of_resistors_is_as_alone() -> None:
+    """The latter has no rates by its capacitor alone, and is done again by itself."""
+    ports = (Port("v_in", "supply"), Port("a", "analog", "out"), Port("b", "analog", "out"))
+    resistors = (Resistor("r1", "v_in", "a", 1e6), Resistor("r2", "b", "0", 1e6))
+    source = Source("in", "v_in", PiecewiseLinear((0.0, 1e-6), (0.0, 1.0)))
+    found = []
+    for device in (Capacitor("c", "a", "b", 10e-12), Diode("d", "a", "b")):
+        bench = Testbench("pair", Circuit("pair", ports, (*resistors, device)), (source,), 1e-4)
+        found.append(to_kernel(bench, Silicon(AMI_1500)))
+    coupled, diode = found
+    assert (fits(coupled), fits(diode)) == (True, False)
+    (ours,) = results([coupled])
+    alone = simulate(coupled)
+    np.testing.assert_allclose(ours.voltage[-1], alone.voltage[-1], atol=1e-6)
