@@ -6,7 +6,7 @@ dataclass itself refuses is told with its place in the file. The type of a field
 =====================  ==================================================================================
 type of a field        in the file
 =====================  ==================================================================================
-`float`                a number in the option's unit, or one of its words
+`float`                a number in the option's unit, a text with a unit (`"20ms"`), or one of its words
 `int`, `str`, `bool`   a whole number, a text, or true or false
 `Literal[...]`         one of these
 `tuple[float, float]`  a list of so many
@@ -91,6 +91,8 @@ def _number(one: Setting, value: Any, path: str) -> float:
         if value not in option.words:
             raise ParameterError(f"{path}: {value}, must be one of {', '.join(option.words)}, or a number")
         return option.words[value]
+    if option.unit and isinstance(value, str):
+        value = one.read(value, path)
     require_real(path, value, option.unit or "")
     if LARGEST < abs(value) < float("inf"):
         raise ParameterError(f"{path}: must be within {LARGEST:g} either way; correct it")

@@ -1,0 +1,143 @@
+"""Files of networks, TOML that a user writes (`system.mapping.network` says what the numbers mean).
+
+    [[population]]  name, size, tau, refractory, leak
+    [[input]]       name, size
+    [[connection]]  from, to, weight, rule, tau, to_itself, probability, seed, matrix
+    [[probe]]       name, population, tau
+
+A time is a text with its unit, as "20ms". `matrix` is a list of rows, or "FILE.npz:NAME" of a file beside.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from dataclasses import MISSING
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from circuits.arrays import F64
+from circuits.errors import CircuitError, DataError, ParameterError
+from system.files.aedat4 import UNREADABLE
+from system.files.document import toml_file
+from system.files.writing import checked_suffix, write_bytes_atomic, write_text_atomic
+from system.mapping.network import Network
+from system.option import settings
+from system.table import read_table
+
+SUFFIX = ".toml"
+INLINE = 1024  # entries of a matrix up to which it stands in the TOML itself; ours
+
+
+def read_network(path: str | Path) -> Network:
+    """Read the network of a TOML file.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+
+    Raises
+    ------
+    DataError
+        The file, or an array that it names, cannot be read or is no network; the text names file and key.
+    """
+    where = Path(path)
+    try:
+        return network_of(toml_file(where), where.parent)
+    except (ParameterError, LookupError) as error:
+        raise DataError(f"{where}: {error}") from None
+
+
+def network_of(tables: Mapping[str, Any], folder: Path) -> Network:
+    """Return the network of a TOML document's tables; folder: where its arrays are."""
+    found = dict(tables)
+    connections = found.get("connection")
+    if isinstance(connections, list):
+        found["connection"] = [_with_matrix(one, folder) for one in connections]
+    return read_table(Network, found)
+
+
+def write_network(path: str | Path, network: Network) -> None:
+    """Write a network as TOML; large matrices stand beside it, in a file of its name that ends with `.npz`.
+
+    Parameters
+    ----------
+    path
+        Path of the file, which ends with `.toml`.
+    network
+        The network.
+
+    Raises
+    ------
+    ParameterError
+        The path ends otherwise.
+    DataError
+        A file cannot be written.
+    """
+    checked_suffix(path, (SUFFIX,))
+    arrays = Path(path).with_suffix(".npz")
+    tables, large = tables_of(network, arrays.name)
+    if large:
+        write_bytes_atomic(arrays, npz_of(large))
+    write_text_atomic(path, tomli_w.dumps(tables))
+
+
+def tables_of(network: Network, arrays: str) -> tuple[dict[str, Any], dict[str, F64]]:
+    """Return a network as tables of TOML, and by name the matrices that are to stand in the file `arrays`."""
+    large: dict[str, F64] = {}
+    tables: dict[str, Any] = {}
+    for key, one in settings(Network).items():
+        rows = [_row(each) for each in getattr(network, one.field)]
+        for k, row in enumerate(rows):
+            matrix = np.array(row.get("matrix", ()))
+            if matrix.size > INLINE:
+                large[f"{key}{k}"] = matrix
+                row["matrix"] = f"{arrays}:{key}{k}"
+        if rows:
+            tables[key] = rows
+    return tables, large
+
+
+def npz_of(arrays: Mapping[str, F64]) -> bytes:
+    """Return the bytes of a file of arrays."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **arrays)
+    return buffer.getvalue()
+
+
+def _row(thing: Any) -> dict[str, Any]:
+    """What differs from its default, by key."""
+    found = {}
+    kind: Any = type(thing)
+    for key, one in settings(kind).items():
+        value = getattr(thing, one.field)
+        if one.default is MISSING or value != one.default:
+            found[key] = f"{value!r}s" if one.option.unit == "s" else value
+    return found
+
+
+def _with_matrix(one: Any, folder: Path) -> Any:
+    """A connection's table with the matrix that it names."""
+    named = one.get("matrix") if isinstance(one, dict) else None
+    if not isinstance(named, str):
+        return one
+    file, colon, key = named.rpartition(":")
+    if not colon:
+        raise ParameterError(f'matrix: "{named}", must be rows of numbers, or "FILE.npz:NAME"')
+    return {**one, "matrix": _array(folder / file, key).tolist()}
+
+
+def _array(path: Path, key: str) -> F64:
+    try:
+        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as held:
+            found = held[key]
+            return np.asarray(found, dtype=np.float64)
+    except CircuitError:
+        raise
+    except UNREADABLE as error:
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:80]
+        raise DataError(f"{path}: {reason}, must have an array {key}") from None

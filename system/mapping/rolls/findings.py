@@ -1,0 +1,125 @@
+"""What ROLLS makes of a network, item by item, for the report of a mapping."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from chips.rolls.circuit import FILTERS
+from chips.rolls.tables import Built
+from chips.rolls.validity import STRONGEST, inversion
+from circuits.arrays import F64
+from system.mapping.dynamics import Dynamics
+from system.mapping.network import Connection, matrix_of, spans
+from system.mapping.report import Finding, impossible, spread, value
+from system.mapping.rolls.filters import AT, SIGN
+from system.mapping.rolls.mapped import SERVICE, Mapped, PlacedFilter, fan_out
+from system.mapping.rolls.neuron import SPAN, Curve, Wanted, one_neuron, wanted_of
+
+ENDS = (1.0, 4.0)  # rheobases at which a filter's current is told; ours
+
+
+def findings_of(mapped: Mapped, curves: Mapping[str, Curve], built: Built) -> Iterator[Finding]:
+    """Yield all that can be said of a mapping.
+
+    curves: of its populations; built: tables of the nominal die with every weight in use.
+    """
+    yield from _of_populations(mapped, curves)
+    dynamics = mapped.dynamics()
+    for one in mapped.network.connections:
+        yield from _of_connection(mapped, one, dynamics)
+    for each in mapped.filters:
+        yield _of_filter(each)
+        yield from _of_strength(each.name, mapped, built)
+    for name, count in fan_out(mapped).items():
+        note = f"one becomes up to {count} of the chip, over {1e6 * SERVICE * count:.3g} us"
+        yield spread(name, "events", 0.0, note)
+
+
+def _of_populations(mapped: Mapped, curves: Mapping[str, Curve]) -> Iterator[Finding]:
+    held = float(one_neuron(mapped.program.biases, 0).refractory[0])
+    for p, placed in zip(mapped.network.populations, mapped.placed, strict=True):
+        yield spread(p.name, "neurons", 0.0, f"{placed.first} to {placed.first + p.size - 1}")
+        rms, worst = curve_difference(wanted_of(p), curves[p.name], placed.current)
+        low, high = SPAN
+        note = f"rms of the rates at {low:g} to {high:g} of what fires it, {worst:.1%} at most"
+        yield spread(p.name, "rate over current", rms, note)
+        yield value(p.name, "refractory", p.refractory, held, "s", "all neurons share one")
+
+
+def curve_difference(wanted: Wanted, curve: Curve, current: float) -> tuple[float, float]:
+    """Return root mean square and largest of the relative differences of a curve to what is asked for.
+
+    current: A that stand for 1.
+    """
+    at = np.geomspace(*SPAN, 24)
+    off = curve.rate(at * current) / wanted.rate(at) - 1.0
+    return float(np.sqrt((off**2).mean())), float(np.abs(off).max())
+
+
+def _of_connection(mapped: Mapped, one: Connection, dynamics: Dynamics) -> Iterator[Finding]:
+    """Time constant and weights of a connection; weights of several between the same neurons add up."""
+    wanted, got = _weights(mapped, one, dynamics)
+    there = wanted != 0.0
+    if not there.any():
+        return
+    tau = _tau_of(mapped, one, wanted)
+    yield value(one.name, "tau", one.tau, tau, "s", "one of all synapses of its kind")
+    error = float(np.sqrt(((got - wanted) ** 2).sum() / (wanted**2).sum()))
+    lost = int((there & (got == 0.0)).sum())
+    note = f"rms; {np.unique(wanted[there]).size} of them on {np.unique(got[got != 0.0]).size}"
+    if lost:
+        note += f"; {lost} of {int(there.sum())} synapses are too weak to be there"
+    yield spread(one.name, "weights", error, note)
+
+
+def _weights(mapped: Mapped, one: Connection, dynamics: Dynamics) -> tuple[F64, F64]:
+    """Weights that are asked for between what a connection connects, and those that are there, alike.
+
+    Both are charges over the connection's time constant.
+    """
+    network = mapped.network
+    at, channels = spans(network.populations), spans(network.inputs)
+    inner = one.source in at
+    where = np.ix_(at[one.target], (at if inner else channels)[one.source])
+    alike = [c for c in network.connections if (c.source, c.target) == (one.source, one.target)]
+    wanted = sum((c.tau / one.tau * matrix_of(network, c) for c in alike), np.zeros((1, 1)))
+    current = next(p.current for p in mapped.placed if p.name == one.target)
+    parts = [
+        f.sign * f.tau / (one.tau * current) * (f.neurons if inner else f.channels)[where]
+        for f in dynamics.filters
+    ]
+    return wanted, sum(parts, np.zeros(wanted.shape))
+
+
+def _tau_of(mapped: Mapped, one: Connection, weights: F64) -> float:
+    """Time constant of the filter that most of a connection goes through."""
+    inner = one.source in spans(mapped.network.populations)
+    name = FILTERS[(0 if inner else 2) + int(weights.sum() < 0.0)]
+    known = {f.name: f.tau for f in mapped.filters}
+    return known.get(name, next(iter(known.values())))
+
+
+def _of_filter(one: PlacedFilter) -> Finding:
+    off = [(at / AT) ** (one.power - 1.0) - 1.0 for at in ENDS]
+    note = (
+        f"grows with power {one.power:.2f} of what comes in: {off[0]:+.0%} and {off[1]:+.0%} at {ENDS[0]:g}"
+        f" and {ENDS[1]:g} of what fires a neuron, 0 % at {AT:g}"
+    )
+    return spread(f"{one.name.replace('_', ' ')} synapses", "current", max(map(abs, off)), note)
+
+
+def _of_strength(name: str, mapped: Mapped, built: Built) -> Iterator[Finding]:
+    """A weight beyond the currents that the chip's model was measured for."""
+    if name in FILTERS[2:]:
+        return
+    sign = SIGN[name]
+    strongest = int((mapped.program.levels.astype(np.int64) * sign).max())
+    strength = inversion(built, sign * strongest)
+    if strength > STRONGEST:
+        inside = spans(mapped.network.populations)
+        found = [c for c in mapped.network.connections if c.source in inside]
+        largest = max(float((sign * matrix_of(mapped.network, c)).max()) for c in found)
+        note = "lower it, or give the synapses a longer tau"
+        yield impossible(f"{name} synapses", "weight", largest, largest * STRONGEST / strength, "", note)

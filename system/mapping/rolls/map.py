@@ -1,0 +1,260 @@
+"""A network put on ROLLS: neurons, time constants, weights and inputs, on codes that the nominal die has.
+
+All neurons share a refractory period and one of two leaks, all synapses of a kind (excitatory, inhibitory,
+and both kinds of virtual ones) a filter, and all synapses of a sign four weights. What is asked for in more
+ways is drawn together; `Finding` says by how much it is off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from chips.rolls.calibration import code_for
+from chips.rolls.circuit import FILTERS
+from chips.rolls.portrait import weight_program
+from chips.rolls.program.address import NEURONS
+from chips.rolls.program.bias_file import BiasTable, resting_biases
+from chips.rolls.program.program import Program, VirtualInput
+from chips.rolls.tables import Built
+from circuits.arrays import F64, I64
+from system.mapping.network import Network, Population, matrix_of, spans
+from system.mapping.report import check_possible, impossible
+from system.mapping.rolls.filters import (
+    EXTRA,
+    FIRST_OF,
+    SIGN,
+    Law,
+    built_of,
+    charges_of,
+    laws,
+    with_filters,
+)
+from system.mapping.rolls.findings import findings_of
+from system.mapping.rolls.levels import Levels, Repeats, levels_of, repeats_of
+from system.mapping.rolls.mapped import Mapped, Placed, PlacedFilter
+from system.mapping.rolls.neuron import (
+    Curve,
+    Wanted,
+    curve_of,
+    matched,
+    wanted_of,
+    with_leak,
+    with_refractory,
+)
+
+PULSE = 1.5e-9  # A, of NPA_PWLK_P: pulses of 0.08 ms, within the chip's step; ours
+POWER = 0.84  # of the neuron's law, before its codes are known
+TRIED = 5e-9  # A, of weights before their codes are known
+ROUNDS = 3  # of the search of their codes
+
+Charges = Mapping[str | int, float]
+Sets = Mapping[str, Levels | Repeats]
+
+
+@dataclass(frozen=True, slots=True)
+class Neurons:
+    """Biases with the neurons' codes, and of each population its curve, A that stand for 1, and leak."""
+
+    biases: BiasTable
+    curves: Mapping[str, Curve]
+    currents: Mapping[str, float]
+    slow: Mapping[str, bool]
+
+
+class Asked(NamedTuple):
+    """What is asked of a filter.
+
+    name : its name; charge : what an event is to bring, float64[target, source], A s; tau : s.
+    """
+
+    name: str
+    charge: F64
+    tau: float
+
+
+class Weighted(NamedTuple):
+    """Biases with the codes of all weights, the nominal die's tables with each in use, and charges, C."""
+
+    biases: BiasTable
+    built: Built
+    charges: Charges
+
+
+def map_on_rolls(network: Network) -> Mapped:
+    """Put a network on ROLLS.
+
+    Parameters
+    ----------
+    network
+        The network.
+
+    Raises
+    ------
+    ParameterError
+        Something of it cannot be on the chip: the text has the limit and the remedy.
+    """
+    if network.neurons > NEURONS:
+        note = "make populations smaller"
+        check_possible([impossible("network", "neurons", network.neurons, NEURONS, "", note)])
+    neurons = _neurons(network)
+    asked = tuple(_asked(network, neurons))
+    biases = with_filters(neurons.biases, {a.name: a.tau for a in asked})
+    found = laws(biases, _fast_curve(neurons), [a.name for a in asked])
+    sets = {a.name: _chosen(a, found[a.name]) for a in asked}
+    weighted = _with_weights(biases, sets)
+    mapped = Mapped(
+        network, _placed(network, neurons),
+        tuple(_filter(name, found[name], weighted.charges) for name in sets),
+        _program(network, neurons, weighted.biases, sets),
+        _repeats(network, sets.get(FILTERS[2])), _repeats(network, sets.get(FILTERS[3])), (),
+    )  # fmt: skip
+    findings = tuple(findings_of(mapped, neurons.curves, weighted.built))
+    check_possible(findings)
+    return replace(mapped, findings=findings)
+
+
+def _neurons(network: Network) -> Neurons:
+    """Choose the codes of both leaks and the refractory period."""
+    groups = _groups(network)
+    biases = resting_biases().with_code("NPA_PWLK_P", *code_for(PULSE))
+    for _ in range(len(groups)):  # the second time the threshold is known to both leaks
+        for slow, group in enumerate(groups):
+            biases = with_leak(biases, slow, matched(_together(group), POWER).tau)
+    biases = with_refractory(biases, _together(network.populations).refractory)
+    found = {p.name: (p, slow) for slow, group in enumerate(groups) for p in group}
+    curves = {name: curve_of(biases, slow) for name, (_, slow) in found.items()}
+    currents = {
+        name: curves[name].rheobase / matched(wanted_of(p), curves[name].power, curves[name]).scale
+        for name, (p, _) in found.items()
+    }
+    return Neurons(biases, curves, currents, {name: bool(slow) for name, (_, slow) in found.items()})
+
+
+def _groups(network: Network) -> tuple[tuple[Population, ...], ...]:
+    """Populations by their leak, the faster first: one group, or two that are split where T differ most."""
+    each = sorted(
+        ((matched(wanted_of(p), POWER).tau, p) for p in network.populations), key=lambda found: found[0]
+    )
+    gaps = [slower / faster for (faster, _), (slower, _) in pairwise(each)]
+    populations = tuple(p for _, p in each)
+    if max(gaps, default=1.0) <= 1.0:
+        return (populations,)
+    cut = int(np.argmax(gaps)) + 1
+    return populations[:cut], populations[cut:]
+
+
+def _together(group: Sequence[Population]) -> Wanted:
+    """One neuron for several populations: the means of what they ask for, by their sizes."""
+    sizes = [p.size for p in group]
+    tau = float(np.exp(np.average(np.log([p.tau for p in group]), weights=sizes)))
+    refractory = float(np.average([p.refractory for p in group], weights=sizes))
+    return Wanted(tau, refractory, group[0].leak == "constant")
+
+
+def _fast_curve(neurons: Neurons) -> Curve:
+    """Curve of the neurons with the first leak, which a bench has."""
+    return next(neurons.curves[name] for name, slow in neurons.slow.items() if not slow)
+
+
+def _asked(network: Network, neurons: Neurons) -> Iterator[Asked]:
+    """What is asked of each filter that is in use; weights of one pair add up."""
+    at, channels = spans(network.populations), spans(network.inputs)
+    inside = np.zeros((network.neurons, network.neurons))
+    outside = np.zeros((network.neurons, network.channels))
+    sizes: dict[str, list[tuple[float, float]]] = {name: [] for name in FILTERS}
+    for one in network.connections:
+        weights, inner = matrix_of(network, one), one.source in at
+        where = np.ix_(at[one.target], (at if inner else channels)[one.source])
+        (inside if inner else outside)[where] += neurons.currents[one.target] * one.tau * weights
+        for name in FILTERS[:2] if inner else FILTERS[2:]:
+            sizes[name].append((np.log(one.tau), float(np.maximum(SIGN[name] * weights, 0.0).sum())))
+    for name in FILTERS:
+        charge = np.maximum(SIGN[name] * (inside if name in FILTERS[:2] else outside), 0.0)
+        if charge.any():
+            taus, shares = np.array(sizes[name]).T
+            yield Asked(name, charge, float(np.exp(np.average(taus, weights=shares))))
+
+
+def _chosen(asked: Asked, law: Law) -> Levels | Repeats:
+    charge = asked.charge / law.gain
+    return repeats_of(charge) if asked.name in FILTERS[2:] else levels_of(charge)
+
+
+def _steps(name: str, charges: F64) -> dict[str, float]:
+    """Charge that each bias of a filter's weights brings; charges: of levels 1 to 4, or of one event."""
+    steps = charges[:1] if charges.size == 1 else [charges[0], *(charges[1:3] - charges[0])]
+    return {bias: float(x) for bias, x in zip((FIRST_OF[name], *EXTRA.get(name, ())), steps, strict=True)}
+
+
+def _with_weights(biases: BiasTable, sets: Sets) -> Weighted:
+    """Search the codes of all weights."""
+    wanted: dict[str, float] = {}
+    for name, chosen in sets.items():
+        wanted |= _steps(name, np.atleast_1d(np.asarray(chosen[0])))
+    found = _weighted(biases, dict.fromkeys(wanted, TRIED))
+    for _ in range(ROUNDS - 1):
+        has: dict[str, float] = {}
+        for name in sets:
+            has |= _steps(name, _charges(name, found.charges))
+        currents = {
+            bias: found.biases.current(bias) * wanted[bias] / max(has[bias], 1e-3 * wanted[bias])
+            for bias in wanted
+        }
+        found = _weighted(found.biases, currents)
+    return found
+
+
+def _weighted(biases: BiasTable, currents: Mapping[str, float]) -> Weighted:
+    """With weights of some currents, A."""
+    for bias, current in currents.items():
+        biases = biases.with_code(bias, *code_for(current))
+    program = weight_program(biases, ())
+    built = built_of(program)
+    return Weighted(biases, built, charges_of(program, built))
+
+
+def _charges(name: str, charges: Charges) -> F64:
+    """Charges of a filter's levels 1 to 4, or of one event, C."""
+    return np.array([charges[SIGN[name] * k] for k in (1, 2, 3, 4)] if name in EXTRA else [charges[name]])
+
+
+def _filter(name: str, law: Law, charges: Charges) -> PlacedFilter:
+    weights = law.weight(_charges(name, charges))
+    return PlacedFilter(name, law.tau, law.power, law.pivot, tuple(weights.tolist()))
+
+
+def _placed(network: Network, neurons: Neurons) -> tuple[Placed, ...]:
+    found = []
+    for name, at in spans(network.populations).items():
+        curve = neurons.curves[name]
+        found.append(
+            Placed(
+                name, at.start, neurons.slow[name], curve.tau, curve.power, curve.rheobase, curve.refractory,
+                neurons.currents[name],
+            )
+        )  # fmt: skip
+    return tuple(found)
+
+
+def _program(network: Network, neurons: Neurons, biases: BiasTable, sets: Sets) -> Program:
+    levels, n = np.zeros((NEURONS, NEURONS), dtype=np.int8), network.neurons
+    for name in (each for each in FILTERS[:2] if each in sets):
+        levels[:n, :n] += (SIGN[name] * sets[name].chosen).astype(np.int8)
+    slow = tuple(k for name, at in spans(network.populations).items() if neurons.slow[name] for k in at)
+    inputs = tuple(
+        VirtualInput(name, tuple(range(n)), 4, inhibitory=SIGN[name] < 0)
+        for name in FILTERS[2:]
+        if name in sets
+    )
+    return Program(levels, biases, slow, inputs)
+
+
+def _repeats(network: Network, chosen: Levels | Repeats | None) -> I64:
+    if chosen is None:
+        return np.zeros((network.channels, network.neurons), dtype=np.int64)
+    return np.ascontiguousarray(chosen.chosen.T)

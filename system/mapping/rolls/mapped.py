@@ -1,0 +1,154 @@
+"""A network as it stands on ROLLS: where its neurons are, what they and the filters do, and its program.
+
+Events of an input go to virtual synapses, so many a neuron as the weight asks for: the first four at once,
+each on a synapse of its own, the next four `SPACING` later, when the pulses before have ended.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from chips.aer import Events
+from chips.rolls.chip import Inputs
+from chips.rolls.circuit import FILTERS
+from chips.rolls.program.address import VIRTUAL_LINES
+from chips.rolls.program.program import Program
+from circuits.arrays import F64, I64
+from system.mapping.dynamics import Cells, Dynamics, Filter
+from system.mapping.network import Network
+from system.mapping.report import Finding
+from system.mapping.rolls.filters import together
+
+SPACING = 0.2e-3  # s, two and a half times a pulse; ours
+SERVICE = 0.2e-6  # s between two events of one that reaches many: twice what the bus takes; ours
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """Where a population stands, and what its neurons are on the nominal die.
+
+    name : its name; first : its first neuron on the chip, the others follow; slow : whether its leak is
+    IF_TAU1; tau : T of the integrator, s; power : its q; rheobase : A; refractory : s; current : A that
+    stand for 1 in the network.
+    """
+
+    name: str
+    first: int
+    slow: bool
+    tau: float
+    power: float
+    rheobase: float
+    refractory: float
+    current: float
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedFilter:
+    """What a filter does on the nominal die.
+
+    name : its name; tau : s; power : of its current over what comes in; pivot : A, where both are alike;
+    weights : of levels 1 to 4, or of an event of a virtual synapse, A.
+    """
+
+    name: str
+    tau: float
+    power: float
+    pivot: float
+    weights: tuple[float, ...]
+
+    def rate(self, current: float, weight: float) -> float:
+        """Events a second of a weight that bring a current, both A."""
+        strength = self.pivot * (current / self.pivot) ** (1.0 / self.power)
+        return float(strength / (weight * self.tau))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mapped:
+    """A network on ROLLS.
+
+    Attributes
+    ----------
+    network : Network
+        What was asked for.
+    placed : tuple of Placed
+        Its populations on the chip.
+    filters : tuple of PlacedFilter
+        Filters that are in use.
+    program : Program
+        What is written to the chip.
+    excite, inhibit : array
+        How many events of a virtual synapse stand for one of a channel, int64[channels, neurons].
+    findings : tuple of Finding
+        What is exact and what is approximate.
+    """
+
+    network: Network
+    placed: tuple[Placed, ...]
+    filters: tuple[PlacedFilter, ...]
+    program: Program
+    excite: I64
+    inhibit: I64
+    findings: tuple[Finding, ...]
+
+    @property
+    def neurons(self) -> I64:
+        """Neurons of the chip, in the order of the network's, int64[n]."""
+        sizes = {p.name: p.size for p in self.network.populations}
+        return np.concatenate([np.arange(p.first, p.first + sizes[p.name]) for p in self.placed])
+
+    def dynamics(self) -> Dynamics:
+        """Return the equations of the network as the nominal die has them."""
+        sizes = [p.size for p in self.network.populations]
+        tau, power, unit, refractory = (
+            np.repeat([getattr(p, name) for p in self.placed], sizes)
+            for name in ("tau", "power", "rheobase", "refractory")
+        )
+        cells = Cells(tau, power, unit, refractory, np.ones(self.network.neurons, dtype=np.bool_))
+        return Dynamics(cells, tuple(self._filter(f) for f in self.filters))
+
+    def events(self, events: Events) -> Inputs:
+        """Return the chip's events that stand for those of the network's channels."""
+        virtual, at = self.program.virtual, self.neurons
+        return together(
+            _spread(events, counts, virtual.columns(inhibitory=inhibitory).start, at)
+            for counts, inhibitory in ((self.excite, False), (self.inhibit, True))
+        )
+
+    def _filter(self, one: PlacedFilter) -> Filter:
+        n, at = self.network.neurons, self.neurons
+        sign = -1.0 if "inhibitory" in one.name else 1.0
+        neurons: F64 = np.zeros((n, n))
+        channels: F64 = np.zeros((n, self.network.channels))
+        if one.name in FILTERS[:2]:
+            levels = int(sign) * self.program.levels[np.ix_(at, at)].astype(np.int64)
+            neurons = np.concatenate(([0.0], one.weights))[np.maximum(levels, 0)]
+        else:
+            channels += one.weights[0] * (self.inhibit if sign < 0.0 else self.excite).T
+        return Filter(sign, one.tau, neurons, channels, one.power, one.pivot)
+
+
+def fan_out(mapped: Mapped) -> Mapping[str, int]:
+    """Return how many events of the chip the busiest channel of each input becomes."""
+    found, first = {}, 0
+    for each in mapped.network.inputs:
+        rows = slice(first, first + each.size)
+        found[each.name] = int((mapped.excite[rows] + mapped.inhibit[rows]).sum(axis=1).max())
+        first += each.size
+    return found
+
+
+def _spread(events: Events, counts: I64, column: int, at: I64) -> tuple[F64, I64, I64]:
+    """Times, neurons and columns of one sign's events."""
+    channel, neuron = np.nonzero(counts)
+    repeats = counts[channel, neuron]
+    channel, neuron = np.repeat(channel, repeats), np.repeat(neuron, repeats)
+    place = np.arange(channel.size) - np.repeat(np.cumsum(repeats) - repeats, repeats)  # of an event's own
+    begin = np.searchsorted(channel, np.arange(counts.shape[0] + 1))
+    later = (place // VIRTUAL_LINES) * SPACING + (np.arange(channel.size) - begin[channel]) * SERVICE
+    size = np.diff(begin)[events.addresses]
+    rows = np.repeat(begin[events.addresses] - (np.cumsum(size) - size), size) + np.arange(size.sum())
+    times = np.repeat(events.times, size) + later[rows]
+    return times, at[neuron[rows]], column + place[rows] % VIRTUAL_LINES
