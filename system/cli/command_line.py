@@ -26,6 +26,7 @@ from system.cli.exit_status import BAD_INPUT, DONE, INTERRUPTED, NO
 from system.cli.given_once import App
 from system.cli.guide import guide
 from system.cli.labs_verb import Labs
+from system.cli.map_verb import Map
 from system.cli.match_verb import Corners, Match, Size, Worst
 from system.cli.mend import measured_again
 from system.cli.mission_verb import Merge, Mission
@@ -103,6 +104,7 @@ _VERBS = {
     "import": verb("import_netlist:import_command", Import),
     "compare": verb("compare:compare_command", Compare),
     "view": verb("view:view_command", View),
+    "map": verb("map:map_command", Map),
     "sweep": verb("sweep:sweep_command", Sweep),
     "montecarlo": verb("montecarlo:montecarlo_command", Montecarlo),
     "gradient": verb("gradient:gradient_command", Gradient),

@@ -21,6 +21,7 @@ from netlists.registry import load_dialect
 from system.cli.netlist_output import leave_netlist, settings_of
 from system.cli.rolls_program_file import read_program
 from system.cli.verbs import Export
+from system.mapping.network_file import SUFFIX
 from system.options.block import describe_silicon, read_stimuli
 from system.rolls.options import NAME, bias_table, refuse_block_options
 from system.rolls.options import silicon_of as silicon_of_chip
@@ -48,7 +49,7 @@ def export_rolls(asked: Export) -> None:
         )
     if asked.program is None:
         raise ParameterError(
-            "--program: which synapses are latched, must be a CSV of post,pre,level or pushbot"
+            "--program: which synapses are latched, must be a program, a CSV of post,pre,level or pushbot"
         )
     neuron = _neuron(silicon.at)
     written = load_dialect(dialect)
@@ -57,6 +58,8 @@ def export_rolls(asked: Export) -> None:
         raise ParameterError(
             f"--die: {silicon.die}, {dialect} is the drawing, which no die changes; leave it out"
         )
+    if asked.program.endswith(SUFFIX) and values.bias_file is not None:
+        raise ParameterError(f"--bias-file: {asked.program} has its own biases; leave it out")
     program = read_program(asked.program, bias_table(values.bias_file))
     cut = cut_row(program, neuron, values.bias_kind or "generator")
     on_chip = silicon_of_chip(replace(silicon, at=None))

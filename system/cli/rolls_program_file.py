@@ -1,4 +1,4 @@
-"""Programs of ROLLS from a file with a row for each synapse, or the network of the Pushbot by its name.
+"""Programs of ROLLS: of `noctule map`, of a CSV with a row for each synapse, or the Pushbot's by its name.
 
     post,pre,level
     5,17,4
@@ -23,6 +23,8 @@ from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.network import network_program
 from chips.rolls.program.program import HIGHEST_LEVEL, Program
 from circuits.errors import DataError, ParameterError, meant
+from system.mapping.network_file import SUFFIX
+from system.mapping.program_file import read_program_file
 from system.pushbot.network.plain import pushbot_network
 
 PUSHBOT = "pushbot"
@@ -33,9 +35,12 @@ DEPRESSION = "depression"
 def read_program(text: str, biases: BiasTable) -> Program:
     """Read the program that the option `--program` names, a file or `pushbot`.
 
-    biases: bias table of the chip. Raises `DataError` with the line for a file that is no program, and
+    biases: bias table of the chip; a program of `noctule map` has its own. Raises `DataError` with the line
+    for a file that is no program, and
     `ParameterError` for a level that the biases do not have.
     """
+    if text.endswith(SUFFIX):
+        return read_program_file(text).program
     if text == PUSHBOT:
         return network_program(pushbot_network(), biases)
     path = Path(text)

@@ -16,7 +16,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from circuits.catalogue import loaded
 from circuits.errors import CircuitError
-from system.cli import bench_verb
+from system.cli import bench_verb, map_verb
 from system.cli.examples import epilog_of
 from system.cli.given_once import App
 from system.cli.option_names import PARAM, option_of
@@ -83,6 +83,8 @@ class Systems(TyperGroup):
         """Give the command of the system with this name."""
         if cmd_name == bench_verb.NAME and self.verb is RUN:
             return _bench()
+        if cmd_name.endswith(map_verb.PROGRAM) and self.verb is RUN:
+            return _program(cmd_name)
         return command_of(load_system(cmd_name), cmd_name, self.verb)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -170,6 +172,21 @@ def _bench() -> Any:
     alone = App(rich_markup_mode=None, add_completion=False)
     made = verb("bench:bench_command", bench_verb.Bench)
     alone.command(bench_verb.NAME, epilog=epilog_of("run", bench_verb.NAME))(made)
+    return typer.main.get_command(alone)
+
+
+def _program(path: str) -> Any:
+    """Give the command that runs a mapped network."""
+
+    def command(**given: Any) -> None:
+        function, asked = loaded("system.cli.run_program:run_program"), made_of(map_verb.RunProgram, given)
+        with compilation_told():
+            end_with(function(path, asked))
+
+    about = map_verb.RunProgram.__doc__ or ""
+    with_parameters(command, parameters_of(map_verb.RunProgram), about)
+    alone = App(rich_markup_mode=None, add_completion=False)
+    alone.command(path)(command)
     return typer.main.get_command(alone)
 
 

@@ -43,6 +43,9 @@ _SIZE_UNITS = {
 
 def show_command(asked: Show) -> None:
     """Print what a block is made of, and draw its graph where a picture is asked for."""
+    if asked.block.endswith(".toml"):
+        _show_program(asked)
+        return
     if asked.block == ROLLS and asked.metrics:
         raise ParameterError(f"--metrics: {ROLLS} has no testbench as one circuit; leave it out")
     if asked.op and asked.schematic is None:
@@ -79,6 +82,20 @@ def show_command(asked: Show) -> None:
         print_json(document)
     else:
         _print(choice, document)
+
+
+def _show_program(asked: Show) -> None:
+    """Print a mapped network, which has none of a block's options."""
+    values = asked.values
+    given = {
+        "--param": values.param, "--bias": values.bias, "--bias-set": values.bias_set,
+        "--bias-kind": values.bias_kind, "--bias-file": values.bias_file, "--metrics": asked.metrics,
+        "--schematic": asked.schematic, "--op": asked.op, "--stimulus": asked.stimulus,
+        "--die and --temperature": asked.silicon != SiliconChoice(),
+    }  # fmt: skip
+    show_program = loaded("system.cli.map:show_program")
+    refused = [option for option, value in given.items() if value]
+    show_program(asked.block, refused, asked.plot, as_json=asked.as_json)
 
 
 def _describe(choice: Choice, metrics: Sequence[Listed]) -> dict[str, Any]:

@@ -62,7 +62,7 @@ class Export:
     stimulus: tuple[str, ...] = shared.stimulus_option()
     values: BlockValues = shared.values_part()
     silicon: SiliconChoice = shared.silicon_part()
-    program: str | None = shared.file_option("Of rolls: a CSV of post,pre,level, or pushbot")
+    program: str | None = shared.file_option("Of rolls: of noctule map, a CSV of post,pre,level, or pushbot")
     dialect: str = option(
         "ngspice", "What to write, as spectre or xschem; see noctule list", metavar="NAME", names=DIALECTS
     )

@@ -27,7 +27,7 @@ from chips.rolls.program.program import HIGHEST_LEVEL, Program, VirtualInput
 from circuits.arrays import I64
 from circuits.errors import DataError, ParameterError
 from system.files.document import converted, plain, toml_file
-from system.files.writing import checked_suffix, write_bytes_atomic, write_text_atomic
+from system.files.writing import check_folder, checked_suffix, write_bytes_atomic, write_text_atomic
 from system.mapping.network_file import SUFFIX, network_of, npz_of, tables_of
 from system.mapping.report import Finding
 from system.mapping.rolls.mapped import Mapped, Placed, PlacedFilter
@@ -107,6 +107,12 @@ def write_program(path: str | Path, mapped: Mapped) -> None:
     if large:
         write_bytes_atomic(arrays, npz_of(large))
     write_text_atomic(path, tomli_w.dumps(_without_none(plain(document))))
+
+
+def check_program_path(path: str) -> None:
+    """Raise before anything is computed if a program cannot be written to `path`, as `write_program` says."""
+    checked_suffix(path, (SUFFIX,))
+    check_folder(path)
 
 
 def read_program_file(path: str | Path) -> Mapped:

@@ -151,7 +151,7 @@ def nir_graph(program: Program, linearisation: Linearisation | None = None) -> A
     """
     check_unlearned(program, "a NIR graph")
     check_undepressed(program, "a NIR graph")
-    nir, model = _nir(), linearisation or nominal_linearisation(program)
+    nir, model = nir_package(), linearisation or nominal_linearisation(program)
     scale = model.pulse / model.threshold
     current = model.weights[program.levels.astype(np.int64) + HIGHEST_LEVEL] * scale[:, None]
     nodes: dict[str, Any] = {}
@@ -195,7 +195,7 @@ def write_nir(path: Path, program: Program, linearisation: Linearisation | None 
     linearisation
         Linear model of the neurons, as of `nir_graph`.
     """
-    nir, graph = _nir(), nir_graph(program, linearisation)
+    nir, graph = nir_package(), nir_graph(program, linearisation)
     try:
         nir.write(path, graph)
     except OSError as error:
@@ -221,7 +221,8 @@ def _weights(biases: BiasTable) -> F64:
     return np.array([np.sign(level) * level_current(biases, level) for level in levels])
 
 
-def _nir() -> Any:
+def nir_package() -> Any:
+    """Return the package nir; raises `DataError` where it is not installed."""
     try:
         return import_module("nir")
     except ModuleNotFoundError as error:

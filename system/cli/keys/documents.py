@@ -21,6 +21,7 @@ from system.cli.keys.installed import (
     PREDICT,
     REPRODUCE,
 )
+from system.cli.keys.mapping import MAP, RUN_PROGRAM, SHOW_PROGRAM
 from system.cli.keys.mission import MISSION
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
 from system.cli.keys.over_dies import CORNERS, MATCH, WORST
@@ -41,6 +42,8 @@ DOCUMENTS: dict[str, Meanings] = {
     "show BLOCK": SHOW,
     "show CHIP": SHOW_CHIP,
     "show rolls": SHOW_ROLLS,
+    "show PROGRAM.toml": SHOW_PROGRAM,
+    "map": MAP,
     "op": OP,
     "simulate": SIMULATE,
     "simulate --analysis dc": DECK,
@@ -77,6 +80,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "new": NEW,
     "doctor": DOCTOR,
     "run bench": BENCH,
+    "run PROGRAM.toml": RUN_PROGRAM,
 }
 EVERY_RUN = meanings("""
 system   string  -  name of the system

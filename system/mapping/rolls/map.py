@@ -50,7 +50,7 @@ from system.mapping.rolls.neuron import (
 PULSE = 1.5e-9  # A, of NPA_PWLK_P: pulses of 0.08 ms, within the chip's step; ours
 POWER = 0.84  # of the neuron's law, before its codes are known
 TRIED = 5e-9  # A, of weights before their codes are known
-ROUNDS = 3  # of the search of their codes
+ROUNDS = 4  # of the search of their codes
 
 Charges = Mapping[str | int, float]
 Sets = Mapping[str, Levels | Repeats]

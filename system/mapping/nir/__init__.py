@@ -1,0 +1,1 @@
+"""Networks as graphs of NIR, the neuromorphic intermediate representation, read and written."""

@@ -1,0 +1,267 @@
+"""A graph of NIR as a network of populations.
+
+Neurons become populations, what leads from one to the next becomes connections: weights are followed through
+all linear nodes, graphs within graphs and loops among them. With the neuron's
+
+    LIF      tau dv/dt = v_leak - v + R I                          I: a pulse of area w at each event
+    CubaLIF  tau_syn dI/dt = -I + w_in S,  tau_mem dv/dt = v_leak - v + R I
+    LI       tau dv/dt = v_leak - v + R I, before a neuron: its synapses
+
+a weight w is R w / (v_threshold tau_s) in the network's units (`system.mapping.network`), tau_s being that of
+CubaLIF or LI, or `DIRECT` where pulses reach the membrane at once. v_leak and v_reset must be 0. NIR knows no
+refractory period: it is 0. Populations and inputs come in the order of the file, which NIR sorts by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from chips.rolls.program.nir import nir_package
+from circuits.arrays import F64
+from circuits.errors import DataError, ParameterError
+from system.files.aedat4 import UNREADABLE
+from system.mapping.network import Connection, Input, Network, Population, Probe
+from system.mapping.nir.nodes import DIRECT, NODES, REMEDY, SLOW, is_linear, linear
+
+SUFFIX = ".nir"
+ORDER = "order"  # key of the metadata that tells in which order a network has its groups
+NEURONS = ("LIF", "CubaLIF", "IF")
+_KNOWN = {node.type: node for node in NODES}
+_ALIKE = 1e-3  # by which the time constants of a node's neurons may differ; ours
+
+
+@dataclass(frozen=True, slots=True)
+class Flat:
+    """A graph without graphs in it: nodes by path, what follows each, and its outer inputs and outputs."""
+
+    nodes: Mapping[str, Any]
+    after: Mapping[str, tuple[str, ...]]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+
+class Way(NamedTuple):
+    """A way through linear nodes.
+
+    node : where it has come to; signal : what arrives, float64[*shape, sources]; tau : of the filter on the
+    way, s, None without one; before : the nodes on the way.
+    """
+
+    node: str
+    signal: F64
+    tau: float | None
+    before: tuple[str, ...]
+
+
+def read_nir(path: str | Path) -> Network:
+    """Read a file of NIR as a network.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+
+    Raises
+    ------
+    DataError
+        The package nir is not installed, the file is none, or a network cannot be what the graph is: the text
+        names the node.
+    """
+    nir = nir_package()
+    try:
+        graph = nir.read(Path(path))
+    except (*UNREADABLE, AssertionError) as error:
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:80] or type(error).__name__
+        raise DataError(f"{path}: {reason}, must be a graph of NIR; nir.write makes one") from None
+    try:
+        return network_of_graph(graph)
+    except ParameterError as error:
+        raise DataError(f"{path}: {error}") from None
+
+
+def network_of_graph(graph: Any) -> Network:
+    """Return the network of a `nir.NIRGraph`.
+
+    Parameters
+    ----------
+    graph
+        The graph.
+
+    Raises
+    ------
+    ParameterError
+        A network cannot be what the graph is: the text names the node and what to do.
+    """
+    flat = _flat(graph)
+    for where, node in flat.nodes.items():
+        _check_type(where, node)
+    sources = [name for name in flat.nodes if _is_source(flat, name)]
+    told = str((getattr(graph, "metadata", None) or {}).get(ORDER, "")).splitlines()
+    if sorted(told) == sorted(sources):
+        sources = told
+    ways = {name: tuple(_ways(flat, name)) for name in sources}
+    sizes = {name: _size(flat, name, ways) for name in ways}
+    populations = tuple(
+        _population(name, flat.nodes[name], sizes[name]) for name in ways if name not in flat.inputs
+    )
+    inputs = tuple(Input(name, sizes[name]) for name in ways if name in flat.inputs)
+    connections, probes = [], []
+    for name, found in ways.items():
+        for way in found:
+            if way.node in flat.outputs:
+                probes += [Probe(way.node, name, *(() if way.tau is None else (way.tau,)))]
+            else:
+                connections.append((way.before, _connection(name, way, flat.nodes[way.node], sizes)))
+    ordered = tuple(one for _, one in sorted(connections, key=lambda each: _natural(each[0])))
+    return Network(populations, inputs, tuple(c for c in ordered if np.any(c.matrix)), tuple(probes))
+
+
+def _check_type(where: str, node: Any) -> None:
+    kind = type(node).__name__
+    if kind not in _KNOWN:
+        raise ParameterError(f"{where}: {kind}, is no node that NIR has; they are {', '.join(_KNOWN)}")
+    if _KNOWN[kind].rolls == "refused" and not is_linear(node):
+        raise ParameterError(f"{where}: {kind}, is refused on rolls, {_KNOWN[kind].note}; {REMEDY[kind]}")
+
+
+def _flat(graph: Any) -> Flat:
+    nodes: dict[str, Any] = {}
+    edges: list[tuple[str, str]] = []
+    ends: dict[str, tuple[list[str], list[str]]] = {}
+    _gather(graph, "", nodes, edges, ends)
+    after: dict[str, list[str]] = {name: [] for name in nodes}
+    for before, behind in edges:
+        for source in ends[before][1] if before in ends else [before]:
+            after[source] += ends[behind][0] if behind in ends else [behind]
+    inner = [name for inputs, outputs in ends.values() for name in (*inputs, *outputs)]
+    kinds = {name: type(node).__name__ for name, node in nodes.items()}
+    inputs = tuple(n for n, kind in kinds.items() if kind == "Input" and n not in inner)
+    outputs = tuple(n for n, kind in kinds.items() if kind == "Output" and n not in inner)
+    return Flat(nodes, {k: tuple(v) for k, v in after.items()}, inputs, outputs)
+
+
+def _gather(
+    graph: Any, path: str, nodes: dict[str, Any], edges: list[tuple[str, str]],
+    ends: dict[str, tuple[list[str], list[str]]],
+) -> None:  # fmt: skip
+    """Add the nodes of a graph and of those in it by path; ends: inputs and outputs of inner graphs."""
+    edges += [(f"{path}{a}", f"{path}{b}") for a, b in graph.edges]
+    for name, node in graph.nodes.items():
+        where = f"{path}{name}"
+        if type(node).__name__ != "NIRGraph":
+            nodes[where] = node
+            continue
+        _gather(node, f"{where}.", nodes, edges, ends)
+        ends[where] = (
+            [f"{where}.{n}" for n, x in node.nodes.items() if type(x).__name__ == "Input"],
+            [f"{where}.{n}" for n, x in node.nodes.items() if type(x).__name__ == "Output"],
+        )
+
+
+def _is_source(flat: Flat, name: str) -> bool:
+    return type(flat.nodes[name]).__name__ in NEURONS or name in flat.inputs
+
+
+def _ways(flat: Flat, source: str) -> Iterator[Way]:
+    """All ways from a source to neurons and outputs."""
+    shape = _shape(flat.nodes[source])
+    size = int(np.prod(shape))
+    start = np.eye(size).reshape(*shape, size)
+    waiting = [Way(name, start, None, ()) for name in flat.after[source]]
+    while waiting:
+        way = waiting.pop(0)
+        node = flat.nodes[way.node]
+        if type(node).__name__ in NEURONS or way.node in flat.outputs:
+            yield way
+            continue
+        if way.node in way.before:
+            raise ParameterError(f"{way.node}: is in a loop without a neuron, must not be; put one into it")
+        signal, tau = _through(way, node)
+        before = (*way.before, way.node)
+        waiting += [Way(name, signal, tau, before) for name in flat.after[way.node]]
+
+
+def _through(way: Way, node: Any) -> tuple[F64, float | None]:
+    """Signal and filter behind a node that is no neuron."""
+    kind = type(node).__name__
+    if kind in ("Input", "Output"):
+        return way.signal, way.tau
+    if kind != "LI":
+        return linear(way.node, node, way.signal), way.tau
+    if way.tau is not None:
+        raise ParameterError(f"{way.node}: LI, is a second filter in series; leave one out")
+    _check_zero(way.node, node, "v_leak")
+    tau = _one_value(way.node, "tau", node.tau)
+    scale = np.asarray(node.r, dtype=np.float64) / np.asarray(node.tau, dtype=np.float64)
+    flat = way.signal.reshape(-1, way.signal.shape[-1])
+    return (np.broadcast_to(scale.ravel(), (flat.shape[0],))[:, None] * flat).reshape(way.signal.shape), tau
+
+
+def _connection(source: str, way: Way, node: Any, sizes: Mapping[str, int]) -> Connection:
+    """The connection of a way: weights as the network has them, and their time constant."""
+    weights = way.signal.reshape(-1, way.signal.shape[-1])
+    size = sizes[way.node]
+    if weights.shape[0] != size:
+        raise ParameterError(f"{way.node}: {size} neurons, {weights.shape[0]} entries come; mend the weights")
+    r, threshold = (np.asarray(x, dtype=np.float64).ravel() for x in (node.r, node.v_threshold))
+    over, tau = r / threshold, way.tau
+    if type(node).__name__ == "IF":
+        over = over * SLOW
+    if type(node).__name__ == "CubaLIF":
+        if tau is not None:
+            raise ParameterError(f"{way.node}: CubaLIF behind LI, two filters in series; take LIF")
+        tau = _one_value(way.node, "tau_syn", node.tau_syn)
+        over = over * np.asarray(node.w_in, dtype=np.float64).ravel() / tau
+    elif tau is None:
+        tau = DIRECT
+        over = over / tau
+    matrix = np.broadcast_to(over, (size,))[:, None] * weights
+    return Connection(source, way.node, rule="matrix", tau=tau, matrix=tuple(map(tuple, matrix.tolist())))
+
+
+def _population(name: str, node: Any, size: int) -> Population:
+    for field in ("v_leak", "v_reset"):
+        _check_zero(name, node, field)
+    kind = type(node).__name__
+    if kind == "IF":
+        return Population(name, size, SLOW, 0.0)
+    tau = node.tau_mem if kind == "CubaLIF" else node.tau
+    return Population(name, size, _one_value(name, "tau", tau), 0.0)
+
+
+def _shape(node: Any) -> tuple[int, ...]:
+    return tuple(int(n) for n in np.asarray(next(iter(node.output_type.values()))).ravel()) or (1,)
+
+
+def _size(flat: Flat, name: str, ways: Mapping[str, tuple[Way, ...]]) -> int:
+    """How many neurons a node has: of one that states a single number for all, what comes in."""
+    size = int(np.prod(_shape(flat.nodes[name])))
+    come = [int(np.prod(w.signal.shape[:-1])) for found in ways.values() for w in found if w.node == name]
+    return size if size > 1 or not come else come[0]
+
+
+def _one_value(where: str, name: str, values: Any) -> float:
+    found = np.asarray(values, dtype=np.float64)
+    low, high = float(found.min()), float(found.max())
+    if not low > 0.0 or high > low * (1.0 + _ALIKE):
+        raise ParameterError(f"{where}.{name}: {low:g} to {high:g} s, must be one above 0; split the node")
+    return low if low == high else float(found.mean())
+
+
+def _check_zero(where: str, node: Any, name: str) -> None:
+    value = getattr(node, name, None)
+    if value is not None and np.any(np.asarray(value)):
+        worst = float(np.abs(np.asarray(value)).max())
+        raise ParameterError(
+            f"{where}.{name}: up to {worst:g}, must be 0 on rolls; shift threshold and weights"
+        )
+
+
+def _natural(names: tuple[str, ...]) -> list[tuple[int, str]]:
+    """By length first, so that `connection10` comes behind `connection9`."""
+    return [(len(name), name) for name in names]
