@@ -1,8 +1,7 @@
 """The NEF chip:networks of ensembles, the curves of their neurons, and runs on a die."""
 
-from chips.nef.build import Built, build
+from chips.nef.build import build
 from chips.nef.chip import NefChip
-from chips.nef.network.curves import IdealCurves
 from chips.nef.network.network import Connection, Ensemble, EnsembleArray, Network, Neurons, Node, Probe, join
 from chips.nef.simulation import Simulation
 
@@ -18,9 +17,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "join",
     # The chip and its curves
     "NefChip",
-    "IdealCurves",
     # Runs
     "build",
-    "Built",
     "Simulation",
 ]

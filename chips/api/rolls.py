@@ -1,11 +1,10 @@
 """The ROLLS chip:populations and what connects them, programs, biases, runs, and what a die is like."""
 
-from chips.rolls.calibration import Calibration, Knob, Target, Task, calibrate, code_for, neuron_rates
+from chips.rolls.calibration import Calibration, Knob, Target, Task, calibrate, neuron_rates
 from chips.rolls.chip import Inputs, RollsChip, Spikes
 from chips.rolls.depression.program import ShortTermDepression
 from chips.rolls.plastic.program import PlasticArray
 from chips.rolls.portrait import Portrait, portrait
-from chips.rolls.power import bias_power
 from chips.rolls.program.address import NONPLASTIC, VIRTUAL_EXCITATORY, VirtualSynapses
 from chips.rolls.program.bias_file import (
     BiasEntry,
@@ -27,8 +26,6 @@ from chips.rolls.program.population import (
     one_to_one,
     place,
     winner_take_all,
-    with_probability,
-    without_self,
 )
 from chips.rolls.program.program import Program, VirtualInput
 from chips.rolls.program.words import input_words, program_of_words, program_words, programming_time
@@ -41,8 +38,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "place",
     "all_to_all",
     "one_to_one",
-    "with_probability",
-    "without_self",
     "neural_field",
     "winner_take_all",
     "Network",
@@ -71,7 +66,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "shipped_biases",
     "read_biases",
     "write_biases",
-    "code_for",
     # The chip in time
     "RollsChip",
     "Inputs",
@@ -85,7 +79,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "neuron_rates",
     "portrait",
     "Portrait",
-    "bias_power",
     # Graphs of NIR
     "nir_graph",
     "write_nir",

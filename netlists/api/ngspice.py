@@ -1,11 +1,11 @@
 """Runs in ngspice: its library, decks, testbenches, and the comparison with the solver."""
 
 from netlists.foundry.engine import operating_point, simulate
-from netlists.ngspice.agreement import Agreement, Allowance, Difference, compare
+from netlists.ngspice.agreement import Agreement, compare
 from netlists.ngspice.library import NoOperatingPointError, version
 from netlists.ngspice.raw import write_raw
 from netlists.ngspice.run import Waveforms, run
-from netlists.ngspice.small_signal import Decades, ac, noise
+from netlists.ngspice.small_signal import ac, noise
 
 __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its headings
     # The library
@@ -19,11 +19,8 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "operating_point",
     "ac",
     "noise",
-    "Decades",
     "write_raw",
     # The solver beside ngspice
     "compare",
     "Agreement",
-    "Difference",
-    "Allowance",
 ]

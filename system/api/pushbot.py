@@ -1,10 +1,8 @@
 """The Pushbot step by step:its network on ROLLS, its body, and drives through a scene."""
 
 from system.pushbot.body import Pushbot, forward_of, turn_of
-from system.pushbot.brain import Architecture, brain_of
 from system.pushbot.drive import Readings, Run, begin_run, go_on, steer
-from system.pushbot.loop import Brain, open_loop, rates, step
-from system.pushbot.network.biases import pushbot_biases
+from system.pushbot.loop import open_loop, rates, step
 from system.pushbot.network.plain import NOTEBOOK, PAPER, PushbotLevels, pushbot_network
 from system.pushbot.run import Trace, make_brain, run
 from system.pushbot.scenario import Scenario, scene_of
@@ -16,10 +14,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "PushbotLevels",
     "PAPER",
     "NOTEBOOK",
-    "pushbot_biases",
-    "brain_of",
-    "Architecture",
-    "Brain",
     # Body and drive
     "Pushbot",
     "forward_of",

@@ -3,7 +3,7 @@
 from system.rover.body import Rover
 from system.rover.cost_map import CostMap, load_map, read_map
 from system.rover.planner import Plan, plan_path
-from system.rover.run import Trace, run
+from system.rover.run import run
 from system.rover.scenario import Scenario
 from system.rover.topological_map import plan_places, scatter_places
 
@@ -20,5 +20,4 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "Rover",
     "Scenario",
     "run",
-    "Trace",
 ]

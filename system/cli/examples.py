@@ -28,6 +28,7 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
         "noctule run pushbot --scene single-block -o drive.nc",
         "noctule view drive.nc -o drive.html",
     ),
+    ("map",): ("noctule map examples/working-memory.toml --chip rolls -o program.toml",),
     ("montecarlo",): ("noctule montecarlo rebound-neuron -n 50 --metric best_delay --csv dies.csv",),
     ("gradient",): ('noctule gradient rebound-neuron --metric "spike_time(spike,0)" --die 1003',),
     ("match",): ("noctule match rebound-neuron --metric t_inh_s --spread 6ms",),

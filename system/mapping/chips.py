@@ -28,6 +28,13 @@ def read_any(path: str) -> Network:
 def map_on(chip: str, network: Network) -> Mapped:
     """Put a network on a chip.
 
+    Parameters
+    ----------
+    chip
+        Name of the chip, `rolls`.
+    network
+        The network.
+
     Raises
     ------
     ParameterError

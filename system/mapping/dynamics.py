@@ -4,11 +4,14 @@
                            i_k = pivot_k (s / pivot_k)^power_k,  as s where power_k is 1
     neuron, i = sum of sign_k i_k / unit:
         membrane leak      tau dv/dt = i - v
-        constant leak      tau dv/dt = |i - 1|^q with the sign of i - 1,  v >= 0
-    spike where v comes to 1; then v = 0 for the refractory period
+        constant leak      tau dv/dt = i - 1,  v >= 0
+        with an upstroke   tau dv/dt = i - 1 + e^((v - 1) / slope),  v >= 0
+    spike where v comes to 1, with an upstroke to infinity; then v = 0 for the refractory period
 
-A network that was asked for has unit 1 and powers 1; a chip's has currents in A (`system.mapping.rolls`).
-Steps are of `STEP`; a spike's time within its step is that of a straight line, and it is heard in the next.
+A network that was asked for has unit 1 and powers 1; a chip's has currents in A and upstrokes
+(`system.mapping.rolls`). Steps are of `STEP`, in which currents stay; a spike's time within its step is that
+of the equation, with an upstroke exactly, else of a straight line. It is heard in the next step. With
+y = e^((1 - v) / slope) an upstroke is linear: slope tau dy/dt = -(i - 1) y - 1, and a spike at y = 0.
 """
 
 from __future__ import annotations
@@ -23,21 +26,22 @@ from circuits.arrays import F64, I64, Bools
 from system.mapping.network import Network, matrix_of, spans
 
 STEP = 1e-4  # s; ours
+_STILL, _FAR = 1e-9, 500.0  # drives, or y, that count as none; exponents that no number holds beyond
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
     """Neurons, float64[n] each unless said.
 
-    tau : s; power : q of a constant leak; unit : current that just makes it fire; refractory : s; constant :
-    whether its leak is constant, bool[n].
+    tau : s; unit : current that just makes it fire; refractory : s; constant : whether its leak is constant,
+    bool[n]; slope : of their upstrokes, None where they have none.
     """
 
     tau: F64
-    power: F64
     unit: F64
     refractory: F64
     constant: Bools
+    slope: F64 | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,7 +88,6 @@ def asked(network: Network) -> Dynamics:
     sizes = [p.size for p in populations]
     cells = Cells(
         np.repeat([p.tau for p in populations], sizes),
-        np.ones(network.neurons),
         np.ones(network.neurons),
         np.repeat([p.refractory for p in populations], sizes),
         np.repeat([p.leak == "constant" for p in populations], sizes),
@@ -144,20 +147,35 @@ def run(dynamics: Dynamics, events: Events, duration: float) -> Trains:
 def _step(cells: Cells, v: F64, wait: F64, drive: F64) -> tuple[I64, F64]:
     """Move v and wait by a step; the neurons that spiked, and when, in shares of the step."""
     free = np.clip(1.0 - wait / STEP, 0.0, 1.0)  # share of the step in which a neuron listens
-    over = drive - 1.0
-    straight = v + np.sign(over) * np.abs(over) ** cells.power * free * STEP / cells.tau
-    leaky = drive + (v - drive) * np.exp(-free * STEP / cells.tau)
-    after = np.where(cells.constant, np.maximum(straight, 0.0), leaky)
+    after, part = _plain(cells, v, free, drive) if cells.slope is None else _rising(cells, v, free, drive)
     wait[:] = np.maximum(wait - STEP, 0.0)
-    fired = np.flatnonzero(after >= 1.0)
-    share = np.empty(0)
-    if fired.size:
-        part = (1.0 - v[fired]) / (after[fired] - v[fired])
-        share = 1.0 - free[fired] * (1.0 - part)
-        wait[fired] = np.maximum(cells.refractory[fired] - (1.0 - share) * STEP, 0.0)
-        after[fired] = 0.0
+    fired = np.flatnonzero(part <= free)
+    share = 1.0 - free[fired] + part[fired]
+    wait[fired] = np.maximum(cells.refractory[fired] - (1.0 - share) * STEP, 0.0)
+    after[fired] = 0.0
     v[:] = after
     return fired, share
+
+
+def _plain(cells: Cells, v: F64, free: F64, drive: F64) -> tuple[F64, F64]:
+    """Voltage after a step, and the share of a step until it comes to 1, infinite where it does not."""
+    straight = np.maximum(v + (drive - 1.0) * free * STEP / cells.tau, 0.0)
+    after = np.where(cells.constant, straight, drive + (v - drive) * np.exp(-free * STEP / cells.tau))
+    moved = np.where(after >= 1.0, after - v, 1.0)
+    return after, np.where((after >= 1.0) & (free > 0.0), free * (1.0 - v) / moved, np.inf)
+
+
+def _rising(cells: Cells, v: F64, free: F64, drive: F64) -> tuple[F64, F64]:
+    """Likewise, with an upstroke."""
+    slope = np.ones(1) if cells.slope is None else cells.slope
+    pace = STEP / (slope * cells.tau)
+    over = np.where(np.abs(drive - 1.0) < _STILL, _STILL, drive - 1.0)
+    y = np.exp((1.0 - v) / slope)
+    left = 1.0 + over * y  # below 0 the spike never comes
+    part = np.where(left > 0.0, np.log(np.maximum(left, _STILL)) / (over * pace), np.inf)
+    moved = (y + 1.0 / over) * np.exp(-np.clip(over * pace * free, -_FAR, _FAR)) - 1.0 / over
+    after = 1.0 - slope * np.log(np.clip(moved, _STILL, np.exp(1.0 / slope)))
+    return after, np.where(free > 0.0, part, np.inf)
 
 
 def rates_of(trains: Trains, count: int, begin: float, end: float) -> F64:

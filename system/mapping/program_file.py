@@ -23,14 +23,14 @@ import tomli_w
 
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable, default_biases
-from chips.rolls.program.program import HIGHEST_LEVEL, Program, VirtualInput
+from chips.rolls.program.program import Program
 from circuits.arrays import I64
 from circuits.errors import DataError, ParameterError
 from system.files.document import converted, plain, toml_file
 from system.files.writing import check_folder, checked_suffix, write_bytes_atomic, write_text_atomic
 from system.mapping.network_file import SUFFIX, network_of, npz_of, tables_of
 from system.mapping.report import Finding
-from system.mapping.rolls.mapped import Mapped, Placed, PlacedFilter
+from system.mapping.rolls.mapped import Mapped, Placed, PlacedFilter, virtual_inputs
 
 FORMAT: Literal["noctule-program/1"] = "noctule-program/1"
 _COUNTS = f".{string.digits[1:]}{string.ascii_lowercase}"
@@ -158,11 +158,7 @@ def _mapped(found: ProgramFile, where: Path) -> Mapped:
     shape = network.channels, network.neurons
     excite, inhibit = (_matrix(name, getattr(found, name), counts, shape) for name in ("excite", "inhibit"))
     slow = tuple(k for p in found.placed if p.slow for k in range(p.first, p.first + sizes[p.name]))
-    inputs = tuple(
-        VirtualInput(name, tuple(range(size)), HIGHEST_LEVEL, inhibitory=inhibitory)
-        for name, used, inhibitory in (("excite", excite, False), ("inhibit", inhibit, True))
-        if used.any()
-    )
+    inputs = virtual_inputs(size, excite, inhibit)
     program = Program(levels.astype(np.int8), _biases(found), slow, inputs)
     return Mapped(network, found.placed, found.filters, program, excite, inhibit, found.findings)
 

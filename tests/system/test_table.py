@@ -70,6 +70,7 @@ def test_what_is_left_out_is_the_default() -> None:
         ({"front": {"radius": 1}}, "front", Wheel(radius=1.0)),
         ({"wheel": [{}, {"radius": 1}]}, "wheels", (Wheel(), Wheel(radius=1.0))),
         ({"path": [[0, 1], [2, 3]]}, "path", ((0.0, 1.0), (2.0, 3.0))),
+        ({"path": [[0, "25cm"], [2, 3]]}, "path", ((0.0, 0.25), (2.0, 3.0))),
     ],
 )
 def test_a_key_sets_its_field(given: dict[str, Any], field: str, value: Any) -> None:
@@ -105,7 +106,7 @@ def test_a_key_sets_its_field(given: dict[str, Any], field: str, value: Any) -> 
         ({"wheel": {"radius": 1}}, "cart.wheel: must be written as [[cart.wheel]], one table each"),
         ({"wheel": [{}, {"radii": 1}]}, "cart.wheel[1].radii: unknown key; did you mean radius?"),
         ({"path": [[0, 1]]}, "cart.path: [[0, 1]], must be a list of at least 2"),
-        ({"path": [[0, 1], [2, "a"]]}, "cart.path[1][1]: 'a', must be a number in m; "),
+        ({"path": [[0, 1], [2, "a"]]}, 'cart.path[1][1]: "a", must be a length in m; '),
     ],
 )
 def test_what_is_refused_is_told_with_its_place(given: dict[str, Any], says: str) -> None:

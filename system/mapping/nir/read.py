@@ -8,8 +8,9 @@ all linear nodes, graphs within graphs and loops among them. With the neuron's
     LI       tau dv/dt = v_leak - v + R I, before a neuron: its synapses
 
 a weight w is R w / (v_threshold tau_s) in the network's units (`system.mapping.network`), tau_s being that of
-CubaLIF or LI, or `DIRECT` where pulses reach the membrane at once. v_leak and v_reset must be 0. NIR knows no
-refractory period: it is 0. Populations and inputs come in the order of the file, which NIR sorts by name.
+CubaLIF or LI, or `DIRECT` where pulses reach the membrane at once; v_threshold counts from v_leak, which must
+be v_reset. NIR knows no refractory period: it is 0. Populations and inputs come in the order of the file,
+which NIR sorts by name.
 """
 
 from __future__ import annotations
@@ -209,7 +210,7 @@ def _connection(source: str, way: Way, node: Any, sizes: Mapping[str, int]) -> C
     if weights.shape[0] != size:
         raise ParameterError(f"{way.node}: {size} neurons, {weights.shape[0]} entries come; mend the weights")
     r, threshold = (np.asarray(x, dtype=np.float64).ravel() for x in (node.r, node.v_threshold))
-    over, tau = r / threshold, way.tau
+    over, tau = r / (threshold - _rest(node).ravel()), way.tau
     if type(node).__name__ == "IF":
         over = over * SLOW
     if type(node).__name__ == "CubaLIF":
@@ -225,8 +226,7 @@ def _connection(source: str, way: Way, node: Any, sizes: Mapping[str, int]) -> C
 
 
 def _population(name: str, node: Any, size: int) -> Population:
-    for field in ("v_leak", "v_reset"):
-        _check_zero(name, node, field)
+    _check_reset(name, node)
     kind = type(node).__name__
     if kind == "IF":
         return Population(name, size, SLOW, 0.0)
@@ -251,6 +251,22 @@ def _one_value(where: str, name: str, values: Any) -> float:
     if not low > 0.0 or high > low * (1.0 + _ALIKE):
         raise ParameterError(f"{where}.{name}: {low:g} to {high:g} s, must be one above 0; split the node")
     return low if low == high else float(found.mean())
+
+
+def _rest(node: Any) -> F64:
+    """Where its membrane rests; 0 of a neuron that does not leak."""
+    return np.asarray(getattr(node, "v_leak", 0.0), dtype=np.float64)
+
+
+def _check_reset(where: str, node: Any) -> None:
+    """Raise `ParameterError` unless a neuron is reset to where it rests, below its threshold."""
+    rest, reset = _rest(node), np.asarray(getattr(node, "v_reset", None), dtype=np.float64)
+    off = np.broadcast_to(np.nan_to_num(reset) - rest, np.shape(node.v_threshold)).ravel()
+    if np.any(off):
+        worst = float(off[np.argmax(np.abs(off))])
+        raise ParameterError(f"{where}.v_reset: {worst:g} from v_leak, must be v_leak on rolls; set it so")
+    if not np.all(np.asarray(node.v_threshold) > rest):
+        raise ParameterError(f"{where}.v_threshold: not above v_leak, must be; raise it")
 
 
 def _check_zero(where: str, node: Any, name: str) -> None:

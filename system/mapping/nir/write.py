@@ -86,6 +86,7 @@ def graph_of_network(network: Network) -> Any:
         nodes[f"{probe.name}_filter"] = nir.LI(tau=tau, r=tau, v_leak=0.0 * tau)
         nodes[probe.name] = nir.Output(output_type={"output": np.array([sizes[probe.population]])})
         edges += [(probe.population, f"{probe.name}_filter"), (f"{probe.name}_filter", probe.name)]
-    order = "\n".join(group.name for group in (*network.populations, *network.inputs))
+    groups = [p.name for p in network.populations] + [each.name for each in network.inputs]
+    order = "\n".join(groups)
     metadata = {"source": "noctule", "lost": "\n".join(LOST), ORDER: order}
     return nir.NIRGraph(nodes, edges, metadata=metadata)

@@ -49,7 +49,19 @@ class Share(NamedTuple):
 def calibrated(mapped: Mapped, silicon: Silicon, kind: BiasKind = "generator") -> Mapped:
     """Return a mapped network with the codes of its weights searched on a die.
 
-    Raises `ParameterError` where no input excites, as a bench then has nothing to measure inhibition beside.
+    Parameters
+    ----------
+    mapped
+        The network on its chip.
+    silicon
+        Process, temperature and die.
+    kind
+        Kind of the biases.
+
+    Raises
+    ------
+    ParameterError
+        No input excites, so that a bench has nothing to measure inhibition beside.
     """
     known = {f.name: f for f in mapped.filters}
     if BESIDE not in known:

@@ -6,9 +6,8 @@ it has integrated, about 0.76:
     I = pivot (S / pivot)^p,    S = gain * charge a second
 
 It is straight only near the current `pivot`, at which a chip's filter is made to agree with a network's
-(`AT` times the neuron's rheobase). Gain and p are measured as on a bench: neurons of the nominal die are
-driven at rates that bring 1.3 to 4 times their rheobase, and their own rates tell the current
-(`system.mapping.rolls.neuron`). A filter that inhibits is measured beside a steady excitation.
+(`AT` times the neuron's rheobase). Gain and p are measured on the nominal die under regular events: a line
+through the logarithms of the filters' mean currents between `BAND` times the rheobase.
 """
 
 from __future__ import annotations
@@ -19,10 +18,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from chips.rolls.calibration import code_for, neuron_rates
+from chips.aer import Events, send
+from chips.rolls.calibration import code_for
 from chips.rolls.chip import STEP, Inputs, RollsChip
 from chips.rolls.circuit import FILTERS, Params
-from chips.rolls.portrait import weights
+from chips.rolls.portrait import LEVELS, weights
 from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY
 from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.program import Program, VirtualInput
@@ -30,7 +30,7 @@ from chips.rolls.tables import Built, build_tables
 from circuits.arrays import F64, I64
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
-from system.mapping.rolls.neuron import KIND, Curve
+from system.mapping.rolls.neuron import KIND
 
 AT = 2.0  # of the rheobase; ours
 GAIN = 0.5  # of a filter's threshold bias over its leak: small beside what a neuron needs; ours
@@ -48,17 +48,14 @@ COLUMNS = {
         FILTERS, (NONPLASTIC + 200, NONPLASTIC + 210, VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY), strict=True
     )
 }  # that a bench drives
-_ORDER = ("virtual_excitatory", "excitatory", "inhibitory", "virtual_inhibitory")
+NOTHING = Events(np.empty(0), np.empty(0, np.int64))
 BESIDE = "virtual_excitatory"  # excites where an inhibition is measured
-# Numbers of the bench, ours: events of its neurons in Hz, the first with none, and the rate that is to bring
-# the pivot; weight that is tried first, A, and how often it is corrected; rheobases of the excitation beside
-# an inhibition; rates that count, Hz and in shares of the neuron's highest; rheobases between which a current
-# counts; neurons that must fire
-_RATES = np.concatenate(([0.0], np.geomspace(400.0, 4000.0, 23)))
-_MIDDLE, _TRIED, _ROUNDS, _STEADY = 1600.0, 5e-9, 3, 5.0
-_LEAST, _MOST, _BAND, _FEWEST = 3.0, 0.5, (0.5, 4.5), 4
-_FARTHER, _NEAR = 0.25, 0.2  # where no neuron fires, of the gain; and of the next correction's logarithm
-_FIRST_LEAK, _TRIALS = 5e-12, 3  # A, of a filter, which is tried first, and how many are
+# Of the bench, ours: events of a neuron in Hz, and the rate that is to bring the pivot; for how many time
+# constants and for how long (s) after these it runs; rheobases between which a current counts
+_RATES, _MIDDLE = np.geomspace(300.0, 4000.0, 24), 1600.0
+_SETTLED, _MEASURED, BAND = 8.0, 0.1, (0.5, 4.5)
+_LEAK_TIMES_TAU, _TRIALS = 5e-14, 2  # A s, about what a filter's leak is tried first by, and how many are
+_FIRST_GAIN, PULSE_LENGTH = 0.16, 82e-6  # about a filter's gain; s, about a pulse
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +82,7 @@ class Law:
 
 def with_filters(biases: BiasTable, taus: Mapping[str, float]) -> BiasTable:
     """Return a table whose filters have time constants (s) by name, the nearest that its codes have."""
-    leaks = dict.fromkeys(taus, _FIRST_LEAK)
+    leaks = {name: _LEAK_TIMES_TAU / tau for name, tau in taus.items()}
     for _ in range(_TRIALS):
         for name, leak in leaks.items():
             biases = biases.with_code(LEAK_OF[name], *code_for(leak))
@@ -111,6 +108,13 @@ def bench_program(biases: BiasTable) -> Program:
     return Program(levels, biases, inputs=inputs)
 
 
+def every_level(biases: BiasTable) -> Program:
+    """Return a program with a column of each level and both kinds of virtual synapses, at every neuron."""
+    levels = np.zeros((NEURONS, NEURONS), dtype=np.int8)
+    levels[:, : len(LEVELS)] = LEVELS
+    return Program(levels, biases, inputs=bench_program(biases).inputs)
+
+
 @lru_cache(maxsize=4)
 def bench_built(biases: BiasTable) -> Built:
     """Return the tables of the nominal die at 27 degC on a bench."""
@@ -131,67 +135,51 @@ def charges_of(program: Program, built: Built) -> dict[str | int, float]:
     return found
 
 
-def laws(biases: BiasTable, curve: Curve, used: Collection[str]) -> dict[str, Law]:
-    """Measure filters of the nominal die, beside neurons whose latch is off and that follow `curve`."""
-    found: dict[str, Law] = {}
-    needed = {*used, *((BESIDE,) if any(SIGN[name] < 0 for name in used) else ())}
-    for name in (each for each in _ORDER if each in needed):
-        biases, found[name] = _law(biases, name, curve, found.get(BESIDE))
-    return found
+def laws(biases: BiasTable, rheobase: float, used: Collection[str]) -> dict[str, Law]:
+    """Measure filters of the nominal die about the currents that neurons of a rheobase (A) need."""
+    for name in used:
+        tried = AT * rheobase / (_FIRST_GAIN * _MIDDLE * PULSE_LENGTH)
+        biases = biases.with_code(FIRST_OF[name], *code_for(tried))
+    charges, currents = charges_of(bench_program(biases), bench_built(biases)), _currents(biases)
+    return {name: _law(biases, name, rheobase, charges[_event(name)], currents[name]) for name in used}
 
 
-def _law(biases: BiasTable, name: str, curve: Curve, beside: Law | None) -> tuple[BiasTable, Law]:
-    """Law of a filter, and the table at which its bench was; beside: law of the excitation of the bench."""
-    table = biases.with_code(FIRST_OF[name], *code_for(_TRIED))
-    law = _measured(table, name, curve, beside)
-    for _ in range(_ROUNDS - 1):
-        charge = charges_of(bench_program(table), bench_built(table))[_event(name)]
-        change = law.pivot / (law.gain * charge * _MIDDLE)
-        if abs(np.log(change)) < _NEAR:
-            break
-        table = table.with_code(FIRST_OF[name], *code_for(table.current(FIRST_OF[name]) * change))
-        law = _measured(table, name, curve, beside)
-    return table, law
-
-
-def _measured(table: BiasTable, name: str, curve: Curve, beside: Law | None) -> Law:
-    """A line through the logarithms of current over charge a second, of the neurons of a bench that fire."""
-    pivot, tau = AT * curve.rheobase, tau_of(bench_built(table), name)
-    charges = charges_of(bench_program(table), bench_built(table))
-    charge, steady = charges[_event(name)], 0.0
-    if SIGN[name] < 0 and beside is not None:
-        steady = beside.strength(_STEADY * curve.rheobase) / (beside.gain * charges[BESIDE])
-    seen = _seen(table, name, steady)
-    fires = (seen > _LEAST) & (seen < _MOST / curve.refractory)
-    current = curve.current(np.where(fires, seen, 1.0))
-    if steady:
-        current, fires = current[0] - current, fires & (_RATES > 0.0)
-    fires &= (current > _BAND[0] * curve.rheobase) & (current < _BAND[1] * curve.rheobase)
-    if fires.sum() < _FEWEST:
-        gain = pivot / (charge * _MIDDLE)
-        return Law(tau, 1.0, pivot, gain if fires.any() else gain * _FARTHER)
-    came, got = np.log(_RATES[fires] * charge), np.log(current[fires])
+def _law(biases: BiasTable, name: str, rheobase: float, charge: float, currents: F64) -> Law:
+    """The line through a filter's currents (A) at the bench's rates."""
+    pivot = AT * rheobase
+    near = (currents > BAND[0] * rheobase) & (currents < BAND[1] * rheobase)
+    came, got = np.log(_RATES[near] * charge), np.log(currents[near])
     power, offset = np.polyfit(came, got, 1)
     gain = np.exp(offset + (power - 1.0) * np.log(pivot)) ** (1.0 / power)
     error = np.abs(np.expm1(power * came + offset - got)).max()
-    return Law(tau, float(power), pivot, float(gain), float(error))
+    return Law(tau_of(bench_built(biases), name), float(power), pivot, float(gain), float(error))
 
 
-def _seen(table: BiasTable, name: str, steady: float) -> F64:
-    """Rates of the bench's neurons, Hz."""
-    chip = RollsChip(bench_program(table), Silicon(ROLLS_180), KIND).with_tables(bench_built(table))
-    return neuron_rates(chip, lambda duration: _drive(name, steady, duration))[: _RATES.size]
+def _currents(biases: BiasTable) -> dict[str, F64]:
+    """Mean currents of all filters at the bench's rates, A; a neuron has events of one filter and rate."""
+    built = bench_built(biases)
+    chip = RollsChip(bench_program(biases), Silicon(ROLLS_180), KIND).with_tables(built)
+    longest = max(tau_of(built, name) for name in FILTERS)
+    still, steps = round(_SETTLED * longest / chip.step), round(_MEASURED / chip.step)
+    end = (still + steps) * chip.step
+    parts = [
+        regular(k, COLUMNS[name], rate, end, k + j * _RATES.size)
+        for j, name in enumerate(FILTERS)
+        for k, rate in enumerate(_RATES)
+    ]
+    given = together(parts)
+    arrived = send(chip.bus, given.times, given.neurons + (given.columns << 8))
+    _, _, state, _ = chip.run_steps(chip.at_rest(), still, arrived)
+    total = np.zeros((2, NEURONS))
+    for _ in range(steps):
+        _, _, state, _ = chip.run_steps(state, 1, NOTHING)
+        total += chip.synaptic_currents()
+    found = (total / steps)[:, : len(FILTERS) * _RATES.size].reshape(2, len(FILTERS), _RATES.size)
+    return {name: found[int(SIGN[name] < 0), j] for j, name in enumerate(FILTERS)}
 
 
 def _event(name: str) -> str | int:
     return name if name.startswith("virtual") else SIGN[name]
-
-
-def _drive(name: str, steady: float, duration: float) -> Inputs:
-    """Regular events of the bench's neurons, and a steady excitation of `steady` Hz."""
-    found = [regular(k, COLUMNS[name], rate, duration, k) for k, rate in enumerate(_RATES)]
-    found += [regular(k, COLUMNS[BESIDE], steady, duration, k) for k in range(_RATES.size)]
-    return together(found)
 
 
 def together(parts: Iterable[tuple[F64, I64, I64]]) -> Inputs:

@@ -16,7 +16,6 @@ import numpy as np
 
 from chips.rolls.calibration import code_for
 from chips.rolls.circuit import FILTERS
-from chips.rolls.portrait import weight_program
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable, resting_biases
 from chips.rolls.program.program import Program, VirtualInput
@@ -27,16 +26,18 @@ from system.mapping.report import check_possible, impossible
 from system.mapping.rolls.filters import (
     EXTRA,
     FIRST_OF,
+    PULSE_LENGTH,
     SIGN,
     Law,
     built_of,
     charges_of,
+    every_level,
     laws,
     with_filters,
 )
 from system.mapping.rolls.findings import findings_of
 from system.mapping.rolls.levels import Levels, Repeats, levels_of, repeats_of
-from system.mapping.rolls.mapped import Mapped, Placed, PlacedFilter
+from system.mapping.rolls.mapped import Mapped, Placed, PlacedFilter, virtual_inputs
 from system.mapping.rolls.neuron import (
     Curve,
     Wanted,
@@ -48,9 +49,8 @@ from system.mapping.rolls.neuron import (
 )
 
 PULSE = 1.5e-9  # A, of NPA_PWLK_P: pulses of 0.08 ms, within the chip's step; ours
-POWER = 0.84  # of the neuron's law, before its codes are known
-TRIED = 5e-9  # A, of weights before their codes are known
-ROUNDS = 4  # of the search of their codes
+SLOPE = 0.16  # d of the neuron's law, before its codes are known
+ROUNDS = 3  # of the search of the weights' codes
 
 Charges = Mapping[str | int, float]
 Sets = Mapping[str, Levels | Repeats]
@@ -104,15 +104,14 @@ def map_on_rolls(network: Network) -> Mapped:
     neurons = _neurons(network)
     asked = tuple(_asked(network, neurons))
     biases = with_filters(neurons.biases, {a.name: a.tau for a in asked})
-    found = laws(biases, _fast_curve(neurons), [a.name for a in asked])
+    found = laws(biases, _middle(network, neurons), [a.name for a in asked])
     sets = {a.name: _chosen(a, found[a.name]) for a in asked}
     weighted = _with_weights(biases, sets)
-    mapped = Mapped(
-        network, _placed(network, neurons),
-        tuple(_filter(name, found[name], weighted.charges) for name in sets),
-        _program(network, neurons, weighted.biases, sets),
-        _repeats(network, sets.get(FILTERS[2])), _repeats(network, sets.get(FILTERS[3])), (),
-    )  # fmt: skip
+    filters = tuple(_filter(name, found[name], weighted.charges) for name in sets)
+    excite, inhibit = (_repeats(network, sets.get(name)) for name in FILTERS[2:])
+    inputs = virtual_inputs(network.neurons, excite, inhibit)
+    program = _program(network, neurons, weighted.biases, sets, inputs)
+    mapped = Mapped(network, _placed(network, neurons), filters, program, excite, inhibit, ())
     findings = tuple(findings_of(mapped, neurons.curves, weighted.built))
     check_possible(findings)
     return replace(mapped, findings=findings)
@@ -124,12 +123,12 @@ def _neurons(network: Network) -> Neurons:
     biases = resting_biases().with_code("NPA_PWLK_P", *code_for(PULSE))
     for _ in range(len(groups)):  # the second time the threshold is known to both leaks
         for slow, group in enumerate(groups):
-            biases = with_leak(biases, slow, matched(_together(group), POWER).tau)
+            biases = with_leak(biases, slow, matched(_together(group), SLOPE).tau)
     biases = with_refractory(biases, _together(network.populations).refractory)
     found = {p.name: (p, slow) for slow, group in enumerate(groups) for p in group}
     curves = {name: curve_of(biases, slow) for name, (_, slow) in found.items()}
     currents = {
-        name: curves[name].rheobase / matched(wanted_of(p), curves[name].power, curves[name]).scale
+        name: curves[name].rheobase / matched(wanted_of(p), curves[name].slope, curves[name]).scale
         for name, (p, _) in found.items()
     }
     return Neurons(biases, curves, currents, {name: bool(slow) for name, (_, slow) in found.items()})
@@ -138,7 +137,7 @@ def _neurons(network: Network) -> Neurons:
 def _groups(network: Network) -> tuple[tuple[Population, ...], ...]:
     """Populations by their leak, the faster first: one group, or two that are split where T differ most."""
     each = sorted(
-        ((matched(wanted_of(p), POWER).tau, p) for p in network.populations), key=lambda found: found[0]
+        ((matched(wanted_of(p), SLOPE).tau, p) for p in network.populations), key=lambda found: found[0]
     )
     gaps = [slower / faster for (faster, _), (slower, _) in pairwise(each)]
     populations = tuple(p for _, p in each)
@@ -156,9 +155,11 @@ def _together(group: Sequence[Population]) -> Wanted:
     return Wanted(tau, refractory, group[0].leak == "constant")
 
 
-def _fast_curve(neurons: Neurons) -> Curve:
-    """Curve of the neurons with the first leak, which a bench has."""
-    return next(neurons.curves[name] for name, slow in neurons.slow.items() if not slow)
+def _middle(network: Network, neurons: Neurons) -> float:
+    """Rheobase about which filters are straight: the geometric mean over all neurons, A."""
+    sizes = [p.size for p in network.populations]
+    each = np.log([neurons.curves[p.name].rheobase for p in network.populations])
+    return float(np.exp(np.average(each, weights=sizes)))
 
 
 def _asked(network: Network, neurons: Neurons) -> Iterator[Asked]:
@@ -196,7 +197,7 @@ def _with_weights(biases: BiasTable, sets: Sets) -> Weighted:
     wanted: dict[str, float] = {}
     for name, chosen in sets.items():
         wanted |= _steps(name, np.atleast_1d(np.asarray(chosen[0])))
-    found = _weighted(biases, dict.fromkeys(wanted, TRIED))
+    found = _weighted(biases, {bias: charge / PULSE_LENGTH for bias, charge in wanted.items()})
     for _ in range(ROUNDS - 1):
         has: dict[str, float] = {}
         for name in sets:
@@ -213,7 +214,7 @@ def _weighted(biases: BiasTable, currents: Mapping[str, float]) -> Weighted:
     """With weights of some currents, A."""
     for bias, current in currents.items():
         biases = biases.with_code(bias, *code_for(current))
-    program = weight_program(biases, ())
+    program = every_level(biases)
     built = built_of(program)
     return Weighted(biases, built, charges_of(program, built))
 
@@ -234,23 +235,20 @@ def _placed(network: Network, neurons: Neurons) -> tuple[Placed, ...]:
         curve = neurons.curves[name]
         found.append(
             Placed(
-                name, at.start, neurons.slow[name], curve.tau, curve.power, curve.rheobase, curve.refractory,
+                name, at.start, neurons.slow[name], curve.tau, curve.slope, curve.rheobase, curve.refractory,
                 neurons.currents[name],
             )
         )  # fmt: skip
     return tuple(found)
 
 
-def _program(network: Network, neurons: Neurons, biases: BiasTable, sets: Sets) -> Program:
+def _program(
+    network: Network, neurons: Neurons, biases: BiasTable, sets: Sets, inputs: tuple[VirtualInput, ...]
+) -> Program:
     levels, n = np.zeros((NEURONS, NEURONS), dtype=np.int8), network.neurons
     for name in (each for each in FILTERS[:2] if each in sets):
         levels[:n, :n] += (SIGN[name] * sets[name].chosen).astype(np.int8)
     slow = tuple(k for name, at in spans(network.populations).items() if neurons.slow[name] for k in at)
-    inputs = tuple(
-        VirtualInput(name, tuple(range(n)), 4, inhibitory=SIGN[name] < 0)
-        for name in FILTERS[2:]
-        if name in sets
-    )
     return Program(levels, biases, slow, inputs)
 
 

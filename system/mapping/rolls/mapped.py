@@ -15,7 +15,7 @@ from chips.aer import Events
 from chips.rolls.chip import Inputs
 from chips.rolls.circuit import FILTERS
 from chips.rolls.program.address import VIRTUAL_LINES
-from chips.rolls.program.program import Program
+from chips.rolls.program.program import Program, VirtualInput
 from circuits.arrays import F64, I64
 from system.mapping.dynamics import Cells, Dynamics, Filter
 from system.mapping.network import Network
@@ -31,15 +31,15 @@ class Placed:
     """Where a population stands, and what its neurons are on the nominal die.
 
     name : its name; first : its first neuron on the chip, the others follow; slow : whether its leak is
-    IF_TAU1; tau : T of the integrator, s; power : its q; rheobase : A; refractory : s; current : A that
-    stand for 1 in the network.
+    IF_TAU1; tau : T of the integrator, s; slope : d of its upstroke; rheobase : A; refractory : s; current :
+    A that stand for 1 in the network.
     """
 
     name: str
     first: int
     slow: bool
     tau: float
-    power: float
+    slope: float
     rheobase: float
     refractory: float
     current: float
@@ -102,11 +102,11 @@ class Mapped:
     def dynamics(self) -> Dynamics:
         """Return the equations of the network as the nominal die has them."""
         sizes = [p.size for p in self.network.populations]
-        tau, power, unit, refractory = (
+        tau, unit, refractory, slope = (
             np.repeat([getattr(p, name) for p in self.placed], sizes)
-            for name in ("tau", "power", "rheobase", "refractory")
+            for name in ("tau", "rheobase", "refractory", "slope")
         )
-        cells = Cells(tau, power, unit, refractory, np.ones(self.network.neurons, dtype=np.bool_))
+        cells = Cells(tau, unit, refractory, np.ones(self.network.neurons, dtype=np.bool_), slope)
         return Dynamics(cells, tuple(self._filter(f) for f in self.filters))
 
     def events(self, events: Events) -> Inputs:
@@ -128,6 +128,15 @@ class Mapped:
         else:
             channels += one.weights[0] * (self.inhibit if sign < 0.0 else self.excite).T
         return Filter(sign, one.tau, neurons, channels, one.power, one.pivot)
+
+
+def virtual_inputs(size: int, excite: I64, inhibit: I64) -> tuple[VirtualInput, ...]:
+    """Return what a program states of the virtual synapses of its first `size` neurons, those in use."""
+    return tuple(
+        VirtualInput(name, tuple(range(size)), VIRTUAL_LINES, inhibitory=name == "inhibit")
+        for name, counts in (("excite", excite), ("inhibit", inhibit))
+        if counts.any()
+    )
 
 
 def fan_out(mapped: Mapped) -> Mapping[str, int]:

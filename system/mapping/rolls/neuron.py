@@ -1,12 +1,16 @@
-"""ROLLS' neuron as an integrator with a constant leak, and the codes that make it near to what is asked.
+"""ROLLS' neuron as an integrator with a constant leak and an upstroke, and codes near to what is asked.
 
 With the threshold bias far above the leak (`ABOVE`) all input enters the membrane, and inhibition is taken
-off it one to one. The nominal neuron then follows, from its rheobase to 25 times it and within 2 %,
+off it one to one. The nominal neuron then follows
 
-    1 / rate = t_ref + T / (I / I_rheo - 1)^q
+    T dv/dt = n + e^((v - 1) / d),   n = I / I_rheo - 1,   v >= 0
 
-with T in proportion to 1 / I_leak. T, q, t_ref and I_rheo are measured of the circuit's model at the codes.
-A neuron that is asked for, with a leak that grows with the membrane's voltage, has another curve: T and the
+(the exponential is the positive feedback of the spike), whose rate has a closed form,
+
+    1 / rate = t_ref + T / n (1 + d ln(n + e^(-1 / d)))
+
+T in proportion to 1 / I_leak. T, d, t_ref and I_rheo are measured of the circuit's model at the codes. A
+neuron that is asked for, with a leak that grows with the membrane's voltage, has another curve: T and the
 current `scale` (in its units) at which the chip's neuron begins to fire are chosen so that the logarithms of
 both rates are nearest between currents `SPAN`.
 """
@@ -41,6 +45,7 @@ LEAKS = ("IF_TAU2_N", "IF_TAU1_N")  # of a neuron whose latch is off, and on
 THRESHOLD, REFRACTORY = "IF_THR_N", "IF_RFR2_N"
 MULTIPLES = np.array([1.1, 1.2, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0, 15.0, 25.0])  # of the rheobase
 KIND: BiasKind = "generator"
+_OVER = np.geomspace(1e-4, 1e3, 4000)  # rheobases beyond one, at which a curve is read backwards
 _PROBE = 40e-12  # A, of the leak at which T I_leak is first measured
 
 
@@ -48,26 +53,28 @@ _PROBE = 40e-12  # A, of the leak at which T I_leak is first measured
 class Curve:
     """A neuron's rate over its input.
 
-    rheobase : A; tau : T, s; power : q; refractory : t_ref, s; error : largest relative error of the law.
+    rheobase : A; tau : T, s; slope : d; refractory : t_ref, s; error : largest relative error of the law.
     """
 
     rheobase: float
     tau: float
-    power: float
+    slope: float
     refractory: float
     error: float = 0.0
 
     def rate(self, current: F64) -> F64:
         """Rate at a current, A, in Hz."""
-        over = np.maximum(current / self.rheobase - 1.0, 1e-12)
-        return np.asarray(
-            np.where(current > self.rheobase, 1.0 / (self.refractory + self.tau / over**self.power), 0.0)
-        )
+        over = current / self.rheobase - 1.0
+        return np.asarray(np.where(over > 0.0, 1.0 / self._period(np.maximum(over, _OVER[0])), 0.0))
 
     def current(self, rate: F64) -> F64:
         """Current of a rate above 0, A."""
-        period = np.maximum(1.0 / rate - self.refractory, 1e-6)
-        return np.asarray(self.rheobase * (1.0 + (self.tau / period) ** (1.0 / self.power)))
+        rates = 1.0 / self._period(_OVER)
+        return np.asarray(self.rheobase * (1.0 + np.interp(rate, rates, _OVER)))
+
+    def _period(self, over: F64) -> F64:
+        way = 1.0 + self.slope * np.log(over + np.exp(-1.0 / self.slope))
+        return np.asarray(self.refractory + self.tau / over * way)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,14 +99,14 @@ class Match:
     scale: float
 
 
-def matched(wanted: Wanted, power: float, curve: Curve | None = None) -> Match:
-    """Return the integrator with a power q whose curve is nearest; of a `curve` that is there, the scale."""
+def matched(wanted: Wanted, slope: float, curve: Curve | None = None) -> Match:
+    """Return the integrator with a slope d whose curve is nearest; of a `curve` that is there, the scale."""
     currents = np.geomspace(*SPAN, 24)
     aim = np.log(wanted.rate(currents))
 
     def off(x: F64) -> F64:
         tau = float(np.exp(x[-1])) if curve is None else curve.tau
-        one = Curve(float(np.exp(x[0])), tau, power, (curve or wanted).refractory)
+        one = Curve(float(np.exp(x[0])), tau, slope, (curve or wanted).refractory)
         return np.asarray(np.log(np.maximum(one.rate(currents), 0.1)) - aim)
 
     start = np.log([0.7, wanted.tau])[: 2 if curve is None else 1]
@@ -127,16 +134,17 @@ def curve_of(biases: BiasTable, slow: int) -> Curve:
     rheo = float(rheobase(neuron)[0])
     found = rates(neuron, (rheo * MULTIPLES)[:, None], np.full(MULTIPLES.size, LONGEST))[:, 0]
     fires = found > 0.0
-    over, seen = MULTIPLES[fires] - 1.0, found[fires]
 
     def off(x: F64) -> F64:
-        tau, power, refractory = np.exp(x)
-        return np.asarray(np.log(seen * (refractory + tau / over**power)))
+        curve = Curve(rheo, *(float(each) for each in np.exp(x)))
+        return np.asarray(np.log(curve.rate(rheo * MULTIPLES[fires]) / found[fires]))
 
-    first = np.median(over / seen)
-    best = optimise.least_squares(off, np.log([first, 0.85, 1e-3]), bounds=(-20.0, 5.0))
-    tau, power, refractory = (float(x) for x in np.exp(best.x))
-    return Curve(rheo, tau, power, refractory, float(np.abs(best.fun).max()))
+    first = float(np.median((MULTIPLES[fires] - 1.0) / found[fires]))
+    best = optimise.least_squares(
+        off, np.log([first, 0.15, 1e-3]), bounds=([-20.0, -4.0, -12.0], [5.0, 0.0, 0.0])
+    )
+    tau, slope, refractory = (float(x) for x in np.exp(best.x))
+    return Curve(rheo, tau, slope, refractory, float(np.abs(best.fun).max()))
 
 
 def with_leak(biases: BiasTable, slow: int, tau: float) -> BiasTable:
@@ -156,7 +164,7 @@ def with_refractory(biases: BiasTable, wanted: float) -> BiasTable:
     if wanted <= held:
         return biases
     low, high = 15e-12, biases.current(REFRACTORY)
-    for _ in range(12):
+    for _ in range(9):
         middle = float(np.sqrt(low * high))
         trial = biases.with_code(REFRACTORY, *code_for(middle))
         longer = float(one_neuron(trial, 0).refractory[0]) > wanted

@@ -41,6 +41,9 @@ FORMS = {
         "sweep rebound-neuron --over die=1000,1001 --measure t=cross(spike,9V) --analysis tran",
     ],
     "view": ["view run.nc -o run.html"],
+    "map": [],
+    "show PROGRAM.toml": [],
+    "run PROGRAM.toml": [],
     "export": [
         "export rebound-neuron -o a.cir",
         "export rebound-neuron --param membrane_capacitance=700fF -o b.cir",
@@ -86,6 +89,9 @@ FORMS = {
     "run rolls": ["run rolls --duration 0.2s"],
 }
 MORE = {
+    "map": ["map net.toml --chip rolls -o p.toml"],
+    "show PROGRAM.toml": ["show p.toml"],
+    "run PROGRAM.toml": ["run p.toml --input in.csv --codes default --duration 0.2s"],
     "show rolls": ["show rolls"],
     "simulate --analysis tran-noise": ["simulate rebound-neuron --analysis tran-noise --trials 2"],
     "montecarlo": [
@@ -145,6 +151,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (found / "sweep.cir").write_text("t\nv1 a 0 1\nr1 a b 1k\nr2 b 0 1k\n.dc v1 0 1 1\n", encoding="utf-8")
     (found / "synapses.csv").write_text("post,pre,level\n5,3,1\n", encoding="utf-8")
     (found / "pair.toml").write_bytes((ROOT / "examples" / "pair.toml").read_bytes())
+    (found / "net.toml").write_bytes((ROOT / "examples" / "winner-take-all.toml").read_bytes())
+    (found / "in.csv").write_text("time_s,address\n0.01,0\n", encoding="utf-8")
     keep(str(found / "run.nc"), film())
     table(points(sizes=((2.0, 1.0),), celsius=(27.0,)), found / "currents.csv")
     return found

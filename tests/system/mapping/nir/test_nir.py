@@ -1,0 +1,127 @@
+"""Graphs of NIR: read as networks node by node, written, and refused by name."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import nir
+import numpy as np
+import pytest
+from scipy.signal import correlate2d
+
+from circuits.errors import DataError, ParameterError
+from system.mapping.network import Connection, Network, matrix_of
+from system.mapping.network_file import read_network
+from system.mapping.nir.nodes import DIRECT, NODES, SLOW, linear
+from system.mapping.nir.read import network_of_graph, read_nir
+from system.mapping.nir.write import write_nir_network
+
+EXAMPLE = Path("examples/working-memory.toml")
+RNG = np.random.default_rng(1)
+
+
+def lif(n: int, **changed: Any) -> Any:
+    """Neurons of 20 ms."""
+    ones = np.ones(n)
+    given = {"tau": 20e-3 * ones, "r": 2.0 * ones, "v_leak": 0.0 * ones, "v_threshold": 4.0 * ones}
+    return nir.LIF(**{**given, **changed})
+
+
+def cuba(n: int) -> Any:
+    """Neurons of 20 ms with synapses of 5 ms."""
+    ones = np.ones(n)
+    return nir.CubaLIF(
+        tau_syn=5e-3 * ones, tau_mem=20e-3 * ones, r=ones, v_leak=0.0 * ones, v_threshold=2.0 * ones, w_in=3.0
+    )
+
+
+def test_the_table_has_every_node_of_the_standard() -> None:
+    known = {name for name in vars(nir.ir) if isinstance(getattr(nir.ir, name), type)}
+    assert {node.type for node in NODES} == known - {"NIRNode", "Any", "Dict"}
+
+
+def test_a_network_is_the_same_after_a_graph_where_nir_can_say_it(tmp_path: Path) -> None:
+    example = read_network(EXAMPLE)
+    connections = tuple(
+        Connection(c.source, c.target, rule="matrix", tau=c.tau, matrix=matrix_of(example, c))  # type: ignore[arg-type]
+        for c in example.connections
+    )
+    populations = tuple(replace(p, refractory=0.0) for p in example.populations)
+    network = Network(populations, example.inputs, connections, example.probes)
+    write_nir_network(tmp_path / "n.nir", network)
+    assert read_nir(tmp_path / "n.nir") == network
+
+
+def test_neurons_recurrence_and_graphs_in_graphs() -> None:
+    weights, back = RNG.normal(size=(3, 2)), RNG.normal(size=(3, 3))
+    inner = nir.NIRGraph(
+        {"i": nir.Input({"input": np.array([3])}), "cells": cuba(3), "back": nir.Linear(back),
+         "o": nir.Output({"output": np.array([3])})},
+        [("i", "cells"), ("cells", "o"), ("cells", "back"), ("back", "cells")],
+    )  # fmt: skip
+    graph = nir.NIRGraph(
+        {"in": nir.Input({"input": np.array([2])}), "w": nir.Linear(weights), "part": inner, "plain": lif(3),
+         "out": nir.Output({"output": np.array([3])})},
+        [("in", "w"), ("w", "part"), ("part", "plain"), ("plain", "out")],
+    )  # fmt: skip
+    found = network_of_graph(graph)
+    assert {p.name: p.tau for p in found.populations} == {"part.cells": 20e-3, "plain": 20e-3}
+    by_name = {c.name: c for c in found.connections}
+    # R w_in / (v_threshold tau_syn), and R / (v_threshold tau) of a direct one
+    assert np.array(by_name["in -> part.cells"].matrix) == pytest.approx(weights * 3.0 / (2.0 * 5e-3))
+    assert np.array(by_name["part.cells -> part.cells"].matrix) == pytest.approx(back * 300.0)
+    assert np.array(by_name["part.cells -> plain"].matrix) == pytest.approx(np.eye(3) * 0.5 / DIRECT)
+    assert by_name["in -> part.cells"].tau == 5e-3
+    assert [(p.name, p.population) for p in found.probes] == [("out", "plain")]
+
+
+def test_convolutions_and_pools_are_weights() -> None:
+    image, kernel = RNG.normal(size=(2, 6, 5)), RNG.normal(size=(3, 2, 3, 3))
+    conv = nir.Conv2d((6, 5), kernel, 2, 1, 1, 1, np.zeros(3))
+    found = linear("c", conv, image[..., None])[..., 0]
+    padded = np.pad(image, ((0, 0), (1, 1), (1, 1)))
+    for o in range(3):
+        plain = sum(correlate2d(padded[c], kernel[o, c], "valid") for c in range(2))
+        assert found[o] == pytest.approx(plain[::2, ::2])
+    pool = nir.SumPool2d(np.array([2, 2]), np.array([2, 2]), np.array([0, 0]))
+    assert linear("p", pool, image[..., None])[0, 0, 0, 0] == pytest.approx(image[0, :2, :2].sum())
+    row = nir.Conv1d(5, kernel[:, :, 0], 1, 0, 1, 1, np.zeros(3))
+    plain = sum(np.correlate(image[c, 0], kernel[0, c, 0], "valid") for c in range(2))
+    assert linear("r", row, image[:, 0, :, None])[0, :, 0] == pytest.approx(plain)
+
+
+def test_a_neuron_that_does_not_leak_has_a_slow_membrane() -> None:
+    ones = np.ones(2)
+    graph = nir.NIRGraph.from_list(nir.Linear(np.eye(2)), nir.IF(r=ones, v_threshold=ones))
+    found = network_of_graph(graph)
+    assert found.populations[0].tau == SLOW
+    assert np.array(found.connections[0].matrix) == pytest.approx(np.eye(2) * SLOW / DIRECT)
+
+
+@pytest.mark.parametrize(
+    ("nodes", "told"),
+    [
+        ((nir.Threshold(np.ones(2)),), "threshold: Threshold, is refused on rolls.*LIF"),
+        ((nir.Delay(np.full(2, 1e-3)), lif(2)), "delay: Delay, is refused on rolls"),
+        ((nir.Affine(np.eye(2), np.ones(2)), lif(2)), "affine: a bias of up to 1, must be 0"),
+        ((lif(2, tau=np.array([1e-3, 2e-3])),), "lif.tau: 0.001 to 0.002 s, must be one"),
+        ((lif(2, v_leak=-np.ones(2)),), "lif.v_reset: 1 from v_leak, must be v_leak"),
+    ],
+)
+def test_what_a_network_cannot_be_is_refused_by_its_node(nodes: tuple[Any, ...], told: str) -> None:
+    with pytest.raises(ParameterError, match=told):
+        network_of_graph(nir.NIRGraph.from_list(*nodes))
+
+
+def test_a_loop_without_a_neuron_and_a_file_that_is_none_are_refused(tmp_path: Path) -> None:
+    ends = nir.Input({"input": np.array([2])}), nir.Output({"output": np.array([2])})
+    graph = nir.NIRGraph(
+        {"i": ends[0], "a": nir.Linear(np.eye(2)), "b": nir.Linear(np.eye(2)), "o": ends[1]},
+        [("i", "a"), ("a", "b"), ("b", "a"), ("b", "o")],
+    )
+    with pytest.raises(ParameterError, match="is in a loop without a neuron"):
+        network_of_graph(graph)
+    path = tmp_path / "x.nir"
+    path.write_bytes(b"no graph")
+    with pytest.raises(DataError, match="must be a graph of NIR"):
+        read_nir(path)

@@ -1,0 +1,125 @@
+"""Networks on ROLLS: what the mapping expects is what the nominal die does, and what cannot be is refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chips.aer import Events
+from circuits.errors import DataError, ParameterError
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+from system.mapping.chips import map_on
+from system.mapping.network import Connection, Input, Network, Population
+from system.mapping.network_file import read_network
+from system.mapping.program_file import read_program_file, write_program
+from system.mapping.rolls.calibrate import calibrated
+from system.mapping.rolls.mapped import Mapped
+from system.mapping.run import MappedRun, check_channels, run_mapped
+
+EXAMPLES = Path("examples")
+NEAR, FEW = 0.10, 2.0  # of a rate, or Hz: the bar of issue 36
+
+
+def poisson(rates: list[tuple[float, float, float]], seed: int) -> Events:
+    """Events of channels, each with a rate (Hz) between two times (s)."""
+    rng = np.random.default_rng(seed)
+    trains = [np.sort(rng.uniform(a, b, rng.poisson(rate * (b - a)))) for rate, a, b in rates]
+    times = np.concatenate(trains)
+    order = np.argsort(times, kind="stable")
+    return Events(times[order], np.repeat(np.arange(len(trains)), [t.size for t in trains])[order])
+
+
+def check_rates(run: MappedRun) -> None:
+    """Each population's rate on the die is that which the mapping expects."""
+    for name, rate in run.rates["expected"].items():
+        assert run.rates["chip"][name] == pytest.approx(rate, rel=NEAR, abs=FEW), name
+
+
+@pytest.fixture(scope="module")
+def memory() -> Mapped:
+    """The working memory on ROLLS."""
+    return map_on("rolls", read_network(EXAMPLES / "working-memory.toml"))
+
+
+@pytest.fixture(scope="module")
+def written() -> Events:
+    """Events that write, and 0.5 s later erase."""
+    return poisson([*[(800.0, 0.05, 0.25)] * 48, (1000.0, 0.75, 0.95)], 1000)
+
+
+def test_a_working_memory_holds_what_was_written_until_it_is_erased(memory: Mapped, written: Events) -> None:
+    run = run_mapped(memory, written, Silicon(ROLLS_180), 1.2)
+    check_rates(run)
+    for trains in (run.asked, run.chip):
+        held = trains.times[(trains.times > 0.4) & (trains.times < 0.75)].size / (48 * 0.35)
+        assert held > 50.0
+        assert not (trains.times > 1.0).any()
+    assert (run.lost_in, run.lost_out, run.held) == (0, 0, 0)
+
+
+def test_a_program_comes_back_from_its_file(memory: Mapped, tmp_path: Path) -> None:
+    write_program(tmp_path / "p.toml", memory)
+    found = read_program_file(tmp_path / "p.toml")
+    assert found.network == memory.network
+    assert (found.placed, found.filters, found.findings) == (memory.placed, memory.filters, memory.findings)
+    for name in ("levels", "tau1", "inputs", "virtual"):
+        assert np.array_equal(getattr(found.program, name), getattr(memory.program, name))
+    assert found.program.biases.codes() == memory.program.biases.codes()
+    assert np.array_equal(found.excite, memory.excite)
+    assert np.array_equal(found.inhibit, memory.inhibit)
+
+
+def test_the_nominal_die_needs_no_calibration(memory: Mapped) -> None:
+    found = calibrated(memory, Silicon(ROLLS_180))
+    assert found.program.biases.codes() == memory.program.biases.codes()
+
+
+def test_many_weights_and_two_membranes_are_drawn_together_and_still_as_expected() -> None:
+    rng = np.random.default_rng(1000)
+    inner = rng.normal(0.0, 0.08, (60, 60)) * (rng.random((60, 60)) < 0.3)
+    outer = np.abs(rng.normal(0.3, 0.15, (60, 20))) * (rng.random((60, 20)) < 0.3)
+    network = Network(
+        (Population("a", 60), Population("b", 40, 10e-3)),
+        (Input("in", 20),),
+        (
+            Connection("in", "a", rule="matrix", matrix=outer, tau=5e-3),  # type: ignore[arg-type]
+            Connection("a", "a", rule="matrix", matrix=inner, tau=8e-3),  # type: ignore[arg-type]
+            Connection("a", "b", 0.04, tau=12e-3),
+            Connection("b", "a", -0.03),
+        ),
+    )
+    mapped = map_on("rolls", network)
+    assert [p.slow for p in mapped.placed] == [True, False]
+    check_rates(run_mapped(mapped, poisson([(200.0, 0.0, 0.4)] * 20, 1000), Silicon(ROLLS_180)))
+    told = {(f.where, f.what): f for f in mapped.findings}
+    assert told["a -> a", "weights"].how == "approximate"
+    assert told["a -> b", "tau"].how == "approximate"
+    assert all(f.error for f in mapped.findings if f.how == "approximate")
+
+
+@pytest.mark.parametrize(
+    ("chip", "size", "weight", "told"),
+    [
+        ("rolls", 300, 0.1, "network.neurons: 300, must be <= 256; make populations smaller"),
+        ("rolls", 2, 5e4, r"excitatory synapses.weight: 5e\+04, must be <= .*; lower it"),
+        ("latency", 2, 0.1, "latency, is one fixed network"),
+        ("nef", 2, 0.1, "nef, takes ensembles that stand for values"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_its_limit(chip: str, size: int, weight: float, told: str) -> None:
+    network = Network((Population("a", size),), connections=(Connection("a", "a", weight),))
+    with pytest.raises(ParameterError, match=told):
+        map_on(chip, network)
+
+
+def test_events_outside_of_the_inputs_and_edited_programs_are_refused(memory: Mapped, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"in.npz: event 0 of address 49, must be 0 to 48"):
+        check_channels(memory, Events(np.array([0.1]), np.array([49])), "in.npz")
+    write_program(tmp_path / "p.toml", memory)
+    text = (tmp_path / "p.toml").read_text()
+    (tmp_path / "p.toml").write_text(text.replace('"1111', '"x111', 1))
+    with pytest.raises(DataError, match=r'levels\[0\]: "x", must be 48 of'):
+        read_program_file(tmp_path / "p.toml")
+    with pytest.raises(ParameterError, match=r"duration: 0.05 s, must be > 0.1 s"):
+        run_mapped(memory, Events(np.empty(0), np.empty(0, np.int64)), Silicon(ROLLS_180), 0.05)
