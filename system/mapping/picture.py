@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from chips.rolls.program.address import NEURONS
 from chips.rolls.program.connectivity_picture import draw_connectivity
 from chips.rolls.program.network import Network as Wiring
 from chips.rolls.program.population import Population, Projection
@@ -19,16 +20,45 @@ from system.mapping.run import MappedRun
 from system.plot import COLOURS, INK, PALE
 
 BIN = 20e-3  # s, of the rates in a picture; ours
+_ROOM = 1.4  # of the axes of rates, for a legend
 _NAMES = {"asked": "asked for", "expected": "as mapped", "chip": "on the die"}
 _LOOKS = {"asked": (PALE, "-"), "expected": (INK, "--"), "chip": (COLOURS[0], "-")}
 
 
 def draw_program(mapped: Mapped, figure: Figure) -> None:
-    """Fill `figure` with the levels between all neurons, and the weight of each level in use."""
-    figure.set_size_inches(10.0, 5.6)
-    wide, beside = figure.subplots(1, 2, width_ratios=(3, 1))
-    draw_connectivity(wiring_of(mapped), wide)
-    _draw_weights(mapped, beside)
+    """Fill `figure` with levels between neurons, the weight of each, and the chip's neurons in a row."""
+    figure.set_size_inches(10.0, 6.4)
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.set(rect=(0.04, 0.0, 0.96, 1.0))  # type: ignore[call-arg]
+    axes = figure.subplot_mosaic(
+        [["levels", "weights"], ["row", "row"]], width_ratios=(3, 1), height_ratios=(12, 1)
+    )
+    draw_connectivity(wiring_of(mapped), axes["levels"])
+    _draw_weights(mapped, axes["weights"])
+    _draw_row(mapped, axes["row"])
+
+
+def _draw_row(mapped: Mapped, ax: Axes) -> None:
+    """The chip's 256 neurons: populations one after the other, and what is free."""
+    at = spans(mapped.network.populations)
+    for k, p in enumerate(mapped.placed):
+        ax.barh(0, len(at[p.name]), 1.0, p.first, color=COLOURS[k % len(COLOURS)], edgecolor="white")
+        ax.text(
+            p.first + 0.5 * len(at[p.name]), 0, p.name, ha="center", va="center", fontsize=8, clip_on=True
+        )
+    used = mapped.network.neurons
+    ax.barh(0, NEURONS - used, 1.0, used, color="white", edgecolor=PALE)
+    ax.text(
+        0.5 * (NEURONS + used),
+        0,
+        f"{NEURONS - used} free",
+        ha="center",
+        va="center",
+        fontsize=8,
+        clip_on=True,
+    )
+    ax.set(xlim=(0, NEURONS), ylim=(-0.5, 0.5), yticks=[], xlabel="neuron of the chip")
 
 
 def wiring_of(mapped: Mapped) -> Wiring:
@@ -49,7 +79,11 @@ def _draw_weights(mapped: Mapped, ax: Axes) -> None:
         counts = {0: 1} if virtual else levels
         for level, count in counts.items():
             if count:
-                labels.append("inputs" if virtual else f"level {sign * level:+d}\n{count} synapses")
+                labels.append(
+                    ("inputs" if sign > 0 else "inputs that\ninhibit")
+                    if virtual
+                    else f"level {sign * level:+d}\n{count} synapses"
+                )
                 values.append(sign * one.weights[max(level - 1, 0)])
                 colours.append(COLOURS[0 if sign < 0 else 1])
     unit = 1e12 * np.array(values)
@@ -72,6 +106,7 @@ def draw_mapped_run(mapped: Mapped, run: MappedRun, title: str, figure: Figure) 
             edges, rate = _rate(trains, members, run.duration)
             ax.stairs(rate, edges, color=colour, linestyle=dashes, label=_NAMES[key])
         ax.set_ylabel(f"{name}\n(Hz)")
+    axes[1].set_ylim(0.0, _ROOM * axes[1].get_ylim()[1])
     axes[1].legend(loc="upper right", ncols=3, fontsize=8)
     axes[-1].set_xlabel("time (s)")
     figure.suptitle(title, fontsize=10)

@@ -70,7 +70,7 @@ def test_what_is_left_out_is_the_default() -> None:
         ({"front": {"radius": 1}}, "front", Wheel(radius=1.0)),
         ({"wheel": [{}, {"radius": 1}]}, "wheels", (Wheel(), Wheel(radius=1.0))),
         ({"path": [[0, 1], [2, 3]]}, "path", ((0.0, 1.0), (2.0, 3.0))),
-        ({"path": [[0, "25cm"], [2, 3]]}, "path", ((0.0, 0.25), (2.0, 3.0))),
+        ({"path": [[0, "250mm"], [2, 3]]}, "path", ((0.0, 0.25), (2.0, 3.0))),
     ],
 )
 def test_a_key_sets_its_field(given: dict[str, Any], field: str, value: Any) -> None:

@@ -16,6 +16,7 @@ from system.mapping.program_file import read_program_file, write_program
 from system.mapping.rolls.calibrate import calibrated
 from system.mapping.rolls.mapped import Mapped
 from system.mapping.run import MappedRun, check_channels, run_mapped
+from system.spikes.read import read_spikes
 
 EXAMPLES = Path("examples")
 NEAR, FEW = 0.10, 2.0  # of a rate, or Hz: the bar of issue 36
@@ -45,7 +46,7 @@ def memory() -> Mapped:
 @pytest.fixture(scope="module")
 def written() -> Events:
     """Events that write, and 0.5 s later erase."""
-    return poisson([*[(800.0, 0.05, 0.25)] * 48, (1000.0, 0.75, 0.95)], 1000)
+    return read_spikes(str(EXAMPLES / "write-and-erase.csv"))
 
 
 def test_a_working_memory_holds_what_was_written_until_it_is_erased(memory: Mapped, written: Events) -> None:
@@ -114,8 +115,8 @@ def test_what_cannot_be_is_refused_with_its_limit(chip: str, size: int, weight: 
 
 
 def test_events_outside_of_the_inputs_and_edited_programs_are_refused(memory: Mapped, tmp_path: Path) -> None:
-    with pytest.raises(DataError, match=r"in.npz: event 0 of address 49, must be 0 to 48"):
-        check_channels(memory, Events(np.array([0.1]), np.array([49])), "in.npz")
+    with pytest.raises(DataError, match=r"in.npz: event 0 of address 5, must be 0 to 4"):
+        check_channels(memory, Events(np.array([0.1]), np.array([5])), "in.npz")
     write_program(tmp_path / "p.toml", memory)
     text = (tmp_path / "p.toml").read_text()
     (tmp_path / "p.toml").write_text(text.replace('"1111', '"x111', 1))
