@@ -34,7 +34,7 @@ class Population:
     Attributes
     ----------
     name : str
-        Name of the population.
+        Its name, by which connections and probes call it.
     size : int
         How many neurons it has.
     tau : float
@@ -176,7 +176,7 @@ class Network:
     Attributes
     ----------
     populations : tuple of Population
-        The populations.
+        Its neurons, which are numbered one population after the other.
     inputs : tuple of Input
         What comes from outside.
     connections : tuple of Connection

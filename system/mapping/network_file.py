@@ -33,17 +33,9 @@ INLINE = 1024  # entries of a matrix up to which it stands in the TOML itself; o
 
 
 def read_network(path: str | Path) -> Network:
-    """Read the network of a TOML file.
+    """Read the network of the TOML file at `path`.
 
-    Parameters
-    ----------
-    path
-        Path of the file.
-
-    Raises
-    ------
-    DataError
-        The file, or an array that it names, cannot be read or is no network; the text names file and key.
+    Raises `DataError`, which names file and key, where it or an array that it names is none.
     """
     where = Path(path)
     try:
@@ -62,21 +54,9 @@ def network_of(tables: Mapping[str, Any], folder: Path) -> Network:
 
 
 def write_network(path: str | Path, network: Network) -> None:
-    """Write a network as TOML; large matrices stand beside it, in a file of its name that ends with `.npz`.
+    """Write `network` to the TOML file at `path`, large matrices beside it to that with `.npz` at its end.
 
-    Parameters
-    ----------
-    path
-        Path of the file, which ends with `.toml`.
-    network
-        The network.
-
-    Raises
-    ------
-    ParameterError
-        The path ends otherwise.
-    DataError
-        A file cannot be written.
+    Raises `ParameterError` for a path that does not end with `.toml`, and `DataError` where it cannot write.
     """
     checked_suffix(path, (SUFFIX,))
     arrays = Path(path).with_suffix(".npz")

@@ -45,7 +45,7 @@ def _draw_row(mapped: Mapped, ax: Axes) -> None:
     for k, p in enumerate(mapped.placed):
         ax.barh(0, len(at[p.name]), 1.0, p.first, color=COLOURS[k % len(COLOURS)], edgecolor="white")
         ax.text(
-            p.first + 0.5 * len(at[p.name]), 0, p.name, ha="center", va="center", fontsize=8, clip_on=True
+            p.first + 0.5 * len(at[p.name]), 0, p.name, ha="center", va="center", fontsize=8, color="white"
         )
     used = mapped.network.neurons
     ax.barh(0, NEURONS - used, 1.0, used, color="white", edgecolor=PALE)

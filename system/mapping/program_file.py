@@ -79,22 +79,7 @@ class ProgramFile:
 
 
 def write_program(path: str | Path, mapped: Mapped) -> None:
-    """Write a mapped network as a program.
-
-    Parameters
-    ----------
-    path
-        Path of the file, which ends with `.toml`.
-    mapped
-        The network on its chip.
-
-    Raises
-    ------
-    ParameterError
-        The path ends otherwise.
-    DataError
-        A file cannot be written.
-    """
+    """Write `mapped`, a network on its chip, to the program at `path`; raises as `write_network`."""
     checked_suffix(path, (SUFFIX,))
     arrays = Path(path).with_suffix(".npz")
     tables, large = tables_of(mapped.network, arrays.name)
@@ -116,17 +101,9 @@ def check_program_path(path: str) -> None:
 
 
 def read_program_file(path: str | Path) -> Mapped:
-    """Read a program that `write_program` wrote.
+    """Read the program that `write_program` wrote to `path`.
 
-    Parameters
-    ----------
-    path
-        Path of the file.
-
-    Raises
-    ------
-    DataError
-        The file cannot be read or is no program; the text names file and key.
+    Raises `DataError`, which names file and key, where it cannot be read or is none.
     """
     where = Path(path)
     found = converted(toml_file(where), ProgramFile, str(where), _REMEDY)

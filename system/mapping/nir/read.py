@@ -60,18 +60,10 @@ class Way(NamedTuple):
 
 
 def read_nir(path: str | Path) -> Network:
-    """Read a file of NIR as a network.
+    """Read the file of NIR at `path` as a network.
 
-    Parameters
-    ----------
-    path
-        Path of the file.
-
-    Raises
-    ------
-    DataError
-        The package nir is not installed, the file is none, or a network cannot be what the graph is: the text
-        names the node.
+    Raises `DataError` without the package nir, for a file that is none, and with the node's name where a
+    network cannot be what the graph is.
     """
     nir = nir_package()
     try:
@@ -86,17 +78,9 @@ def read_nir(path: str | Path) -> Network:
 
 
 def network_of_graph(graph: Any) -> Network:
-    """Return the network of a `nir.NIRGraph`.
+    """Return the network that `graph`, a `nir.NIRGraph`, is.
 
-    Parameters
-    ----------
-    graph
-        The graph.
-
-    Raises
-    ------
-    ParameterError
-        A network cannot be what the graph is: the text names the node and what to do.
+    Raises `ParameterError`, which names the node and what to do, where a network cannot be that.
     """
     flat = _flat(graph)
     for where, node in flat.nodes.items():

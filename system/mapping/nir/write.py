@@ -24,21 +24,10 @@ LOST = (
 
 
 def write_nir_network(path: str | Path, network: Network) -> None:
-    """Write a network as a file of NIR.
+    """Write `network` to the file of NIR at `path`, which ends with `.nir`.
 
-    Parameters
-    ----------
-    path
-        Path of the file, which ends with `.nir`.
-    network
-        The network.
-
-    Raises
-    ------
-    ParameterError
-        The path ends otherwise, or a population has a constant leak, which no node of NIR has.
-    DataError
-        The package nir is not installed, or the file cannot be written.
+    Raises `ParameterError` where it ends otherwise or a population has a constant leak, which no node of NIR
+    has, and `DataError` without the package nir, or where the file cannot be written.
     """
     checked_suffix(path, (SUFFIX,))
     nir, graph = nir_package(), graph_of_network(network)
@@ -49,20 +38,7 @@ def write_nir_network(path: str | Path, network: Network) -> None:
 
 
 def graph_of_network(network: Network) -> Any:
-    """Return the `nir.NIRGraph` of a network.
-
-    Parameters
-    ----------
-    network
-        The network.
-
-    Raises
-    ------
-    ParameterError
-        A population has a constant leak, which no node of NIR has.
-    DataError
-        The package nir is not installed.
-    """
+    """Return the `nir.NIRGraph` of `network`; raises as `write_nir_network`, which writes it."""
     nir = nir_package()
     nodes: dict[str, Any] = {}
     edges: list[tuple[str, str]] = []

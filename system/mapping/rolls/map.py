@@ -86,18 +86,7 @@ class Weighted(NamedTuple):
 
 
 def map_on_rolls(network: Network) -> Mapped:
-    """Put a network on ROLLS.
-
-    Parameters
-    ----------
-    network
-        The network.
-
-    Raises
-    ------
-    ParameterError
-        Something of it cannot be on the chip: the text has the limit and the remedy.
-    """
+    """Put a network on ROLLS; raises `ParameterError` with limit and remedy for what cannot be there."""
     if network.neurons > NEURONS:
         note = "make populations smaller"
         check_possible([impossible("network", "neurons", network.neurons, NEURONS, "", note)])
