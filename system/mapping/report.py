@@ -66,8 +66,10 @@ def check_possible(findings: Sequence[Finding]) -> None:
     if wrong:
         one, unit = wrong[0], f" {wrong[0].unit}" if wrong[0].unit else ""
         more = f"; {len(wrong) - 1} more cannot be either" if len(wrong) > 1 else ""
+        asked, got = one.asked or 0.0, one.got or 0.0
+        sign = "<=" if asked > got else ">="
         raise ParameterError(
-            f"{one.where}.{one.what}: {one.asked:.4g}{unit}, must be <= {one.got:.4g}{unit}; {one.note}{more}"
+            f"{one.where}.{one.what}: {asked:.4g}{unit}, must be {sign} {got:.4g}{unit}; {one.note}{more}"
         )
 
 

@@ -17,6 +17,7 @@ from system.mapping.rolls.filters import AT, SIGN
 from system.mapping.rolls.mapped import SERVICE, Mapped, PlacedFilter, fan_out
 from system.mapping.rolls.neuron import SPAN, Curve, Wanted, one_neuron, wanted_of
 
+FAR = 0.25  # share by which a value may be off before it counts as not there; ours
 ENDS = (1.0, 4.0)  # rheobases at which a filter's current is told; ours
 
 
@@ -35,6 +36,44 @@ def findings_of(mapped: Mapped, curves: Mapping[str, Curve], built: Built) -> It
     for name, count in fan_out(mapped).items():
         note = f"one becomes up to {count} of the chip, over {1e6 * SERVICE * count:.3g} us"
         yield spread(name, "events", 0.0, note)
+
+
+def beyond(
+    mapped: Mapped, taus: Mapping[str, float], charges: Mapping[str, tuple[float, float]]
+) -> Iterator[Finding]:
+    """Yield what no code of the chip comes near to.
+
+    taus: asked of each filter, s; charges: least charge of its events that is asked for, and that there is.
+    """
+    for one in mapped.filters:
+        where, (asked, got) = f"{one.name.replace('_', ' ')} synapses", charges[one.name]
+        if abs(one.tau / taus[one.name] - 1.0) > FAR:
+            yield impossible(
+                where, "tau", taus[one.name], one.tau, "s", "no code of the chip is nearer: change it"
+            )
+        elif abs(got / asked - 1.0) > FAR:
+            weights = _of_kind(mapped, one.name)
+            weight = float(weights.max() if got < asked else weights.min())
+            note = "no code of the chip is nearer: change it, or the synapses' tau"
+            yield impossible(where, "weight", weight, weight * got / asked, "", note)
+    asked = max(p.refractory for p in mapped.network.populations)
+    held = float(one_neuron(mapped.program.biases, 0).refractory[0])
+    if asked > (1.0 + FAR) * held:
+        yield impossible(
+            "network", "refractory", asked, held, "s", "no code of the chip is nearer: change it"
+        )
+
+
+def _of_kind(mapped: Mapped, name: str) -> F64:
+    """Weights of all synapses that go through a filter, above 0."""
+    inside = spans(mapped.network.populations)
+    found = [
+        SIGN[name] * matrix_of(mapped.network, c).ravel()
+        for c in mapped.network.connections
+        if (c.source in inside) == (name in FILTERS[:2])
+    ]
+    every = np.concatenate(found)
+    return every[every > 0.0]
 
 
 def _of_populations(mapped: Mapped, curves: Mapping[str, Curve]) -> Iterator[Finding]:
@@ -118,8 +157,6 @@ def _of_strength(name: str, mapped: Mapped, built: Built) -> Iterator[Finding]:
     strongest = int((mapped.program.levels.astype(np.int64) * sign).max())
     strength = inversion(built, sign * strongest)
     if strength > STRONGEST:
-        inside = spans(mapped.network.populations)
-        found = [c for c in mapped.network.connections if c.source in inside]
-        largest = max(float((sign * matrix_of(mapped.network, c)).max()) for c in found)
+        largest = float(_of_kind(mapped, name).max())
         note = "lower it, or give the synapses a longer tau"
         yield impossible(f"{name} synapses", "weight", largest, largest * STRONGEST / strength, "", note)

@@ -22,7 +22,7 @@ from chips.rolls.program.program import Program, VirtualInput
 from chips.rolls.tables import Built
 from circuits.arrays import F64, I64
 from system.mapping.network import Network, Population, matrix_of, spans
-from system.mapping.report import check_possible, impossible
+from system.mapping.report import Finding, check_possible, impossible
 from system.mapping.rolls.filters import (
     EXTRA,
     FIRST_OF,
@@ -35,7 +35,7 @@ from system.mapping.rolls.filters import (
     laws,
     with_filters,
 )
-from system.mapping.rolls.findings import findings_of
+from system.mapping.rolls.findings import beyond, findings_of
 from system.mapping.rolls.levels import Levels, Repeats, levels_of, repeats_of
 from system.mapping.rolls.mapped import Mapped, Placed, PlacedFilter, virtual_inputs
 from system.mapping.rolls.neuron import (
@@ -50,6 +50,7 @@ from system.mapping.rolls.neuron import (
 
 PULSE = 1.5e-9  # A, of NPA_PWLK_P: pulses of 0.08 ms, within the chip's step; ours
 SLOPE = 0.16  # d of the neuron's law, before its codes are known
+LONGEST = 0.3  # s, of a membrane: leaks of 2 pA; ours
 ROUNDS = 3  # of the search of the weights' codes
 
 Charges = Mapping[str | int, float]
@@ -87,9 +88,7 @@ class Weighted(NamedTuple):
 
 def map_on_rolls(network: Network) -> Mapped:
     """Put a network on ROLLS; raises `ParameterError` with limit and remedy for what cannot be there."""
-    if network.neurons > NEURONS:
-        note = "make populations smaller"
-        check_possible([impossible("network", "neurons", network.neurons, NEURONS, "", note)])
+    check_possible(tuple(_too_much(network)))
     neurons = _neurons(network)
     asked = tuple(_asked(network, neurons))
     biases = with_filters(neurons.biases, {a.name: a.tau for a in asked})
@@ -101,9 +100,24 @@ def map_on_rolls(network: Network) -> Mapped:
     inputs = virtual_inputs(network.neurons, excite, inhibit)
     program = _program(network, neurons, weighted.biases, sets, inputs)
     mapped = Mapped(network, _placed(network, neurons), filters, program, excite, inhibit, ())
+    least = {
+        name: (float(np.atleast_1d(chosen[0])[0]), float(_charges(name, weighted.charges)[0]))
+        for name, chosen in sets.items()
+    }
+    check_possible(tuple(beyond(mapped, {a.name: a.tau for a in asked}, least)))
     findings = tuple(findings_of(mapped, neurons.curves, weighted.built))
     check_possible(findings)
     return replace(mapped, findings=findings)
+
+
+def _too_much(network: Network) -> Iterator[Finding]:
+    """What is refused before anything is measured."""
+    if network.neurons > NEURONS:
+        yield impossible("network", "neurons", network.neurons, NEURONS, "", "make populations smaller")
+    for p in network.populations:
+        if p.tau > LONGEST:
+            note = "the chip's devices leak as much themselves: take a shorter one"
+            yield impossible(p.name, "tau", p.tau, LONGEST, "s", note)
 
 
 def _neurons(network: Network) -> Neurons:

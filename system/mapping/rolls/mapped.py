@@ -31,8 +31,9 @@ class Placed:
     """Where a population stands, and what its neurons are on the nominal die.
 
     name : its name; first : its first neuron on the chip, the others follow; slow : whether its leak is
-    IF_TAU1; tau : T of the integrator, s; slope : d of its upstroke; rheobase : A; refractory : s; current :
-    A that stand for 1 in the network.
+    IF_TAU1; tau : T of the integrator, s; slope : d of its upstroke; rheobase : least current that makes it
+    fire, A; refractory : for how long it does not listen after a spike, s; current : A that stand for 1 in
+    the network.
     """
 
     name: str
@@ -49,8 +50,8 @@ class Placed:
 class PlacedFilter:
     """What a filter does on the nominal die.
 
-    name : its name; tau : s; power : of its current over what comes in; pivot : A, where both are alike;
-    weights : of levels 1 to 4, or of an event of a virtual synapse, A.
+    name : its name; tau : time constant, s; power : of its current over what comes in; pivot : current at
+    which both are alike, A; weights : of levels 1 to 4, or of an event of a virtual synapse, A.
     """
 
     name: str

@@ -104,6 +104,12 @@ def test_many_weights_and_two_membranes_are_drawn_together_and_still_as_expected
     [
         ("rolls", 300, 0.1, "network.neurons: 300, must be <= 256; make populations smaller"),
         ("rolls", 2, 5e4, r"excitatory synapses.weight: 5e\+04, must be <= .*; lower it"),
+        (
+            "rolls",
+            2,
+            1e-6,
+            r"excitatory synapses.weight: 1e-06, must be >= 0.000\d+; no code of the chip is nearer",
+        ),
         ("latency", 2, 0.1, "latency, is one fixed network"),
         ("nef", 2, 0.1, "nef, takes ensembles that stand for values"),
     ],
