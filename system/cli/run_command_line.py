@@ -58,7 +58,13 @@ class SystemVerb:
     outputs: bool
 
 
-RUN = SystemVerb("run", "system.cli.run:run_system", Run, "Run a system in its world.", outputs=True)
+RUN = SystemVerb(
+    "run",
+    "system.cli.run:run_system",
+    Run,
+    "Run a system in its world, or PROGRAM.toml of noctule map.",
+    outputs=True,
+)
 BLAME = SystemVerb(
     "blame", "system.cli.blame:blame_system", Blame, "Say which devices of a die make a robot fail.",
     outputs=False,

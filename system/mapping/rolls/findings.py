@@ -13,7 +13,7 @@ from circuits.arrays import F64
 from system.mapping.dynamics import Dynamics
 from system.mapping.network import Connection, matrix_of, spans
 from system.mapping.report import Finding, impossible, spread, value
-from system.mapping.rolls.filters import AT, SIGN
+from system.mapping.rolls.filters import AT, FIRST_OF, SIGN
 from system.mapping.rolls.mapped import SERVICE, Mapped, PlacedFilter, fan_out
 from system.mapping.rolls.neuron import SPAN, Curve, Wanted, one_neuron, wanted_of
 
@@ -21,33 +21,37 @@ FAR = 0.25  # share by which a value may be off before it counts as not there; o
 ENDS = (1.0, 4.0)  # rheobases at which a filter's current is told; ours
 
 
-def findings_of(mapped: Mapped, curves: Mapping[str, Curve], built: Built) -> Iterator[Finding]:
-    """Yield all that can be said of a mapping.
-
-    curves: of its populations; built: tables of the nominal die with every weight in use.
-    """
+def findings_of(mapped: Mapped, curves: Mapping[str, Curve]) -> Iterator[Finding]:
+    """Yield all that can be said of a mapping; curves: of its populations."""
     yield from _of_populations(mapped, curves)
     dynamics = mapped.dynamics()
     for one in mapped.network.connections:
         yield from _of_connection(mapped, one, dynamics)
     for each in mapped.filters:
         yield _of_filter(each)
-        yield from _of_strength(each.name, mapped, built)
     for name, count in fan_out(mapped).items():
         note = f"one becomes up to {count} of the chip, over {1e6 * SERVICE * count:.3g} us"
         yield spread(name, "events", 0.0, note)
 
 
 def beyond(
-    mapped: Mapped, taus: Mapping[str, float], charges: Mapping[str, tuple[float, float]]
+    mapped: Mapped, taus: Mapping[str, float], charges: Mapping[str, tuple[float, float]], built: Built
 ) -> Iterator[Finding]:
-    """Yield what no code of the chip comes near to.
+    """Yield what no code of the chip comes near to, or is beyond what its model was measured for.
 
-    taus: asked of each filter, s; charges: least charge of its events that is asked for, and that there is.
+    taus: asked of each filter, s; charges: least charge of its events that is asked for, and that there is;
+    built: tables of the nominal die with every weight in use.
     """
     for one in mapped.filters:
         where, (asked, got) = f"{one.name.replace('_', ' ')} synapses", charges[one.name]
-        if abs(one.tau / taus[one.name] - 1.0) > FAR:
+        strength = _strength(one.name, mapped, built)
+        if strength > STRONGEST:
+            weight = float(_of_kind(mapped, one.name).max())
+            note = "lower it, or give the synapses a longer tau"
+            yield impossible(
+                where, "weight", weight, weight * STRONGEST / strength * min(got / asked, 1.0), "", note
+            )
+        elif abs(one.tau / taus[one.name] - 1.0) > FAR:
             yield impossible(
                 where, "tau", taus[one.name], one.tau, "s", "no code of the chip is nearer: change it"
             )
@@ -149,14 +153,9 @@ def _of_filter(one: PlacedFilter) -> Finding:
     return spread(f"{one.name.replace('_', ' ')} synapses", "current", max(map(abs, off)), note)
 
 
-def _of_strength(name: str, mapped: Mapped, built: Built) -> Iterator[Finding]:
-    """A weight beyond the currents that the chip's model was measured for."""
+def _strength(name: str, mapped: Mapped, built: Built) -> float:
+    """Largest current of a filter's weights over the specific current of its pair."""
     if name in FILTERS[2:]:
-        return
-    sign = SIGN[name]
-    strongest = int((mapped.program.levels.astype(np.int64) * sign).max())
-    strength = inversion(built, sign * strongest)
-    if strength > STRONGEST:
-        largest = float(_of_kind(mapped, name).max())
-        note = "lower it, or give the synapses a longer tau"
-        yield impossible(f"{name} synapses", "weight", largest, largest * STRONGEST / strength, "", note)
+        pair = built.filters[FILTERS.index(name)].pair
+        return mapped.program.biases.current(FIRST_OF[name]) / float(pair.mean())
+    return inversion(built, SIGN[name] * int((mapped.program.levels.astype(np.int64) * SIGN[name]).max()))

@@ -104,10 +104,8 @@ def map_on_rolls(network: Network) -> Mapped:
         name: (float(np.atleast_1d(chosen[0])[0]), float(_charges(name, weighted.charges)[0]))
         for name, chosen in sets.items()
     }
-    check_possible(tuple(beyond(mapped, {a.name: a.tau for a in asked}, least)))
-    findings = tuple(findings_of(mapped, neurons.curves, weighted.built))
-    check_possible(findings)
-    return replace(mapped, findings=findings)
+    check_possible(tuple(beyond(mapped, {a.name: a.tau for a in asked}, least, weighted.built)))
+    return replace(mapped, findings=tuple(findings_of(mapped, neurons.curves)))
 
 
 def _too_much(network: Network) -> Iterator[Finding]:
