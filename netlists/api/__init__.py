@@ -8,7 +8,7 @@ from netlists.compare.circuits import Comparison, Difference, compare
 from netlists.dialects.spice import Syntax, analysis_card, spice_dialect
 from netlists.foundry.deck import map_circuit
 from netlists.foundry.process import DeviceMapping, read_mapping
-from netlists.naming import Naming, make_naming
+from netlists.naming import make_naming
 from netlists.parasitics import read_parasitics
 from netlists.read.analysis import OperatingPoint, Sweep, Transient
 from netlists.read.limits import Limits
@@ -26,7 +26,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "Settings",
     "read_parasitics",
     # Dialects of one's own
-    "Naming",
     "make_naming",
     "Syntax",
     "spice_dialect",

@@ -1,6 +1,7 @@
 """A network of populations: as pure data and files, put on a chip, and run on its dies."""
 
 from system.mapping.chips import map_on
+from system.mapping.dynamics import usual_rates
 from system.mapping.network import Connection, Input, Network, Population, Probe
 from system.mapping.network_file import read_network, write_network
 from system.mapping.nir.read import read_nir
@@ -22,6 +23,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "read_nir",
     "write_nir_network",
     # On a chip
+    "usual_rates",
     "map_on",
     "write_program",
     "read_program_file",

@@ -14,11 +14,15 @@ from circuits.units import format_quantity
 from system.cli.map_verb import Map
 from system.cli.output import print_json, print_line, print_table, working
 from system.mapping.chips import map_on, read_any
+from system.mapping.dynamics import Usual, usual_rates
+from system.mapping.network import Network
 from system.mapping.picture import draw_program
 from system.mapping.program_file import check_program_path, read_program_file, write_program
 from system.mapping.report import Finding
 from system.mapping.rolls.mapped import Mapped
+from system.mapping.run import check_channels
 from system.plot import check_picture, save_picture
+from system.spikes.read import read_spikes
 
 _HOW = ("approximate", "exact")
 
@@ -29,7 +33,7 @@ def map_command(asked: Map) -> None:
     check_program_path(asked.output)
     network = read_any(asked.network)
     with working(f"mapping on {asked.chip}"):
-        mapped = map_on(asked.chip, network)
+        mapped = map_on(asked.chip, network, _usual(network, asked.input))
     write_program(asked.output, mapped)
     save_picture(asked.plot, partial(draw_program, mapped))
     if asked.as_json:
@@ -37,6 +41,17 @@ def map_command(asked: Map) -> None:
         return
     print_program(f"{asked.network} on {asked.chip}", mapped)
     print_line(f"{asked.output}: written, for noctule show, run and export")
+
+
+def _usual(network: Network, path: str | None) -> Usual | None:
+    """Rates of a network under the events of a file, None without one."""
+    if path is None:
+        return None
+    events = read_spikes(path)
+    check_channels(network, events, path)
+    if not events.times.size:
+        raise ParameterError(f"{path}: no events, must have some; leave it out")
+    return usual_rates(network, events, float(events.times[-1]))
 
 
 def show_program(path: str, given: Sequence[str], plot: str | None, *, as_json: bool) -> None:

@@ -22,6 +22,9 @@ class Map:
     network: str = argument("NETWORK", "A network's .toml, or a .nir")
     chip: str = required("Chip that it goes on: rolls", metavar="NAME", names=CHIPS)
     output: str = required("Program to write", short="o", metavar="FILE.toml")
+    input: str | None = option(
+        None, "Events that are usual, at whose currents synapses are as asked for", metavar="FILE"
+    )
     plot: str | None = shared.plot_option()
     as_json: bool = shared.json_option()
 

@@ -35,7 +35,7 @@ def run_program(path: str, asked: RunProgram) -> None:
         check_spikes(asked.spikes)
     duration = None if asked.duration is None else parse_quantity(asked.duration, "s", "duration")
     mapped, events = read_program_file(path), read_spikes(asked.input)
-    check_channels(mapped, events, asked.input)
+    check_channels(mapped.network, events, asked.input)
     fields = temperature_fields(read_course(asked.temperature))
     silicon = _silicon(asked, beginning_of(fields["temperature_c"], fields.get(COURSE, ()), TEMPERATURE_STEP))
     followed = course_through(fields.get(COURSE, ()), TEMPERATURE_STEP)

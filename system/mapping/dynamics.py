@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -72,6 +73,13 @@ class Dynamics:
 
     cells: Cells
     filters: tuple[Filter, ...]
+
+
+class Usual(NamedTuple):
+    """Rates that are usual in a network: of its neurons and of the channels of its inputs, Hz, float64[n]."""
+
+    neurons: F64
+    channels: F64
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,6 +184,23 @@ def _rising(cells: Cells, v: F64, free: F64, drive: F64) -> tuple[F64, F64]:
     moved = (y + 1.0 / over) * np.exp(-np.clip(over * pace * free, -_FAR, _FAR)) - 1.0 / over
     after = 1.0 - slope * np.log(np.clip(moved, _STILL, np.exp(1.0 / slope)))
     return after, np.where(free > 0.0, part, np.inf)
+
+
+def usual_rates(network: Network, events: Events, duration: float) -> Usual:
+    """Return the rates of a network as it was asked for, under events, from rest.
+
+    Parameters
+    ----------
+    network
+        The network.
+    events
+        Events of its inputs; addresses are channels, one input after the other.
+    duration
+        For how long it runs, s.
+    """
+    neurons = rates_of(run(asked(network), events, duration), network.neurons, 0.0, duration)
+    channels = np.bincount(events.addresses, minlength=network.channels) / duration
+    return Usual(neurons, channels)
 
 
 def rates_of(trains: Trains, count: int, begin: float, end: float) -> F64:

@@ -13,7 +13,7 @@ through the logarithms of the filters' mean currents between `BAND` times the rh
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -71,9 +71,10 @@ class Law:
     gain: float
     error: float = 0.0
 
-    def strength(self, current: float) -> float:
-        """S that brings a current, both A."""
-        return float(self.pivot * (current / self.pivot) ** (1.0 / self.power))
+    def about(self, pivot: float) -> Law:
+        """Return the same law with another pivot, A."""
+        gain = self.gain * (self.pivot / pivot) ** ((1.0 - self.power) / self.power)
+        return replace(self, pivot=pivot, gain=gain)
 
     def weight(self, charge: F64) -> F64:
         """Weights (A, the jump of S) of events that bring charges, C."""

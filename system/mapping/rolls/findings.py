@@ -13,7 +13,7 @@ from circuits.arrays import F64
 from system.mapping.dynamics import Dynamics
 from system.mapping.network import Connection, matrix_of, spans
 from system.mapping.report import Finding, impossible, spread, value
-from system.mapping.rolls.filters import AT, FIRST_OF, SIGN
+from system.mapping.rolls.filters import FIRST_OF, SIGN
 from system.mapping.rolls.mapped import SERVICE, Mapped, PlacedFilter, fan_out
 from system.mapping.rolls.neuron import SPAN, Curve, Wanted, one_neuron, wanted_of
 
@@ -25,10 +25,11 @@ def findings_of(mapped: Mapped, curves: Mapping[str, Curve]) -> Iterator[Finding
     """Yield all that can be said of a mapping; curves: of its populations."""
     yield from _of_populations(mapped, curves)
     dynamics = mapped.dynamics()
+    middle = float(np.exp(np.log(dynamics.cells.unit).mean()))
     for one in mapped.network.connections:
         yield from _of_connection(mapped, one, dynamics)
     for each in mapped.filters:
-        yield _of_filter(each)
+        yield _of_filter(each, middle)
     for name, count in fan_out(mapped).items():
         note = f"one becomes up to {count} of the chip, over {1e6 * SERVICE * count:.3g} us"
         yield spread(name, "events", 0.0, note)
@@ -144,11 +145,12 @@ def _tau_of(mapped: Mapped, one: Connection, weights: F64) -> float:
     return known.get(name, next(iter(known.values())))
 
 
-def _of_filter(one: PlacedFilter) -> Finding:
-    off = [(at / AT) ** (one.power - 1.0) - 1.0 for at in ENDS]
+def _of_filter(one: PlacedFilter, middle: float) -> Finding:
+    """By how much a filter's current is off; middle: a neuron's rheobase, A."""
+    off = [(end * middle / one.pivot) ** (one.power - 1.0) - 1.0 for end in ENDS]
     note = (
         f"grows with power {one.power:.2f} of what comes in: {off[0]:+.0%} and {off[1]:+.0%} at {ENDS[0]:g}"
-        f" and {ENDS[1]:g} of what fires a neuron, 0 % at {AT:g}"
+        f" and {ENDS[1]:g} of what fires a neuron, 0 % at {one.pivot / middle:.2g}"
     )
     return spread(f"{one.name.replace('_', ' ')} synapses", "current", max(map(abs, off)), note)
 

@@ -21,9 +21,12 @@ from chips.rolls.program.bias_file import BiasTable, resting_biases
 from chips.rolls.program.program import Program, VirtualInput
 from chips.rolls.tables import Built
 from circuits.arrays import F64, I64
+from system.mapping.dynamics import Usual
 from system.mapping.network import Network, Population, matrix_of, spans
 from system.mapping.report import Finding, check_possible, impossible
 from system.mapping.rolls.filters import (
+    AT,
+    BAND,
     EXTRA,
     FIRST_OF,
     PULSE_LENGTH,
@@ -86,13 +89,19 @@ class Weighted(NamedTuple):
     charges: Charges
 
 
-def map_on_rolls(network: Network) -> Mapped:
-    """Put a network on ROLLS; raises `ParameterError` with limit and remedy for what cannot be there."""
+def map_on_rolls(network: Network, usual: Usual | None = None) -> Mapped:
+    """Put a network on ROLLS; raises `ParameterError` with limit and remedy for what cannot be there.
+
+    usual: rates at whose currents its filters are to agree with the network; at twice a rheobase without.
+    """
     check_possible(tuple(_too_much(network)))
     neurons = _neurons(network)
     asked = tuple(_asked(network, neurons))
     biases = with_filters(neurons.biases, {a.name: a.tau for a in asked})
-    found = laws(biases, _middle(network, neurons), [a.name for a in asked])
+    middle = _middle(network, neurons)
+    found = laws(biases, middle, [a.name for a in asked])
+    if usual is not None:
+        found = {a.name: found[a.name].about(_usual_current(a, usual, middle)) for a in asked}
     sets = {a.name: _chosen(a, found[a.name]) for a in asked}
     weighted = _with_weights(biases, sets)
     filters = tuple(_filter(name, found[name], weighted.charges) for name in sets)
@@ -180,6 +189,13 @@ def _asked(network: Network, neurons: Neurons) -> Iterator[Asked]:
         if charge.any():
             taus, shares = np.array(sizes[name]).T
             yield Asked(name, charge, float(np.exp(np.average(taus, weights=shares))))
+
+
+def _usual_current(asked: Asked, usual: Usual, middle: float) -> float:
+    """Mean current of a filter at usual rates, over neurons by their current, A; middle: a rheobase, A."""
+    each = asked.charge @ (usual.neurons if asked.name in FILTERS[:2] else usual.channels)
+    mean = float((each**2).sum() / each.sum()) if each.any() else AT * middle
+    return float(np.clip(mean, BAND[0] * middle, 2.0 * BAND[1] * middle))
 
 
 def _chosen(asked: Asked, law: Law) -> Levels | Repeats:

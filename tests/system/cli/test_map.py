@@ -19,14 +19,12 @@ NETWORK = str(ROOT / "examples" / "winner-take-all.toml")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the winner-take-all on ROLLS, and events that the left side hears more of."""
     found = tmp_path_factory.mktemp("mapped")
-    assert (
-        main(["map", NETWORK, "--chip", "rolls", "-o", str(found / "p.toml"), "--plot", str(found / "p.png")])
-        == 0
-    )
     rng = np.random.default_rng(1000)
     rates = [400.0] * 32 + [250.0] * 32
     trains = {f"c{k}": np.sort(rng.uniform(0.0, 0.5, rng.poisson(0.5 * r))) for k, r in enumerate(rates)}
     write_spikes(str(found / "in.npz"), trains, 0.5)
+    files = ["-o", str(found / "p.toml"), "--plot", str(found / "p.png"), "--input", str(found / "in.npz")]
+    assert main(["map", NETWORK, "--chip", "rolls", *files]) == 0
     return found
 
 
@@ -46,7 +44,8 @@ def test_a_program_runs_as_the_mapping_expects(folder: Path, capsys: pytest.Capt
     left, right = json.loads(capsys.readouterr().out)["populations"]
     # 10 % or 2 Hz of the network as it is after quantisation, the bar of issue 36
     assert left["rate_Hz"] == pytest.approx(left["expected_Hz"], rel=0.1)
-    assert left["rate_Hz"] > 50.0
+    # synapses are as asked for at the mean of usual currents: 10 % for what is beside it; 16 % without
+    assert left["rate_Hz"] == pytest.approx(left["asked_Hz"], rel=0.1)
     assert right["rate_Hz"] == pytest.approx(right["expected_Hz"], abs=2.0)
     assert right["rate_Hz"] < 1.0
     assert 0.0 < left["trains_from_expected"] < left["trains_from_asked"]

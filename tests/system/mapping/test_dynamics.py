@@ -40,11 +40,12 @@ def test_a_neuron_with_an_upstroke_follows_the_closed_form() -> None:
     assert curve.current(curve.rate(current)) == pytest.approx(current, rel=1e-3)
 
 
-def test_an_integrator_stands_for_a_leaky_neuron_within_two_percent() -> None:
-    wanted, at = Wanted(20e-3, 2e-3, constant=False), np.geomspace(1.2, 4.0, 9)
+@pytest.mark.parametrize("refractory", [0.0, 2e-3])
+def test_an_integrator_stands_for_a_leaky_neuron_within_three_percent(refractory: float) -> None:
+    wanted, at = Wanted(20e-3, refractory, constant=False), np.geomspace(1.1, 4.0, 9)
     found = matched(wanted, 0.15)
-    curve = Curve(found.scale, found.tau, 0.15, 2e-3)
-    assert curve.rate(at) == pytest.approx(wanted.rate(at), rel=0.02)  # as the how-to page says
+    curve = Curve(found.scale, found.tau, 0.15, refractory)
+    assert curve.rate(at) == pytest.approx(wanted.rate(at), rel=0.03)  # as the how-to page says
 
 
 def test_van_rossum_of_a_lone_spike_is_a_half_and_of_two_has_a_closed_form() -> None:

@@ -122,7 +122,7 @@ def test_what_cannot_be_is_refused_with_its_limit(chip: str, size: int, weight: 
 
 def test_events_outside_of_the_inputs_and_edited_programs_are_refused(memory: Mapped, tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"in.npz: event 0 of address 5, must be 0 to 4"):
-        check_channels(memory, Events(np.array([0.1]), np.array([5])), "in.npz")
+        check_channels(memory.network, Events(np.array([0.1]), np.array([5])), "in.npz")
     write_program(tmp_path / "p.toml", memory)
     text = (tmp_path / "p.toml").read_text()
     (tmp_path / "p.toml").write_text(text.replace('"1111', '"x111', 1))
