@@ -36,6 +36,7 @@ WITHOUT_NULLS: Mapping[str, str] = {
     "nef-chip": TRANSISTORS,
     "nef-law": TRANSISTORS,
     "rolls-calibration": CIRCUIT,
+    "rolls-mapping": "a chip against the equations of the network on it",
     "rolls-drift": CIRCUIT,
     "rolls-forms": TRANSISTORS,
     "rolls-mismatch": CIRCUIT,

@@ -61,12 +61,12 @@ def beyond(
             weight = float(weights.max() if got < asked else weights.min())
             note = "no code of the chip is nearer: change it, or the synapses' tau"
             yield impossible(where, "weight", weight, weight * got / asked, "", note)
-    asked = max(p.refractory for p in mapped.network.populations)
+    populations = mapped.network.populations
+    shared = float(np.average([p.refractory for p in populations], weights=[p.size for p in populations]))
     held = float(one_neuron(mapped.program.biases, 0).refractory[0])
-    if asked > (1.0 + FAR) * held:
-        yield impossible(
-            "network", "refractory", asked, held, "s", "no code of the chip is nearer: change it"
-        )
+    if shared > (1.0 + FAR) * held:
+        note = "no code of the chip is nearer: change it"
+        yield impossible("network", "refractory", shared, held, "s", note)
 
 
 def _of_kind(mapped: Mapped, name: str) -> F64:

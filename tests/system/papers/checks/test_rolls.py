@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from system.papers.checks import rolls_calibration, rolls_field
+from system.papers.checks import rolls_calibration, rolls_field, rolls_mapping
 from system.study.campaign import Numbered
 
 
@@ -34,3 +34,15 @@ def test_a_field_decides():
     same, coin, nothing = (sum(each.right for each in made["ideal"]) for made in nulls.values())
     assert (same, nothing) == (20, 0)
     assert 10 <= coin <= 30
+
+
+def test_mapped_networks_are_judged_on_the_nominal_die_by_ten_percent_or_two_hertz() -> None:
+    rates = rolls_mapping.Rates(np.array([50.0, 5.0]), np.array([40.0, 1.0]), np.array([43.9, 2.9]))
+    found = rolls_mapping.rows(dict.fromkeys(rolls_mapping.CONDITIONS, rates))
+    assert [row.ours for row in found] == [1.0, 0.0] * 3  # 12 % and 2.1 Hz off what was asked for
+    assert [row.agrees for row in found] == [True, None, None, None, None, None]
+    network, events = rolls_mapping.drawn(1001)
+    assert (network.neurons, network.channels) == (
+        sum(p.size for p in network.populations),
+        1 + events.addresses.max(),
+    )
