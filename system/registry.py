@@ -170,7 +170,7 @@ EXPERIMENT_LINES: dict[str, str] = {
     "stockel2017-campaign": "Bug robots on the NEF chip over dies, neurons, area and temperature",
     "nef-chip": "neurons of the NEF chip beside their circuit, errors, decoders",
     "nef-law": "the NEF chip under the full law beside its transistors",
-    "rolls-mapping": "ROLLS: rates of drawn networks that are mapped on it, on the nominal die and on others",
+    "rolls-mapping": "ROLLS: rates of drawn networks that are mapped on its dies",
     "rolls-calibration": "ROLLS: eight populations at three rates on 50 dies, and their drift",
     "rolls-field": "ROLLS: a neural field chooses the stronger of two inputs",
     "rolls-drift": "drift of ROLLS with temperature, fixed gates and ideal currents",

@@ -13,6 +13,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
+import chips.rolls.pynn.lacking
 import chips.wavefront.readout
 import netlists.ngspice.library
 from _extension.running import block
@@ -20,7 +21,12 @@ from _extension.table import table
 from circuits.errors import CircuitError
 from circuits.solver.outcome import Outcome
 
-DEFINING = (chips.wavefront.readout, netlists.ngspice.library)  # modules that add to the tree
+# modules that add to the tree
+DEFINING = (chips.rolls.pynn.lacking, chips.wavefront.readout, netlists.ngspice.library)
+    chips.rolls.pynn.lacking,
+    chips.wavefront.readout,
+    netlists.ngspice.library,
+)  # modules that add to the tree
 
 
 class ErrorTreeDirective(SphinxDirective):

@@ -46,7 +46,7 @@ class Match:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Size:
-    """Find the least area at which enough dies pass; judge on fresh dies."""
+    """Find the least area for a yield; judge on fresh dies."""
 
     block: str = shared.block_argument()
     spec: tuple[str, ...] = option((), 'As "offset_V in -5mV:5mV", repeatable', metavar="TEXT")

@@ -135,7 +135,7 @@ def _draw(found: Mapping[str, Rates], figure: Figure) -> None:
 
 EXPERIMENT = Experiment(
     "rolls-mapping",
-    "ROLLS: rates of drawn networks that are mapped on it, on the nominal die and on others",
+    "ROLLS: rates of drawn networks that are mapped on its dies",
     reproduce,
     {"networks": NETWORKS},
 )
