@@ -23,10 +23,6 @@ from circuits.solver.outcome import Outcome
 
 # modules that add to the tree
 DEFINING = (chips.rolls.pynn.lacking, chips.wavefront.readout, netlists.ngspice.library)
-    chips.rolls.pynn.lacking,
-    chips.wavefront.readout,
-    netlists.ngspice.library,
-)  # modules that add to the tree
 
 
 class ErrorTreeDirective(SphinxDirective):
