@@ -7,6 +7,7 @@ from typing import Any
 
 from circuits.checks import require_no_less, require_positive
 from circuits.count import whole_number
+from circuits.units import quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +31,14 @@ class Sizes:
     def sizes(self, *parts: str) -> tuple[tuple[float, float], ...]:
         """The `size` of each of several parts, um."""
         return tuple(map(self.size, parts))
+
+
+def um(default: float, least: float | None = None) -> Any:
+    """Make a field of `Sizes` that is a width or a length of transistors, in um.
+
+    default, least : as of `circuits.units.quantity`, um.
+    """
+    return quantity(default, "um", least)
 
 
 def _check(sizes: Sizes, each: Field[Any]) -> None:

@@ -28,7 +28,7 @@ from circuits.blocks.drive import powered
 from circuits.blocks.measure import last_rate, spike_outcome
 from circuits.blocks.mos import current_mirror, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, biased, event_out
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor
 from circuits.silicon.process import ROLLS_180
@@ -46,15 +46,15 @@ class Params(Sizes):
     adaptation_capacitance: float = quantity(1e-12, "F")
     acknowledge_capacitance: float = quantity(1e-12, "F")  # makes the acknowledge late; ours
     line_capacitance: float = quantity(0.0, "F", least=0.0)  # of the membrane, beside: the buffer's input
-    input_width: float = quantity(3.4, "um")
-    input_length: float = quantity(1.0, "um")
-    pair_width: float = quantity(4.0, "um")  # of what is square: the pairs, leaks and discharges
-    pair_length: float = quantity(4.0, "um")
-    spike_width: float = quantity(2.0, "um")
-    spike_length: float = quantity(2.0, "um")
-    switch_length: float = quantity(0.25, "um")
-    logic_width: float = quantity(0.5, "um")
-    logic_length: float = quantity(0.5, "um")
+    input_width: float = um(3.4)
+    input_length: float = um(1.0)
+    pair_width: float = um(4.0)  # of what is square: the pairs, leaks and discharges
+    pair_length: float = um(4.0)
+    spike_width: float = um(2.0)
+    spike_length: float = um(2.0)
+    switch_length: float = um(0.25)
+    logic_width: float = um(0.5)
+    logic_length: float = um(0.5)
 
 
 def soma(params: Params) -> Circuit:

@@ -11,22 +11,21 @@ from circuits.blocks.bench.curve import crossing, ramp, within_supply
 from circuits.blocks.block import Stimulus, Values, lasting
 from circuits.blocks.drive import Wave, powered
 from circuits.blocks.measure import whether
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Circuit
 from circuits.lowering.supply import half_supply
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
-from circuits.units import quantity
 
 
 @dataclass(frozen=True, slots=True)
 class AmplifierSizes(Sizes):
     """Sizes of an amplifier's transistors, um, one for each polarity."""
 
-    n_width: float = quantity(1.0, "um")
-    n_length: float = quantity(1.0, "um")
-    p_width: float = quantity(3.4, "um")
-    p_length: float = quantity(1.0, "um")
+    n_width: float = um(1.0)
+    n_length: float = um(1.0)
+    p_width: float = um(3.4)
+    p_length: float = um(1.0)
 
 
 POINTS = 360  # of the sweep: 5 mV apart at 1.8 V

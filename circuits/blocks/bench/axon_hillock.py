@@ -30,7 +30,7 @@ from circuits.blocks.drive import current_into, powered
 from circuits.blocks.measure import spike_outcome
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, biased, event_out
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor
 from circuits.lowering.supply import half_supply
@@ -47,14 +47,14 @@ class Params(Sizes):
     membrane_capacitance: float = quantity(2.08e-12, "F")
     feedback_capacitance: float = quantity(0.81e-12, "F")
     line_capacitance: float = quantity(0.0, "F", least=0.0)  # of the membrane, beside: the buffer's input
-    first_p_width: float = quantity(13.6, "um")
-    first_n_width: float = quantity(4.0, "um")
-    first_length: float = quantity(4.0, "um")
-    second_p_width: float = quantity(3.4, "um")
-    second_n_width: float = quantity(1.0, "um")
-    second_length: float = quantity(1.0, "um")
-    reset_width: float = quantity(3.4, "um")
-    reset_length: float = quantity(1.0, "um")
+    first_p_width: float = um(13.6)
+    first_n_width: float = um(4.0)
+    first_length: float = um(4.0)
+    second_p_width: float = um(3.4)
+    second_n_width: float = um(1.0)
+    second_length: float = um(1.0)
+    reset_width: float = um(3.4)
+    reset_length: float = um(1.0)
 
 
 BIASES = (coded_bias("pw", MASTERS[0], 2, "m_pw", (3.4, 1.0)),)

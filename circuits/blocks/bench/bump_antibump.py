@@ -22,24 +22,23 @@ from circuits.blocks.block import catalogued
 from circuits.blocks.measure import whether
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import analog_in, analog_out, biased
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Circuit
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
-from circuits.units import quantity
 
 
 @dataclass(frozen=True, slots=True)
 class Params(Sizes):
     """Sizes, um."""
 
-    outer_width: float = quantity(1.0, "um")
-    outer_length: float = quantity(1.0, "um")
-    middle_width: float = quantity(16.0, "um")
-    middle_length: float = quantity(1.0, "um")
-    tail_width: float = quantity(3.0, "um")
-    tail_length: float = quantity(1.0, "um")
+    outer_width: float = um(1.0)
+    outer_length: float = um(1.0)
+    middle_width: float = um(16.0)
+    middle_length: float = um(1.0)
+    tail_width: float = um(3.0)
+    tail_length: float = um(1.0)
 
 
 BIASES = (coded_bias("tail", MASTERS[3], 12, "mb", (3.0, 1.0)),)

@@ -29,7 +29,7 @@ from circuits.blocks.measure import between, fall, rise
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_out, biased, event_in
 from circuits.blocks.rolls import dpi_synapse
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Circuit
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import drain_current
@@ -44,10 +44,10 @@ class Params(Sizes):
     slow_capacitance: float = quantity(2.08e-12, "F")
     fast_capacitance: float = quantity(1.45e-12, "F")
     extender_capacitance: float = quantity(0.40e-12, "F")
-    filter_width: float = quantity(3.2, "um")
-    filter_length: float = quantity(3.2, "um")
-    switch_width: float = quantity(1.0, "um")
-    switch_length: float = quantity(1.0, "um")
+    filter_width: float = um(3.2)
+    filter_length: float = um(3.2)
+    switch_width: float = um(1.0)
+    switch_length: float = um(1.0)
 
 
 BIASES = (

@@ -29,12 +29,11 @@ from circuits.blocks.block import catalogued
 from circuits.blocks.measure import whether
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import analog_in, analog_out, biased
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Circuit
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
-from circuits.units import quantity
 
 STRAIGHT = 0.15  # V of difference within which kappa is read
 
@@ -43,10 +42,10 @@ STRAIGHT = 0.15  # V of difference within which kappa is read
 class Params(Sizes):
     """Sizes, um."""
 
-    pair_width: float = quantity(1.0, "um")
-    pair_length: float = quantity(1.0, "um")
-    tail_width: float = quantity(1.0, "um")
-    tail_length: float = quantity(1.0, "um")
+    pair_width: float = um(1.0)
+    pair_length: float = um(1.0)
+    tail_width: float = um(1.0)
+    tail_length: float = um(1.0)
 
 
 BIASES = (coded_bias("tail", MASTERS[3], 50, "mb", (1.0, 1.0)),)

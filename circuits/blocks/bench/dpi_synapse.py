@@ -30,7 +30,7 @@ from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_out, biased, event_in
 from circuits.blocks.rest import rested
 from circuits.blocks.rolls import dpi_synapse
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Bias, Circuit
 from circuits.event import pulse
 from circuits.silicon.process import ROLLS_180
@@ -50,10 +50,10 @@ class Params(Sizes):
     synapse_capacitance: float = quantity(2.08e-12, "F")
     line_capacitance: float = quantity(0.0, "F", least=0.0)  # of v_syn, beside: the buffer's input
     extender_capacitance: float = quantity(0.40e-12, "F")
-    filter_width: float = quantity(3.2, "um")  # of the pair, the weight, I_tau and the output
-    filter_length: float = quantity(3.2, "um")
-    switch_width: float = quantity(1.0, "um")
-    switch_length: float = quantity(1.0, "um")
+    filter_width: float = um(3.2)  # of the pair, the weight, I_tau and the output
+    filter_length: float = um(3.2)
+    switch_width: float = um(1.0)
+    switch_length: float = um(1.0)
 
     def filter_params(self) -> dpi_synapse.Params:
         """Sizes and capacitors of the filter, as that of ROLLS takes them."""

@@ -31,7 +31,7 @@ from circuits.blocks.drive import current_into, powered
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, biased, event_out
 from circuits.blocks.rest import rested
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor
 from circuits.devices.source import PiecewiseLinear
@@ -53,12 +53,12 @@ class Params(Sizes):
     photodiode_capacitance: float = quantity(0.1e-12, "F")
     input_capacitance: float = quantity(0.98e-12, "F")
     feedback_capacitance: float = quantity(50.6e-15, "F")
-    p_width: float = quantity(3.4, "um")
-    p_length: float = quantity(1.0, "um")
-    n_width: float = quantity(2.0, "um")
-    n_length: float = quantity(2.0, "um")
-    switch_width: float = quantity(0.5, "um")
-    switch_length: float = quantity(0.5, "um")
+    p_width: float = um(3.4)
+    p_length: float = um(1.0)
+    n_width: float = um(2.0)
+    n_length: float = um(2.0)
+    switch_width: float = um(0.5)
+    switch_length: float = um(0.5)
 
 
 SQUARE = (2.0, 2.0)

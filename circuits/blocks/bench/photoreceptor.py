@@ -26,7 +26,7 @@ from circuits.blocks.measure import between
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, biased
 from circuits.blocks.rest import rested
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor
 from circuits.devices.source import PiecewiseLinear
@@ -46,12 +46,12 @@ class Params(Sizes):
     """Capacitor (F) and sizes (um)."""
 
     photodiode_capacitance: float = quantity(0.1e-12, "F")
-    feedback_width: float = quantity(2.0, "um")
-    feedback_length: float = quantity(2.0, "um")
-    n_width: float = quantity(1.0, "um")
-    n_length: float = quantity(1.0, "um")
-    p_width: float = quantity(3.4, "um")
-    p_length: float = quantity(1.0, "um")
+    feedback_width: float = um(2.0)
+    feedback_length: float = um(2.0)
+    n_width: float = um(1.0)
+    n_length: float = um(1.0)
+    p_width: float = um(3.4)
+    p_length: float = um(1.0)
 
 
 BIASES = (

@@ -23,7 +23,7 @@ from circuits.blocks.measure import fall, high_time, rise
 from circuits.blocks.mos import mos
 from circuits.blocks.ports import SUPPLY, analog_out, biased, event_in
 from circuits.blocks.rest import rested
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor
 from circuits.event import pulse
@@ -40,14 +40,14 @@ class Params(Sizes):
     """Capacitor (F) and sizes (um)."""
 
     extender_capacitance: float = quantity(0.40e-12, "F")
-    logic_width: float = quantity(0.5, "um")
-    logic_length: float = quantity(0.5, "um")
-    tau_width: float = quantity(4.0, "um")
-    tau_length: float = quantity(4.0, "um")
-    diode_width: float = quantity(2.0, "um")
-    diode_length: float = quantity(2.0, "um")
-    feedback_width: float = quantity(0.22, "um")
-    feedback_length: float = quantity(2.0, "um")
+    logic_width: float = um(0.5)
+    logic_length: float = um(0.5)
+    tau_width: float = um(4.0)
+    tau_length: float = um(4.0)
+    diode_width: float = um(2.0)
+    diode_length: float = um(2.0)
+    feedback_width: float = um(0.22)
+    feedback_length: float = um(2.0)
 
 
 BIASES = (coded_bias("tau", MASTERS[0], 10, "m_tau", (4.0, 4.0)),)

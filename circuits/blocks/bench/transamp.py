@@ -31,12 +31,12 @@ from circuits.blocks.bench.curve import crossing, slope
 from circuits.blocks.block import Block, Stimulus, catalogued
 from circuits.blocks.mos import current_mirror, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in
+from circuits.blocks.sizes import um
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Transistor
 from circuits.silicon.process import ROLLS_180, Polarity
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
-from circuits.units import quantity
 
 FULL = 0.3  # V between the inputs, where the pair has steered all of its current
 FOLLOWING = (0.14, 0.46)  # V between the inputs, where the open output follows one of them
@@ -46,10 +46,10 @@ FOLLOWING = (0.14, 0.46)  # V between the inputs, where the open output follows 
 class Params(AmplifierSizes):
     """Sizes of each copy and of the readout, um."""
 
-    readout_n_width: float = quantity(1.0, "um")
-    readout_n_length: float = quantity(1.0, "um")
-    readout_p_width: float = quantity(3.4, "um")
-    readout_p_length: float = quantity(1.0, "um")
+    readout_n_width: float = um(1.0)
+    readout_n_length: float = um(1.0)
+    readout_p_width: float = um(3.4)
+    readout_p_length: float = um(1.0)
 
 
 def stage(polarity: Polarity, params: Params) -> Circuit:

@@ -30,7 +30,7 @@ from circuits.blocks.drive import Wave, driven
 from circuits.blocks.measure import whether
 from circuits.blocks.mos import UM
 from circuits.blocks.ports import analog_in
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Circuit
 from circuits.devices import Resistor, Transistor
 from circuits.devices.source import PiecewiseLinear
@@ -51,8 +51,8 @@ EARLY_FROM = 1.0  # V between drain and source, from where the Early voltage is 
 class Params(Sizes):
     """Sizes (um) and shunts (Ohm)."""
 
-    width: float = quantity(4.0, "um")
-    length: float = quantity(4.0, "um")
+    width: float = um(4.0)
+    length: float = um(4.0)
     drain_resistance: float = quantity(33e3, "Ohm")
     source_resistance: float = quantity(33e3, "Ohm")
 

@@ -33,7 +33,7 @@ from circuits.blocks.drive import Wave, powered
 from circuits.blocks.mos import current_mirror, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports
 from circuits.blocks.rest import rested
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Bias, Circuit, Node, Port
 from circuits.devices import Transistor
 from circuits.devices.source import PiecewiseLinear
@@ -51,10 +51,10 @@ class Params(Sizes):
     """Number of cells, and sizes, um."""
 
     cells: int = quantity(16, "", least=FEWEST)
-    n_width: float = quantity(1.0, "um")
-    n_length: float = quantity(1.0, "um")
-    p_width: float = quantity(3.4, "um")
-    p_length: float = quantity(1.0, "um")
+    n_width: float = um(1.0)
+    n_length: float = um(1.0)
+    p_width: float = um(3.4)
+    p_length: float = um(1.0)
 
 
 def cell(params: Params = Params()) -> Circuit:

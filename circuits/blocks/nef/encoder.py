@@ -25,7 +25,7 @@ from circuits.blocks.drive import Wave, powered, step
 from circuits.blocks.mos import current_mirror, inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_out, biased
 from circuits.blocks.rest import rested
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Bias, Circuit
 from circuits.errors import ParameterError
 from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
@@ -33,7 +33,6 @@ from circuits.silicon.silicon import Silicon
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
-from circuits.units import quantity
 
 BITS = 8
 UNIT = 20e-12  # A, what a code of 1 gives at full scale
@@ -44,12 +43,12 @@ MEMBRANE = 0.3  # V, ours: ideal voltage at which the testbench measures the out
 class Params(Sizes):
     """Sizes, um; ours."""
 
-    unit_width: float = quantity(0.5, "um")
-    unit_length: float = quantity(2.0, "um")
-    mirror_width: float = quantity(4.0, "um")
-    mirror_length: float = quantity(8.0, "um")
-    switch_width: float = quantity(0.5, "um")
-    switch_length: float = quantity(1.0, "um")
+    unit_width: float = um(0.5)
+    unit_length: float = um(2.0)
+    mirror_width: float = um(4.0)
+    mirror_length: float = um(8.0)
+    switch_width: float = um(0.5)
+    switch_length: float = um(1.0)
 
 
 BIASES = (

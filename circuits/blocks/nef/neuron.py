@@ -33,7 +33,7 @@ from circuits.blocks.measure import last_rate, latency, spike_outcome
 from circuits.blocks.mos import inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, biased, event_out
 from circuits.blocks.rest import rested
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, Source
 from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
@@ -53,15 +53,15 @@ class Params(Sizes):
     membrane_capacitance: float = quantity(2e-12, "F")
     refractory_capacitance: float = quantity(0.5e-12, "F")
     hold_capacitance: float = quantity(20e-15, "F")  # holds the reset back until C_ref is full
-    leak_width: float = quantity(0.5, "um")
-    leak_length: float = quantity(4.0, "um")
+    leak_width: float = um(0.5)
+    leak_length: float = um(4.0)
     # of the transistor that senses the membrane: long, so that V_th is high
-    sense_width: float = quantity(1.0, "um")
-    sense_length: float = quantity(8.0, "um")
+    sense_width: float = um(1.0)
+    sense_length: float = um(8.0)
     # of what is shut while the membrane charges; off current I_0 / 32
-    switch_width: float = quantity(0.5, "um")
-    switch_length: float = quantity(16.0, "um")
-    logic_length: float = quantity(0.18, "um")
+    switch_width: float = um(0.5)
+    switch_length: float = um(16.0)
+    logic_length: float = um(0.18)
 
 
 BIASES = (

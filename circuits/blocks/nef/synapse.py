@@ -36,7 +36,7 @@ from circuits.blocks.nef.encoder import Params as EncoderParams
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, bias_ports
 from circuits.blocks.rest import rested
 from circuits.blocks.rolls import dpi_synapse
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, OperationalAmplifier, Transistor
 from circuits.errors import ParameterError
@@ -60,19 +60,19 @@ class Params(Sizes):
     """Capacitors (F) and sizes (um); ours."""
 
     synapse_capacitance: float = quantity(6e-12, "F")
-    tau_width: float = quantity(0.5, "um")
-    tau_length: float = quantity(16.0, "um")  # so that the slowest filter's current is above the off current
+    tau_width: float = um(0.5)
+    tau_length: float = um(16.0)  # so that the slowest filter's current is above the off current
     # square, so that its off current is far below I_th, which would follow temperature otherwise
-    output_width: float = quantity(8.0, "um")
-    output_length: float = quantity(8.0, "um")
-    converter_width: float = quantity(4.0, "um")
-    converter_length: float = quantity(4.0, "um")
-    mirror_width: float = quantity(8.0, "um")
-    mirror_length: float = quantity(4.0, "um")
-    split_width: float = quantity(0.5, "um")
-    split_length: float = quantity(0.5, "um")
-    cascode_width: float = quantity(0.5, "um", least=0.0)  # 0 for a line without cascodes
-    cascode_length: float = quantity(0.5, "um")
+    output_width: float = um(8.0)
+    output_length: float = um(8.0)
+    converter_width: float = um(4.0)
+    converter_length: float = um(4.0)
+    mirror_width: float = um(8.0)
+    mirror_length: float = um(4.0)
+    split_width: float = um(0.5)
+    split_length: float = um(0.5)
+    cascode_width: float = um(0.5, least=0.0)  # 0 for a line without cascodes
+    cascode_length: float = um(0.5)
     load_capacitance: float = quantity(100e-12, "F")  # F, of the stages' gates on a line; ours
 
 

@@ -31,7 +31,7 @@ from circuits.blocks.rest import rested
 from circuits.blocks.rolls.bias import gate_bias
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
 from circuits.blocks.rolls.dpi_synapse import pulse_extender
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
@@ -41,7 +41,6 @@ from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.solver.power import drain_current
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
-from circuits.units import quantity
 
 # Coarse and fine codes, ours: 0.1 s of calcium, thresholds of 16, 66 and 192 pA
 TAU, GAIN, STEP = (7, 10), (7, 20), (3, 100)
@@ -55,10 +54,10 @@ THRESHOLDS = ("thmin", "thdn", "thup")
 class Params(Sizes):
     """Sizes (um) of copies, thresholds and comparator, and the sizes of the filter; ours."""
 
-    copy_width: float = quantity(1.0, "um")
-    copy_length: float = quantity(4.0, "um")
-    pair_width: float = quantity(1.0, "um")
-    pair_length: float = quantity(1.0, "um")
+    copy_width: float = um(1.0)
+    copy_length: float = um(4.0)
+    pair_width: float = um(1.0)
+    pair_length: float = um(1.0)
     synapse: SynapseParams = field(default_factory=SynapseParams)
 
 

@@ -35,7 +35,7 @@ from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls.bias import gate_bias
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Circuit
 from circuits.devices import Capacitor
 from circuits.event import falling_crossing, rising_crossing
@@ -55,17 +55,17 @@ class Params(Sizes):
     """Capacitor of a weight (F), sizes (um) and the synapse; ours."""
 
     weight_capacitance: float = quantity(0.2e-12, "F")
-    bias_width: float = quantity(0.5, "um")  # of the nFETs of both biases, long enough to be turned off
-    bias_length: float = quantity(4.5, "um")
-    mirror_width: float = quantity(0.5, "um")  # of the step's pFETs
-    mirror_length: float = quantity(2.0, "um")
-    switch_width: float = quantity(0.25, "um")
-    switch_length: float = quantity(2.0, "um")  # long: for an inverter's delay both switches conduct
+    bias_width: float = um(0.5)  # of the nFETs of both biases, long enough to be turned off
+    bias_length: float = um(4.5)
+    mirror_width: float = um(0.5)  # of the step's pFETs
+    mirror_length: float = um(2.0)
+    switch_width: float = um(0.25)
+    switch_length: float = um(2.0)  # long: for an inverter's delay both switches conduct
     # of the recovery's diode; W/L over that of its transistor divides I_rec
-    diode_width: float = quantity(1.0, "um")
-    diode_length: float = quantity(1.0, "um")
-    recovery_width: float = quantity(0.25, "um")
-    recovery_length: float = quantity(4.0, "um")
+    diode_width: float = um(1.0)
+    diode_length: float = um(1.0)
+    recovery_width: float = um(0.25)
+    recovery_length: float = um(4.0)
     synapse: SynapseParams = field(default_factory=SynapseParams)
 
     @property

@@ -37,7 +37,7 @@ from circuits.blocks.mos import current_mirror, inverter, mos, nand
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, biased, event_in
 from circuits.blocks.rest import rested
 from circuits.blocks.rolls.bias import gate_bias
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Bias, Circuit, Port
 from circuits.devices import Capacitor
 from circuits.devices.device import Device
@@ -61,17 +61,17 @@ class Params(Sizes):
     pulse_capacitance: float = quantity(0.15e-12, "F")
     line_capacitance: float = quantity(0.1e-12, "F", least=0.0)
     # wide, so that a filter's pair is in weak inversion at the excitatory weights
-    pair_width: float = quantity(8.0, "um")
-    pair_length: float = quantity(0.5, "um")
-    tau_width: float = quantity(0.5, "um")
-    tau_length: float = quantity(4.0, "um")
+    pair_width: float = um(8.0)
+    pair_length: float = um(0.5)
+    tau_width: float = um(0.5)
+    tau_length: float = um(4.0)
     # long, so that a silent filter's off current is a quarter of I_0
-    output_width: float = quantity(1.0, "um")
-    output_length: float = quantity(4.0, "um")
-    weight_width: float = quantity(1.0, "um")
-    weight_length: float = quantity(1.0, "um")
-    logic_width: float = quantity(0.5, "um")
-    logic_length: float = quantity(0.18, "um")
+    output_width: float = um(1.0)
+    output_length: float = um(4.0)
+    weight_width: float = um(1.0)
+    weight_length: float = um(1.0)
+    logic_width: float = um(0.5)
+    logic_length: float = um(0.18)
 
 
 def pulse_extender(params: Params) -> Circuit:

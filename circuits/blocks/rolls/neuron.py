@@ -38,7 +38,7 @@ from circuits.blocks.mos import current_mirror, inverter, mos
 from circuits.blocks.ports import SUPPLY, analog_in, analog_out, bias_in, biased, event_out
 from circuits.blocks.rest import rested
 from circuits.blocks.rolls.bias import OFF_CURRENT, gate_bias
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor
 from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
@@ -55,21 +55,21 @@ class Params(Sizes):
     refractory_capacitance: float = quantity(0.5e-12, "F")
     hold_capacitance: float = quantity(100e-15, "F")  # holds the reset back until C_ref is full
     adaptation_capacitance: float = quantity(1e-12, "F")
-    pair_width: float = quantity(4.0, "um")  # of a differential pair, and its length
-    pair_length: float = quantity(2.0, "um")
-    leak_width: float = quantity(1.0, "um")  # of what a bias may turn off; off current I_0 / 9
-    leak_length: float = quantity(9.0, "um")
+    pair_width: float = um(4.0)  # of a differential pair, and its length
+    pair_length: float = um(2.0)
+    leak_width: float = um(1.0)  # of what a bias may turn off; off current I_0 / 9
+    leak_length: float = um(9.0)
     # of what is shut while the membrane rests; off current I_0 / 16
-    switch_width: float = quantity(0.5, "um")
-    switch_length: float = quantity(8.0, "um")
-    feedback_width: float = quantity(2.0, "um")
-    feedback_length: float = quantity(2.0, "um")
+    switch_width: float = um(0.5)
+    switch_length: float = um(8.0)
+    feedback_width: float = um(2.0)
+    feedback_length: float = um(2.0)
     # of the adaptation's pair: small, for it takes part of a spike's charge
-    adaptation_width: float = quantity(2.0, "um")
-    adaptation_length: float = quantity(1.0, "um")
-    mirror_width: float = quantity(0.5, "um")  # of the feedback's mirror, whose gate must follow
-    mirror_length: float = quantity(4.0, "um")
-    logic_length: float = quantity(0.18, "um")
+    adaptation_width: float = um(2.0)
+    adaptation_length: float = um(1.0)
+    mirror_width: float = um(0.5)  # of the feedback's mirror, whose gate must follow
+    mirror_length: float = um(4.0)
+    logic_length: float = um(0.18)
 
 
 def leak(params: Params) -> Circuit:

@@ -38,7 +38,7 @@ from circuits.blocks.rest import started_at_rest
 from circuits.blocks.rolls.bias import gate_bias
 from circuits.blocks.rolls.dpi_synapse import Params as SynapseParams
 from circuits.blocks.rolls.dpi_synapse import pulse_extender
-from circuits.blocks.sizes import Sizes
+from circuits.blocks.sizes import Sizes, um
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, Source
 from circuits.devices.device import Device
@@ -63,16 +63,16 @@ class Params(Sizes):
     """Capacitor (F), sizes (um), and the synapse whose pulse extender it shares; ours."""
 
     weight_capacitance: float = quantity(0.1e-12, "F")
-    move_width: float = quantity(0.25, "um")  # of the devices whose current moves w
-    move_length: float = quantity(2.0, "um")
-    switch_length: float = quantity(4.0, "um")  # long, for an off current below a tenth of the drift's
-    pair_width: float = quantity(1.0, "um")
-    pair_length: float = quantity(1.0, "um")
+    move_width: float = um(0.25)  # of the devices whose current moves w
+    move_length: float = um(2.0)
+    switch_length: float = um(4.0)  # long, for an off current below a tenth of the drift's
+    pair_width: float = um(1.0)
+    pair_length: float = um(1.0)
     # small, since I_cmp charges its gate; twice the W/L of the pair's mirror
-    second_width: float = quantity(1.0, "um")
-    second_length: float = quantity(0.5, "um")
-    tail_width: float = quantity(0.5, "um")  # of both currents I_cmp
-    tail_length: float = quantity(4.0, "um")
+    second_width: float = um(1.0)
+    second_length: float = um(0.5)
+    tail_width: float = um(0.5)  # of both currents I_cmp
+    tail_length: float = um(4.0)
     synapse: SynapseParams = field(default_factory=SynapseParams)
 
 
