@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
@@ -21,7 +20,8 @@ from system.cli.output import json_text, print_json, print_line, progress_bar
 from system.cli.search_output import (
     TRANSISTOR,
     FreshDies,
-    Report,
+    Searched,
+    check_search,
     moved_document,
     percent,
     print_moved,
@@ -31,7 +31,7 @@ from system.cli.search_output import (
     silicons,
 )
 from system.cli.study_verbs import Centre
-from system.files.writing import check_folder, write_text_atomic
+from system.files.writing import write_text_atomic
 from system.notice import say
 from system.options.block import Value, read_die
 from system.plot import COLOURS, INK, check_picture, save_picture
@@ -40,45 +40,28 @@ from system.study.metrics.measure import named_measures
 from system.study.metrics.metric import with_named
 from system.study.search.behavioural_target import BehaviouralTarget, has_model
 from system.study.search.centre import Budget, Centred, Problem, centre
-from system.study.search.knob import Knob, knobs_of, moved_subject, options_of
-from system.study.specification import Specification, limited_metrics, parse_spec
+from system.study.search.knob import knobs_of, moved_subject, options_of
+from system.study.specification import limited_metrics, parse_spec
 from system.study.table import Condition
 from system.study.target import BlockTarget, Subject, Target, hashed
 
 BEHAVIOURAL = "behavioural"
 
 
-@dataclass(frozen=True, slots=True)
-class Result:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Result(Searched):
     """Finished search with the yield of fresh dies.
 
     Attributes
     ----------
     asked : options of the verb.
-    start : block with its options at the start, and what is measured of it.
-    specifications : conditions that a die must fulfil to pass.
-    units : unit of each metric.
-    knobs : biases and sizes that were moved.
-    values : value of each knob that the search found.
     level : what the search measured, `behavioural` or `transistor`.
     found : where the search ended.
-    reports : yields of fresh dies.
     """
 
     asked: Centre
-    start: Subject
-    specifications: tuple[Specification, ...]
-    units: Mapping[str, str]
-    knobs: tuple[Knob, ...]
-    values: tuple[Value, ...]
     level: str
     found: Centred
-    reports: tuple[Report, ...]
-
-    @property
-    def subject(self) -> Subject:
-        """The block with the values that the search found."""
-        return moved_subject(self.start, self.knobs, self.values)
 
 
 def centre_command(asked: Centre) -> int:
@@ -159,7 +142,10 @@ def run(asked: Centre) -> Result:
     reports = tuple(
         report_on(fresh_of(asked), designs, s, specifications, condition) for s in silicons(asked.silicon)
     )
-    return Result(asked, subject, specifications, units, knobs, values, level, found, reports)
+    return Result(
+        asked=asked, start=subject, specifications=specifications, units=units, knobs=knobs, values=values,
+        level=level, found=found, reports=reports,
+    )  # fmt: skip
 
 
 def _level(asked: Centre, target: BlockTarget) -> str:
@@ -170,22 +156,12 @@ def _level(asked: Centre, target: BlockTarget) -> str:
 
 
 def _check(asked: Centre, span: float) -> None:
-    if not asked.spec:
-        raise ParameterError('--spec: what should pass, must be given; write --spec "class is works"')
-    fresh_of(asked).check()
+    check_search(fresh_of(asked), asked.spec, "class is works", asked.reach, asked.silicon, asked.output)
     if asked.generations < 0 or not 0 <= asked.seed < 2**64:
         raise ParameterError(f"--generations, --seed: {asked.generations}, {asked.seed}, must be at least 0")
-    if not 1.0 < asked.reach <= 1e3:
-        raise ParameterError(
-            f"--range: {asked.reach:g}, must be above 1 and at most 1000; 3 is a third to three"
-        )
     if not 0.0 < span <= 5.0:
         raise ParameterError(f"--span: {span:g} V, must be above 0 and at most 5 V; give 0.1V")
-    if not (asked.silicon.mismatch or asked.silicon.process_variation):
-        raise ParameterError("--no-mismatch: no process varies either, so all dies are one; leave it out")
     check_picture(asked.plot)
-    if asked.output is not None:
-        check_folder(asked.output)
 
 
 def fresh_of(asked: Centre) -> FreshDies:
@@ -207,16 +183,11 @@ def document(result: Result) -> dict[str, Any]:
     asked, found = result.asked, result.found
     search = {k: v for k, v in asdict(found).items() if k != "coordinates"}
     return {
-        "block": asked.block,
-        "specifications": [str(s) for s in result.specifications],
-        "temperature_C": parse_quantity(asked.silicon.temperature, "degC", "--temperature"),
-        "lot": asked.silicon.lot,
-        "at": asked.silicon.at,
+        **result.document(asked.block, asked.silicon),
         "seed": asked.seed,
         "search_level": result.level,
         "level": TRANSISTOR,
-        "tuning_dies": [0, asked.tuning_dies - 1],
-        "fresh_dies": [asked.first_fresh_die, asked.first_fresh_die + asked.fresh_dies - 1],
+        **fresh_of(asked).document(),
         **moved_document(result.knobs, result.values, result.subject),
         "search": search,
         "fresh": [report_document(f) for f in result.reports],

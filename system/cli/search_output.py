@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 
 from circuits.errors import ParameterError
+from circuits.units import parse_quantity
 from system.cli.option_names import words_of
 from system.cli.output import print_line, print_table, progress_bar, quantity_cell
 from system.cli.study_output import share_document
+from system.files.writing import check_folder
 from system.options.block import Value
 from system.options.silicon import SiliconChoice
 from system.study.engine import on_threads, run_study
 from system.study.manifest import Study
 from system.study.plan import Plan
 from system.study.report.result import judge_table
-from system.study.search.knob import Knob, options_of
+from system.study.search.knob import Knob, moved_subject, options_of
 from system.study.specification import Specification
 from system.study.statistics.comparison import YieldDifference, compare_yields
 from system.study.statistics.summary import Yield, summarise_yield
@@ -64,6 +66,10 @@ class FreshDies:
                 f" {FIRST_FRESH} on; earlier dies are for the search"
             )
 
+    def document(self) -> dict[str, Any]:
+        """Give the first and the last die of the search and of the report as members of a JSON document."""
+        return {"tuning_dies": [0, self.tuning - 1], "fresh_dies": [self.first, self.last]}
+
 
 @dataclass(frozen=True, slots=True)
 class Report:
@@ -83,6 +89,68 @@ class Report:
     after: Yield
     difference: YieldDifference
     means: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Searched:
+    """What every finished search has, with the yield of fresh dies.
+
+    Attributes
+    ----------
+    start : block with its options at the start, and what is measured of it.
+    specifications : conditions that a die must fulfil to pass.
+    units : unit of each metric.
+    knobs : biases and sizes that were moved.
+    values : value of each knob that the search found.
+    reports : yields of fresh dies.
+    """
+
+    start: Subject
+    specifications: tuple[Specification, ...]
+    units: Mapping[str, str]
+    knobs: tuple[Knob, ...]
+    values: tuple[Value, ...]
+    reports: tuple[Report, ...]
+
+    @property
+    def subject(self) -> Subject:
+        """The block with the values that the search found."""
+        return moved_subject(self.start, self.knobs, self.values)
+
+    def document(self, block: str, silicon: SiliconChoice) -> dict[str, Any]:
+        """Give what was searched, of a block on a silicon, as members of a JSON document."""
+        return {
+            "block": block,
+            "specifications": [str(s) for s in self.specifications],
+            "temperature_C": parse_quantity(silicon.temperature, "degC", "--temperature"),
+            "lot": silicon.lot,
+            "at": silicon.at,
+        }
+
+
+def check_search(
+    fresh: FreshDies,
+    spec: Sequence[str],
+    example: str,
+    reach: float,
+    silicon: SiliconChoice,
+    output: str | None,
+) -> None:
+    """Raise `ParameterError` for options that no search can have.
+
+    fresh: dies that it is judged on. spec: what should pass. example: a specification, for who gives none.
+    reach: factor by which biases or sizes move, each way. silicon: what all dies share. output: file of the
+    result, if one is asked for.
+    """
+    if not spec:
+        raise ParameterError(f'--spec: what should pass, must be given; write --spec "{example}"')
+    fresh.check()
+    if not 1.0 < reach <= 1e3:
+        raise ParameterError(f"--range: {reach:g}, must be above 1 and at most 1000; 3 is a third to three")
+    if not (silicon.mismatch or silicon.process_variation):
+        raise ParameterError("--no-mismatch: no process varies either, so all dies are one; leave it out")
+    if output is not None:
+        check_folder(output)
 
 
 def silicons(silicon: SiliconChoice) -> list[SiliconChoice]:

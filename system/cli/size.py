@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -19,7 +18,8 @@ from system.cli.over_dies import subject_of
 from system.cli.search_output import (
     TRANSISTOR,
     FreshDies,
-    Report,
+    Searched,
+    check_search,
     moved_document,
     percent,
     print_moved,
@@ -28,51 +28,34 @@ from system.cli.search_output import (
     report_on,
     silicons,
 )
-from system.files.writing import check_folder, write_text_atomic
+from system.files.writing import write_text_atomic
 from system.notice import say
 from system.options.block import Value, parameters, read_die
 from system.study.search.centre import Bench, Problem
-from system.study.search.knob import Knob, moved_subject, options_of, sizes_of
+from system.study.search.knob import moved_subject, options_of, sizes_of
 from system.study.search.size import Sized, size
-from system.study.specification import Specification, limited_metrics, parse_spec
+from system.study.specification import limited_metrics, parse_spec
 from system.study.statistics.summary import Yield
 from system.study.table import Condition
-from system.study.target import BlockTarget, Subject
+from system.study.target import BlockTarget
 
 SQUARE_MICROMETRE = 1e-12  # m^2
 
 
-@dataclass(frozen=True, slots=True)
-class Result:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Result(Searched):
     """Finished search with the yield of fresh dies.
 
     Attributes
     ----------
     asked : options of the verb.
-    start : block with its options at the start, and what is measured of it.
-    specifications : conditions that a die must fulfil to pass.
-    units : unit of each metric.
     wanted : share of dies that should pass.
-    knobs : sizes that moved.
-    values : value of each that the search found.
     found : where the search ended.
-    reports : yields of fresh dies.
     """
 
     asked: Size
-    start: Subject
-    specifications: tuple[Specification, ...]
-    units: Mapping[str, str]
     wanted: float
-    knobs: tuple[Knob, ...]
-    values: tuple[Value, ...]
     found: Sized
-    reports: tuple[Report, ...]
-
-    @property
-    def subject(self) -> Subject:
-        """The block with the sizes that the search found."""
-        return moved_subject(self.start, self.knobs, self.values)
 
     @property
     def after(self) -> Yield:
@@ -142,7 +125,10 @@ def run(asked: Size) -> Result:
         report_on(fresh, designs, s, specifications, condition) for s in silicons(asked.over.silicon)
     )
     units = {q.name: q.unit for q in target.quantities}
-    return Result(asked, subject, specifications, units, wanted, knobs, values, found, reports)
+    return Result(
+        asked=asked, start=subject, specifications=specifications, units=units, knobs=knobs, values=values,
+        wanted=wanted, found=found, reports=reports,
+    )  # fmt: skip
 
 
 def _fresh_of(asked: Size) -> FreshDies:
@@ -151,21 +137,13 @@ def _fresh_of(asked: Size) -> FreshDies:
 
 def _checked(asked: Size) -> float:
     """The wanted share of dies, once all options are possible."""
-    if not asked.spec:
-        raise ParameterError('--spec: what should pass, must be given; write --spec "t_inh_s in 5ms:8ms"')
-    _fresh_of(asked).check()
+    check_search(
+        _fresh_of(asked), asked.spec, "t_inh_s in 5ms:8ms", asked.reach, asked.over.silicon, asked.output
+    )
     text = asked.wanted.strip()
     wanted = parse_quantity(text.removesuffix("%"), "", "--yield") / (100.0 if text.endswith("%") else 1.0)
     if not 0.5 <= wanted < 1.0:
         raise ParameterError(f"--yield: {asked.wanted}, must be at least 50% and below 100%; write as in 99%")
-    if not 1.0 < asked.reach <= 1e3:
-        raise ParameterError(
-            f"--range: {asked.reach:g}, must be above 1 and at most 1000; 3 is a third to three"
-        )
-    if not (asked.over.silicon.mismatch or asked.over.silicon.process_variation):
-        raise ParameterError("--no-mismatch: no process varies either, so all dies are one; leave it out")
-    if asked.output is not None:
-        check_folder(asked.output)
     return wanted
 
 
@@ -173,16 +151,11 @@ def document(result: Result) -> dict[str, Any]:
     """Give the result of a search as members of a JSON document."""
     asked, found = result.asked, result.found
     return {
-        "block": asked.block,
-        "specifications": [str(s) for s in result.specifications],
-        "temperature_C": parse_quantity(asked.over.silicon.temperature, "degC", "--temperature"),
-        "lot": asked.over.silicon.lot,
-        "at": asked.over.silicon.at,
+        **result.document(asked.block, asked.over.silicon),
         "level": TRANSISTOR,
         "yield_wanted": result.wanted,
         "verdict": result.verdict,
-        "tuning_dies": [0, asked.tuning_dies - 1],
-        "fresh_dies": [asked.first_fresh_die, _fresh_of(asked).last],
+        **_fresh_of(asked).document(),
         "area_before_m2": found.area_before,
         "area_after_m2": found.area_after,
         **moved_document(result.knobs, result.values, result.subject),

@@ -208,19 +208,25 @@ moved.after     number     -     value at the end
 moved.change    number     -     ratio of both, or of a voltage the difference, V
 options         string[]   -     options that give the new values to other commands
 """)
-CENTRE = {
-    **meanings("""
+SEARCHED = meanings("""
 block           string     -     name of the block
 specifications  string[]   -     what should pass
 temperature_C   number     degC  temperature
 lot             string     -     lot of the dies
 at              string?    -     place on a chip; null for a block by itself
+""")
+TUNED_AND_JUDGED = meanings("""
+tuning_dies     integer[]  -     first and last die of the search
+fresh_dies      integer[]  -     first and last die of the report
+""")
+CENTRE = {
+    **SEARCHED,
+    **meanings("""
 seed            integer    -     seed of the search
 search_level    string     -     level at which it searched: `behavioural` or `transistor`
 level           string     -     level of the report
-tuning_dies     integer[]  -     first and last die of the search
-fresh_dies      integer[]  -     first and last die of the report
 """),
+    **TUNED_AND_JUDGED,
     **MOVED,
     **meanings("""
 search               object    -  how the search went
@@ -237,17 +243,14 @@ search.measurements  integer   -  dies that were measured
     **FRESH,
 }
 SIZE = {
+    **SEARCHED,
     **meanings("""
-block           string     -     name of the block
-specifications  string[]   -     what should pass
-temperature_C   number     degC  temperature
-lot             string     -     lot of the dies
-at              string?    -     place on a chip; null for a block by itself
 level           string     -     level at which dies were measured
 yield_wanted    number     -     share of dies that should pass
 verdict         string     -     `met`, `missed` or `undecided`, as fresh dies tell
-tuning_dies     integer[]  -     first and last die of the search
-fresh_dies      integer[]  -     first and last die of the report
+"""),
+    **TUNED_AND_JUDGED,
+    **meanings("""
 area_before_m2  number     m^2   area of all gates and of the plates of all capacitors at the start
 area_after_m2   number     m^2   the same at the end
 """),
