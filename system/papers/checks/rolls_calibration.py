@@ -42,20 +42,16 @@ WITHIN, SHARE = 0.1, 0.95
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
-    """Of one kind of bias: errors at 27 degC, float64[dies, 8], of the drift, float64[dies, degC, 8]."""
+class Calibrated:
+    """Errors of the populations of one die, or of all dies of one kind of bias.
+
+    errors: at 27 degC, float64[8], of all dies float64[dies, 8]. drift: at `TEMPERATURES`, float64[degC, 8],
+    none where it was not asked for; of the dies that have some float64[dies, degC, 8]. dropped: neurons that
+    were left out.
+    """
 
     errors: F64
     drift: F64
-    dropped: int
-
-
-@dataclass(frozen=True, slots=True)
-class Calibrated:
-    """A die: errors of its populations, float64[8], at other temperatures if asked for, float64[degC, 8]."""
-
-    errors: F64
-    drift: F64 | None
     dropped: int
 
 
@@ -76,7 +72,7 @@ class Calibrations:
         dropped = sum(len(gone) for gone in calibration.blacklist.values())
         errors = np.array(list(population_errors(task, calibration, silicon, kind).values()))
         if key.number >= FIRST_DIE + self.drifting:
-            return Calibrated(errors, None, dropped)
+            return Calibrated(errors, np.empty(0), dropped)
         moved = [replace(silicon, temperature_c=t) for t in TEMPERATURES]
         drift = [list(population_errors(task, calibration, s, kind, 1.0).values()) for s in moved]
         return Calibrated(errors, np.array(drift), dropped)
@@ -94,13 +90,13 @@ def reproduce(
     return Report(rows(found), lambda figure: _draw(found, figure), _notes(found))
 
 
-def summed(dies: Sequence[Calibrated]) -> Found:
+def summed(dies: Sequence[Calibrated]) -> Calibrated:
     """Of one kind of bias."""
-    drift = np.array([each.drift for each in dies if each.drift is not None])
-    return Found(np.array([each.errors for each in dies]), drift, sum(each.dropped for each in dies))
+    drift = np.array([each.drift for each in dies if each.drift.size])
+    return Calibrated(np.array([each.errors for each in dies]), drift, sum(each.dropped for each in dies))
 
 
-def rows(found: Mapping[str, Found]) -> tuple[Statement, ...]:
+def rows(found: Mapping[str, Calibrated]) -> tuple[Statement, ...]:
     """Make the statements about populations within 10 %, and about rates at other temperatures."""
     made = []
     for kind, f in found.items():
@@ -115,7 +111,7 @@ def rows(found: Mapping[str, Found]) -> tuple[Statement, ...]:
     return tuple(made)
 
 
-def _notes(found: Mapping[str, Found]) -> tuple[str, ...]:
+def _notes(found: Mapping[str, Calibrated]) -> tuple[str, ...]:
     return tuple(
         f"{kind}: {f.dropped / f.errors.size:.2f} neurons of 16 dropped a population; worst"
         f" {100 * np.abs(f.errors).max():.0f} %, median {100 * np.median(np.abs(f.errors)):.1f} % off"
@@ -123,7 +119,7 @@ def _notes(found: Mapping[str, Found]) -> tuple[str, ...]:
     )
 
 
-def _draw(found: Mapping[str, Found], figure: Figure) -> None:
+def _draw(found: Mapping[str, Calibrated], figure: Figure) -> None:
     left, right = figure.subplots(1, 2)
     for k, (kind, f) in enumerate(found.items()):
         left.hist(

@@ -17,7 +17,7 @@ def test_calibration_of_one_die():
 def test_drift_is_reported_at_every_temperature():
     drift = np.zeros((3, len(rolls_calibration.TEMPERATURES), 8))
     drift[:, 0] = -0.5
-    rows = rolls_calibration.rows({"gate": rolls_calibration.Found(np.zeros((3, 8)), drift, 5)})
+    rows = rolls_calibration.rows({"gate": rolls_calibration.Calibrated(np.zeros((3, 8)), drift, 5)})
     named = {row.name: row.shown for row in rows}
     assert named["gate: mean rate at 17 degC over its target"] == 0.5
     assert len(named) == len(rolls_calibration.TEMPERATURES)
