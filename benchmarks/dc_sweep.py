@@ -14,19 +14,14 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 
 from _report import Row, parser_of, report
 from circuits.api import (
     ROLLS_180,
-    Circuit,
-    Constant,
-    Port,
     Silicon,
-    Source,
-    Testbench,
-    Transistor,
     operating_point,
     sweep,
     to_kernel,
@@ -34,10 +29,11 @@ from circuits.api import (
 from circuits.solver.sweep.continuation import trace, with_source
 from netlists.ngspice.sweep import solve_line
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from tests.circuits.sweep.amplifier import amplifier
+
 POINTS = 1000
 LOW, HIGH = 0.6, 1.2  # V
-SIZE = {"width": 4e-6, "length": 4e-6}
-VOLTS = {"vdd": 1.8, "plus": 0.9, "minus": 0.9, "vb": 0.35}
 SWEEP_CLAIM, WHOLE_CLAIM = 100.0, 20.0
 CONVERGED = 5e-6  # V
 
@@ -50,20 +46,6 @@ def main() -> int:
     return report(
         found, options, lambda r: f"{r.ours:8.3f} ms, ngspice {r.peer:8.1f} ms, {r.ratio:5.1f} times"
     )
-
-
-def amplifier() -> Testbench:
-    """Transconductance amplifier of five transistors."""
-    devices = (
-        Transistor("mb", "n", "tail", "vb", "0", "0", **SIZE),
-        Transistor("m1", "n", "x", "plus", "tail", "0", **SIZE),
-        Transistor("m2", "n", "out", "minus", "tail", "0", **SIZE),
-        Transistor("m3", "p", "x", "x", "vdd", "vdd", **SIZE),
-        Transistor("m4", "p", "out", "x", "vdd", "vdd", **SIZE),
-    )
-    ports = (Port("vdd", "supply"), *(Port(name, "analog") for name in ("plus", "minus", "vb", "out")))
-    sources = tuple(Source(name, name, Constant(volts)) for name, volts in VOLTS.items())
-    return Testbench("amplifier", Circuit("amplifier", ports, devices), sources, 1.0)
 
 
 def rows(celsius: float, repeats: int) -> Iterator[Row]:

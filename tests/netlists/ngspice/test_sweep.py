@@ -6,9 +6,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from circuits.circuit import Circuit, Port
-from circuits.devices import Source, Transistor
-from circuits.devices.source import Constant
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
@@ -16,25 +13,10 @@ from circuits.sweep.axis import Way
 from circuits.sweep.sweep import Plan, run_points
 from circuits.testbench import Testbench
 from netlists.ngspice.sweep import solve_line
+from tests.circuits.sweep.amplifier import amplifier
 from tests.circuits.sweep.test_sweep import ladder, schmitt
 
 pytestmark = pytest.mark.usefixtures("ngspice_library")
-
-
-def amplifier() -> Testbench:
-    """Transconductance amplifier of five transistors at 1.8 V, biased at 0.35 V."""
-    size = {"width": 4e-6, "length": 4e-6}
-    devices = (
-        Transistor("mb", "n", "tail", "vb", "0", "0", **size),
-        Transistor("m1", "n", "x", "plus", "tail", "0", **size),
-        Transistor("m2", "n", "out", "minus", "tail", "0", **size),
-        Transistor("m3", "p", "x", "x", "vdd", "vdd", **size),
-        Transistor("m4", "p", "out", "x", "vdd", "vdd", **size),
-    )
-    volts = {"vdd": 1.8, "plus": 0.9, "minus": 0.9, "vb": 0.35}
-    ports = (Port("vdd", "supply"), *(Port(n, "analog") for n in ("plus", "minus", "vb", "out")))
-    sources = tuple(Source(name, name, Constant(v)) for name, v in volts.items())
-    return Testbench("amplifier", Circuit("amplifier", ports, devices), sources, 1.0)
 
 
 def both(
