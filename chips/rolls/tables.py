@@ -95,8 +95,8 @@ def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Sili
     latches = program.slow_leak().tobytes()
     neurons, membranes, unit = _neurons(params, silicon, _gates_of("neuron", gates), latches)
     filters = [_filter(params, silicon, k, _gates_of(name, gates)) for k, name in enumerate(FILTERS)]
-    draws = _draws(params, ready, program, gates, silicon, filters)
-    virtual = _virtual(params, ready, program, gates, silicon, filters)
+    given = _Given(params, ready, program, gates, silicon, filters)
+    draws, virtual = _draws(given), _virtual(given)
     charges = np.zeros((NEURONS, NEURONS))
     loads: list[Load] = []
     for sign in range(2):
@@ -197,6 +197,22 @@ def _gates_of(part: str, gates: Mapping[str, float]) -> tuple[tuple[str, float],
 
 
 @dataclass(frozen=True, slots=True)
+class _Given:
+    """What the currents of a die's synapses follow from; gates in V."""
+
+    params: Params
+    models: Prepared
+    program: Program
+    gates: Mapping[str, float]
+    silicon: Silicon
+    filters: Sequence[Filter]
+
+    def pulse_lengths(self, place: Path) -> F64:
+        """Pulse of each extender in the arrays of `place`, s."""
+        return _pulse_lengths(self.params, self.silicon, place, _gates_of("extender", self.gates))
+
+
+@dataclass(frozen=True, slots=True)
 class _Draws:
     """Of both signs: current (A) and charge (C), float64[post, pre]; idle: float64[post], A."""
 
@@ -207,13 +223,10 @@ class _Draws:
     levels: Mapping[int, float]
 
 
-def _draws(
-    params: Params, ready: Prepared, program: Program, gates: Mapping[str, float], silicon: Silicon,
-    filters: Sequence[Filter],
-) -> _Draws:  # fmt: skip
-    d = _gated(synapse_devices(params, silicon), "synapse", gates)
-    lengths = _pulse_lengths(params, silicon, (("extender", (NEURONS,)),), _gates_of("extender", gates))
-    levels = np.asarray(program.levels).ravel()
+def _draws(given: _Given) -> _Draws:
+    d = _gated(synapse_devices(given.params, given.silicon), "synapse", given.gates)
+    lengths = given.pulse_lengths((("extender", (NEURONS,)),))
+    levels = np.asarray(given.program.levels).ravel()
     pre = np.tile(np.arange(NEURONS), NEURONS)
     current, charge = np.zeros((2, levels.size)), np.zeros((2, levels.size))
     means = {}
@@ -222,8 +235,8 @@ def _draws(
         if index.size == 0:
             continue
         sign = 0 if level > 0 else 1
-        line = line_voltage(filters[sign], level_current(program.biases, level), d.u_t)
-        drawn = draw_of(ready.synapse, d.taken(index), level, line)
+        line = line_voltage(given.filters[sign], level_current(given.program.biases, level), d.u_t)
+        drawn = draw_of(given.models.synapse, d.taken(index), level, line)
         current[sign, index] = drawn.current
         charge[sign, index] = charge_of(drawn, lengths[pre[index]])
         means[level] = float(drawn.current.mean())
@@ -244,21 +257,18 @@ class _Virtual:
     idle: tuple[F64, F64]
 
 
-def _virtual(
-    params: Params, ready: Prepared, program: Program, gates: Mapping[str, float], silicon: Silicon,
-    filters: Sequence[Filter],
-) -> _Virtual:  # fmt: skip
+def _virtual(given: _Given) -> _Virtual:
     current, charge = np.zeros((COLUMNS, NEURONS)), np.zeros((COLUMNS, NEURONS))
     idle = [np.zeros(NEURONS), np.zeros(NEURONS)]
-    counts = (params.virtual.excitatory, params.virtual.inhibitory)
+    counts = (given.params.virtual.excitatory, given.params.virtual.inhibitory)
     for sign, (name, count) in enumerate(zip(("virtual_exc", "virtual_inh"), counts, strict=True)):
         if not count:
             continue
-        d = _gated(_virtual_devices(params, silicon, name, count), name, gates)
-        place = row_place(NEURONS, (f"{name}_extender", (count,)))
-        lengths = _pulse_lengths(params, silicon, place, _gates_of("extender", gates))
-        line = line_voltage(filters[2 + sign], program.biases.current(("VA_EXC_N", "VA_INH_P")[sign]), d.u_t)
-        drawn = draw_of(ready.synapse, d, -1 if sign else 1, line)
+        d = _gated(_virtual_devices(given.params, given.silicon, name, count), name, given.gates)
+        lengths = given.pulse_lengths(row_place(NEURONS, (f"{name}_extender", (count,))))
+        weight = given.program.biases.current(("VA_EXC_N", "VA_INH_P")[sign])
+        line = line_voltage(given.filters[2 + sign], weight, d.u_t)
+        drawn = draw_of(given.models.synapse, d, -1 if sign else 1, line)
         rows = slice(4 * sign, 4 * sign + count)
         current[rows] = drawn.current.reshape(NEURONS, count).T
         charge[rows] = charge_of(drawn, lengths).reshape(NEURONS, count).T
