@@ -31,7 +31,11 @@ from circuits.solver.transient import Result
 
 @dataclass(frozen=True, slots=True)
 class Params(Sizes):
-    """Sizes, um."""
+    """Sizes, um, of the nFETs.
+
+    outer: of the pair m1 and m2, whose currents are the antibumps. middle: of the branch of m3 and m4 between
+    them; how many times wider these are than the outer ones is r. tail: of mb.
+    """
 
     outer_width: float = um(1.0)
     outer_length: float = um(1.0)

@@ -40,7 +40,10 @@ STRAIGHT = 0.15  # V of difference within which kappa is read
 
 @dataclass(frozen=True, slots=True)
 class Params(Sizes):
-    """Sizes, um."""
+    """Sizes, um, of the nFETs.
+
+    pair: of m1 and m2, between whose gates the difference stands. tail: of mb, whose current they share.
+    """
 
     pair_width: float = um(1.0)
     pair_length: float = um(1.0)

@@ -44,7 +44,11 @@ FOLLOWING = (0.14, 0.46)  # V between the inputs, where the open output follows 
 
 @dataclass(frozen=True, slots=True)
 class Params(AmplifierSizes):
-    """Sizes of each copy and of the readout, um."""
+    """Sizes of each copy and of the readout, um.
+
+    n, p: of a copy's nFETs and pFETs, of which one polarity is the pair with its tail and the other the
+    mirror. readout_n, readout_p: of the loads of the second and third copies, and of the mirrors behind them.
+    """
 
     readout_n_width: float = um(1.0)
     readout_n_length: float = um(1.0)

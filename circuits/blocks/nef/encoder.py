@@ -41,7 +41,11 @@ MEMBRANE = 0.3  # V, ours: ideal voltage at which the testbench measures the out
 
 @dataclass(frozen=True, slots=True)
 class Params(Sizes):
-    """Sizes, um; ours."""
+    """Sizes, um; ours.
+
+    unit: of the pFET that copies a signal for a code of 1; the others of a bank are 2, 4, ... such side by
+    side. mirror: of the nFETs that turn a current round. switch: of the pFETs that bits and sign open.
+    """
 
     unit_width: float = um(0.5)
     unit_length: float = um(2.0)

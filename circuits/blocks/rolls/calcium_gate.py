@@ -52,7 +52,12 @@ THRESHOLDS = ("thmin", "thdn", "thup")
 
 @dataclass(frozen=True, slots=True)
 class Params(Sizes):
-    """Sizes (um) of copies, thresholds and comparator, and the sizes of the filter; ours."""
+    """Sizes (um) of copies, thresholds and comparator, and the sizes of the filter; ours.
+
+    copy: of the pFETs that copy I_ca, and of the nFETs that carry the thresholds' currents against them.
+    pair: of the pair that compares v_mem with v_memthr, and of its mirror. synapse: of the pulse extender,
+    the filter of calcium and the logic, as of the non-plastic synapse.
+    """
 
     copy_width: float = um(1.0)
     copy_length: float = um(4.0)
