@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from circuits.brief import OPTIONAL, brief
-from circuits.devices.device import Device, require_finite, require_positive
+from circuits.devices.device import TwoTerminal, require_finite, require_positive
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Capacitor(Device):
+class Capacitor(TwoTerminal):
     """A capacitor between two nodes.
 
     Attributes
@@ -28,18 +28,11 @@ class Capacitor(Device):
         The capacitance is not above zero, or not of a plausible size.
     """
 
-    name: str
-    a: str
-    b: str
     capacitance: float
     ic: float | None = field(default=None, metadata=OPTIONAL)
 
     def __repr__(self) -> str:
         return brief(self)
-
-    def terminals(self) -> tuple[str, ...]:
-        """The nodes a and b."""
-        return self.a, self.b
 
     def parameters(self) -> Mapping[str, float]:
         """The capacitance, F."""

@@ -56,6 +56,18 @@ class Device(ABC):
         """Pairs of terminal positions between which direct current can flow; -1 stands for ground."""
 
 
+@dataclass(frozen=True, slots=True)
+class TwoTerminal(Device):
+    """A device between the nodes `a` and `b` alone."""
+
+    a: str
+    b: str
+
+    def terminals(self) -> tuple[str, ...]:
+        """The nodes a and b."""
+        return self.a, self.b
+
+
 def require_positive(device: Device, attribute: str, unit: str) -> None:
     """Raise `ParameterError` unless a parameter is a finite number above zero and of a plausible size."""
     label, value = f"{device.name}.{attribute}", getattr(device, attribute)

@@ -5,24 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from circuits.devices.device import Device, require_positive
+from circuits.devices.device import TwoTerminal, require_positive
 
 
 @dataclass(frozen=True, slots=True)
-class Resistor(Device):
+class Resistor(TwoTerminal):
     """A resistor of `resistance` ohm between the nodes `a` and `b`.
 
     Raises `ParameterError` unless the resistance is above zero and of a plausible size.
     """
 
-    name: str
-    a: str
-    b: str
     resistance: float
-
-    def terminals(self) -> tuple[str, ...]:
-        """The nodes a and b."""
-        return self.a, self.b
 
     def parameters(self) -> Mapping[str, float]:
         """The resistance, Ohm."""
