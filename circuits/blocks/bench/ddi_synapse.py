@@ -39,7 +39,11 @@ from circuits.units import quantity
 
 @dataclass(frozen=True, slots=True)
 class Params(Sizes):
-    """Capacitors (F) and sizes (um)."""
+    """Capacitors (F) and sizes (um).
+
+    slow, fast: of the filter whose output flows into i_out, and of that whose output is drawn from there.
+    filter: of both filters' transistors and of the weights. switch: of the nFETs that a pulse opens.
+    """
 
     slow_capacitance: float = quantity(2.08e-12, "F")
     fast_capacitance: float = quantity(1.45e-12, "F")

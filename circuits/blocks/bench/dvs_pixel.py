@@ -48,7 +48,12 @@ POINTS = 120  # of a change of light
 
 @dataclass(frozen=True, slots=True)
 class Params(Sizes):
-    """Capacitors (F) and sizes (um)."""
+    """Capacitors (F) and sizes (um).
+
+    The input's capacitor is C_1, the feedback's C_2. p, n: of the amplifier of changes, and of the
+    comparators, which are its copies. switch: of the pFET that resets it. The photoreceptor has sizes of its
+    own.
+    """
 
     photodiode_capacitance: float = quantity(0.1e-12, "F")
     input_capacitance: float = quantity(0.98e-12, "F")

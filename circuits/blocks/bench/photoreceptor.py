@@ -43,7 +43,11 @@ MOST = 20.0  # e-folds of a step
 
 @dataclass(frozen=True, slots=True)
 class Params(Sizes):
-    """Capacitor (F) and sizes (um)."""
+    """Capacitor (F) and sizes (um).
+
+    feedback: of m_fb, which carries the photocurrent. n: of the amplifier's nFETs, its input m_n and the
+    cascode. p: of its load m_pr, and of the follower m_sf with its bias.
+    """
 
     photodiode_capacitance: float = quantity(0.1e-12, "F")
     feedback_width: float = um(2.0)

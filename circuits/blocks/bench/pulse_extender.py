@@ -37,7 +37,11 @@ BEGIN = 1e-3  # s, of the event
 
 @dataclass(frozen=True, slots=True)
 class Params(Sizes):
-    """Capacitor (F) and sizes (um)."""
+    """Capacitor (F) and sizes (um).
+
+    logic: of the inverters and of m3. tau: of m_tau, whose current decides how long a pulse lasts. diode: of
+    the pFET diode above the second inverter. feedback: of m_fb, which ends the pulse.
+    """
 
     extender_capacitance: float = quantity(0.40e-12, "F")
     logic_width: float = um(0.5)
