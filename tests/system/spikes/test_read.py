@@ -10,6 +10,7 @@ import pytest
 from circuits.errors import DataError, ParameterError
 from system.spikes.file import write_spikes
 from system.spikes.read import read_spikes
+from tests.refusals import file_refusals
 
 TRAINS = {"call": np.array([0.002, 0.5]), "silent": np.empty(0), "echo": np.array([0.25])}
 
@@ -29,8 +30,10 @@ def test_an_empty_stream_is_one(tmp_path: Path) -> None:
     assert read_spikes(path).times.size == 0
 
 
-@pytest.mark.parametrize(
-    ("text", "told"),
+test_what_is_no_stream_is_refused = file_refusals(
+    DataError,
+    "a.csv",
+    read_spikes,
     [
         ("time_s,address\n0.2,1\n0.1,1\n", r"event 1 at 0\.1 s, after 0\.2 s, times must be finite and rise"),
         ("time_s,address\nnan,1\n", "event 0 at nan s"),
@@ -40,12 +43,6 @@ def test_an_empty_stream_is_one(tmp_path: Path) -> None:
         ("", "no column time_s, address"),
     ],
 )
-def test_what_is_no_stream_is_refused(text: str, told: str, tmp_path: Path) -> None:
-    path = tmp_path / "a.csv"
-    path.write_text(text)
-    with pytest.raises(DataError, match=told) as refused:
-        read_spikes(str(path))
-    assert "\n" not in str(refused.value)
 
 
 def test_a_damaged_file_and_another_suffix_are_refused(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from circuits.errors import DataError
 from circuits.extraction.coach.conditions import CIRCUITS, DATA, MASTERS, read_conditions
+from tests.refusals import file_refusals
 
 with (DATA / "conditions.csv").open(encoding="utf-8", newline="") as stream:
     ROWS = {Path(row["file"]).stem: row for row in csv.DictReader(stream)}
@@ -56,8 +57,10 @@ def test_every_type_is_that_of_the_text() -> None:
                 assert bias.type == found.group(1), (name, bias)
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
+test_what_is_no_condition_is_refused = file_refusals(
+    DataError,
+    "conditions.toml",
+    lambda path: read_conditions(Path(path)),
     [
         ('[[measurement]]\nfile = "fit/x.csv"\nsplit = "fit"\ncircuit = "bumb"\npoints = 3', "circuit bumb"),
         ('[[measurement]]\nfile = "fit/x.csv"\nsplit = "fit"\npoints = 3', "lacks circuit"),
@@ -71,11 +74,5 @@ def test_every_type_is_that_of_the_text() -> None:
         ("[[measurement", "no TOML"),
         ("", "no \\[\\[measurement\\]\\]"),
     ],
+    start=r".*conditions\.toml.*",
 )
-def test_what_is_no_condition_is_refused(text: str, said: str, tmp_path: Path) -> None:
-    file = tmp_path / "conditions.toml"
-    file.write_text(text)
-    with pytest.raises(DataError, match=said) as error:
-        read_conditions(file)
-    assert "\n" not in str(error.value)
-    assert str(file) in str(error.value)
