@@ -22,10 +22,9 @@ import numpy as np
 from circuits.arrays import F64, I64
 from circuits.devices.noise import NoiseModel, gate_flicker
 from circuits.generator.ripple import DECOUPLING
-from circuits.generator.solve import Slopes, slopes_at
+from circuits.generator.solve import AtRest, Slopes, slopes_at
 from circuits.generator.voltage import (
     RANGES,
-    AtRest,
     Line,
     coded,
     lines_at_rest,
@@ -73,7 +72,7 @@ def line_noise(lines: Line, current: F64, silicon: Silicon, model: NoiseModel) -
     """
     codes, there = coded(current), replace(silicon, place=lines.place)
     rest = lines_at_rest(lines, codes, there, resistor_of(silicon.process))
-    slopes = slopes_at(rest.network, there, rest.deviation, rest.voltages, lines.node)
+    slopes = slopes_at(rest, there, lines.node)
     flicker = (slopes.by_gate**2 * _at_gates(rest, silicon, model)).sum(axis=1)
     coarse = np.array([c for c, _ in codes], np.int64)
     rate = 1.0 / (slopes.resistance * DECOUPLING)
@@ -88,7 +87,7 @@ def shared_noise(lines: Line, silicon: Silicon, model: NoiseModel) -> SharedNois
 @lru_cache(maxsize=256)
 def _shared(there: Silicon, model: NoiseModel) -> SharedNoise:
     rest = masters_at_rest(there, resistor_of(there.process))
-    each = [slopes_at(rest.network, there, rest.deviation, rest.voltages, name) for name in RANGES]
+    each = [slopes_at(rest, there, name) for name in RANGES]
     by_gate = np.concatenate([s.by_gate for s in each])
     white = np.array([[_white_of(a, b) for b in each] for a in each])
     return SharedNoise(white, by_gate @ np.diag(_at_gates(rest, there, model)[0]) @ by_gate.T)

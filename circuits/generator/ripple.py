@@ -87,7 +87,7 @@ def _masters(silicon: Silicon, frequency: float) -> dict[str, C128]:
     """What the nodes that lines share do on a silicon whose place is the chip's, V/V."""
     rest = masters_at_rest(silicon, resistor_of(silicon.process))
     moving = {"vdd": np.ones(1, np.complex128)}
-    return response_at(rest.network, silicon, rest.deviation, rest.voltages, moving, (), frequency)
+    return response_at(rest, silicon, moving, (), frequency)
 
 
 @lru_cache(maxsize=1024)
@@ -99,9 +99,7 @@ def _response(lines: Line, codes: Codes, silicon: Silicon, frequency: float, dec
         "range_n": np.array([masters[RANGES[coarse]][0] for coarse, _ in codes]),
         OFF: np.full(len(codes), masters[OFF][0]),
     }
-    found = response_at(
-        rest.network, silicon, rest.deviation, rest.voltages, moving, _held(lines, decoupling), frequency
-    )[lines.node]
+    found = response_at(rest, silicon, moving, _held(lines, decoupling), frequency)[lines.node]
     return np.asarray(found if lines.device.polarity == "n" else 1.0 - found)
 
 

@@ -65,6 +65,20 @@ class Network:
         return [node for node in nodes if node not in self.given]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class AtRest:
+    """Copies of a network on a die at rest.
+
+    network : the copies.
+    deviation : of all transistors: those of the first one in all copies, then those of the next.
+    voltages : of their nodes but ground, V, float64[copies] by their names.
+    """
+
+    network: Network
+    deviation: Deviation
+    voltages: Mapping[str, F64]
+
+
 def rest_state(
     network: Network,
     silicon: Silicon,
@@ -130,14 +144,12 @@ class Slopes:
         return np.asarray((self.by_current**2 * self.sources).sum(axis=1))
 
 
-def slopes_at(
-    network: Network, silicon: Silicon, deviation: Deviation, voltages: Mapping[str, F64], node: str
-) -> Slopes:
+def slopes_at(rest: AtRest, silicon: Silicon, node: str) -> Slopes:
     """Small signals at an unknown node of all copies, by one solve of their transposed networks.
 
-    network, silicon, deviation: as in `rest_state`; voltages: its result and the given nodes but ground, V.
+    silicon: process, temperature and what a die shares.
     """
-    made = _made(network, silicon, deviation, voltages)
+    network, made = rest.network, _made(rest.network, silicon, rest.deviation, rest.voltages)
     _, jacobian = made.currents()
     unknown = network.unknown()
     n, copies = len(unknown), len(network.copies)
@@ -169,14 +181,12 @@ def slopes_at(
 
 
 def response_at(
-    network: Network,
+    rest: AtRest,
     silicon: Silicon,
-    deviation: Deviation,
-    voltages: Mapping[str, F64],
     moving: Mapping[str, C128],
     added: Sequence[tuple[str, str, float]],
     frequency: float,
-) -> dict[str, C128]:  # fmt: skip
+) -> dict[str, C128]:
     """Small signals at the unknown nodes of all copies where given nodes move at a frequency, V.
 
     They are those of `(G + j 2 pi f C) v = -(G_s + j 2 pi f C_s) s`, with the capacitances of the
@@ -184,10 +194,10 @@ def response_at(
 
     Parameters
     ----------
-    network, silicon, deviation
-        As in `rest_state`.
-    voltages
-        Its result and the given nodes but ground, V.
+    rest
+        The copies at rest.
+    silicon
+        Process, temperature and what a die shares.
     moving
         Given nodes that move, and by how much, V, complex128[copies].
     added
@@ -195,7 +205,8 @@ def response_at(
     frequency
         Hz.
     """
-    made, column = _made(network, silicon, deviation, voltages), _columns(network)
+    network, made = rest.network, _made(rest.network, silicon, rest.deviation, rest.voltages)
+    column = _columns(network)
     unknown, omega = network.unknown(), 2.0 * np.pi * frequency
     n = len(unknown)
     charge = _charge(network, silicon, column, added)

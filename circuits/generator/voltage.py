@@ -20,7 +20,7 @@ from circuits.arrays import F64
 from circuits.devices import Transistor
 from circuits.generator.circuit import MASTER_CURRENT, NARROW, line, line_sizes, masters
 from circuits.generator.code import COARSE, REFERENCE_C, codes_of, currents_of
-from circuits.generator.solve import Network, no_room, rest_state
+from circuits.generator.solve import AtRest, Network, no_room, rest_state
 from circuits.silicon.die import NOMINAL, Path, Place
 from circuits.silicon.process import Process, TransistorAtTemperature
 from circuits.silicon.silicon import NO_DEVIATION, Deviation, Silicon
@@ -87,15 +87,6 @@ Codes = tuple[tuple[int, int], ...]  # coarse and fine
 def coded(current: F64) -> Codes:
     """Codes nearest to currents, A; raises `ParameterError` for one that no code reaches."""
     return tuple((int(coarse), int(fine)) for coarse, fine in codes_of(current).reshape(-1, 2))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class AtRest:
-    """Copies of a network on a die, and the voltages of their nodes but ground at rest, V, by their names."""
-
-    network: Network
-    deviation: Deviation
-    voltages: Mapping[str, F64]
 
 
 @lru_cache(maxsize=4096)
