@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from system.cli.output import print_line, print_table
-from system.options.block import read_die
+from system.options.block import describe_dies
 from system.study.mission.found import Found, Raised, raised
 from system.study.mission.mission import Mission
 from system.study.mission.page import (
@@ -37,11 +37,7 @@ def document(mission: Mission, found: Sequence[Found], folder: Path | None, repl
     return {
         "system": a.system,
         "success": mission.definition,
-        "lot": silicon.lot,
-        "mismatch": silicon.mismatch,
-        "process_variation": silicon.process_variation,
-        "variation": silicon.variation,
-        "edits": [str(edit) for edit in read_die(silicon).edits],
+        **describe_dies(silicon),
         "law": silicon.law,
         "first_die": a.first,
         "dies": a.dies,

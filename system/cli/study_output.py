@@ -10,7 +10,7 @@ from circuits.silicon.course import Course
 from system.cli.option_names import as_options
 from system.cli.output import print_line, print_table, quantity_cell
 from system.cli.run_command_line import names_in_study
-from system.options.block import read_die
+from system.options.block import describe_dies
 from system.study.report.result import Result, groups, shares_of, study_yield, summary, varied
 from system.study.statistics.summary import Proportion, Yield
 from system.study.table import Table, counted, place_text, unmeasured
@@ -31,11 +31,7 @@ def document(result: Result) -> dict[str, Any]:
         "block": study.subject.target,
         "temperature_C": result.study.subject.course or (found[0][1] if single else [t for _, t, _ in found]),
         "corner": found[0][0] if single else [c for c, _, _ in found],
-        "lot": silicon.lot,
-        "mismatch": silicon.mismatch,
-        "process_variation": silicon.process_variation,
-        "variation": silicon.variation,
-        "edits": [str(edit) for edit in read_die(silicon).edits],
+        **describe_dies(silicon),
         "process": silicon.process,
         "law": silicon.law,
         "at": silicon.at,

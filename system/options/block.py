@@ -209,6 +209,12 @@ def describe_die(die: Die) -> dict[str, Any]:
     }
 
 
+def describe_dies(silicon: SiliconChoice) -> dict[str, Any]:
+    """What all dies of a study or a mission have in common: a die's parts but its number and its corner."""
+    shared = describe_die(read_die(silicon))
+    return {name: part for name, part in shared.items() if name not in {"die", "corner"}}
+
+
 def describe_run(scenario: OnSilicon) -> dict[str, Any]:
     """Silicon that a system ran on.
 
