@@ -20,10 +20,10 @@ from system.cli.output import print_json, print_line, print_table, working
 from system.cli.verbs import Calibrate
 from system.codes.file import write_codes
 from system.codes.find import calibrated_anew, codes_found, shipped_file
-from system.codes.table import load_calibration
 from system.files.writing import check_folder
 from system.options.block import describe_silicon, read_die, silicon_line
 from system.options.die.edited import check_drawn
+from system.registry import load_calibration
 
 
 def calibrate_command(asked: Calibrate) -> int:

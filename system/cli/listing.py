@@ -18,9 +18,16 @@ from circuits.registry import BLOCKS, block_line, block_names, metric_line, metr
 from netlists.registry import dialect_line, dialect_names
 from system.cli.exit_status import DONE, NO
 from system.cli.verbs import List
-from system.codes.table import calibration_line, calibration_names
 from system.notice import say
-from system.registry import EXPERIMENTS, experiment_line, experiment_names, system_line, system_names
+from system.registry import (
+    EXPERIMENTS,
+    calibration_line,
+    calibration_names,
+    experiment_line,
+    experiment_names,
+    system_line,
+    system_names,
+)
 
 _BROKEN = "cannot be loaded: "
 _OTHERS = "Of other packages"

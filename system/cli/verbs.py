@@ -179,7 +179,7 @@ class Calibrate:
     chip: str = argument(
         "CHIP",
         "A chip, or the network on one: see noctule list",
-        names="system.codes.table:calibration_names",
+        names="system.registry:calibration_names",
     )
     output: str | None = shared.file_option("File of codes to write, for --codes", short="o")
     silicon: SiliconChoice = shared.silicon_part("at", "allow_implausible")

@@ -25,8 +25,8 @@ from circuits.circuit import BiasKind
 from circuits.errors import DataError
 from circuits.silicon.silicon import Silicon
 from system.codes.file import read_codes, write_codes
-from system.codes.table import load_calibration
 from system.notice import say
+from system.registry import load_calibration
 
 _KEPT = 512  # codes that a process keeps; ours
 _quiet: ContextVar[bool] = ContextVar("quiet", default=False)

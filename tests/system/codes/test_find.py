@@ -14,7 +14,7 @@ from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from system.codes import find
-from system.codes.table import calibration_line, calibration_names, load_calibration
+from system.registry import calibration_line, calibration_names, load_calibration
 
 
 @dataclass

@@ -14,7 +14,7 @@ from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 from system.codes.file import read_codes
 from system.codes.find import calibrated_anew, codes_on, shipped_file
-from system.codes.table import calibration_names, load_calibration
+from system.registry import calibration_names, load_calibration
 from system.system import DRAWN
 
 FOLDER = Path(str(files("chips"))) / "calibrated"

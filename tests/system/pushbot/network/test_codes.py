@@ -9,12 +9,12 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
-from system.codes.table import load_calibration
 from system.pushbot.brain import Architecture, brain_of
 from system.pushbot.network import codes as pushbot_codes
 from system.pushbot.network.biases import pushbot_biases
 from system.pushbot.network.codes import NEURON, biases_of, gone_of
 from system.pushbot.network.plain import PAPER
+from system.registry import load_calibration
 
 NOMINAL, DIE = Silicon(ROLLS_180), Silicon(ROLLS_180, die=Die(number=104))
 
