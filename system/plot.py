@@ -58,7 +58,8 @@ _TICKS = 3  # steps of an axis of volts, at most
 _LONG = 9  # letters of a name whose unit has a line of its own
 _LETTER, _OVER = 0.55, 1.15  # mean width of a letter over its size; of a title over its axes
 
-_PASSES = 3  # of the layout, before that of the writing itself
+_PASSES = 3  # of the layout at most, before that of the writing itself
+_STILL = 1e-4  # of the figure: axes that move by less stand still; a tenth of a pixel
 
 STYLE: Any = {
     "axes.edgecolor": INK,
@@ -120,9 +121,15 @@ def sized_axes(figure: Figure, width: float, height: float) -> Axes:
 
 
 def settle(figure: Figure) -> None:
-    """Lay a figure out until nothing leaves it: beside axes of equal scales one pass is not enough."""
+    """Lay a figure out until nothing moves: beside axes of equal scales one pass is not enough."""
+    engine, placed = figure.get_layout_engine(), np.empty(0)
+    if engine is None:
+        return
     for _ in range(_PASSES):
-        figure.draw_without_rendering()
+        engine.execute(figure)
+        before, placed = placed, np.array([ax.get_position().bounds for ax in figure.axes])
+        if before.shape == placed.shape and np.abs(placed - before).max(initial=0.0) < _STILL:
+            return
 
 
 def entitle(text: str, ax: Axes) -> None:

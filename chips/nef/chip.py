@@ -96,13 +96,13 @@ class NefChip:
 
     die: Die = NOMINAL
     bias_kind: BiasKind = "generator"
-    biases: Mapping[str, float] = field(default_factory=dict)
+    biases: Mapping[str, float] = field(default_factory=dict, hash=False)
     calibration_c: float = REFERENCE_C
     neurons: int = NEURONS
     area: float = 1.0
     noise: SiliconNoise | None = None
     process: Process = ROLLS_180
-    codes: Codes | None = None
+    codes: Codes | None = field(default=None, hash=False)
 
     def __post_init__(self) -> None:
         known = [b.name for b in chip_biases()]

@@ -16,7 +16,9 @@ from chips.nef.chip import FIFO
 from chips.nef.kernel import COUNTERS, ChipState, advance_chip, new_chip_state
 from chips.nef.network.kernel import DT, State, advance, new_state
 from chips.nef.noise import copied
+from chips.nef.noise_kernel import NefNoise
 from chips.nef.temperature import carried
+from chips.nef.whole.kernel import Bends
 from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
 
@@ -53,7 +55,8 @@ class Simulation:
     """
 
     __slots__ = (
-        "_chip", "_drive", "_fired", "_noise", "_steps", "_values", "built", "interval", "state", "time",
+        "_bends", "_chip", "_drive", "_fired", "_noise", "_steps", "_values", "built", "interval", "state",
+        "time",
     )  # fmt: skip
 
     def __init__(self, built: Built, interval: float = DT) -> None:
@@ -62,7 +65,7 @@ class Simulation:
             raise ParameterError(f"interval: {interval:g} s, must be a whole number of steps of {DT:g} s")
         self.built, self.interval, self._steps = built, interval, steps
         self._chip: ChipState | None = None if built.chip is None else new_chip_state(built.chip, FIFO)
-        self._noise = None if built.noise is None else copied(built.noise)
+        self._noise, self._bends = _own(built)
         self.state = new_state(built.net) if self._chip is None else self._chip.base
         self.time = 0.0
         self._values = np.zeros(built.drive.shape[1])
@@ -108,7 +111,7 @@ class Simulation:
         if self.built.chip is None or self._chip is None:
             advance(self.built.net, self.state, steps)
         else:
-            advance_chip(self.built.chip, self._chip, steps, self._noise, self.built.bends)
+            advance_chip(self.built.chip, self._chip, steps, self._noise, self._bends)
 
     def _go_on_recording(self, fired: list[tuple[float, I64]]) -> None:
         """As `_go_on`, step by step."""
@@ -124,7 +127,7 @@ class Simulation:
         if self._chip is not None:
             self._chip = carried(self._chip, self.built, built)
             self.state = self._chip.base
-        self.built, self._noise = built, None if built.noise is None else copied(built.noise)
+        self.built, (self._noise, self._bends) = built, _own(built)
         if self._noise is not None and old is not None:
             self._noise.step[0] = old.step[0]
 
@@ -154,6 +157,15 @@ class Simulation:
     def spikes(self) -> int:
         """Return how many spikes each neuron has had since the start."""
         return int(self.state.spikes.sum())
+
+
+def _own(built: Built) -> tuple[NefNoise | None, Bends | None]:
+    """Noise and bends of a network with working space of their own, so that no run changes the network."""
+    bends = built.bends
+    return (
+        None if built.noise is None else copied(built.noise),
+        None if bends is None else bends._replace(sunk=np.zeros_like(bends.sunk)),
+    )
 
 
 def _copied(state: State) -> State:

@@ -138,7 +138,7 @@ def _mean_current(current: F64, charge: F64) -> F64:
     return np.asarray(np.where(total > 0.0, each, weighted.sum() / total.sum()))
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=8)
 def _neurons(
     params: Params, silicon: Silicon, gates: tuple[tuple[str, float], ...], latches: bytes
 ) -> tuple[Neurons, Membranes, F64]:

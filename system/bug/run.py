@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from matplotlib.figure import Figure
 from chips.nef.build import Built, build, moved
 from chips.nef.calibration import NAME, usual_codes
 from chips.nef.chip import NefChip
-from chips.nef.network.curves import IdealCurves
+from chips.nef.network.curves import Curves, IdealCurves
 from chips.nef.simulation import Simulation
 from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
@@ -81,6 +82,7 @@ shortest_path      number[][]?  -     corners of the shortest way, in units of t
 """)
 SUCCESS = "it reaches the goal, or says that none can be reached where no way leads there"
 _BRAINS = {"reference": "program", "ideal": "ideal neurons"}  # beside the chip
+KEPT = 4  # networks on their neurons that are kept, 40 MB each
 _SIGN_OF_LIFE = 100  # steps
 _DRIFT = (
     "what the published Bug 2 stores drifts on the chip, a direction, its length and a distance, so that it"
@@ -173,13 +175,19 @@ def make_brain(scenario: Scenario, world: World) -> Brain:
 
 def built_network(scenario: Scenario) -> Built:
     """Return the network of a scenario's brain on its neurons, ideal ones or those of a chip."""
-    network = network_of(scenario.agent, scenario.design, scenario.neurons)
+    agent = scenario.agent, scenario.design, scenario.neurons, scenario.seed
     if scenario.brain == "ideal":
-        return build(network, IdealCurves(), scenario.seed)
+        return built_on(*agent, IdealCurves())
     chip = chip_of(scenario)
-    built = build(network, chip.at(scenario.solved), scenario.seed)
+    built = built_on(*agent, chip.at(scenario.solved))
     begin = scenario.beginning_c
     return built if begin == scenario.solved else moved(built, chip.at(begin))
+
+
+@lru_cache(maxsize=KEPT)
+def built_on(agent: str, design: str, neurons: int | None, seed: int, curves: Curves) -> Built:
+    """Return the network of an agent on its neurons; no run changes it, so that the last ones are kept."""
+    return build(network_of(agent, design, neurons), curves, seed)
 
 
 def chip_of(scenario: Scenario) -> NefChip:

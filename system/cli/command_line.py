@@ -13,6 +13,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from functools import cache
 from typing import Annotated, Any
 
 import typer
@@ -161,8 +162,8 @@ def _run(arguments: list[str]) -> int:
     if not arguments:
         typer.echo(guide())
         return DONE
-    command = typer.main.get_command(app)
     try:
+        command = _commands()
         with command.make_context("noctule", arguments) as context:
             command.invoke(context)
     except typer.Exit as done:
@@ -170,6 +171,12 @@ def _run(arguments: list[str]) -> int:
     except _UsageError as error:
         return _refuse(_told(error))
     return DONE
+
+
+@cache
+def _commands() -> Any:
+    """All commands, made once a process; those of systems are found when they are called."""
+    return typer.main.get_command(app)
 
 
 def _told(error: Any) -> str:

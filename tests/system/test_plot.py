@@ -107,12 +107,11 @@ def test_a_block_shows_devices_and_a_chip_instances() -> None:
 def test_no_labels_of_a_graph_touch(name: str) -> None:
     block, figure = load_block(name), figure_of_files()
     draw_circuit(block.build(block.params()), figure)
-    settle(figure)
+    assert leaving(figure) == []
     texts = figure.axes[0].texts
     boxes = [(t.get_text(), t.get_bbox_patch() or t) for t in texts]
     boxes = [(text, drawn.get_window_extent()) for text, drawn in boxes]
     assert [(a, b) for (a, one), (b, other) in combinations(boxes, 2) if one.overlaps(other)] == []
-    assert leaving(figure) == []
 
 
 class Waves(dict[str, F64]):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from system.bug.run import SYSTEM, run, summarise
+from system.bug.run import SYSTEM, built_network, built_on, run, summarise
 from system.bug.scenario import Scenario
 from system.cli.command_line import main
 
@@ -27,12 +28,18 @@ def test_bug_0_on_a_die_reaches_an_open_goal() -> None:
 
 
 def test_a_die_is_the_same_again_and_another_is_not() -> None:
-    def path(number: int) -> bytes:
-        scenario = Scenario("bug0", "chip", map="bug-cup", duration=2.0, die=Die(number=number))
-        return run(scenario).path.tobytes()
+    def on(number: int) -> Scenario:
+        return Scenario("bug0", "chip", map="bug-cup", duration=0.5, die=Die(number=number))
 
-    assert path(900) == path(900)
-    assert path(900) != path(1000)
+    kept = built_network(on(900))
+    assert built_network(on(900)) is kept, "networks are built once"
+    parts = kept.net, kept.chip, kept.noise, kept.drive, kept.bends
+    before, path = pickle.dumps(parts), run(on(900)).path.tobytes()
+    assert pickle.dumps(parts) == before, "a run changes nothing of them"
+    assert path == run(on(900)).path.tobytes()
+    assert path != run(on(1000)).path.tobytes()
+    built_on.cache_clear()
+    assert path == run(on(900)).path.tobytes(), "built anew it is the same"
 
 
 def test_the_command_tells_what_the_chip_did(capsys: pytest.CaptureFixture[str]) -> None:
