@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
@@ -127,8 +128,9 @@ class _Line(NamedTuple):
         return float(np.ravel(fet.v_t0)[0]), float(np.ravel(fet.beta)[0])
 
 
+@lru_cache(maxsize=256)
 def _devices(silicon: Silicon, line: str, polarity: Polarity) -> _Line:
-    """The splitter's bits, each of as many unit devices as it is worth, and the output device."""
+    """The splitter's bits, each of as many unit devices as it is worth, and the output device; kept."""
     bits = (
         Transistor(f"bit{k}", "n", "v", "v", "0", "0", _UNIT[0] * 2.0**k, _UNIT[1]) for k in range(len(BITS))
     )

@@ -13,7 +13,10 @@ from system.registry import system_names
 # what puts the chip of each system into the loop, a temperature (degC) outside its box, and the side
 OUTSIDE = {
     # the air's own law ends at 60 degC
-    "approach": (["--level", "behavioural", "--duration", "0.1s"], "-20", "ranging_chip.temperature"),
+    "approach": (
+        ["--level", "behavioural", "--silicon-noise", "off", "--duration", "0.1s"], "-20",
+        "ranging_chip.temperature",
+    ),
     "head": (["--duration", "0.2s"], "110", "sonar_head.temperature"),
     "forest": (["--ranges", "chip", "--pings", "2"], "110", "ranging_chip.temperature"),
     "car": (["--ranges", "chip", "--pings", "2"], "110", "ranging_chip.temperature"),
@@ -21,10 +24,12 @@ OUTSIDE = {
     "rover": (["--cells", "chip", "--bias-kind", "ideal"], "110", "wavefront_chip.temperature"),
     "pushbot": (["--duration", "0.2s"], "70", "rolls_chip.temperature"),
     "bug": (
-        ["--brain", "chip", "--bias-kind", "ideal", "--duration", "0.1s"], "110", "nef_chip.temperature",
+        ["--brain", "chip", "--bias-kind", "ideal", "--neurons", "500", "--duration", "0.1s"], "110",
+        "nef_chip.temperature",
     ),
     "rolls": (["--duration", "0.2s"], "70", "rolls_chip.temperature"),
 }  # fmt: skip
+IN_TEXT = {"head", "car", "bug"}  # whose text is read beside its document, one way for all
 NO_TRANSISTORS = {"pushbot", "bug", "rolls"}  # systems of chips with thousands of cells
 
 
@@ -45,6 +50,7 @@ def test_outside_a_run_is_refused_with_path_box_and_remedy(
     assert err.strip().endswith(f"; {remedy}, or give --outside warn")
 
 
+@pytest.mark.usefixtures("unmeasured_power")
 @pytest.mark.parametrize("name", OUTSIDE)
 def test_a_run_goes_on_where_a_warning_is_asked_for_and_says_so(
     name: str, capsys: pytest.CaptureFixture[str]
@@ -54,8 +60,9 @@ def test_a_run_goes_on_where_a_warning_is_asked_for_and_says_so(
     assert main([*asked, "--json"]) == 0
     cautions = json.loads(capsys.readouterr().out)["summary"]["cautions"]
     assert any(text.startswith(f"{side}: {celsius} degC, must be") for text in cautions)
-    assert main(asked) == 0
-    assert capsys.readouterr().out.strip().splitlines()[-1] == f"caution: {cautions[-1]}"
+    if name in IN_TEXT:
+        assert main(asked) == 0
+        assert capsys.readouterr().out.strip().splitlines()[-1] == f"caution: {cautions[-1]}"
     assert main(["run", name, *options, "--outside", "warn", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["summary"]["cautions"] == []
 

