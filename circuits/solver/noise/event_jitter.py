@@ -213,7 +213,10 @@ def _grid(time: F64, event: float, rest: float) -> F64:
     ratio = 1.0 / (1.0 - LONGEST)
     for long, short in zip(gone[-2::-1], np.maximum(gone[:0:-1], least), strict=True):
         count = math.ceil(math.log(long / short) / math.log(ratio)) if long > short else 0
-        marks.append(np.geomspace(short, long, count + 1)[1:])
+        if count > 1:
+            marks.append(np.geomspace(short, long, count + 1)[1:])
+        elif count:  # most steps are short enough as they are
+            marks.append(np.array([long]))
     past = [gone[0] + (gone[0] - gone[1])]
     while rest > 0.0 and past[-1] < gone[0] + rest:
         past.append(past[-1] + GROWTH * (past[-1] - (past[-2] if len(past) > 1 else gone[0])))
