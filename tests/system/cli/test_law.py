@@ -49,7 +49,7 @@ def test_rolls_is_shown_under_the_full_law(
 
 @pytest.mark.usefixtures("unmeasured_power")
 def test_rolls_is_run_under_both_laws(run_json: RunJson) -> None:
-    given = ("run", "rolls", "--duration", "0.12s", "--law")
+    given = ("run", "rolls", "--codes", "default", "--duration", "0.12s", "--law")
     rates = [np.mean(run_json(*given, law)["rates_Hz"]) for law in ("ideal", "full")]
     assert rates[1] != pytest.approx(rates[0], rel=0.01)
 

@@ -13,12 +13,12 @@ WARMING = "0s:27,1s:29"
 # options of a run of seconds with a chip in its loop, by system
 SHORT = {
     "approach": ("--level", "behavioural", "--duration", "0.08s"),
-    "bug": ("--brain", "chip", "--duration", "0.1s"),
+    "bug": ("--brain", "chip", "--neurons", "500", "--duration", "0.1s"),
     "car": ("--ranges", "chip", "--pings", "10"),
-    "forest": ("--ranges", "chip", "--selection", "chip", "--pings", "20", "--obstacles", "300"),
+    "forest": ("--ranges", "chip", "--selection", "chip", "--pings", "8", "--obstacles", "300"),
     "head": ("--duration", "1s"),
     "pushbot": ("--duration", "0.2s"),
-    "rolls": ("--duration", "0.2s"),
+    "rolls": ("--codes", "default", "--duration", "0.2s"),
     "rover": ("--cells", "chip", "--trips", "2", "--learn", "0.5"),
     "spiking-bat": ("--brain", "chip", "--pings", "3"),
 }
@@ -35,7 +35,7 @@ def test_a_run_follows_a_course_and_says_it(run_json: RunJson, system: str) -> N
 def test_a_study_has_one_course_and_no_other_temperature(run: Run, run_json: RunJson, tmp_path: Path) -> None:
     path = tmp_path / "afternoon.csv"
     path.write_text("time_s,temperature_C\n0,27\n1,29\n")
-    options = ("montecarlo", "spiking-bat", "--param", "pings=9", "--samples", "2", "--bias-kind", "gate")
+    options = ("montecarlo", "spiking-bat", "--param", "pings=9", "--samples", "1", "--bias-kind", "gate")
     by_file, by_text, still = (
         run_json(*options, "--metric", "distance-m", "--temperature", t) for t in (str(path), WARMING, "27")
     )
@@ -61,7 +61,7 @@ def test_a_study_along_a_course_goes_on_and_its_dies_come_again(run_json: RunJso
 
 
 def test_a_course_that_leaves_what_was_measured_says_when_and_where(run: Run) -> None:
-    options = ("run", "approach", "--level", "behavioural", "--duration", "1s")
+    options = ("run", "approach", "--level", "behavioural", "--silicon-noise", "off", "--duration", "1s")
     status, out, err = run(*options, "--temperature", "0s:60,1s:70")
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert "ranging_chip.temperature: 65.1 degC at 0.505 s, must be -10 to 65 degC" in err

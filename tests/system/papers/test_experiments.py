@@ -163,7 +163,7 @@ def left_out(report: Report) -> None:
 
 
 def covered(report: Report) -> None:
-    """Each of three known dies is fitted, and their pairs' offsets are found."""
+    """Each of two known dies is fitted, and their pairs' offsets are found."""
     rows = {row.name: row for row in report.rows}
     assert rows["fits_that_fail"].shown == 0
     assert float(rows["pair_offset_error_over_nominal"].shown or 9.0) < 1.0
@@ -229,7 +229,7 @@ def middle_checked(progress: Progress) -> Report:
     """Direct runs of all pairs next to the edges for the middle neuron alone, and of some delays for each."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cheely2003_fig6, "CHECKED", (6,))
-        return cheely2003_fig6.run_on_grid(progress, 1e-3, 5e-3)
+        return cheely2003_fig6.run_on_grid(progress, 1e-3, 10e-3)
 
 
 def settled_soon(progress: Progress) -> Report:
@@ -251,7 +251,7 @@ SMALL: dict[str, Small] = {
     "wavefront-law": Small(wavefront_law_of_a_die),
     "latency-law": Small(latency_law_of_a_die, judged),
     "choice-law": Small(choice_law_of_a_die, nothing),
-    # delays in steps of 1 ms instead of 0.25 ms, and direct runs every 5 ms
+    # delays in steps of 1 ms instead of 0.25 ms, and direct runs every 10 ms
     "cheely2003-fig6": Small(
         middle_checked,
         fitted(
@@ -261,7 +261,7 @@ SMALL: dict[str, Small] = {
         ),
     ),
     "cheely2003-fig8": Small(),
-    "cheely2003-fig9": Small(lambda p: cheely2003_fig9.run_on_grid(p, 2e-3)),  # 14 delays instead of 53
+    "cheely2003-fig9": Small(lambda p: cheely2003_fig9.run_on_grid(p, 4e-3)),  # 7 delays instead of 53
     "cheely2003-fig10": Small(lambda p: cheely2003_fig10.run_on_grid(p, 5)),  # voltages instead of 15
     "cheely2003-power": Small(settled_soon, power),
     "hwu2018-fig1": Small(),
@@ -295,7 +295,7 @@ SMALL: dict[str, Small] = {
     "latency-recall": Small(lambda p: latency_recall.reproduce(p, 1), recall),
     "latency-loops": Small(lambda p: latency_loops.reproduce(p, loops=1, first=253, pings=12), loops),
     "forest-silicon": Small(
-        lambda p: forest_silicon.reproduce(p, areas=(64.0,), temperatures=(27.0,), collisions=3, pings=3000),
+        lambda p: forest_silicon.reproduce(p, areas=(64.0,), temperatures=(27.0,), collisions=2, pings=1500),
         silicon,
     ),
     "forest-weights": Small(
@@ -305,7 +305,7 @@ SMALL: dict[str, Small] = {
         weights,
     ),
     "foundry-dies": Small(lambda p: foundry_dies.reproduce(p, devices=500, dies=2), one_die),
-    "coach-synthetic": Small(lambda p: coach_synthetic.reproduce(p, dies=3, names=COACH), covered),
+    "coach-synthetic": Small(lambda p: coach_synthetic.reproduce(p, dies=2, names=COACH), covered),
     "coach": Small(lambda p: coach.reproduce(p, COACH), left_out),
     "foundry-blocks": Small(
         lambda p: foundry_blocks.reproduce(p, ("high-threshold-neuron", "dpi-synapse")), two_blocks
