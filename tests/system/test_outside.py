@@ -93,10 +93,22 @@ def test_events_faster_than_those_that_were_measured_are_outside(capsys: pytest.
 @pytest.mark.parametrize(
     ("name", "options", "side"),
     [
-        ("forest", ["--selection", "chip", "--area", "0.1"], "selection.area: 0.1 times the circuits'"),
-        ("spiking-bat", ["--brain", "chip", "--area", "0.1"], "latency_chip.area: 0.1 times the circuits'"),
+        (
+            "forest",
+            ["--selection", "chip", "--codes", "default", "--area", "0.1"],
+            "selection.area: 0.1 times the circuits'",
+        ),
+        (
+            "spiking-bat",
+            ["--brain", "chip", "--codes", "default", "--area", "0.1"],
+            "latency_chip.area: 0.1 times the circuits'",
+        ),
         ("head", ["--area", "0.01"], "sonar_head.area: 0.01 times the circuits'"),
-        ("bug", ["--brain", "chip", "--area", "0.02"], "nef_chip.area: 0.02 times the circuits'"),
+        (
+            "bug",
+            ["--brain", "chip", "--codes", "default", "--area", "0.02"],
+            "nef_chip.area: 0.02 times the circuits'",
+        ),
         ("bug", ["--brain", "chip", "--calibrated-at", "70degC"], "nef_chip.calibration: 70 degC"),
         ("rover", ["--cells", "chip", "--unit", "1s"], "wavefront_chip.unit: 1 s"),
     ],
