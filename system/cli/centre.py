@@ -22,11 +22,9 @@ from system.cli.search_output import (
     FreshDies,
     Searched,
     check_search,
-    moved_document,
     percent,
     print_moved,
     print_report,
-    report_document,
     report_on,
     silicons,
 )
@@ -183,14 +181,10 @@ def document(result: Result) -> dict[str, Any]:
     asked, found = result.asked, result.found
     search = {k: v for k, v in asdict(found).items() if k != "coordinates"}
     return {
-        **result.document(asked.block, asked.silicon),
+        **result.document(asked.block, asked.silicon, fresh_of(asked)),
         "seed": asked.seed,
         "search_level": result.level,
-        "level": TRANSISTOR,
-        **fresh_of(asked).document(),
-        **moved_document(result.knobs, result.values, result.subject),
         "search": search,
-        "fresh": [report_document(f) for f in result.reports],
     }
 
 

@@ -117,14 +117,18 @@ class Searched:
         """The block with the values that the search found."""
         return moved_subject(self.start, self.knobs, self.values)
 
-    def document(self, block: str, silicon: SiliconChoice) -> dict[str, Any]:
-        """Give what was searched, of a block on a silicon, as members of a JSON document."""
+    def document(self, block: str, silicon: SiliconChoice, fresh: FreshDies) -> dict[str, Any]:
+        """Give what was searched, of a block on a silicon, and what was found, as members of a document."""
         return {
             "block": block,
             "specifications": [str(s) for s in self.specifications],
             "temperature_C": parse_quantity(silicon.temperature, "degC", "--temperature"),
             "lot": silicon.lot,
             "at": silicon.at,
+            "level": TRANSISTOR,
+            **fresh.document(),
+            **_moved_document(self.knobs, self.values, self.subject),
+            "fresh": [_report_document(f) for f in self.reports],
         }
 
 
@@ -200,7 +204,7 @@ def _varied(silicon: SiliconChoice) -> str:
     return " and ".join(parts)
 
 
-def report_document(found: Report) -> dict[str, Any]:
+def _report_document(found: Report) -> dict[str, Any]:
     """Give a report as members of a JSON document."""
     return {
         "varied": found.varied,
@@ -249,7 +253,7 @@ def _causes(found: Yield) -> str:
     return ", ".join(f"{n} {cause}" for cause, n in found.causes.items())
 
 
-def moved_document(knobs: Sequence[Knob], values: Sequence[Value], found: Subject) -> dict[str, Any]:
+def _moved_document(knobs: Sequence[Knob], values: Sequence[Value], found: Subject) -> dict[str, Any]:
     """Give what moved, and the options that make the block that was found, as members of a document."""
     return {
         "moved": [

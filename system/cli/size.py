@@ -16,15 +16,12 @@ from system.cli.option_names import words_of
 from system.cli.output import json_text, print_json, print_line, progress_bar
 from system.cli.over_dies import subject_of
 from system.cli.search_output import (
-    TRANSISTOR,
     FreshDies,
     Searched,
     check_search,
-    moved_document,
     percent,
     print_moved,
     print_report,
-    report_document,
     report_on,
     silicons,
 )
@@ -151,16 +148,12 @@ def document(result: Result) -> dict[str, Any]:
     """Give the result of a search as members of a JSON document."""
     asked, found = result.asked, result.found
     return {
-        **result.document(asked.block, asked.over.silicon),
-        "level": TRANSISTOR,
+        **result.document(asked.block, asked.over.silicon, _fresh_of(asked)),
         "yield_wanted": result.wanted,
         "verdict": result.verdict,
-        **_fresh_of(asked).document(),
         "area_before_m2": found.area_before,
         "area_after_m2": found.area_after,
-        **moved_document(result.knobs, result.values, result.subject),
         "search": {k: v for k, v in asdict(found).items() if k != "coordinates" and not k.startswith("area")},
-        "fresh": [report_document(f) for f in result.reports],
     }
 
 

@@ -27,6 +27,7 @@ from system.stream.udp import UdpClients
 from system.stream.wall import Wall
 
 PORT = 8990  # jAER's for streams
+HERE = f"127.0.0.1:{PORT}"
 _LONGEST = 0.5  # s that nothing is looked at where nothing comes; ours
 _LINES = 10  # of a kind that are said; ours
 
@@ -65,7 +66,7 @@ class EventServer:
     """
 
     def __init__(
-        self, chip: LiveChip, at: str = f"127.0.0.1:{PORT}", *, udp: bool = False, pace: str = "fast",
+        self, chip: LiveChip, at: str = HERE, *, udp: bool = False, pace: str = "fast",
         tick: float = 1e-3, form: str = "noctule", to: str | None = None, mapped: str | None = None,
     ) -> None:  # fmt: skip
         if pace not in PACES:
