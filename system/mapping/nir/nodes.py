@@ -46,12 +46,7 @@ NODES = (
     Node("Linear", "faithful", _NEF, "weights"),
     Node("Affine", "faithful", _NEF, "weights, where the bias is 0; refused with another"),
     Node("Scale", "faithful", _NEF, "weights of one to one"),
-    Node(
-        "Conv1d",
-        "faithful",
-        _NEF,
-        "weights, each synapse by itself, where the bias is 0; refused with another",
-    ),
+    Node("Conv1d", "faithful", _NEF, "weights, each by itself, where the bias is 0; refused with another"),
     Node("Conv2d", "faithful", _NEF, "likewise"),
     Node("SumPool2d", "faithful", _NEF, "weights of 1"),
     Node("AvgPool2d", "faithful", _NEF, "weights of 1 over the size of the pool"),

@@ -70,20 +70,12 @@ class PlacedFilter:
 class Mapped:
     """A network on ROLLS.
 
-    Attributes
-    ----------
-    network : Network
-        What was asked for.
-    placed : tuple of Placed
-        Its populations on the chip.
-    filters : tuple of PlacedFilter
-        Filters that are in use.
-    program : Program
-        What is written to the chip.
-    excite, inhibit : array
-        How many events of a virtual synapse stand for one of a channel, int64[channels, neurons].
-    findings : tuple of Finding
-        What is exact and what is approximate.
+    network : what was asked for.
+    placed : its populations on the chip.
+    filters : those that are in use.
+    program : what is written to the chip.
+    excite, inhibit : events of a virtual synapse that stand for one of a channel, int64[channels, neurons].
+    findings : what is exact and what is approximate.
     """
 
     network: Network

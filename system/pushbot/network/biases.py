@@ -97,7 +97,7 @@ MODIFIED: Mapping[str, tuple[str, int]] = {
 }
 
 # under the full law: the nominal die then has the rates that it has under the ideal law with CODES. Found by
-# `system.pushbot.network.law_calibration`, with the generator; a test finds them again
+# `system.pushbot.network.law_calibration`, with the generator; `benchmarks/pushbot_codes.py` finds them again
 FULL_LAW: Mapping[str, tuple[str, int]] = {
     "IF_TAU2_N": ("820p", 86),  # 0.28 nA
     "IF_RFR2_N": ("820p", 87),  # 0.28 nA
