@@ -33,7 +33,7 @@ DIALECT_LINES: dict[str, str] = {
     "xyce": "B sources, or BSIM3; not run here",
     "hspice": "G elements with cur='...', or BSIM3; not run here",
     "spectre": "bsource elements, or BSIM3; not run here",
-    "cdl": "for LVS: M, C and R as drawn; not run here",
+    "cdl": "for LVS: M, C, R and D as drawn; not run here",
     "verilog-a": "the laws as modules, circuits structural; not run here",
 }
 

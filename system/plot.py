@@ -123,7 +123,7 @@ def sized_axes(figure: Figure, width: float, height: float) -> Axes:
 def settle(figure: Figure) -> None:
     """Lay a figure out until nothing moves: beside axes of equal scales one pass is not enough."""
     engine, placed = figure.get_layout_engine(), np.empty(0)
-    if engine is None:
+    if engine is None or not figure.axes:
         return
     for _ in range(_PASSES):
         engine.execute(figure)

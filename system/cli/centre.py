@@ -39,6 +39,7 @@ from system.study.metrics.metric import with_named
 from system.study.search.behavioural_target import BehaviouralTarget, has_model
 from system.study.search.centre import Budget, Centred, Problem, centre
 from system.study.search.knob import knobs_of, moved_subject, options_of
+from system.study.search.linear import centre_by_gradient
 from system.study.specification import limited_metrics, parse_spec
 from system.study.table import Condition
 from system.study.target import BlockTarget, Subject, Target, hashed
@@ -124,17 +125,23 @@ def run(asked: Centre) -> Result:
         pairs = zip(knobs, coordinates.tolist(), strict=True)
         return tuple(knob.at(u, asked.reach, span) for knob, u in pairs)
 
-    def open_at(coordinates: F64) -> Target:
+    def open_block(coordinates: F64) -> BlockTarget:
         made = BlockTarget(moved_subject(subject, knobs, values_at(coordinates)))
-        if level == BEHAVIOURAL:
-            return BehaviouralTarget(made)
-        made.machines(condition.temperature_c)  # lowered once, before threads share it
+        if level != BEHAVIOURAL:
+            made.machines(condition.temperature_c)  # lowered once, before threads share it
         return made
+
+    def open_at(coordinates: F64) -> Target:
+        made = open_block(coordinates)
+        return BehaviouralTarget(made) if level == BEHAVIOURAL else made
 
     problem = Problem(open_at, len(knobs), specifications, read_die(subject.silicon), condition)
     budget = Budget(tuning=asked.tuning_dies, generations=asked.generations)
     with progress_bar(f"{subject.target}, search") as progress:
-        found = centre(problem, budget=budget, seed=asked.seed, workers=asked.threads, progress=progress)
+        if asked.by == "gradient":
+            found = centre_by_gradient(problem, open_block, asked.tuning_dies, asked.threads, progress)
+        else:
+            found = centre(problem, budget=budget, seed=asked.seed, workers=asked.threads, progress=progress)
     values = values_at(found.coordinates)
     designs = subject, moved_subject(subject, knobs, values)
     reports = tuple(
@@ -148,6 +155,10 @@ def run(asked: Centre) -> Result:
 
 def _level(asked: Centre, target: BlockTarget) -> str:
     """Level of the search; `auto` is behavioural where there is a model and sizes stay as they are."""
+    if asked.by == "gradient" and asked.level == BEHAVIOURAL:
+        raise ParameterError("--by: gradient, is of transistors; leave --level out")
+    if asked.level == "auto" and asked.by == "gradient":
+        return TRANSISTOR
     if asked.level == "auto":
         return BEHAVIOURAL if has_model(target) and not asked.move_param else TRANSISTOR
     return asked.level

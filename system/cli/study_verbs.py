@@ -140,7 +140,8 @@ class Centre:
     level: Literal["auto", "behavioural", "transistor"] = option(
         "auto", "Of the search; auto takes a model where there is one"
     )
-    generations: int = option(10, "Of the search's first stage")
+    by: Literal["dies", "gradient"] = option("dies", "How it searches; gradient for limits, in few runs")
+    generations: int = option(10, "Of the search's first stage, by dies")
     seed: int = option(0, "Of the search; a die has its own key")
     variation: SiliconChoice = shared.silicon_part("temperature", "die", "study", "corner")
     temperature: str = like(SiliconChoice, "temperature")

@@ -238,7 +238,7 @@ search.yield_after   number    -  the same at the end
 search.best          number?[] -  best objective so far, after each candidate of the first stage
 search.candidates    integer   -  candidates that were measured
 search.impossible    integer   -  of these, those that no circuit can have
-search.measurements  integer   -  dies that were measured
+search.measurements  integer   -  dies that were measured, and runs behind gradients
 """),
     **FRESH,
 }

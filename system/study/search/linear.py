@@ -12,7 +12,9 @@ sigma through its gradient and Pelgrom's law. Conditions on words have no slope 
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -21,7 +23,7 @@ from scipy.special import ndtr
 
 from circuits.arrays import F64
 from circuits.errors import CircuitError, ParameterError
-from system.study.search.centre import Problem
+from system.study.search.centre import Bench, Centred, Problem
 from system.study.search.slope import Slopes
 from system.study.specification import Limits
 from system.study.target import BlockTarget
@@ -30,6 +32,8 @@ OpenBlock = Callable[[F64], BlockTarget]  # what coordinates stand for, as `syst
 
 DESIGNS = 40  # places whose gradients are taken in one search, for each coordinate; ours
 LEAST = 1e-12  # share of failing dies below which nothing is told apart
+STAY = 0.05  # decades, by which what moves to the end of its range must lessen that share, at least; ours
+FEW = 1e-6  # share of failing dies below which a search for yield ends; ours
 
 
 class LinearTheory:
@@ -71,6 +75,11 @@ class LinearTheory:
     def count(self) -> int:
         """How many coordinates were asked for."""
         return len(self._known)
+
+    @property
+    def course(self) -> F64:
+        """The largest share of dies that pass so far, after each of the coordinates, float64[count]."""
+        return 1.0 - np.minimum.accumulate([failing for _, failing in self._known.values()])
 
     def block(self, u: F64) -> BlockTarget | None:
         """Give the block at coordinates; None where no circuit has them."""
@@ -136,3 +145,52 @@ def least(loss: Callable[[F64], float], begin: F64, until: dict[str, float], **m
     box = [(-1.0, 1.0)] * begin.size
     done = minimize(loss, begin, method="COBYQA", bounds=box, options=options, **more)
     return np.clip(np.asarray(done.x, dtype=np.float64), -1.0, 1.0)
+
+
+def centre_by_gradient(
+    problem: Problem,
+    open_block: OpenBlock,
+    dies: int,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Centred:
+    """Search for the coordinates at which most dies pass, by the linear theory.
+
+    Tuning dies are measured at the start and at the end alone, as a check: the start is kept where no more of
+    them pass at the end. `measurements` counts them, and the runs behind gradients.
+
+    Parameters
+    ----------
+    problem
+        Block that is searched, and what its dies must fulfil.
+    open_block
+        Gives the block at coordinates.
+    dies
+        Tuning dies of the check.
+    workers
+        Threads, all cores unless given; the result does not depend on it.
+    progress
+        Is called with about the share of the work that is done, from 0 to 1.
+
+    Raises
+    ------
+    ParameterError
+        Nothing moves, or no specification has a limit.
+    """
+    theory, most = LinearTheory(problem, open_block, workers), DESIGNS * problem.dimensions
+
+    def loss(u: F64) -> float:
+        if progress is not None:
+            progress(min(1.0, theory.count / most))
+        return theory.decades(u) + STAY * float(u @ u)
+
+    found = least(loss, problem.start, {"f_target": math.log10(FEW)})
+    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as executor:
+        bench = Bench(problem, dies, executor, lambda _: None)
+        before, after = (bench.share(bench.measure(u, dies, 1.0)) for u in (problem.start, found))
+    if after <= before:
+        found, after = problem.start, before
+    return Centred(
+        found, 1.0, before, after, before, after, theory.course, theory.count, theory.impossible,
+        bench.measurements + theory.runs,
+    )  # fmt: skip

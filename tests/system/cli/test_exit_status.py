@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,9 +13,8 @@ from system.cli import doctor, listing
 from system.cli.command_line import main
 from system.cli.exit_status import BAD_INPUT, DONE, NO
 from system.experiment import Report
-from system.study import replay
 from system.study.table import FAILED
-from system.study.target import Measurement
+from system.study.target import BlockTarget, Measurement
 
 HERE = "tests.system.cli.test_exit_status"
 STUDY = ("montecarlo", "rebound-neuron", "--threads", "1", "-n", "2")
@@ -82,15 +82,16 @@ def test_a_sample_that_is_another_one(ended: Ended, tmp_path: Path, monkeypatch:
     assert ended(*STUDY, "--metric", "t_inh", "-o", folder) == (DONE, "")
     again = ("replay", folder, "--die", "1001")
     assert ended(*again) == (DONE, "")
-    exact = replay.measure_safely
-    monkeypatch.setattr(
-        replay,
-        "measure_safely",
-        lambda *given: replace(found := exact(*given), values=(2.0 * found.values[0],)),
-    )
+    exact = BlockTarget.measure_each
+
+    def doubled(*given: Any) -> list[Measurement]:
+        (found,) = exact(*given)
+        return [replace(found, values=(2.0 * found.values[0],))]
+
+    monkeypatch.setattr(BlockTarget, "measure_each", doubled)
     assert ended(*again)[0] == NO
     assert ended(*again)[1].startswith("noctule: replay: die 1001 is not what")
-    monkeypatch.setattr(replay, "measure_safely", lambda *_: Measurement(FAILED, (0.0,), "no spike"))
+    monkeypatch.setattr(BlockTarget, "measure_each", lambda *_: [Measurement(FAILED, (0.0,), "no spike")])
     assert ended(*again) == (NO, "noctule: replay: die 1001 could not be measured: no spike")
 
 

@@ -170,3 +170,16 @@ test_refused_in_one_line_before_any_work = command_refusals(
 def test_a_class_without_a_metric_to_tell_it_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["centre", "high-threshold-neuron", "--spec", "class is one-spike"]) != 0
     assert "--metric: whose run" in capsys.readouterr().err
+
+
+def test_biases_move_by_the_gradient_and_few_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    """A pair's tail current is brought to where its limits are, with what varies about it."""
+    asked = ["centre", "differential-pair", "--metric", "tail_A", "--spec", "tail_A in 25nA:45nA"]
+    asked += ["--by", "gradient", "--move", "i_tail", "--tuning-dies", "20", "--fresh-dies", "20", "--json"]
+    assert main([*asked, "--no-process-variation"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    (moved,) = found["moved"]
+    assert moved["change"] > 1.3  # from 17.8 nA
+    assert found["search"]["yield_before"] == 0.0
+    assert found["search"]["yield_after"] == 1.0
+    assert found["fresh"][0]["after"]["passed"] >= 18
