@@ -27,9 +27,9 @@ from system.cli.search_output import (
 )
 from system.files.writing import write_text_atomic
 from system.notice import say
-from system.options.block import Value, parameters, read_die
+from system.options.block import Value, read_die
 from system.study.search.centre import Bench, Problem
-from system.study.search.knob import moved_subject, options_of, sizes_of
+from system.study.search.knob import lengths_of, moved_subject, options_of, sizes_of
 from system.study.search.size import Sized, size
 from system.study.specification import limited_metrics, parse_spec
 from system.study.statistics.summary import Yield
@@ -97,8 +97,7 @@ def run(asked: Size) -> Result:
     target = BlockTarget(subject)
     limited = {q.name: q.limit_unit for q in target.quantities}
     specifications = tuple(parse_spec(text, limited) for text in asked.spec)
-    lengths = [p.name for p in parameters(target.choice.params) if p.unit.endswith("m")]
-    knobs = tuple(sizes_of(target.choice, asked.move_param or lengths))
+    knobs = tuple(sizes_of(target.choice, asked.move_param or lengths_of(target.choice)))
     condition = Condition("random", target.choice.silicon.temperature_c, 0)
 
     def values_at(coordinates: F64) -> tuple[Value, ...]:

@@ -17,6 +17,8 @@ from circuits.units import format_quantity
 from system.options.block import Choice, Value, bias_unit, parameters
 from system.study.target import Subject
 
+_LENGTHS = {"m", "mm", "um", "nm"}
+
 
 @dataclass(frozen=True, slots=True)
 class Knob:
@@ -90,6 +92,11 @@ def sizes_of(choice: Choice, move_params: Sequence[str]) -> list[Knob]:
         if not (isinstance(value, float) and value > 0.0):
             raise ParameterError(f"move_param: {name} is {value}, must be a number above 0; leave it out")
     return [Knob("param", n, sizes[n].unit, sizes[n].value) for n in names]
+
+
+def lengths_of(choice: Choice) -> list[str]:
+    """Give the names of a block's sizes that are lengths; resistances and capacitances are none."""
+    return [p.name for p in parameters(choice.params) if p.unit in _LENGTHS]
 
 
 def moved_subject(subject: Subject, knobs: Sequence[Knob], values: Sequence[Value]) -> Subject:

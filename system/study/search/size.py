@@ -133,8 +133,7 @@ def size(
         if moved is None:
             break
         allowed = moved
-    met, _, area, place = max(tried, key=_rank)
-    after = bench.share(bench.measure(place, tuning, 1.0))
+    met, after, area, place = max(tried, key=_rank)
     return Sized(
         place, _area(designs, start), area, 1.0 - designs.failing(place), before, after, met,
         rounds, designs.count, designs.impossible, bench.measurements,

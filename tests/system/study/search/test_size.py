@@ -10,7 +10,9 @@ from scipy.special import ndtri
 from circuits.blocks.rolls import dpi_synapse
 from circuits.registry import load_block
 from system.cli.command_line import main
+from system.study.search.knob import lengths_of
 from system.study.search.size import area_of
+from system.study.target import BlockTarget, Subject
 from tests.refusals import command_refusals
 
 PAIR = ("size", "differential-pair", "--no-process-variation", "--move-param", "pair_length")
@@ -48,6 +50,17 @@ def test_area_is_that_of_gates_and_plates() -> None:
         for c in (1e-12, 1.5e-12)
     )
     assert large - small == pytest.approx(plates, rel=1e-6)  # two filters of half a picofarad more
+
+
+@pytest.mark.parametrize(
+    ("block", "lengths"),
+    [
+        ("envelope-detector", ["follower_width", "follower_length"]),  # among resistances and capacitances
+        ("differential-pair", ["pair_width", "pair_length", "tail_width", "tail_length"]),
+    ],
+)
+def test_widths_and_lengths_move_unless_named(block: str, lengths: list[str]) -> None:
+    assert lengths_of(BlockTarget(Subject(block, ())).choice) == lengths
 
 
 test_what_cannot_be = command_refusals(
