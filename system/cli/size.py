@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -28,6 +27,7 @@ from system.cli.search_output import (
 from system.files.writing import write_text_atomic
 from system.notice import say
 from system.options.block import Value, read_die
+from system.study.campaign import thread_count
 from system.study.search.centre import Bench, Problem
 from system.study.search.knob import lengths_of, moved_subject, options_of, sizes_of
 from system.study.search.size import Sized, size
@@ -111,7 +111,7 @@ def run(asked: Size) -> Result:
     problem = Problem(open_at, len(knobs), specifications, read_die(subject.silicon), condition)
     with (
         progress_bar(f"{subject.target}, search") as progress,
-        ThreadPoolExecutor(asked.over.threads or os.cpu_count() or 1) as executor,
+        ThreadPoolExecutor(thread_count(asked.over.threads)) as executor,
     ):
         bench = Bench(problem, asked.tuning_dies, executor, lambda _: None)
         found = size(problem, open_at, wanted, bench, asked.tuning_dies, asked.over.threads, progress)

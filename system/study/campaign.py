@@ -22,6 +22,7 @@ Every study of dies and every experiment that takes longer than two minutes is o
 from __future__ import annotations
 
 import hashlib
+import os
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
@@ -30,6 +31,7 @@ from pathlib import Path
 from threading import Event
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
+from circuits.errors import ParameterError
 from system.study.campaign_file import CampaignFile, open_runs
 from system.study.waiting import Work, outcome_of
 
@@ -41,6 +43,17 @@ AnyKey_contra = TypeVar("AnyKey_contra", contravariant=True)
 Submit = Callable[[Callable[[Any], Any], Any], Work[Any]]
 AHEAD = 2  # runs a worker that are handed out before they are asked for
 MOST_WORKERS = 1024  # threads or processes; ours
+
+
+def thread_count(asked: int | None) -> int:
+    """Return how many threads were asked for, one a core for None.
+
+    Raises `ParameterError` for a number below 1 or above `MOST_WORKERS`.
+    """
+    threads = os.cpu_count() or 1 if asked is None else asked
+    if not 1 <= threads <= MOST_WORKERS:
+        raise ParameterError(f"threads: {threads}, must be at least 1 and at most {MOST_WORKERS}")
+    return threads
 
 
 class Numbered(NamedTuple):

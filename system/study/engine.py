@@ -8,7 +8,6 @@ read is measured again, and the outcome says so.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager, nullcontext
@@ -18,10 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.options.block import read_die
-from system.study.campaign import AHEAD, MOST_WORKERS, Workers, in_order
+from system.study.campaign import AHEAD, Workers, in_order, thread_count
 from system.study.folder import keep_samples, open_folder
 from system.study.manifest import Study
 from system.study.plan import sampling
@@ -190,9 +188,7 @@ def on_threads(workers: int | None = None) -> Iterator[Workers]:
     The solver's kernels release Python's lock, so that threads measure at the same time. Raises
     `ParameterError` for a number of threads below 1 or above `MOST_WORKERS`.
     """
-    threads = os.cpu_count() or 1 if workers is None else workers
-    if not 1 <= threads <= MOST_WORKERS:
-        raise ParameterError(f"threads: {threads}, must be at least 1 and at most {MOST_WORKERS}")
+    threads = thread_count(workers)
     executor = ThreadPoolExecutor(threads)
 
     def submit(one: Callable[[range], Table], dies: range) -> Work[Table]:

@@ -27,7 +27,6 @@ worst-case distances", IEEE Trans. CAD 13, 57 (1994).
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -42,6 +41,7 @@ from circuits.arrays import F64
 from circuits.errors import CircuitError, ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.sampling import Sampling
+from system.study.campaign import thread_count
 from system.study.specification import Limits, Specification, judge
 from system.study.table import FAILED, Condition
 from system.study.target import Measurement, Target, measure_safely
@@ -259,7 +259,7 @@ def centre(
         if progress is not None:
             progress(min(1.0, done / budget.measurements))
 
-    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as executor:
+    with ThreadPoolExecutor(thread_count(workers)) as executor:
         return _search(Bench(problem, budget.tuning, executor, report), problem, budget, seed)
 
 

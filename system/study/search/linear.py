@@ -12,7 +12,6 @@ sigma through its gradient and Pelgrom's law. Conditions on words have no slope 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -23,6 +22,7 @@ from scipy.special import ndtr
 
 from circuits.arrays import F64
 from circuits.errors import CircuitError, ParameterError
+from system.study.campaign import thread_count
 from system.study.search.centre import Bench, Centred, Problem
 from system.study.search.slope import Slopes
 from system.study.specification import Limits
@@ -185,7 +185,7 @@ def centre_by_gradient(
         return theory.decades(u) + STAY * float(u @ u)
 
     found = least(loss, problem.start, {"f_target": math.log10(FEW)})
-    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as executor:
+    with ThreadPoolExecutor(thread_count(workers)) as executor:
         bench = Bench(problem, dies, executor, lambda _: None)
         before, after = (bench.share(bench.measure(u, dies, 1.0)) for u in (problem.start, found))
     if after <= before:

@@ -9,7 +9,6 @@ of draws, so they are measured like any die of a study. A gradient is NaN where 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -19,6 +18,7 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.silicon.die import Die
 from circuits.silicon.sampling import Sampling
+from system.study.campaign import thread_count
 from system.study.statistics.contribution import kind
 from system.study.table import Condition
 from system.study.target import Measurement, Target, measure_safely
@@ -144,5 +144,5 @@ def measure_rows(
             progress()
         return found
 
-    with ThreadPoolExecutor(os.cpu_count() if threads is None else threads) as executor:
+    with ThreadPoolExecutor(thread_count(threads)) as executor:
         return list(executor.map(measure, range(len(rows))))

@@ -68,6 +68,7 @@ test_what_cannot_be = command_refusals(
     rows=[
         ("approach --spec x", "size: approach is a system, must be a block or chip"),
         ("differential-pair --spec x --yield 100%", "--yield: 100%, must be at least 50% and below 100%"),
+        ("differential-pair --spec 'offset_V in :5mV' --threads 0", "--threads: 0, must be at least 1"),
         ("differential-pair --spec 'class is balanced'", "size: no metric, must name one"),
     ],
 )
