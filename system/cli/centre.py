@@ -23,10 +23,7 @@ from system.cli.search_output import (
     Searched,
     check_search,
     percent,
-    print_moved,
-    print_report,
-    report_on,
-    silicons,
+    reports_on,
 )
 from system.cli.study_verbs import Centre
 from system.files.writing import write_text_atomic
@@ -144,9 +141,7 @@ def run(asked: Centre) -> Result:
             found = centre(problem, budget=budget, seed=asked.seed, workers=asked.threads, progress=progress)
     values = values_at(found.coordinates)
     designs = subject, moved_subject(subject, knobs, values)
-    reports = tuple(
-        report_on(fresh_of(asked), designs, s, specifications, condition) for s in silicons(asked.silicon)
-    )
+    reports = reports_on(fresh_of(asked), designs, asked.silicon, specifications, condition)
     return Result(
         asked=asked, start=subject, specifications=specifications, units=units, knobs=knobs, values=values,
         level=level, found=found, reports=reports,
@@ -205,7 +200,7 @@ def _print(result: Result) -> None:
         f"{asked.block}, {' and '.join(map(str, result.specifications))}; tuned on dies"
         f" {asked.silicon.lot}/0 to {asked.tuning_dies - 1} at {result.level} level\n"
     )
-    print_moved("moved", result.knobs, result.values)
+    result.print_moved("moved")
     if not found.coordinates.any():
         print_line("nothing beat the start: nothing is moved")
     print_line(
@@ -215,8 +210,7 @@ def _print(result: Result) -> None:
     )
     if found.impossible:
         print_line(f"{found.impossible} candidates were no circuit, and counted as failing")
-    for report in result.reports:
-        print_report(fresh_of(asked), report, result.units)
+    result.print_reports(fresh_of(asked))
     print_line(f"{' '.join(words_of(options_of(result.subject)))}")
 
 

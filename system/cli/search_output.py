@@ -131,6 +131,19 @@ class Searched:
             "fresh": [_report_document(f) for f in self.reports],
         }
 
+    def print_moved(self, title: str) -> None:
+        """Print what moved, and by how much."""
+        rows = [
+            (k.name, quantity_cell(k.value, k.unit), quantity_cell(v, k.unit), k.change_text(v))
+            for k, v in zip(self.knobs, self.values, strict=True)
+        ]
+        print_table(title, ("name", "before:", "after:", "change:"), rows)
+
+    def print_reports(self, fresh: FreshDies) -> None:
+        """Print the yields of fresh dies, what the search gained and lost, and the metrics' means."""
+        for report in self.reports:
+            _print_report(fresh, report, self.units)
+
 
 def check_search(
     fresh: FreshDies,
@@ -157,20 +170,26 @@ def check_search(
         check_folder(output)
 
 
-def silicons(silicon: SiliconChoice) -> list[SiliconChoice]:
-    """Mismatch alone first, where both vary."""
+def reports_on(
+    fresh: FreshDies,
+    designs: tuple[Subject, Subject],
+    silicon: SiliconChoice,
+    specifications: Sequence[Specification],
+    condition: Condition,
+) -> tuple[Report, ...]:
+    """Measure the fresh dies of a block as a search began and as it ended, with mismatch alone first."""
     both = silicon.mismatch and silicon.process_variation
-    return [replace(silicon, process_variation=False), silicon] if both else [silicon]
+    varied = [replace(silicon, process_variation=False), silicon] if both else [silicon]
+    return tuple(_report_on(fresh, designs, s, specifications, condition) for s in varied)
 
 
-def report_on(
+def _report_on(
     fresh: FreshDies,
     designs: tuple[Subject, Subject],
     silicon: SiliconChoice,
     specifications: Sequence[Specification],
     condition: Condition,
 ) -> Report:
-    """Measure the fresh dies of a block as a search began and as it ended."""
     plan = Plan("random", 0, fresh.first, fresh.count)
     tables = []
     for label, subject in zip(("before", "after"), designs, strict=True):
@@ -220,8 +239,7 @@ def _yield_document(found: Yield) -> dict[str, Any]:
     return {"samples": found.samples, **shares, "causes": dict(found.causes)}
 
 
-def print_report(fresh: FreshDies, report: Report, units: Mapping[str, str]) -> None:
-    """Print the yields of fresh dies, what a search gained and lost, and the metrics' means."""
+def _print_report(fresh: FreshDies, report: Report, units: Mapping[str, str]) -> None:
     d = report.difference
     print_line("")
     rows = [
@@ -262,12 +280,3 @@ def _moved_document(knobs: Sequence[Knob], values: Sequence[Value], found: Subje
         ],
         "options": words_of(options_of(found)),
     }
-
-
-def print_moved(title: str, knobs: Sequence[Knob], values: Sequence[Value]) -> None:
-    """Print what moved, and by how much."""
-    rows = [
-        (k.name, quantity_cell(k.value, k.unit), quantity_cell(v, k.unit), k.change_text(v))
-        for k, v in zip(knobs, values, strict=True)
-    ]
-    print_table(title, ("name", "before:", "after:", "change:"), rows)

@@ -19,10 +19,7 @@ from system.cli.search_output import (
     Searched,
     check_search,
     percent,
-    print_moved,
-    print_report,
-    report_on,
-    silicons,
+    reports_on,
 )
 from system.files.writing import write_text_atomic
 from system.notice import say
@@ -117,9 +114,7 @@ def run(asked: Size) -> Result:
         found = size(problem, open_at, wanted, bench, asked.tuning_dies, asked.over.threads, progress)
     values = values_at(found.coordinates)
     designs = subject, moved_subject(subject, knobs, values)
-    reports = tuple(
-        report_on(fresh, designs, s, specifications, condition) for s in silicons(asked.over.silicon)
-    )
+    reports = reports_on(fresh, designs, asked.over.silicon, specifications, condition)
     units = {q.name: q.unit for q in target.quantities}
     return Result(
         asked=asked, start=subject, specifications=specifications, units=units, knobs=knobs, values=values,
@@ -162,7 +157,7 @@ def _print(result: Result) -> None:
         f"{asked.block}, {' and '.join(map(str, result.specifications))} on {percent(result.wanted)} of dies;"
         f" tuned on dies {asked.over.silicon.lot}/0 to {asked.tuning_dies - 1}\n"
     )
-    print_moved("sizes", result.knobs, result.values)
+    result.print_moved("sizes")
     before, after = (x / SQUARE_MICROMETRE for x in (found.area_before, found.area_after))
     print_line(
         f"area of gates and capacitors {before:.4g} um^2, after {after:.4g} um^2, x {after / before:.3f}"
@@ -174,8 +169,7 @@ def _print(result: Result) -> None:
     )
     if found.impossible:
         print_line(f"{found.impossible} sizes were no circuit, and were passed over")
-    for report in result.reports:
-        print_report(_fresh_of(asked), report, result.units)
+    result.print_reports(_fresh_of(asked))
     told = {"met": "passes", "missed": "does not pass", "undecided": "may pass: more dies would tell"}
     print_line(f"{percent(result.wanted)} of fresh dies wanted, which {told[result.verdict]}\n")
     print_line(" ".join(words_of(options_of(result.subject))))

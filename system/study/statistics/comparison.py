@@ -39,10 +39,8 @@ class Pairing:
     ----------
     both : int
         How many dies both designs were measured on.
-    only_first : int
-        How many dies only the first design was measured on.
-    only_second : int
-        How many dies only the second design was measured on.
+    only_first, only_second : int
+        How many dies only the one design was measured on.
     """
 
     both: int
@@ -60,10 +58,8 @@ class YieldDifference:
         How many dies the designs have in common.
     both_pass : int
         How many common dies both designs pass on.
-    only_first_passes : int
-        How many common dies the first design passes on and the second does not.
-    only_second_passes : int
-        How many common dies the second design passes on and the first does not.
+    only_first_passes, only_second_passes : int
+        How many common dies the one design passes on and the other does not.
     neither_passes : int
         How many common dies no design passes on.
     difference : Estimate
