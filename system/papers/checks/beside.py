@@ -7,6 +7,7 @@ several kinds of bias. The margins are those that every model of a chip is held 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
 import numpy as np
@@ -21,6 +22,7 @@ from system.experiment import Progress, with_progress
 from system.plot import COLOURS
 from system.rule import Rule, at_least, at_most
 from system.statement import Statement
+from system.study.campaign import thread_count
 
 TEMPERATURES = (-10.0, 27.0, 60.0)  # degC
 KINDS: tuple[BiasKind, ...] = ("gate", "generator")
@@ -56,7 +58,12 @@ def on_dies(
         for celsius in TEMPERATURES
         for number in dies
     ]
-    return [compare(*each) for each in with_progress(every, progress)]
+    executor = ThreadPoolExecutor(thread_count(None))  # solving releases Python's lock
+    try:
+        asked = [executor.submit(compare, *each) for each in every]
+        return [one.result() for one in with_progress(asked, progress)]
+    finally:
+        executor.shutdown(cancel_futures=True)
 
 
 def judged(rows: Iterable[tuple[str, float, Rule]]) -> tuple[Statement, ...]:
