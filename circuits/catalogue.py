@@ -8,9 +8,12 @@ named likewise. This is the one place that imports a module by its name, besides
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, final
 
 from circuits.errors import ParameterError, unknown_name
@@ -91,9 +94,23 @@ class Catalogue(Generic[T]):
 
 
 def entry_points(group: str) -> EntryPoints:
-    """Entry points of all installed packages in a group; what finds them is slow to import."""
+    """Entry points of all packages in a group, looked for again where a package came or went."""
+    return _entry_points(group, tuple((path, _changed(path)) for path in sys.path))
+
+
+@lru_cache(maxsize=64)
+def _entry_points(group: str, folders: tuple[tuple[str, int], ...]) -> EntryPoints:
+    """Entry points in a group; what finds them is slow to import, and reads every package."""
     found: EntryPoints = loaded("importlib.metadata:entry_points")(group=group)
     return found
+
+
+def _changed(folder: str) -> int:
+    """When a package last came to a folder or went, ns; 0 where there is no such folder."""
+    try:
+        return Path(folder).stat().st_mtime_ns
+    except OSError:
+        return 0
 
 
 def loaded(place: str) -> Any:

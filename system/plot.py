@@ -58,7 +58,7 @@ _TICKS = 3  # steps of an axis of volts, at most
 _LONG = 9  # letters of a name whose unit has a line of its own
 _LETTER, _OVER = 0.55, 1.15  # mean width of a letter over its size; of a title over its axes
 
-_PASSES = 3  # of the layout at most, before that of the writing itself
+_PASSES = 4  # of the layout at most
 _STILL = 1e-4  # of the figure: axes that move by less stand still; a tenth of a pixel
 
 STYLE: Any = {
@@ -121,15 +121,20 @@ def sized_axes(figure: Figure, width: float, height: float) -> Axes:
 
 
 def settle(figure: Figure) -> None:
-    """Lay a figure out until nothing moves: beside axes of equal scales one pass is not enough."""
+    """Lay a figure out until nothing moves, for good: what writes it does not lay it out again.
+
+    One pass is enough but beside axes of equal scales.
+    """
     engine, placed = figure.get_layout_engine(), np.empty(0)
     if engine is None or not figure.axes:
         return
-    for _ in range(_PASSES):
+    passes = _PASSES if any(ax.get_aspect() != "auto" for ax in figure.axes) else 1
+    for _ in range(passes):
         engine.execute(figure)
         before, placed = placed, np.array([ax.get_position().bounds for ax in figure.axes])
         if before.shape == placed.shape and np.abs(placed - before).max(initial=0.0) < _STILL:
-            return
+            break
+    figure.set_layout_engine("none")
 
 
 def entitle(text: str, ax: Axes) -> None:

@@ -68,7 +68,6 @@ def begin_reel(film: Film, width: int, height: int, speed: float) -> Reel:
 
         movers.append(((clock, end), tell))
         settle(figure)
-        figure.set_layout_engine("none")  # the room is made
         for artists, _ in movers:
             for artist in artists:
                 artist.set_animated(True)

@@ -75,7 +75,7 @@ def read_values(text: str, unit: str, name: str) -> tuple[Any, ...]:
         return tuple(part.strip() for part in text.split(","))
     match = _RANGE.fullmatch(text)
     if match is None:
-        if ".." in text:
+        if ".." in text or ":" in text:
             raise ParameterError(f'{name}: "{text}", must be FROM..TO:COUNT; {_HELP}')
         return tuple(_number(part, unit, name) for part in text.split(","))
     first, last = (_number(match[end], unit, name) for end in ("first", "last"))

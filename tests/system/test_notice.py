@@ -1,9 +1,6 @@
 """Warnings of the command line are one line each, without a line of source."""
 
-import subprocess
-import sys
 import warnings
-from pathlib import Path
 
 import pytest
 
@@ -11,8 +8,6 @@ from circuits.lowering.kernel import Machine
 from system.cli import listing
 from system.cli.command_line import main
 from system.cli.verbs import List
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 def warn(asked: List) -> None:
@@ -50,10 +45,10 @@ def deaf(machine: Machine) -> float:
     return 0.0
 
 
-def test_processes_of_a_study_warn_in_a_line_too() -> None:
+def test_processes_of_a_study_warn_in_a_line_too(capfd: pytest.CaptureFixture[str]) -> None:
     options = ["--metric", "tests.system.test_notice:deaf", "-n", "2", "--workers", "1", "--chunk", "1"]
-    command = [sys.executable, "-m", "system.cli.command_line", "montecarlo", "rebound-neuron", *options]
-    child = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    told = sorted(line for line in child.stderr.splitlines() if "deaf" in line)
+    assert main(["montecarlo", "rebound-neuron", *options]) == 0
+    err = capfd.readouterr().err  # of the processes too
+    told = sorted(line for line in err.splitlines() if "deaf" in line)
     assert told == ["noctule: warning: deaf die 1000", "noctule: warning: deaf die 1001"]
-    assert "warnings.warn" not in child.stderr
+    assert "warnings.warn" not in err

@@ -68,6 +68,7 @@ REFUSED = {
     "--over call=0V,1V": "noctule: --over: call, there are several of that name, must be one; write"
     " source:call or stimulus:call",
     "--over v_rest=0V..1": 'noctule: v_rest: "1", must be a voltage in V; write the unit too, as in 1V',
+    "--over v_rest=0:5:101": 'noctule: v_rest: "0:5:101", must be FROM..TO:COUNT; write as 0V..1.8V:181,',
     "--over v_rest=0V..1V": 'noctule: v_rest: "0V..1V", must say how many values; write as 0V..1.8V:181,'
     " 1pA..1uA:61log, 1000..1019 or 1V,2V",
     "--over v_rest=0V,1V --over v_rest=2V": "noctule: --over: v_rest is set 2 times, must be once",
