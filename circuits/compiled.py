@@ -12,7 +12,7 @@ import hashlib
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cached_property, lru_cache, update_wrapper
+from functools import cache, cached_property, lru_cache, update_wrapper
 from operator import attrgetter
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -25,7 +25,9 @@ from circuits.catalogue import loaded
 F = TypeVar("F", bound=Callable[..., Any])
 
 _WAITING: list[Callable[[], object]] = []  # who waits for the first kernel
+_PACKAGES: set[str] = set()  # that have kernels
 
+_MACHINE_CODE = Path(__file__).with_name("machine_code")
 _CONSTANTS = (bool, int, float, complex, str, tuple, np.generic, np.ndarray)
 
 
@@ -74,6 +76,7 @@ class Kernel:
     def __init__(self, function: FunctionType, options: Mapping[str, Any]) -> None:
         self.py_func = function
         self._options = options
+        _PACKAGES.add(_package(function.__module__))
         update_wrapper(self, function)
 
     # what is called is the dispatcher: a function in between would take as long as the call of a small kernel
@@ -126,10 +129,22 @@ class Instructions:
         return self._made[1]
 
 
+def of_package_with_kernels(kind: type) -> bool:
+    """Whether a class is of a package that has kernels, ours or a user's."""
+    return _package(kind.__module__) in _PACKAGES
+
+
+def _package(module: str) -> str:
+    return module.partition(".")[0]
+
+
 @lru_cache(maxsize=1024)
 def source_stamp(module: str, file: str) -> bytes:
-    """Hash of a module's file, of all files whose code it can call, and of the constants of those modules."""
-    digest = hashlib.sha256()
+    """Hash of a module's file, of all files whose code it can call, and of the constants of those modules.
+
+    How kernels are made is in it too.
+    """
+    digest = hashlib.sha256(_makers())
     for path, names in sorted(_followed(module, file).items()):
         digest.update(Path(path).name.encode() + b"\0" + Path(path).read_bytes())
         for name, value in sorted(names.items()):
@@ -137,6 +152,12 @@ def source_stamp(module: str, file: str) -> bytes:
                 shown = value.tobytes() if isinstance(value, np.ndarray) else repr(value).encode()
                 digest.update(name.encode() + b"\0" + shown + b"\0")
     return digest.digest()
+
+
+@cache
+def _makers() -> bytes:
+    """Contents of what makes machine code of kernels."""
+    return b"\0".join(path.read_bytes() for path in sorted(_MACHINE_CODE.glob("*.py")))
 
 
 def _followed(module: str, file: str) -> dict[str, Mapping[str, Any]]:

@@ -27,10 +27,14 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 
+import circuits.machine_code.structure  # noqa: F401 - registers the types
+from circuits.machine_code.linked import LinkedCompiler, rebuilt
 from circuits.seal import sealed, unsealed
 
 # Of code that only other kernels call: Python cannot call it, and numba need not make how it would.
-_CALLED_BY_KERNELS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_CALLED_BY_KERNELS = {
+    "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": LinkedCompiler,
+}  # fmt: skip
 
 
 def called_from_python(function: Any, options: Mapping[str, Any], stamp: Callable[[], bytes]) -> Any:
@@ -59,7 +63,7 @@ def _kept(dispatcher: Any, stamp: Callable[[], bytes], suffix: str) -> Any:
     if os.environ.get("NUMBA_DISABLE_JIT"):
         return dispatcher
     try:
-        cache = _KernelCache(dispatcher.py_func)  # type: ignore[no-untyped-call]
+        cache = _KernelCache(dispatcher.py_func)
     except RuntimeError:  # no folder may be written
         dispatcher._cache = NullCache()  # noqa: SLF001 - no other way
         return dispatcher
@@ -117,12 +121,12 @@ class _File(IndexDataCacheFile):
     """Data with their digest."""
 
     def _save_data(self, name: str, data: Any) -> None:
-        text = self._dump(data)  # type: ignore[no-untyped-call]
-        with self._open_for_write(self._data_path(name)) as file:  # type: ignore[no-untyped-call]
+        text = self._dump(data)
+        with self._open_for_write(self._data_path(name)) as file:
             file.write(sealed(text))
 
     def _load_data(self, name: str) -> Any:
-        found = Path(self._data_path(name)).read_bytes()  # type: ignore[no-untyped-call]
+        found = Path(self._data_path(name)).read_bytes()
         return pickle.loads(unsealed(found))  # noqa: S301 - numba's own form, in the user's own cache
 
     def discard(self) -> None:
@@ -140,6 +144,8 @@ class _KernelCache(FunctionCache):
         make: Any = _File
         name = f"{self._impl.filename_base}{suffix}"
         self._cache_file: Any = make(self._cache_path, name, stamp)
+        if suffix:
+            self._impl.rebuild = rebuilt
         self.lock = _Lock(Path(self._cache_path) / f"{name}.lock")
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -152,7 +158,7 @@ class _KernelCache(FunctionCache):
 
     def _believed(self, sig: Any, target_context: Any) -> Any:
         try:
-            return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+            return super().load_overload(sig, target_context)
         except Exception:  # noqa: BLE001 - contents that are none raise anything
             self._cache_file.discard()
             return None
@@ -160,4 +166,4 @@ class _KernelCache(FunctionCache):
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep machine code, where that is possible."""
         with suppress(Exception):  # a full or read-only disk, or an index that cannot be replaced
-            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+            super().save_overload(sig, data)

@@ -51,22 +51,22 @@ def _held_as(kind: Any, element: Any) -> None:
     @register_model(kind)
     class _Model(models.PrimitiveModel):
         def __init__(self, dmm: Any, fe_type: Any) -> None:
-            super().__init__(dmm, fe_type, ir.VectorType(element, WIDTH))  # type: ignore[no-untyped-call]
+            super().__init__(dmm, fe_type, ir.VectorType(element, WIDTH))
 
 
 def _operator(op: Any, result: Any, takes: Sequence[tuple[Any, ...]], build: Callable[..., Any]) -> None:
     """Register an operator and its instructions, for each choice of the types that it takes."""
 
-    @infer_global(op)  # type: ignore[no-untyped-call]
+    @infer_global(op)
     class _Template(ConcreteTemplate):
-        cases: ClassVar[Any] = [signature(result, *each) for each in takes]  # type: ignore[no-untyped-call]
+        cases: ClassVar[Any] = [signature(result, *each) for each in takes]
 
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         given = zip(args, sig.args, strict=True)
         return build(builder, *(splat(builder, x) if kind == types.float64 else x for x, kind in given))
 
     for each in takes:
-        lower_builtin(op, *each)(lowered)  # type: ignore[no-untyped-call]
+        lower_builtin(op, *each)(lowered)
 
 
 def _register() -> None:
