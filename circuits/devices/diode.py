@@ -66,7 +66,8 @@ _RULES: dict[str, tuple[str, float, bool, float]] = {
 class Diode(Device):
     """A junction diode between `anode` and `cathode`, in the words of SPICE's `.model D`.
 
-    It is the same on every die. A resistance in series (RS) is a `Resistor` of its own.
+    On a die its I_S deviates where the process says how far (`circuits.silicon.process.DiodeVariation`); else
+    it is the same on every die. A resistance in series (RS) is a `Resistor` of its own.
 
     Attributes
     ----------
@@ -190,7 +191,7 @@ def stores_charge(parameters: Mapping[str, F64]) -> Bools:
 
 
 def diode_arrays(
-    terminal: I64, charge: I64, parameters: Mapping[str, F64], temperature_c: float
+    terminal: I32 | I64, charge: I32 | I64, parameters: Mapping[str, F64], temperature_c: float
 ) -> DiodeArrays:
     """Coefficients of diodes at a temperature, degC; arguments as in `DiodeArrays`.
 

@@ -238,8 +238,8 @@ def _bias_sources(testbench: Testbench, flat: FlatCircuit, silicon: Silicon) -> 
 def on_die(machine: Machine, die: Die) -> Machine:
     """The same machine on another die, without the work of lowering its testbench again.
 
-    Equal to lowering the testbench on that die: a die changes the transistors' coefficients, the values of
-    capacitors and resistors where they deviate, and the voltages of biases that stand on it.
+    Equal to lowering the testbench on that die: a die changes the transistors' and diodes' coefficients, the
+    values of capacitors and resistors where they deviate, and the voltages of biases that stand on it.
     """
     before, silicon = machine.silicon, replace(machine.silicon, die=die)
     kernel = machine.kernel._replace(
@@ -323,11 +323,19 @@ def _diode_table(flat: FlatCircuit, column: I64, silicon: Silicon) -> DiodeArray
     """Coefficients of all diodes in the order of the groups; the first unknowns are their charges."""
     groups = _diodes(flat)
     terminal = np.concatenate([np.zeros((2, 0), np.int64), *(column[g.nodes] for g in groups)], axis=1)
-    names = groups[0].parameters if groups else Diode("d", "a", "c").parameters()
-    parameters = {n: np.concatenate([np.zeros(0), *(g.parameters[n] for g in groups)]) for n in names}
+    parameters = diode_figures(flat, silicon)
     stores = stores_charge(parameters)
     charge = np.where(stores, np.cumsum(stores) - 1, -1)
     return diode_arrays(terminal, charge, parameters, silicon.temperature_c)
+
+
+def diode_figures(flat: FlatCircuit, silicon: Silicon) -> dict[str, F64]:
+    """Figures of all diodes on the silicon's die by name, float64[diodes], in the order of the kernel."""
+    groups = _diodes(flat)
+    names = groups[0].parameters if groups else Diode("d", "a", "c").parameters()
+    found = {n: np.concatenate([np.zeros(0), *(g.parameters[n] for g in groups)]) for n in names}
+    on_the_die = [made(g, flat.circuit.name, silicon) for g in groups]
+    return found | {"saturation_current": np.concatenate([np.zeros(0), *on_the_die])}
 
 
 def _transistor_groups(flat: FlatCircuit) -> list[tuple[DeviceGroup, Transistor]]:

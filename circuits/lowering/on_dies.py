@@ -1,8 +1,8 @@
 """Many dies of one machine at once: `on_die` of each, with the draws of all dies made together.
 
 The machines are those of `circuits.lowering.kernel.on_die` to the bit (tested). Dies that have more than
-plain draws of their own (edits, plans, components of variation), circuits whose biases stand on the die, and
-processes whose law follows the size are put on their dies one by one.
+plain draws of their own (edits, plans, components of variation), circuits whose biases stand on the die or
+whose diodes deviate, and processes whose law follows the size are put on their dies one by one.
 """
 
 from __future__ import annotations
@@ -26,10 +26,12 @@ def on_dies(machine: Machine, dies: Sequence[Die]) -> list[Machine]:
         return []
     place = ((machine.flat.circuit.name, ()),)
     on_the_die = any(bias.kind in {"ideal", "generator"} for bias in machine.testbench.circuit.biases)
-    sized = any(machine.silicon.process.model(polarity).size is not None for polarity in POLARITIES)
+    process = machine.silicon.process
+    sized = any(process.model(polarity).size is not None for polarity in POLARITIES)
     if (
         on_the_die
         or sized
+        or (process.diodes is not None and machine.kernel.diodes.saturation.size > 0)
         or not alike(dies)
         or deviates(machine.silicon.die, machine.silicon.place or place)
     ):

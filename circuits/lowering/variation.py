@@ -3,6 +3,7 @@
 There are two for each transistor (V_T0 and beta) where the die has mismatch, and two for each polarity where
 its process varies. A die with components of variation has more: four a polarity for its gradients, two for
 what a wafer shares, one for each capacitor, and those of what all its capacitors and all its resistors share.
+A process that states figures of its diodes has one for each diode and one for all of them.
 A lot's draws have no label here: dies of a study are of one lot, so that nothing varies by them. The labels
 are those of `circuits.silicon.sampling`.
 """
@@ -16,14 +17,17 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.devices import Capacitor, Resistor, Transistor
 from circuits.devices.device import Device
+from circuits.devices.diode import Diode
 from circuits.lowering.flatten import FlatCircuit
 from circuits.silicon.die import PARAMETERS, SHARED_PLACE, WAFER_PLACE, Die, Path, Place, standard_normals
 from circuits.silicon.floor_plan import BOARDS
 from circuits.silicon.gradient import GRADIENT_PLACE, slope_names
 from circuits.silicon.passive import QUANTITY, Kind
-from circuits.silicon.process import POLARITIES
+from circuits.silicon.process import POLARITIES, DiodeVariation
 from circuits.silicon.sampling import labels
 from circuits.silicon.silicon import Silicon
+
+_NO_SPREAD = DiodeVariation(0.0, 0.0)  # of diodes as drawn
 
 
 def variation_labels(flat: FlatCircuit, silicon: Silicon) -> tuple[str, ...]:
@@ -49,17 +53,24 @@ def variation_sigma(flat: FlatCircuit, silicon: Silicon) -> F64:
 
     It is NaN for a draw of components of variation, which moves several devices or a capacitance.
     """
-    process, sizes = silicon.process, ("width", "length", "multiplicity")
-    groups = [g for g in flat.groups if isinstance(g.device, Transistor)]
-    area = np.concatenate([np.zeros(0), *(np.prod([g.parameters[n] for n in sizes], axis=0) for g in groups)])
-    own = {"v_t0": process.pair_a_vt, "beta": process.pair_a_beta}
-    shared = {"v_t0": process.variation.sigma_v_t0, "beta": process.variation.sigma_beta}
+    process, diodes = silicon.process, silicon.process.diodes or _NO_SPREAD
+    area = _areas(flat, Transistor, ("width", "length", "multiplicity"))
+    own = {
+        "v_t0": process.pair_a_vt / np.sqrt(2.0 * area),
+        "beta": process.pair_a_beta / np.sqrt(2.0 * area),
+        QUANTITY["diode"]: diodes.pair_a_saturation / np.sqrt(2.0 * _areas(flat, Diode, ("area",))),
+    }
+    shared = {
+        "v_t0": process.variation.sigma_v_t0,
+        "beta": process.variation.sigma_beta,
+        QUANTITY["diode"]: diodes.sigma_saturation,
+    }
     found = [np.zeros(0)]
     for place, paths, parameter in _families(flat, silicon):
         name = parameter.removeprefix("shared.")
         count = len(labels(place, paths, parameter))
         if parameter in own:
-            found.append(own[parameter] / np.sqrt(2.0 * area))
+            found.append(own[parameter])
         elif silicon.die.variation == "plain" and name in shared:
             found.append(np.full(count, shared[name]))
         else:
@@ -70,7 +81,8 @@ def variation_sigma(flat: FlatCircuit, silicon: Silicon) -> F64:
 def drawn_families(flat: FlatCircuit, silicon: Silicon) -> list[tuple[Place, list[Path], str]]:
     """List place, paths and parameter of all that a circuit can draw on any die, as edits of one name it."""
     die = Die(silicon.die.lot, 0, variation="full")
-    return _families(flat, replace(silicon, die=die))
+    process = replace(silicon.process, diodes=silicon.process.diodes or _NO_SPREAD)
+    return _families(flat, replace(silicon, die=die, process=process))
 
 
 def _families(flat: FlatCircuit, silicon: Silicon) -> list[tuple[Place, list[Path], str]]:
@@ -85,6 +97,10 @@ def _families(flat: FlatCircuit, silicon: Silicon) -> list[tuple[Place, list[Pat
     shared: list[tuple[str, str]] = [
         (polarity, parameter) for polarity in POLARITIES for parameter in PARAMETERS
     ]
+    diodes = _paths(flat, Diode) if place[0][0] not in BOARDS else []
+    if diodes and silicon.process.diodes is not None:
+        found += [(place, diodes, QUANTITY["diode"])] if die.mismatch else []
+        shared.append(("diode", QUANTITY["diode"]))
     if die.variation == "full" and place[0][0] not in BOARDS:
         kinds: dict[Kind, list[Path]] = {
             "capacitor": _paths(flat, Capacitor), "resistor": _paths(flat, Resistor)
@@ -98,6 +114,13 @@ def _families(flat: FlatCircuit, silicon: Silicon) -> list[tuple[Place, list[Pat
             (level, [((kind, ()),)], f"shared.{parameter}") for level in levels for kind, parameter in shared
         ]
     return found
+
+
+def _areas(flat: FlatCircuit, kind: type[Device], sizes: tuple[str, ...]) -> F64:
+    """Product of some sizes of all devices of a type, float64[devices]."""
+    groups = [g for g in flat.groups if isinstance(g.device, kind)]
+    each = [np.prod([g.parameters[name] for name in sizes], axis=0) for g in groups]
+    return np.concatenate([np.zeros(0), *each])
 
 
 def _paths(flat: FlatCircuit, kind: type[Device]) -> list[Path]:

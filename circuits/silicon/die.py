@@ -67,6 +67,7 @@ _SHARED_DRAWS = tuple(
         (("n", "p"), PARAMETERS),
         (("capacitor",), ("capacitance",)),
         (("resistor",), ("resistance",)),
+        (("diode",), ("saturation_current",)),
     )
     for kind in kinds
     for name in names
@@ -190,7 +191,7 @@ class Die:
         path
             Path of the devices, as of `healed`.
         parameter
-            `v_t0`, `beta`, `capacitance` or `resistance`.
+            `v_t0`, `beta`, `capacitance`, `resistance` or `saturation_current`.
         value
             Its deviation: V of the threshold's magnitude, else relative and dimensionless.
 
@@ -403,9 +404,16 @@ def shared_relative(die: Die, process: Process, kind: str, parameter: str, sigma
     sigma: its standard deviation over all lots. It is 0 at a corner, which says transistors alone. Raises as
     `components_of`.
     """
-    varies = sigma > 0.0 and die.components and die.process and die.corner == "random"
-    drawn = sigma * _levels(_to_note(die), components_of(process), kind, parameter) if varies else 0.0
+    varies = sigma > 0.0 and die.number is not None and die.process and die.corner == "random"
+    drawn = sigma * _relative(_to_note(die), process, kind, parameter) if varies else 0.0
     return _edited_shared(die, process, (kind, parameter), drawn) if die.edits else drawn
+
+
+def _relative(die: Die, process: Process, kind: str, parameter: str) -> float:
+    """Standard normal of what all devices of a kind share."""
+    if not die.components:
+        return _own(die, kind, parameter)
+    return _levels(die, components_of(process), kind, parameter)
 
 
 def components_of(process: Process) -> Components:

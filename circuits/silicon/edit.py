@@ -4,8 +4,8 @@ An edit names devices by a path as instance paths are written, `ranging_chip/neu
 names `/` and `.` are the same, and `-` is `_`. `*` stands for any part of a path, in brackets for any index,
 and `?` for one letter. A path means all that is below it: `ranging_chip/neuron[2]` all devices of that
 neuron, `ranging_chip/neuron` those of all 13, and `...mr1.v_t0` one parameter of one device. What all devices
-of a polarity share on a die is `process.n` and `process.p`, what its capacitors and resistors share
-`process.capacitor` and `process.resistor`.
+of a polarity share on a die is `process.n` and `process.p`, what its capacitors, resistors and diodes share
+`process.capacitor`, `process.resistor` and `process.diode`.
 
 | kind | what it does |
 |---|---|
@@ -37,7 +37,7 @@ Path = tuple[tuple[str, tuple[int, ...]], ...]
 Kind = Literal["only", "heal", "set"]
 KINDS: tuple[Kind, ...] = ("only", "heal", "set")
 
-DEVIATIONS = {"v_t0": "V", "beta": "", "capacitance": "", "resistance": ""}
+DEVIATIONS = {"v_t0": "V", "beta": "", "capacitance": "", "resistance": "", "saturation_current": ""}
 """Parameters that an edit can set, with the unit of their deviation: V_T0's in V, the others relative."""
 
 SHARED = "shared."  # before a parameter that a die's devices share

@@ -168,6 +168,37 @@ class Variation:
 
 
 @dataclass(frozen=True, slots=True)
+class DiodeVariation:
+    """Standard deviations of the saturation currents I_S of a process's diodes.
+
+    The area of a diode is that of `circuits.devices.Diode`, in whatever its model counts it.
+
+    Attributes
+    ----------
+    pair_a_saturation : float
+        Standard deviation of the relative difference of I_S in a pair, times the root of the area of one:
+        dimensionless where an area is a number of unit junctions, m where it is in m^2.
+    sigma_saturation : float
+        Standard deviation from die to die of what all diodes share of I_S, relative.
+
+    Raises
+    ------
+    ParameterError
+        A figure is negative.
+    """
+
+    pair_a_saturation: float
+    sigma_saturation: float
+
+    def __post_init__(self) -> None:
+        figures = {"pair_a_saturation": self.pair_a_saturation, "sigma_saturation": self.sigma_saturation}
+        for name, value in figures.items():
+            require_real(f"diodes.{name}", value, "SI")
+            if not 0.0 <= value < math.inf:
+                raise ParameterError(f"diodes.{name}: {value:g}, must be >= 0 and finite; correct it")
+
+
+@dataclass(frozen=True, slots=True)
 class Process:
     """A fabrication process: its transistors, its supply, and how far devices and dies differ.
 
@@ -193,6 +224,9 @@ class Process:
     cards : str
         Name of the foundry's process whose own cards ngspice takes in the place of our law, which stands for
         them in our solver; empty for a process that is our law's alone.
+    diodes : DiodeVariation or None
+        How far diodes and dies differ in their saturation currents; None where the process does not state it
+        and all diodes are as drawn on every die.
     """
 
     name: str
@@ -206,9 +240,10 @@ class Process:
     components: Components | None = field(default=None, repr=False)  # of dies that have them alone
 
     cards: str = field(default="", metadata=OPTIONAL)
+    diodes: DiodeVariation | None = field(default=None, metadata=OPTIONAL)
 
     def __repr__(self) -> str:
-        """As of every dataclass, but that a process without cards says nothing of them, as kept hashes do."""
+        """As of every dataclass; cards and diodes that it has not go unsaid, as in kept hashes."""
         return brief(self)
 
     def __post_init__(self) -> None:
@@ -222,6 +257,8 @@ class Process:
         require_type(f"{self.name}.variation", self.variation, Variation, "a variation")
         if self.components is not None:
             require_type(f"{self.name}.components", self.components, Components, "components")
+        if self.diodes is not None:
+            require_type(f"{self.name}.diodes", self.diodes, DiodeVariation, "a variation of diodes")
 
     def model(self, polarity: Polarity) -> TransistorModel:
         """The transistor model of one polarity."""

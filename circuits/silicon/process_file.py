@@ -4,9 +4,10 @@
 
 A file is TOML with the fields of `circuits.silicon.process.Process` in SI units; its transistors stand in
 the tables `n` and `p` (`TransistorModel`), its spread from die to die in `variation` (`Variation`). Every
-field is stated, the second-order effects too: one that the process does not have is 0. Two tables may be left
-out: `components` (`Components`) by a process whose dies have the plain variation, and `n.size` and `p.size`
-(`SizeTerms`) where transistors of all sizes share their numbers.
+field is stated, the second-order effects too: one that the process does not have is 0. These tables may be
+left out: `components` (`Components`) by a process whose dies have the plain variation, `diodes`
+(`DiodeVariation`) where diodes do not deviate, and `n.size` and `p.size` (`SizeTerms`) where transistors of
+all sizes share their numbers.
 """
 
 from __future__ import annotations
@@ -21,15 +22,22 @@ import tomli_w
 
 from circuits.errors import DataError, ParameterError, meant
 from circuits.silicon.components import Components
-from circuits.silicon.process import PROCESSES, Effects, Process, TransistorModel, Variation
+from circuits.silicon.process import (
+    PROCESSES,
+    DiodeVariation,
+    Effects,
+    Process,
+    TransistorModel,
+    Variation,
+)
 from circuits.silicon.size import SizeTerms
 from circuits.silicon.toml_file import read_toml
 
 _PARTS: Mapping[str, type] = {"n": TransistorModel, "p": TransistorModel, "variation": Variation}
 _EXTRACTED = Path(__file__).parent / "extracted"
-_COMPONENTS = "components"
+_MORE: Mapping[str, type] = {"components": Components, "diodes": DiodeVariation}
 _SIZE = "size"
-_LEFT_OUT = {_COMPONENTS, _SIZE}  # tables that may be
+_LEFT_OUT = {*_MORE, _SIZE}  # tables that may be
 _OURS = {"cards"}  # what no file says
 
 UNREADABLE: Mapping[str, str] = {
@@ -54,7 +62,7 @@ def read_process(path: Path) -> Process:
     """
     given = read_toml(path, "a process's TOML file")
     whole = _complete(path, "process", Process, given)
-    tables = {**_PARTS, **({_COMPONENTS: Components} if _COMPONENTS in whole else {})}
+    tables = {**_PARTS, **{name: kind for name, kind in _MORE.items() if name in whole}}
     parts = {name: kind(**_model(path, name, kind, whole[name])) for name, kind in tables.items()}
     return Process(**{**whole, **parts})
 

@@ -43,12 +43,13 @@ class Deviation(NamedTuple):
 
 
 class Change(NamedTuple):
-    """Change of capacitors or resistors on a die, by their places and by what they share.
+    """Change of capacitors, resistors or diodes on a die, by their places and by what they share.
 
     Attributes
     ----------
     value : float or array
-        Relative change of the capacitance or resistance, dimensionless: float64[count], or 0 for none.
+        Relative change of the capacitance, resistance or saturation current, dimensionless: float64[count],
+        or 0 for none.
     """
 
     value: F64 | float
@@ -121,6 +122,9 @@ class Silicon:
         """The silicon of devices `area` times as large, whose mismatch is `1 / sqrt(area)` of theirs."""
         process, root = self.process, math.sqrt(area)
         wider = replace(process, pair_a_vt=process.pair_a_vt / root, pair_a_beta=process.pair_a_beta / root)
+        if process.diodes is not None:
+            apart = process.diodes.pair_a_saturation / root
+            wider = replace(wider, diodes=replace(process.diodes, pair_a_saturation=apart))
         return replace(self, process=wider)
 
     def deviation(
@@ -185,7 +189,7 @@ class Silicon:
         return Deviation(v_t0 + slopes[0], beta + slopes[1])
 
     def change(self, circuit: str, paths: Sequence[Path], kind: Kind, value: F64) -> Change:
-        """Change of the capacitors or resistors at several paths in a circuit, one after the other.
+        """Change of the capacitors, resistors or diodes at several paths in a circuit, one after the other.
 
         Parameters
         ----------
@@ -194,9 +198,9 @@ class Silicon:
         paths
             Paths of the devices, each as of `deviation`.
         kind
-            Whether they are capacitors or resistors.
+            Whether they are capacitors, resistors or diodes.
         value
-            Their capacitance (F) or resistance (Ohm) as drawn, float64[count].
+            Their capacitance (F) or resistance (Ohm) as drawn, or a diode's area, float64[count].
         """
         place = self._place_of(circuit)
         return Change(passive(self.die, self.process, place, paths, kind, value))

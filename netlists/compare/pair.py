@@ -15,6 +15,8 @@ from circuits.circuit import Circuit, split_reference
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import FlatCircuit, flatten
 from circuits.lowering.graph import describe_device
+from circuits.lowering.made import kind_of
+from circuits.silicon.passive import QUANTITY
 from circuits.silicon.silicon import Change, Deviation
 from netlists.compare.refinement import Colours, Sides, Structure, label, labels, sides
 from netlists.read.text.name import original_name
@@ -114,7 +116,8 @@ def _devices(flat: FlatCircuit, deviations: Deviations, first: int) -> Iterator[
     for group in flat.groups:
         description = describe_device(group.device)
         kind = " ".join((*description.attributes.values(), description.type))
-        own = sides(group.device)
+        own, passive = sides(group.device), kind_of(group.device)
+        changed = "" if passive is None else QUANTITY[passive]
         columns = [[(name, float(v)) for v in values] for name, values in group.parameters.items()]
         rows = list(zip(*columns, strict=True)) if columns else [()] * group.nodes.shape[1]
         for k, nodes in enumerate((group.nodes + first).T.tolist()):
@@ -122,7 +125,8 @@ def _devices(flat: FlatCircuit, deviations: Deviations, first: int) -> Iterator[
             found = deviations.get(path)
             if isinstance(found, Change):
                 # as it is made, which a netlist without notes has alone
-                sizes = tuple((name, v * (1.0 + float(found.value))) for name, v in sizes)
+                made = 1.0 + float(found.value)
+                sizes = tuple((name, v * made if name == changed else v) for name, v in sizes)
             elif found is not None:
                 sizes = (
                     *sizes,

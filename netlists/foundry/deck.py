@@ -51,7 +51,7 @@ from netlists.ngspice import run as ngspice
 from netlists.registry import POINTS, Settings
 from netlists.write.bsim3 import deviating
 from netlists.write.deck import held_at_start
-from netlists.write.traversal import Definition, to_design
+from netlists.write.traversal import Definition, as_made, to_design
 
 _OPTIONS = "gmin=1e-15 abstol=1e-15 chgtol=1e-17"
 _SETTINGS = Settings(reltol=1e-4)
@@ -381,4 +381,4 @@ def _device(
         if silicon.die.number is None:
             return [format_transistor(device, mapping)]
         return [format_transistor(device, mapping, own_deviation(mapping, silicon, device, deviation))]
-    return format_device(device, silicon)
+    return format_device(as_made(device, deviation)[0], silicon)

@@ -10,14 +10,14 @@ A note holds one frozen dataclass, which its kind names (`KINDS`), with the fiel
 `netlists.write.field_text` has the grammar of fields. These notes stand in a netlist, in this order:
 
     noctule       format version, dialect, transistor models                            (`Header`)
-    process, variation, components, nmos, pmos, silicon, die, plan: the `Silicon` of the netlist
-                  (`silicon_notes`); `components` where its process states them
+    process, variation, components, diodes, nmos, pmos, silicon, die, plan: the `Silicon` of the netlist
+                  (`silicon_notes`); `components` and `diodes` where its process states them
     circuit       right after a definition's first line: the circuit's name; the definition may be `NAME_2`
     port, node, bias: of that circuit, in its order
     transistor, amplifier, diode: the device that the lines up to the next note or device write, with the
                   values that it has in this definition; `deviation` before them is what its place on the die
                   adds
-    capacitor, resistor: one that a die changes, as it is drawn; `change` before it says by how much
+    capacitor, resistor, diode: one that a die changes, as it is drawn; `change` before it says by how much
     instance, array: before its calls; connections are references of the calling circuit
     parameter     of the instance or array before it: values of `shape`, nested tuples when read; `base` is
                   the value in the instance's own circuit, which the called definitions replace
@@ -56,7 +56,7 @@ from circuits.silicon.components import Components, Extent
 from circuits.silicon.die import Corner, Die, Place
 from circuits.silicon.edit import KINDS as KINDS_OF_EDIT
 from circuits.silicon.edit import Edit
-from circuits.silicon.process import Process, TransistorModel, Variation
+from circuits.silicon.process import DiodeVariation, Process, TransistorModel, Variation
 from circuits.silicon.sampling import Sampling
 from circuits.silicon.silicon import Change, Deviation, Silicon
 from circuits.testbench import Begin, Testbench
@@ -67,7 +67,7 @@ _BEGINS, _CONTINUES = "% ", "%+ "  # after the comment sign
 
 _WIDTH = 100
 _EXPLICIT = frozenset(
-    {"variation", "components", "nmos", "pmos"}
+    {"variation", "components", "diodes", "nmos", "pmos"}
 )  # a later default must not change an old netlist
 
 
@@ -204,12 +204,12 @@ class LocalDeviation:
 
 @dataclass(frozen=True, slots=True)
 class ChangeNote:
-    """What the die changes of the next capacitor or resistor.
+    """What the die changes of the next capacitor, resistor or diode.
 
     Attributes
     ----------
     value : float
-        Relative change of the capacitance or resistance, dimensionless.
+        Relative change of the capacitance, resistance or saturation current, dimensionless.
     """
 
     value: float
@@ -338,6 +338,7 @@ KINDS: dict[str, type] = {
     "process": ProcessFigures,
     "variation": Variation,
     "components": Components,
+    "diodes": DiodeVariation,
     "nmos": TransistorModel,
     "pmos": TransistorModel,
     "silicon": Surroundings,
@@ -371,7 +372,7 @@ KINDS: dict[str, type] = {
 _DEVICES: dict[type[Device], str] = {
     Transistor: "transistor", OperationalAmplifier: "amplifier", Diode: "diode",
 }  # fmt: skip
-_PASSIVES: dict[type[Device], str] = {Capacitor: "capacitor", Resistor: "resistor"}
+_CHANGED: dict[type[Device], str] = {Capacitor: "capacitor", Resistor: "resistor", Diode: "diode"}
 _WAVEFORMS = {kind: name for name, kind in KINDS.items() if kind in get_args(Waveform)}
 
 
@@ -432,6 +433,7 @@ def silicon_notes(silicon: Silicon) -> list[Annotation]:
         Annotation("process", ProcessFigures(**figures)),
         Annotation("variation", process.variation),
         *([] if process.components is None else [Annotation("components", process.components)]),
+        *([] if process.diodes is None else [Annotation("diodes", process.diodes)]),
         Annotation("nmos", process.n),
         Annotation("pmos", process.p),
         Annotation("silicon", Surroundings(silicon.temperature_c, silicon.place)),
@@ -459,6 +461,7 @@ def to_silicon(notes: Iterable[Annotation]) -> Silicon:
     process = Process(
         figures.name, found["nmos"], found["pmos"], figures.v_dd, figures.pair_a_vt, figures.pair_a_beta,
         figures.nominal_temperature_c, found["variation"], found.get("components"),
+        diodes=found.get("diodes"),
     )  # fmt: skip
     surroundings: Surroundings = found["silicon"]
     die = _to_die(found["die"], found.get("plan"))
@@ -492,7 +495,7 @@ def device_notes(device: Device, deviation: Deviation | Change) -> list[Annotati
     `deviation` is what the die changes of the device: a note of its own, unless it is zero.
     """
     if isinstance(deviation, Change):
-        kind = _PASSIVES[type(device)]
+        kind = _CHANGED[type(device)]
         return [Annotation("change", ChangeNote(float(deviation.value))), Annotation(kind, device)]
     kind = _DEVICES.get(type(device), "")
     if not kind:

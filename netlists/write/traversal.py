@@ -397,7 +397,7 @@ def _deviations(flat: FlatCircuit, silicon: Silicon) -> dict[Names, Deviation | 
 def as_made(device: Device, deviation: Deviation | Change) -> tuple[Device, Deviation]:
     """A device as it is made on a die, and what its line has to say of it beside that.
 
-    A capacitor or resistor has the value that the die gives it, a transistor its deviation.
+    A capacitor, resistor or diode has the value that the die gives it, a transistor its deviation.
     """
     if isinstance(deviation, Deviation):
         return device, deviation

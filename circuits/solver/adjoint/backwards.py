@@ -103,7 +103,7 @@ def contracted(k: Kernel, voltage: F64, moved: F64) -> F64:
 
 
 @compiled(forceinline=True)
-def _across(moved: F64, a: int, b: int) -> float:
+def apart(moved: F64, a: int, b: int) -> float:
     """Difference of m between two columns; it is 0 at those that sources fix."""
     return (moved[a] if a < moved.size else 0.0) - (moved[b] if b < moved.size else 0.0)
 
@@ -196,10 +196,10 @@ def _pairs(voltage: F64, share: F64, moved: F64, capacitors: I64, resistors: I64
         for m in range(moved.shape[0]):
             for q in range(capacitors.shape[1]):
                 a, b = capacitors[0, q], capacitors[1, q]
-                s.charge[m, q] -= _across(moved[m, row], a, b) * (rate[a] - rate[b])
+                s.charge[m, q] -= apart(moved[m, row], a, b) * (rate[a] - rate[b])
             for q in range(resistors.shape[1]):
                 a, b = resistors[0, q], resistors[1, q]
-                s.conductance[m, q] -= _across(moved[m, row], a, b) * (voltage[row, a] - voltage[row, b])
+                s.conductance[m, q] -= apart(moved[m, row], a, b) * (voltage[row, a] - voltage[row, b])
 
 
 @compiled()
@@ -210,7 +210,7 @@ def _sum_up(k: Kernel, v: F64, own: F64, w: Work, m: int, s: Sums) -> None:
     for i in range(k.unknowns):
         s.direct[m] -= own[i] * w.residual[i]
     for i in range(count):
-        channel = _across(own, terminal[0, i], terminal[2, i])
+        channel = apart(own, terminal[0, i], terminal[2, i])
         if channel != 0.0:
             s.by_drain[m, i] -= channel * x.conductance[0, i]
             s.by_gate[m, i] -= channel * x.conductance[1, i]
@@ -230,7 +230,7 @@ def _junctions(k: Kernel, own: F64, w: Work, m: int, s: Sums) -> None:
     terminal, x = k.transistors.terminal, w.transistor
     for i in range(k.transistors.sign.size):
         for side in range(2):
-            across = _across(own, terminal[2 * side, i], terminal[3, i])
+            across = apart(own, terminal[2 * side, i], terminal[3, i])
             s.junction[m, i] -= across * x.junction[side, i]
             s.junction_own[m, side, i] -= across * x.junction_conductance[side, i]
             s.junction_gate[m, side, i] -= across * x.junction_conductance[2 + side, i]

@@ -12,7 +12,9 @@ label that a study's draws have (`circuits.silicon.sampling`):
 | `width`, `length` | m | channels, junctions, capacitances, and deviations by their area |
 | `capacitance` | F | capacitors |
 | `resistance` | Ohm | resistors |
+| `saturation_current`, ... | a figure of `circuits.solver.adjoint.diode` | a diode's current and charge |
 | `process.n.shared.v_t0`, ... | what a polarity shares | its channels, and biases that stand on the die |
+| `process.diode.shared.saturation_current` | what diodes share, relative | all diodes |
 | `bias.NAME` | the bias's current, A, or voltage, V | gates at its line |
 | `temperature` | degC | everything but capacitances |
 
@@ -30,16 +32,17 @@ import numpy as np
 
 from circuits.arrays import F64, I64, Bools
 from circuits.bias import bias_voltages, rebias
-from circuits.devices import Capacitor, Resistor, Transistor
+from circuits.devices import Capacitor, Diode, Resistor, Transistor
 from circuits.devices.transistor import capacitances
 from circuits.errors import ParameterError, SolverError
 from circuits.lowering.flatten import DeviceGroup
-from circuits.lowering.kernel import Machine, on_die
+from circuits.lowering.kernel import Machine, diode_figures, on_die
 from circuits.lowering.made import made
 from circuits.silicon.die import PARAMETERS, shared
 from circuits.silicon.process import POLARITIES
 from circuits.silicon.sampling import labels
 from circuits.solver.adjoint.backwards import Sums, backwards, contracted
+from circuits.solver.adjoint.diode import FIGURES, by_figures
 from circuits.solver.adjoint.measure import Measure, Reading, SpikeTime, Voltage, moving
 from circuits.solver.adjoint.way import Way, way_of
 from circuits.solver.beginning import beginning, held_voltages
@@ -150,6 +153,8 @@ def gradients_of(machine: Machine, measures: Sequence[Measure], *, rtol: float =
     small &= spread[: len(read)] < rtol
     lost = _lost(read, spread[: len(told)])
     notes = _notes(read, guards, spread, lost, small, result)
+    kicked = _kicked(machine, way)
+    notes = tuple(note or kicked for note in notes)
     by = by[: len(read)]
     by[lost[: len(read)]] = np.nan
     names = [(label, rows.unit) for rows in solved for label in rows.labels]
@@ -261,6 +266,22 @@ def _notes(
     return tuple(notes)
 
 
+def _kicked(machine: Machine, way: Way) -> str:
+    """What is left out of a run with uic in which sources, by capacitances, move nodes before it begins."""
+    if machine.testbench.begin != "uic":
+        return ""
+    before = np.zeros(machine.kernel.columns)
+    for node, voltage in machine.testbench.initial.items():
+        before[machine.column_of(node)] = voltage
+    first, last = machine.kernel.charges, machine.kernel.unknowns
+    apart = np.where(machine.kernel.dynamic, way.voltage[0, :last] - before[:last], 0.0)[first:]
+    worst = int(np.argmax(np.abs(apart))) if apart.size else 0
+    if not apart.size or abs(apart[worst]) <= VOLT:
+        return ""
+    node = machine.names[int(np.flatnonzero(machine.column == first + worst)[0])]
+    return f"uic: sources move {node} by {apart[worst]:.3g} V as it begins, of which the gradient has nothing"
+
+
 def _lost(read: Sequence[Reading], spread: F64) -> Bools:
     """Which readings are extremes that edges hide.
 
@@ -298,7 +319,8 @@ def _parameters(machine: Machine, way: Way, read: Sequence[Reading]) -> list[_Ro
     first = len(pairs) * k.transistors.sign.size
     found = [
         *devices, _passive(machine, capacitors, "capacitance", sums.charge[:, first:]),
-        _passive(machine, resistors, "resistance", sums.conductance), *_shared(machine, devices, lines),
+        _passive(machine, resistors, "resistance", sums.conductance), *_diodes(machine, way, moved),
+        *_shared(machine, devices, lines),
         *_biases(machine, lines), _temperature(machine, way, moved, sums),
     ]  # fmt: skip
     return [rows for rows in found if len(rows.labels)]
@@ -312,7 +334,8 @@ def _held(machine: Machine) -> Bools:
     held = np.zeros(machine.kernel.unknowns, dtype=np.bool_)
     bench = machine.testbench
     if bench.begin == "uic":
-        return ~held
+        held[machine.kernel.charges :] = True  # charges follow the voltages that are held
+        return held
     for node in held_voltages(bench, machine.flat, machine.silicon):
         held[machine.column_of(node)] = True
     return held
@@ -391,6 +414,41 @@ def _passive(machine: Machine, groups: Sequence[DeviceGroup], parameter: str, by
         drawn = _sizes(groups, parameter)
         sigma = value * components.pair_a_capacitance * np.sqrt(0.5 * components.capacitance_density / drawn)
     return _Rows(_names(machine, groups, parameter), "F", sigma, by)
+
+
+def _diodes(machine: Machine, way: Way, moved: F64) -> list[_Rows]:
+    """Figures of diodes, and what diodes share where the process says how far they differ."""
+    groups, silicon = _groups(machine, Diode), machine.silicon
+    if not groups:
+        return []
+    values = diode_figures(machine.flat, silicon)
+    by = by_figures(machine, way, moved, values)
+    drawn = {name: _sizes(groups, name) for name in ("area", "saturation_current")}
+    common = 1.0 + np.asarray(_alone(machine, groups, drawn["area"]))
+    own = values["saturation_current"] / (drawn["saturation_current"] * common)  # 1 and what is the diode's
+    # a die keeps its draws: what deviates goes with 1 / sqrt(area)
+    by["area"] -= 0.5 * (1.0 - 1.0 / own) * by["saturation_current"]
+    figures = silicon.process.diodes
+    sigma, found = {name: np.zeros(own.size) for name in FIGURES}, []
+    if figures is not None:
+        apart = figures.pair_a_saturation / np.sqrt(2.0 * drawn["area"])
+        sigma["saturation_current"] = values["saturation_current"] * apart / own
+    for name, unit in FIGURES.items():
+        there = np.flatnonzero(values[name] != 0.0)
+        names, value = _names(machine, groups, name), values[name][there]
+        found.append(_Rows([names[k] for k in there], unit, sigma[name][there], by[name][:, there] / value))
+    if figures is not None:
+        shared_by = (by["saturation_current"] / common).sum(axis=1)
+        label = "process.diode.shared.saturation_current"
+        found.append(_Rows([label], "", np.array([figures.sigma_saturation]), shared_by[:, None]))
+    return found
+
+
+def _alone(machine: Machine, groups: Sequence[DeviceGroup], area: F64) -> F64 | float:
+    """What diodes change by together, without what each has of its own."""
+    silicon = replace(machine.silicon, die=machine.silicon.die.without_mismatch())
+    paths = [(*g.path, (g.device.name, ())) for g in groups]
+    return silicon.change(machine.flat.circuit.name, paths, "diode", area).value
 
 
 def _lines(machine: Machine, way: Way, moved: F64, sums: Sums) -> dict[int, F64]:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from circuits.circuit import Bias, Circuit, Node, Port
-from circuits.devices import Capacitor, Device, Source
+from circuits.devices import Capacitor, Device, Diode, Source
 from circuits.errors import CircuitError, DataError, ParameterError
 from circuits.silicon.silicon import Change, Deviation, Silicon
 from circuits.testbench import Testbench
@@ -47,7 +47,7 @@ from netlists.write.annotation import (
     to_source,
 )
 
-_SILICON = {"process", "variation", "components", "nmos", "pmos", "silicon", "die", "plan"}
+_SILICON = {"process", "variation", "components", "diodes", "nmos", "pmos", "silicon", "die", "plan"}
 _WAVEFORMS = {"constant", "pulse", "polyline", "sampled", "driven"}
 
 
@@ -180,7 +180,8 @@ def _definition_note(contents: _Contents, here: Definition, card: Card, value: A
             _simple(contents, here, value)
             if contents.shift is not None:
                 here.deviations[value.name] = contents.shift
-                contents.as_made = isinstance(contents.shift, Change)
+                # a diode's line is none that is read
+                contents.as_made = isinstance(contents.shift, Change) and not isinstance(value, Diode)
             contents.shift = None
         case _:
             raise card.error("a note where it means nothing; write the netlist again")

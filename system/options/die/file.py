@@ -11,7 +11,7 @@
 
     [[deviation]]
     path = "ranging_chip/neuron[2].membrane.mr1"
-    parameter = "v_t0"             # or beta, capacitance, resistance
+    parameter = "v_t0"             # or beta, capacitance, resistance, saturation_current
     value = "12mV"                 # of the others relative, as "3%" or "0.03"
 
 A die that was identified from measurements has the table `posterior` too (`system.options.die.posterior`).
@@ -53,7 +53,7 @@ class _Deviation(msgspec.Struct, forbid_unknown_fields=True):
     path : str
         Path of the devices.
     parameter : str
-        `v_t0`, `beta`, `capacitance` or `resistance`.
+        `v_t0`, `beta`, `capacitance`, `resistance` or `saturation_current`.
     value : str
         What it deviates by: V_T0's magnitude with its unit, the others relative, as `3%` or `0.03`.
     """

@@ -35,7 +35,7 @@ Key = Callable[[str], str]
 
 UNEXPLAINED = "unexplained"
 ENOUGH_R2 = 0.9
-_PROCESS = re.compile(r"(process|wafer)\.(n|p|capacitor|resistor|foundry)\.(?:shared\.)?(\w+)")
+_PROCESS = re.compile(r"(process|wafer)\.(n|p|capacitor|resistor|diode|foundry)\.(?:shared\.)?(\w+)")
 
 
 @dataclass(frozen=True, slots=True)

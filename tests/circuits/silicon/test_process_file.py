@@ -8,7 +8,14 @@ from pathlib import Path
 import pytest
 
 from circuits.errors import CircuitError
-from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, PROCESSES, ROLLS_180, Process
+from circuits.silicon.process import (
+    AMI_1500,
+    AMI_1500_IDEAL,
+    PROCESSES,
+    ROLLS_180,
+    DiodeVariation,
+    Process,
+)
 from circuits.silicon.process_file import format_process, process_of, process_under, read_process
 from circuits.silicon.size import SizeTerms
 
@@ -16,6 +23,7 @@ SIZED = replace(
     ROLLS_180,
     name="sized",
     n=replace(ROLLS_180.n, size=SizeTerms(1e-6, 2e-6, 1e-6, 3e-6, v_t0=(1e-8, 0, 0, 0))),
+    diodes=DiodeVariation(0.04, 0.1),
 )
 
 

@@ -11,8 +11,8 @@ from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.lowering.kernel import on_die, to_kernel
 from circuits.measure.current import device_current, static_currents
 from circuits.silicon.course import Course
-from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500_IDEAL, ELEMENTARY_CHARGE
+from circuits.silicon.die import Die, shared_relative
+from circuits.silicon.process import AMI_1500_IDEAL, ELEMENTARY_CHARGE, DiodeVariation
 from circuits.silicon.silicon import Silicon
 from circuits.solver.adjoint.gradient import gradients_of
 from circuits.solver.adjoint.measure import Voltage
@@ -24,7 +24,7 @@ from circuits.solver.small_signal import ac
 from circuits.solver.temperature import simulate_course
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
-from tests.circuits.solver.adjoint.differences import by_temperature
+from tests.circuits.solver.adjoint.differences import by_temperature, read
 
 SILICON = Silicon(AMI_1500_IDEAL)
 D = Diode("d", "a", "o", saturation_current=1e-12, junction_capacitance=5e-12, transit_time=1e-9)
@@ -97,6 +97,61 @@ def test_gradients_go_through_a_diode() -> None:
         np.testing.assert_allclose(found.by[:, found.labels.index(label)], wanted, rtol=1e-2)
     warm = found.by[0, found.labels.index("temperature")]
     assert warm == pytest.approx(by_temperature(machine, Voltage("o", 7e-7), 0.1), rel=1e-2)
+
+
+def test_gradients_by_a_diodes_own_figures_are_central_differences() -> None:
+    own = replace(D, area=2.0, breakdown_voltage=0.9)
+    silicon = Silicon(replace(AMI_1500_IDEAL, diodes=DiodeVariation(0.05, 0.1)), die=Die("A", 1003))
+    # while it conducts, after charge was pushed through it, and in breakdown
+    at = {"saturation_current": 5e-7, "emission": 5e-7, "area": 5e-7, "breakdown_voltage": 8e-7}
+    at |= dict.fromkeys(("junction_capacitance", "junction_potential", "grading", "transit_time"), 6.3e-7)
+
+    def bench(**figures: float) -> Testbench:
+        plain = half_wave()
+        devices = (replace(own, **figures), *plain.circuit.devices[1:])
+        return replace(plain, circuit=replace(plain.circuit, devices=devices))
+
+    machine = to_kernel(bench(), silicon)
+    times = sorted({*at.values()})
+    found = gradients_of(machine, [Voltage("o", t) for t in times], rtol=1e-7)
+    made = float(machine.kernel.diodes.saturation[0]) / (2.0 * D.saturation_current)
+    for name, time in at.items():
+        value = getattr(own, name)
+        ends = [
+            read(to_kernel(bench(**{name: value * (1.0 + step)}), silicon), Voltage("o", time))
+            for step in (1e-2, -1e-2)
+        ]
+        by = found.by[times.index(time), found.labels.index(f"half_wave.d.{name}")]
+        by *= value * (made if name == "saturation_current" else 1.0)
+        assert by == pytest.approx((ends[0] - ends[1]) / 2e-2, rel=1.5e-2), name
+    k = found.labels.index("process.diode.shared.saturation_current")
+    own_k, all_of = found.labels.index("half_wave.d.saturation_current"), found.by[times.index(5e-7)]
+    dies = [silicon.die.with_("process.diode", "saturation_current", moved) for moved in (5e-3, -5e-3)]
+    ends = [read(on_die(machine, die), Voltage("o", 5e-7)) for die in dies]
+    about_zero = all_of[k] * (1.0 + shared_relative(silicon.die, silicon.process, *SHARED_DRAW))
+    assert about_zero == pytest.approx((ends[0] - ends[1]) / 1e-2, rel=1e-3)
+    assert found.sigma[k] == 0.1
+    assert found.sigma[own_k] == pytest.approx(D.saturation_current * 0.025, rel=0.3)
+
+
+SHARED_DRAW = ("diode", "saturation_current", 0.1)
+
+
+def test_a_charge_that_begins_with_held_voltages_moves_what_follows() -> None:
+    bench = replace(half_wave(Constant(0.0)), begin="uic", initial={"o": 0.6}, stop=2e-7)
+    found = gradients_of(to_kernel(bench, SILICON), (Voltage("o", 1e-7),), rtol=1e-7)
+    ends = []
+    for share in (1.01, 0.99):
+        devices = (replace(D, junction_capacitance=share * 5e-12), *bench.circuit.devices[1:])
+        moved = replace(bench, circuit=replace(bench.circuit, devices=devices))
+        ends.append(read(to_kernel(moved, SILICON), Voltage("o", 1e-7)))
+    by = found.by[0, found.labels.index("half_wave.d.junction_capacitance")]
+    assert by * 5e-12 == pytest.approx((ends[0] - ends[1]) / 2e-2, rel=1e-3)
+    assert found.notes == ("",)
+    # a source that is not at 0 V charges the node through the diode's capacitance before the run begins
+    kicked = replace(bench, circuit=bench.circuit, sources=half_wave(Constant(0.3)).sources)
+    (note,) = gradients_of(to_kernel(kicked, SILICON), (Voltage("o", 1e-7),), rtol=1e-6).notes
+    assert note.startswith("uic: sources move o by 0.051")
 
 
 def test_temperature_moves_a_diode_while_it_runs_and_a_die_does_not() -> None:

@@ -8,13 +8,17 @@ import numpy as np
 import pytest
 
 from circuits.circuit import Circuit, InstanceArray, Node, Port
-from circuits.devices import Capacitor, Resistor, Source
+from circuits.devices import Capacitor, Diode, Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import SimulatorError
+from circuits.lowering.kernel import to_kernel
 from circuits.registry import load_block
-from circuits.silicon.process import AMI_1500_IDEAL
+from circuits.silicon.die import Die
+from circuits.silicon.process import AMI_1500_IDEAL, DiodeVariation
 from circuits.silicon.silicon import Silicon
 from circuits.solver import operating_point as native
+from circuits.solver.adjoint.gradient import gradients_of
+from circuits.solver.adjoint.measure import Voltage
 from circuits.solver.outcome import Outcome
 from circuits.solver.transient import simulate as solve
 from circuits.testbench import Testbench
@@ -139,3 +143,29 @@ def test_a_current_flows_into_the_node() -> None:
     result = engine.simulate(ramp, SILICON)
     assert result["x"][-1] == pytest.approx(2.0, rel=1e-6)
     assert result.operating_point.voltage[result.machine.kernel.unknowns] == pytest.approx(0.0)
+
+
+def test_diodes_of_a_die_and_their_gradient_are_those_of_ngspice() -> None:
+    devices = (
+        Diode("d", "a", "o", area=4.0, saturation_current=1e-15),
+        Diode("e", "o", "0", saturation_current=1e-15),
+        Resistor("r", "o", "0", 1e6),
+    )
+    circuit = Circuit("chain", (Port("a", "supply"), Port("o", "analog", "out")), devices)
+    bench = Testbench("chain", circuit, (Source("v", "a", Constant(1.2)),), 1e-6)
+    silicon = Silicon(replace(AMI_1500_IDEAL, diodes=DiodeVariation(0.1, 0.1)), die=Die(number=1003))
+    ours, theirs = native.operating_point(bench, silicon)["o"], engine.operating_point(bench, silicon)["o"]
+    assert theirs == pytest.approx(ours, abs=1e-7)
+    assert abs(ours - native.operating_point(bench, replace(silicon, die=Die()))["o"]) > 1e-4
+    found = gradients_of(to_kernel(bench, silicon), (Voltage("o"),))
+    shift = 0.2
+    for name, area in (("d", 4.0), ("e", 1.0)):
+        label = f"chain.{name}.saturation_current"
+        # by_hand sets the diode's own part, beside what all of the die share
+        dies = [silicon.die.with_(f"chain.{name}", "saturation_current", s) for s in (shift, -shift)]
+        points = [engine.operating_point(bench, replace(silicon, die=die)) for die in dies]
+        sides = [to_kernel(bench, replace(silicon, die=die)).kernel.diodes.saturation for die in dies]
+        k = 0 if name == "d" else 1
+        by_log = (points[0]["o"] - points[1]["o"]) / np.log(sides[0][k] / sides[1][k])
+        at = to_kernel(bench, silicon).kernel.diodes.saturation[k] / area
+        assert found.by[0, found.labels.index(label)] * at == pytest.approx(by_log, rel=2e-3)

@@ -74,6 +74,7 @@ FIELDS: dict[str, tuple[st.SearchStrategy[Any], ...]] = {
         *(SIZES for _ in range(6)), *(st.floats(0.0, 0.5) for _ in range(2)),
         *(st.floats(-1.0, 1.0) for _ in range(2)),
     ),
+    "diodes": (SIZES, SIZES),
     "silicon": (NUMBERS, PLACES),
     "die": (
         TEXTS, st.none() | st.integers(0, 2**63 - 1), st.sampled_from(CORNERS), FLAGS, FLAGS

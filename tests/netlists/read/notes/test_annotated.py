@@ -10,14 +10,23 @@ import numpy as np
 import pytest
 
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port
-from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices import (
+    Capacitor,
+    ControlledSource,
+    Diode,
+    OperationalAmplifier,
+    Resistor,
+    Source,
+    Transistor,
+)  # fmt: skip
 from circuits.devices.source import Constant, Driven, PiecewiseLinear, Pulse, Sampled
 from circuits.errors import DataError
 from circuits.lowering.flatten import flatten
+from circuits.lowering.kernel import to_kernel
 from circuits.lowering.made import change_of, kind_of
 from circuits.registry import BLOCKS, load_block
 from circuits.silicon.die import NOMINAL, Die
-from circuits.silicon.process import AMI_1500_IDEAL
+from circuits.silicon.process import AMI_1500_IDEAL, DiodeVariation
 from circuits.silicon.sampling import Sampling
 from circuits.silicon.silicon import Change, Silicon
 from circuits.testbench import Begin, Testbench
@@ -209,6 +218,34 @@ def test_what_a_die_changes_of_capacitors_and_resistors_comes_back(dialect: str)
     assert {path: d for path, d in found.deviations.items() if isinstance(d, Change)} == changed
     assert len({change.value for change in changed.values()}) > 2
     assert write(found.testbench, found.silicon, dialect) == text
+
+
+def test_diodes_of_a_die_come_back_and_are_written_as_made() -> None:
+    cell = Circuit(
+        "cell",
+        (Port("a", "analog"),),
+        (Diode("d", "a", "x", area=2.0, saturation_current=1e-15), Resistor("r", "x", "0", 1e6)),
+    )
+    both = InstanceArray("both", cell, (2,), {"a": "a"})
+    circuit = Circuit("rows", (Port("a", "supply"),), (), (both,))
+    bench = Testbench("rows", circuit, (Source("v", "a", Constant(1.0)),), 1e-6)
+    silicon = Silicon(replace(AMI_1500_IDEAL, diodes=DiodeVariation(0.05, 0.1)), die=Die(number=1003))
+    made = to_kernel(bench, silicon).kernel.diodes.saturation / 2.0
+    for dialect in sorted({*DIALECTS} - {"cdl"}):
+        text = write(bench, silicon, dialect)
+        found = read_netlist(text)
+        require_same(found.testbench, bench)
+        assert found.silicon == silicon
+        changes = [change.value for change in found.deviations.values()]
+        np.testing.assert_allclose(np.array(changes), made / 1e-15 - 1.0, rtol=1e-9)
+        word = r"saturation_current\(" if dialect == "verilog-a" else r"\bis="
+        lines = [line for line in text.splitlines() if not line.startswith(("*%", "//%"))]
+        written = [float(x) for x in re.findall(rf"{word}([-0-9.e]+)", "\n".join(lines))]
+        np.testing.assert_allclose(written, made, rtol=1e-12)
+    bare = read_netlist(write(bench, silicon).replace("*%", "*"), dialect="ngspice")
+    deviations = read_netlist(write(bench, silicon)).deviations
+    assert compare(bench.circuit, bare.circuit, deviations=(deviations, {})).equal
+    assert not compare(bench.circuit, bare.circuit).equal
 
 
 def test_a_changed_value_is_the_same_without_notes() -> None:

@@ -1,5 +1,6 @@
 """Areas of least total for a wanted spread: the closed form, its least areas, and dies of a real block."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,9 +8,13 @@ import pytest
 from scipy.optimize import minimize
 
 from circuits.errors import ParameterError
+from circuits.silicon.process import AMI_1500, DiodeVariation
+from circuits.silicon.process_file import format_process
 from system.options.block import read_die
+from system.options.silicon import SiliconChoice
 from system.study.search.area import least_areas, matched, scaled_rows
 from system.study.search.slope import Slopes
+from system.study.statistics.contribution import kind as device_kind
 from system.study.table import Condition
 from system.study.target import BlockTarget, Subject
 
@@ -60,6 +65,43 @@ def test_a_spread_that_no_area_gives_is_refused(slopes: Slopes) -> None:
     slope = slopes.at(np.zeros(len(slopes.labels)))
     with pytest.raises(ParameterError, match="which the process alone makes and no area lessens"):
         matched(slopes, slope, 1e-9, 0.1)
+
+
+DIODE = """from circuits.api import Circuit, Diode, Port, Testbench, current_into, mos, powered
+
+def drive():
+    parts = (
+        mos("m_in", "n", "g", "g", "0", 6, 6), mos("m_out", "n", "v_out", "g", "0", 6, 6),
+        Diode("d", "vdd", "v_out", saturation_current=1e-15),
+    )
+    ports = Port("vdd", "supply"), Port("g", "analog"), Port("v_out", "analog", "out")
+    drives = (*powered(5.0), current_into("g", 10e-9))
+    return Testbench("level", Circuit("level", ports, parts), drives, stop=1e-5)
+"""
+
+
+def test_diodes_are_in_the_gradient_and_no_area_of_a_transistor_lessens_them(tmp_path: Path) -> None:
+    (tmp_path / "level.py").write_text(DIODE)
+    process = replace(AMI_1500, diodes=DiodeVariation(0.05, 0.1))
+    (tmp_path / "mine.toml").write_text(format_process(process))
+    silicon = SiliconChoice(process=str(tmp_path / "mine.toml"))
+    subject = Subject(f"{tmp_path}/level.py:drive", ("v_out_last_V",), silicon=silicon)
+    found = Slopes(BlockTarget(subject), read_die(silicon), Condition("random", 27.0, 0), "v_out_last_V", 1)
+    slope = found.at(np.zeros(len(found.labels)))
+    assert found.by_gradient
+    np.testing.assert_allclose(slope.by, found._by_dies(np.zeros(slope.by.size)).by, rtol=2e-2, atol=1e-6)
+    moved = {label.removeprefix("level."): by for label, by in zip(found.labels, slope.by, strict=True)}
+    # the output is a diode's drop of U_T ln(I / I_S) below the supply
+    own, every = moved["d.saturation_current"], moved["process.diode.shared.saturation_current"]
+    assert own == pytest.approx(0.025865 * 0.05 / np.sqrt(2.0), rel=1e-2)
+    assert every == pytest.approx(0.025865 * 0.1, rel=1e-2)
+    shared = [by for label, by in moved.items() if label.startswith("process.")]
+    least = matched(found, slope, 2.0 * float(np.linalg.norm(slope.by)), 0.1)
+    assert least.devices == ("level.m_in", "level.m_out")
+    assert least.fixed == pytest.approx(own**2 + float(np.square(shared).sum()))
+    assert {device_kind(label) for label in found.labels if "diode" in label} == {"process"}
+    with pytest.raises(ParameterError, match="which the process and the diodes make and no area lessens"):
+        matched(found, slope, 1e-9, 0.1)
 
 
 def test_a_number_that_reads_currents_is_asked_of_dies() -> None:
