@@ -20,7 +20,7 @@ class Extraction:
 
     process: the process. fitted: the fit of each polarity that there are points of. points: the currents that
     were fitted, by polarity. held_out: currents of sizes that were not fitted, by polarity; empty where there
-    are none. notes: what the process leaves out, in lines.
+    are none. notes: what the process leaves out, and numbers at a limit of what is sought, in lines.
     """
 
     process: Process
@@ -67,7 +67,12 @@ def extract_from(
     fitted = {p: fit(points[p], base.model(p), base) for p in POLARITIES if p in points}
     models = {p: rounded(fitted[p].model) if p in fitted else base.model(p) for p in POLARITIES}
     process = replace(base, n=models["n"], p=models["p"])
-    return Extraction(process, fitted, points, held_out or {})
+    notes = tuple(
+        f"{p}FETs, at a limit of what is sought: {', '.join(each.limited)}"
+        for p, each in fitted.items()
+        if each.limited
+    )
+    return Extraction(process, fitted, points, held_out or {}, notes)
 
 
 def rounded(model: TransistorModel) -> TransistorModel:

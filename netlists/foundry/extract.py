@@ -92,7 +92,8 @@ def extract(mapping: DeviceMapping, name: str) -> Extraction:
     base = _begun(mapping, name)
     threshold, gain, note = _mismatch(mapping)
     base = replace(base, pair_a_vt=threshold, pair_a_beta=gain, variation=_variation(mapping))
-    return replace(extract_from(points, base, held_out), notes=(note,))
+    found = extract_from(points, base, held_out)
+    return replace(found, notes=(note, *found.notes))
 
 
 def curves(mapping: DeviceMapping, polarity: Polarity, sizes_um: Sequence[tuple[float, float]]) -> Points:

@@ -87,7 +87,7 @@ distances.width_um             number?   um    width of the device; null for all
 distances.length_um            number?   um    its length; null for all sizes
 distances.points               integer   -     how many currents
 distances.median               number    -     median of the relative error's magnitude
-distances.worst                number    -     largest relative error, with its sign
+distances.worst                number    -     relative error of the farthest ratio to the currents
 distances.worst_temperature_C  number    degC  where that is: temperature
 distances.worst_drain_V            number    V     drain to bulk there, a pFET's mirrored
 distances.worst_gate_V            number    V     gate to bulk there

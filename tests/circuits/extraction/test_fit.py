@@ -124,3 +124,19 @@ def test_points_of_both_polarities_or_without_current_are_refused() -> None:
         replace(some, current=np.zeros(len(some)))
     with pytest.raises(ParameterError, match=r"points\.v_d: 1 values"):
         replace(some, v_d=np.zeros(1))
+
+
+def test_a_number_at_a_limit_is_told_and_the_farthest_ratio_is_the_worst() -> None:
+    one = points(sizes=((2.0, 1.0),), celsius=(27.0,))
+    steep = replace(TRUE, early_rise=0.6)
+    seen = replace(one, current=law_current(steep, ROLLS_180, one))
+    found = fit(seen, TRUE, ROLLS_180, ("v_t0", "early_rise"))
+    assert found.limited == ("early_rise",)
+    assert found.model.early_rise == 0.3
+    assert fit(one, TRUE, ROLLS_180, ("v_t0", "early_rise")).limited == ()
+    # a law that is eight times too high at a point, and ten times too low at another
+    factor = np.ones(len(one))
+    factor[[3, 7]] = 1.0 / 8.0, 10.0
+    far = distance(TRUE, ROLLS_180, replace(one, current=one.current * factor))
+    assert far.worst == pytest.approx(-0.9)
+    assert far.where["v_g"] == one.v_g[7]
