@@ -15,7 +15,8 @@ and the output of filters at their middle; its steps have the filters' time cons
 What a neuron's own devices deviate stays, as its tuning curve. Currents of a generator have codes, of which a
 line has the nearest; those that the rounds came nearest with are kept. The design is the nominal chip with
 fixed gates. Fixed gates have no codes: they are trimmed in steps of `TRIM_STEP` of the currents that they
-stand for, until the median neuron is the design's.
+stand for, until the median neuron is the design's. I_mid is only raised, where it comes near the filter's
+leak as on a slow die in the cold, since a filter whose middle is below its leak passes nothing.
 
 Numbers of what is sampled and of rounds are ours.
 """
@@ -32,7 +33,15 @@ import numpy as np
 from chips.codes import Calibration, Codes, Measured, attempted, codes_near, key_of, left_off
 from chips.nef.circuit import NEURONS, chip_biases
 from chips.nef.devices import TAUS, Biases
-from chips.nef.model import BIAS_COLUMN, column_on, filters_on, lines_on, neurons_on, unit_of
+from chips.nef.model import (
+    BIAS_COLUMN,
+    column_on,
+    filters_on,
+    lines_on,
+    middle_over_leak,
+    neurons_on,
+    unit_of,
+)
 from chips.nef.validity import check_temperature
 from circuits.arrays import F64
 from circuits.blocks.nef.neuron import LEAK, REFRACTORY_CURRENT
@@ -49,6 +58,7 @@ WINDOW = 1.0  # s, in which spikes are counted where curves are measured
 USUAL = 5e-3  # s, time constant of a filter where none is named
 TRIM_STEP = 0.01  # of a bias with a fixed gate, in its logarithm
 LOWEST_TRIM = 0.05  # of the design's value, below which no fixed gate is trimmed
+LEAST_MIDDLE = 10.0  # currents of a filter's leak that its middle is at least trimmed to; the design has 50
 OFF = 0.05  # share of a number beyond which it is told to stay off
 ROUNDS = 8
 COUNTED = (5, 16, 64)  # codes of a neuron's bias stage
@@ -254,8 +264,9 @@ def neurons_of(silicon: Silicon, count: int, biases: Biases) -> Neurons:
     """
     law, column = neurons_on(silicon, count, biases), column_on(silicon, BIAS_COLUMN, count, biases)
     phase = np.random.default_rng(0).random((len(COUNTED), count))
-    current = np.array([column.bias(slice(0, count), np.full(count, code)) for code in COUNTED])
-    rate = np.floor(law.rates(0, current) * WINDOW + phase).mean(axis=1) / WINDOW
+    given = [column.bias(slice(0, count), np.full(count, code)) for code in COUNTED]
+    current, sunk = np.stack(given, axis=1)
+    rate = np.floor(law.rates(0, current, sunk) * WINDOW + phase).mean(axis=1) / WINDOW
     if not (rate > 0.0).all() or not (np.diff(rate) > 0.0).all():
         raise ParameterError(
             f"{NAME}.rates: {rate.round(1).tolist()} Hz at codes {COUNTED}, must rise with them"
@@ -270,7 +281,7 @@ def neurons_of(silicon: Silicon, count: int, biases: Biases) -> Neurons:
 def signals_of(silicon: Silicon, biases: Biases) -> Signals:
     """Scan lines and filters, and what a stage of code 64 gives."""
     stages = column_on(silicon, BIAS_COLUMN, SAMPLED, biases)
-    one = stages.bias(slice(0, SAMPLED), np.full(SAMPLED, COUNTED[-1])).mean() / COUNTED[-1]
+    one = stages.bias(slice(0, SAMPLED), np.full(SAMPLED, COUNTED[-1]))[0].mean() / COUNTED[-1]
     unit = unit_of(silicon, biases) / one  # of what the model counts in, in stages
     each = [filters_on(silicon, np.full(FILTERS, tau), biases) for tau in TAUS]
     return Signals(
@@ -333,6 +344,7 @@ def trimmed(silicon: Silicon, kind: BiasKind, given: tuple[tuple[str, float], ..
             "i_thr": 1.0 / float(np.median(filter_.gain)),
             "i_ref": 1.0 / float(np.median(lines_on(silicon, LINES, biases).zero)),
             "i_tau": float(np.median(filter_.tau)) / (_design()[2] / _over_usual("i_tau", values)),
+            "i_mid": max(1.0, LEAST_MIDDLE / middle_over_leak(silicon, USUAL, biases)),
         }
         before, biases = (
             biases,

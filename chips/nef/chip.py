@@ -20,7 +20,7 @@ Limits and numbers of bits are ours.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -322,7 +322,28 @@ class Conditions:
 
         `codes` are those of column 0 from the neuron number `first` on, int64[n].
         """
-        return self.column(0).bias(slice(first, first + len(codes)), codes)
+        return self.column(BIAS_COLUMN).bias(slice(first, first + len(codes)), codes)[0]
+
+    def standing(self, first: int, bias: I64, stages: Iterable[I64]) -> tuple[F64, F64]:
+        """Return what neurons get whatever their signals, and what of it mirrors draw, float64[n] each.
+
+        They are in units of the threshold.
+
+        Parameters
+        ----------
+        first
+            Number of the first neuron.
+        bias
+            Codes of column 0, int64[n].
+        stages
+            Codes of the columns that follow, int64[n] each.
+        """
+        own, rest = slice(first, first + len(bias)), self.lines.rest
+        current, sunk = self.column(BIAS_COLUMN).bias(own, bias)
+        for column, codes in enumerate(stages, start=1):
+            more, turned = self.column(column).still(own, codes, (rest, rest))
+            current, sunk = current + more, sunk + turned
+        return current, sunk
 
 
 def check_room(name: str, neurons: int, chip: NefChip) -> None:

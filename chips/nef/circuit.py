@@ -100,8 +100,8 @@ def lines(count: int) -> Circuit:
 def chain(count: int) -> Circuit:
     """Return a neuron with `count` filters, lines and stages, of as many columns, and nothing else.
 
-    All voltages of biases are ports, and the bits and signs of the stages and the inputs of the filters are
-    arrays of ports.
+    All voltages of biases are ports, and the bits and signs of the stages, their gates and the inputs of the
+    filters are arrays of ports. A column whose gates are held is one of biases.
     """
     parts = {
         "filter": replace(converter_filter(), biases=()),
@@ -110,19 +110,19 @@ def chain(count: int) -> Circuit:
         "neuron": replace(nef_neuron.build(), biases=()),
     }
     own = {"filter": ("i_in",), "column": tuple(b.port for b in nef_encoder.BIASES if b.kind == "voltage")}
-    inside = ("i_sum", "v_syn", "v_pos", "v_neg", "v_mem", "spike", "i_out")
-    ports = {p.name: p for part in parts.values() for p in part.ports if p.name not in inside}
+    inside, gates = ("i_sum", "v_syn", "v_mem", "spike", "i_out"), ("v_pos", "v_neg")
+    ports = {p.name: p for part in parts.values() for p in part.ports if p.name not in (*inside, *gates)}
     arrays = [name for names in own.values() for name in names]
     outer = tuple(replace(p, shape=(count,)) if p.name in arrays else p for p in ports.values())
     return Circuit(
         NAME,
-        (*outer, Port("spike", "event", "out")),
+        (*outer, *(Port(name, "analog", shape=(count,)) for name in gates), Port("spike", "event", "out")),
         (),
         tuple(
             InstanceArray(name, part, (1 if name == "neuron" else count,), _wired_to_membrane(part))
             for name, part in parts.items()
         ),
-        tuple(Node(name, (count,)) for name in ("i_sum", "v_syn", "v_pos", "v_neg")),
+        tuple(Node(name, (count,)) for name in inside[:2]),
     )
 
 

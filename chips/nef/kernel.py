@@ -37,16 +37,18 @@ class ChipNet(NamedTuple):
     """A network on a chip, in a form for the kernel.
 
     net: biases, decoders and, for what is above a line's reference, rows as the chip has them (tau_rc and
-    tau_ref are not used); below: as net.encoder, for what is below; lines: as of `chips.nef.model.Lines`,
-    float64[3, slots]; first: whether a lane is the first filter of a slot, which brings the middle,
-    bool[lanes]; leak, speed (1 / charge), refractory (s), floor: float64[neurons]; step: value of a
-    converter's step, 0 where a lane is read, float64[lanes]; levels: highest level; scale, gain: of a
-    filter's input and output, float64[lanes]; power: of a filter's output; home: population of each neuron,
+    tau_ref are not used); below: as net.encoder, for what is below; sunk: what mirrors draw whatever the
+    signals are, thresholds, float64[neurons]; lines: as of `chips.nef.model.Lines`, float64[3, slots];
+    first: whether a lane is the first filter of a slot, which brings the middle, bool[lanes]; leak, speed
+    (1 / charge), refractory (s), floor: float64[neurons]; step: value of a converter's step, 0 where a lane
+    is read, float64[lanes]; levels: highest level; scale, gain: of a filter's input and output,
+    float64[lanes]; power: of a filter's output; home: population of each neuron,
     int64[neurons]; budget: events a step.
     """
 
     net: Net
     below: F64
+    sunk: F64
     lines: F64
     first: Bools
     leak: F64
@@ -150,7 +152,7 @@ def draw(c: ChipNet, s: ChipState, p: int, bends: Bends | None) -> None:
     if bends is not None:
         sunk = bends.sunk[begin : begin + count]
         for i in range(count):
-            sunk[i] = max(-bias[i], 0.0)
+            sunk[i] = c.sunk[begin + i]
     for k in range(n.slot[p], n.slot[p + 1]):
         y = b.x[k] - c.lines[0, k]
         if bends is not None:

@@ -7,13 +7,14 @@ places; currents are in units of the design's threshold, `LEAK`, voltages in vol
   C of the membrane's node with all others held; `refractory = C_ref (V_dd - V_inv) / I_rfr`; a membrane that
   is drawn down ends at ground, `floor = -v_reset / (V_th - v_reset)`. The rate at a current J is
   `1 / (refractory + charge / (J - leak))`;
-* stage: the current of each bit of both banks at a unit's gate voltage, and the mirror's ratio;
+* stage: the current of each bit of both banks at a unit's gate voltage, and the mirror's ratio; under the law
+  with second-order effects also what switches that are off let through, and what the mirror draws more;
 * filter: `s = I_in / I_mid` low-passed with `tau (1 + 1 / S)`, and an output of `gain s^power` full scales,
   gain from the pair, I_th and the output;
 * line: of a sum Y, `above max(Y - zero, 0)` and `below max(zero - Y, 0)`, in full scales.
 
-Left out, all measured small beside the circuits in `system.papers.checks.nef_chip`: what switches that are
-off let through, the feedback of the neuron's threshold, and the time in which a spike resets its membrane.
+Left out, all measured small beside the circuits in `system.papers.checks.nef_chip`: the feedback of the
+neuron's threshold, and the time in which a spike resets its membrane.
 
 Under the law with second-order effects each part is solved where its devices stand (`chips.nef.whole`); a
 filter and a line are then curves, and a membrane leaks.
@@ -40,7 +41,7 @@ from chips.nef.devices import (
 from chips.nef.whole.filter import LOG_S, Curves, curves_of
 from chips.nef.whole.line import APART, HALF, line_numbers
 from chips.nef.whole.neuron import neuron_numbers
-from chips.nef.whole.stage import bank, drains, mirror, unit_current, units
+from chips.nef.whole.stage import bank, drains, mirror, mirror_line, shut, unit_current, units
 from circuits.arrays import F64, I64
 from circuits.blocks.nef.encoder import BITS, MEMBRANE
 from circuits.blocks.nef.neuron import LEAK
@@ -58,6 +59,7 @@ BIAS_COLUMN = 0
 _NEURON_DEVICES = ("mf1", "mc1", "mc2", "mk5", "mk6p", "mk6n")
 _WHOLE_NEURON_DEVICES = (*_NEURON_DEVICES, "mc4", "mk4", "mk8")
 _STAGE_DEVICES = (*(f"m{bank}{k}" for bank in "dr" for k in range(BITS)), "mm1", "mm2")
+_SWITCHES = tuple(f"ms{bank}{k}" for bank in "dr" for k in range(BITS))
 
 
 class NeuronLaw(NamedTuple):
@@ -83,15 +85,19 @@ class NeuronLaw(NamedTuple):
         own = slice(first, first + current.shape[-1])
         above = current - self.leak[own]
         if self.mirrored:
-            above = self._effective(above, self.rise[own] + self.mirrored * sunk)
+            above = self._effective(self.spare(first, current, sunk), self.rise[own] + self.mirrored * sunk)
         fires = above > 0.0
         period = self.refractory[own] + self.charge[own] / np.where(fires, above, 1.0)
         return np.where(fires, 1.0 / period, 0.0)
 
+    def spare(self, first: int, current: F64, sunk: F64 | float = 0.0) -> F64:
+        """Return how far currents are above the least that fires a neuron, thresholds, as `rates`."""
+        own = slice(first, first + current.shape[-1])
+        return current - self.leak[own] - 0.5 * (self.rise[own] + self.mirrored * sunk)
+
     @staticmethod
-    def _effective(above: F64, rise: F64) -> F64:
-        """What charges as fast as a current that falls by `rise` from half above `above` to half below it."""
-        end = above - 0.5 * rise
+    def _effective(end: F64, rise: F64) -> F64:
+        """What charges as fast as a current that falls by `rise` to `end`."""
         return np.where(end > 0.0, rise / np.log1p(rise / np.where(end > 0.0, end, 1.0)), 0.0)
 
     def head(self, count: int) -> NeuronLaw:
@@ -107,26 +113,54 @@ class NeuronLaw(NamedTuple):
 class Column(NamedTuple):
     """Stages of a column: currents of the bits, thresholds, float64[n, bits], and the mirror's ratio.
 
-    off: of a bank's current, what is left of it with its gate at the supply, 0 without leakage in the model.
+    off: of a bank's current, what is left of it with its gate at the supply, 0 without leakage in the model;
+    shut: what switches of both banks let through that are off, thresholds, float64[2, n, bits]; lost: what
+    the mirror draws more, thresholds, float64[n]. Both are None without leakage.
     """
 
     signal: F64
     reference: F64
     mirror: F64
     off: float = 0.0
+    shut: F64 | None = None
+    lost: F64 | None = None
 
     def banks(self, own: slice, codes: I64) -> tuple[F64, F64, F64]:
         """Return what codes of stages draw in both banks, thresholds, and their mirrors, float64[n] each."""
-        on = (np.abs(codes)[:, None] >> np.arange(BITS)) & 1
+        on = _on(codes)
         signal = np.where(on, self.signal[own], 0.0).sum(axis=1)
         reference = np.where(on, self.reference[own], 0.0).sum(axis=1)
         return signal, reference, self.mirror[own]
 
-    def bias(self, own: slice, codes: I64) -> F64:
-        """Return currents of codes where the other bank's gate is at the supply, thresholds, float64[n]."""
-        a, b, mirror = self.banks(own, codes)
-        rest = self.off * b
-        return np.where(codes >= 0, a - mirror * rest, rest - mirror * a)
+    def still(self, own: slice, codes: I64, shares: tuple[float, float]) -> tuple[F64, F64]:
+        """Return what codes give where both gates stand still, and what of it the mirrors draw, thresholds.
+
+        Both are float64[n]; shares: of full scale that a unit of either bank carries.
+        """
+        on, mirror = _on(codes), self.mirror[own]
+        signal, reference = (
+            self._through(bank, on, share * bits[own], own)
+            for bank, (bits, share) in enumerate(zip(self[:2], shares, strict=True))
+        )
+        direct, turned = (np.where(codes >= 0, *x) for x in ((signal, reference), (reference, signal)))
+        sunk = mirror * turned + (0.0 if self.lost is None else self.lost[own])
+        return direct - sunk, sunk
+
+    def _through(self, bank: int, on: I64, units: F64, own: slice) -> F64:
+        """What bits let through, of which those that are not on have units and a switch in series."""
+        if self.shut is None:
+            return np.asarray(np.where(on, units, 0.0).sum(axis=1))
+        switch = self.shut[bank, own]
+        return np.asarray(np.where(on, units, switch * units / (switch + units)).sum(axis=1))
+
+    def bias(self, own: slice, codes: I64) -> tuple[F64, F64]:
+        """Return what `still` does where the other bank's gate is at the supply."""
+        return self.still(own, codes, (1.0, self.off))
+
+
+def _on(codes: I64) -> I64:
+    """Bits of the magnitudes of codes, [n, bits]."""
+    return (np.abs(codes)[:, None] >> np.arange(BITS)) & 1
 
 
 class Lines(NamedTuple):
@@ -294,7 +328,8 @@ def filter_capacitance() -> float:
 
 def column_on(silicon: Silicon, column: int, count: int, biases: Biases) -> Column:
     """Return the first `count` stages of a column on a silicon with these biases."""
-    d = on_chip("stage", devices.column(count), silicon, biases, _STAGE_DEVICES, (("column", (column,)),))
+    wanted = (*_STAGE_DEVICES, *_SWITCHES) if silicon.process.effects == "full" else _STAGE_DEVICES
+    d = on_chip("stage", devices.column(count), silicon, biases, wanted, (("column", (column,)),))
     gate = d.below("v_pos")
     if d.full:
         unit, stage = _unit_current(silicon, biases), plain_stage(silicon, biases)
@@ -303,7 +338,9 @@ def column_on(silicon: Silicon, column: int, count: int, biases: Biases) -> Colu
         there = drains(stage, unit * np.exp2(np.arange(BITS, dtype=np.float64)), MEMBRANE)
         signal, reference = (bank(d, letter, gate, there) / LEAK for letter in "dr")
         off = float(unit_current(stage, np.zeros(1), MEMBRANE)[0])
-        return Column(signal, reference, mirror(d, unit, MEMBRANE), off / unit)
+        let = np.stack([shut(d, letter, stage, unit, MEMBRANE) for letter in "dr"])
+        ratio, lost = mirror_line(d, unit, MEMBRANE)
+        return Column(signal, reference, ratio, off / unit, let / LEAK, lost / LEAK)
     signal, reference = (
         np.stack([d.saturated(f"m{bank}{k}", gate) for k in range(BITS)], axis=1) / LEAK for bank in "dr"
     )
@@ -350,6 +387,13 @@ def _whole_filters(silicon: Silicon, taus: F64, biases: Biases, scale: float, ca
     output, volts = curves.at(curves.output, one), curves.at(curves.volts, one)
     power = float(np.mean(curves.at(curves.output, NEAR * one) - output) / np.log(NEAR))
     return Filters(curves.at(curves.tau, one), np.exp(output), power, volts, np.nan, curves)
+
+
+def middle_over_leak(silicon: Silicon, tau: float, biases: Biases) -> float:
+    """Return the middle of a filter without deviations over its leak; tau: its time constant, s."""
+    d = on_chip("filter", devices.filters(1), without_mismatch(silicon), set_tau(biases, tau))
+    leak = d.saturated("filter.md3", d.below("v_tau"))
+    return float((d.saturated("mv1", d.gate["v_mid"]) / leak)[0])
 
 
 def lines_on(silicon: Silicon, count: int, biases: Biases) -> Lines:

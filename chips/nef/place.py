@@ -104,16 +104,16 @@ def place(
 def at(placed: Placed, populations: Sequence[Population], chip: Conditions) -> ChipNet:
     """Return what the codes are worth on the chip as it is now."""
     net, law = placed.net, chip.law.head(len(placed.net.bias))
-    bias, above, below = np.empty_like(net.bias), np.empty_like(net.encoder), np.empty_like(net.encoder)
+    bias, sunk = np.empty_like(net.bias), np.empty_like(net.bias)
+    above, below = np.empty_like(net.encoder), np.empty_like(net.encoder)
     at_row = 0
     for p, codes, held in zip(populations, placed.bias, placed.stages, strict=True):
         n, column = p.ensemble.neurons, 1
-        bias[p.first : p.first + n] = chip.bias(p.first, codes)
+        there = slice(p.first, p.first + n)
+        bias[there], sunk[there] = chip.standing(p.first, codes, [row for stage in held for row in stage])
         for stage in held:
             own = slice(at_row, at_row + n)
             above[own], below[own] = chip.stage(p.first, column, stage)
-            if chip.full:
-                bias[p.first : p.first + n] += chip.lines.rest * (above[own] + below[own])
             at_row += n
             column += len(stage)
     where = placed.analog
@@ -126,6 +126,7 @@ def at(placed: Placed, populations: Sequence[Population], chip: Conditions) -> C
     return ChipNet(
         net=net._replace(bias=bias, encoder=above, keep=np.where(where, np.exp(-DT / tau), net.keep)),
         below=below,
+        sunk=sunk,
         lines=lines,
         first=_firsts(net.goes, placed.tau),
         leak=law.leak,

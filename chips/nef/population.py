@@ -111,15 +111,14 @@ def _measured(
     line: number of the first of those that bring the points, and their filters' time constant, s.
     """
     full = HEADROOM * ensemble.radius
-    current = np.broadcast_to(chip.bias(first, chip.bias_codes(bias)), (len(x), len(bias))).copy()
-    sunk = np.maximum(-current, 0.0) if chip.full else 0.0
-    for d, row in enumerate(rows):
+    codes = [chip.codes(row, full, 1) for row in rows]
+    standing = chip.standing(first, chip.bias_codes(bias), [column[0] for column in codes])
+    current, sunk = (np.broadcast_to(each, (len(x), len(bias))).copy() for each in standing)
+    for d, stages in enumerate(codes):
         pos, neg = chip.split(line[0] + d, x[:, d] / full, line[1])
-        above, below = chip.stage(first, 1 + d, chip.codes(row, full, 1))
+        above, below = chip.stage(first, 1 + d, stages)
         current += pos[:, None] * above + neg[:, None] * below
-        if chip.full:
-            current += chip.lines.rest * (above + below)
-            sunk = sunk + pos[:, None] * np.maximum(-above, 0.0) + neg[:, None] * np.maximum(-below, 0.0)
+        sunk += pos[:, None] * np.maximum(-above, 0.0) + neg[:, None] * np.maximum(-below, 0.0)
     rates = chip.rates(first, current, sunk)
     return np.asarray(np.floor(rates * WINDOW + random.random(rates.shape)) / WINDOW)
 

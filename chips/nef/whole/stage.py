@@ -2,7 +2,11 @@
 
 Switches whose gates are at ground hold the drains of the units, as cascodes do: the membrane moves them by
 millivolts, but the code's own current by U_T an e-fold. A bit is taken where a code has it as its highest.
-The mirror has no such switch, and what it draws rises with the membrane.
+The mirror has no such switch, and what it draws rises with the membrane. Its diode stands at little more than
+U_T of a small current, so that its copy, whose drain is far, draws some more, whatever the current.
+
+A switch that is off lets its off current through, as far as its units carry it: in weak inversion the two in
+series carry `s u / (s + u)` of what each would carry by itself.
 """
 
 from __future__ import annotations
@@ -28,8 +32,23 @@ def drains(d: DieDevices, current: F64, membrane: float) -> F64:
     d: of one stage; current: of the bit, A; membrane: V.
     """
     none, top = np.zeros_like(current), d.v_dd
-    held = balance(lambda y: _SHARE * current - d.current("mx1", top, top - membrane, y), none, none + top)
+    held = _steered(d, current, membrane)
     return balance(lambda y: current - d.current("msd0", top, held, y), none, held)
+
+
+def _steered(d: DieDevices, current: F64, membrane: float) -> F64:
+    """How far below the supply a bank's switches end, V; arguments as of `drains`."""
+    none, top = np.zeros_like(current), d.v_dd
+    return balance(lambda y: _SHARE * current - d.current("mx1", top, top - membrane, y), none, none + top)
+
+
+def shut(d: DieDevices, letter: str, one: DieDevices, unit: float, membrane: float) -> F64:
+    """Return what the switches of a bank's bits let through while they are off, A, float64[n, bits].
+
+    one: a stage without deviations, in which the bank of `_TYPICAL` units, A, says where switches end.
+    """
+    end = float(_steered(one, np.array([_TYPICAL * unit]), membrane)[0])
+    return np.stack([d.current(f"ms{letter}{k}", 0.0, end) for k in range(BITS)], axis=1)
 
 
 def unit_current(d: DieDevices, gate: F64, membrane: float) -> F64:
@@ -55,3 +74,17 @@ def mirror(d: DieDevices, unit: float, membrane: float) -> F64:
     current = _TYPICAL * unit
     gate = d.fet["mm1"].gate_for(current, diode=True)
     return np.asarray(d.channel("mm2", gate, membrane) / current)
+
+
+def mirror_line(d: DieDevices, unit: float, membrane: float) -> tuple[F64, F64]:
+    """Return what the mirror draws as a line through that of one unit and of a code: a ratio, and A more."""
+    low, high = (_turned(d, current, membrane) for current in (unit, _TYPICAL * unit))
+    ratio = (high - low) / ((_TYPICAL - 1.0) * unit)
+    return ratio, low - ratio * unit
+
+
+def _turned(d: DieDevices, current: float, membrane: float) -> F64:
+    """What the mirror draws of a current, A."""
+    none = np.zeros_like(d.fet["mm1"].current)
+    gate = balance(lambda v: d.current("mm1", v, v) - current, none, none + d.v_dd)
+    return d.current("mm2", gate, membrane)

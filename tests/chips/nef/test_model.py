@@ -1,19 +1,25 @@
 """Lumped numbers beside the circuits that they are of, on dies that nothing was made from."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from chips.nef.calibration import LEAST_MIDDLE, USUAL, trimmed
 from chips.nef.circuit import chip_biases, column, filters, lines, neurons
 from chips.nef.devices import PLACE, design_tau
-from chips.nef.model import column_on, filters_on, lines_on, neurons_on, unit_of
+from chips.nef.model import column_on, filters_on, lines_on, middle_over_leak, neurons_on, unit_of
+from circuits.blocks.drive import powered
 from circuits.blocks.nef import encoder as nef_encoder
 from circuits.blocks.nef import synapse as nef_synapse
+from circuits.blocks.nef.neuron import LEAK
 from circuits.circuit import BiasKind
 from circuits.lowering.check import check_circuit
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
+from circuits.testbench import Testbench
 from system.papers.checks.nef_chip import rate_errors
 
 
@@ -52,6 +58,28 @@ def test_a_stage_of_the_chip_is_its_circuit() -> None:
     # the testbench's other bank has a twentieth of the unit
     expected = (a - 0.05 * b * found.mirror[number]) * 40e-12
     assert current == pytest.approx(expected, rel=5e-3)
+
+
+@pytest.mark.parametrize("code", [0, 37, -37])
+def test_what_a_stage_lets_through_in_the_heat_is_its_circuit_s(code: int) -> None:
+    place = (*PLACE, ("column", (2,)), ("stage", (5,)))
+    silicon = Silicon(ROLLS_180, 60.0, Die(number=3103), place)
+    column_ = column_on(replace(silicon, place=None), 2, 6, chip_biases())
+    v_dd = ROLLS_180.v_dd
+    waves = {"i_out": nef_encoder.MEMBRANE, "v_pos": v_dd, "v_neg": v_dd, **nef_encoder.bits_of(code, v_dd)}
+    bench = Testbench("stage", nef_encoder.build(), powered(v_dd, waves), 1e-6)
+    found = float(nef_encoder.output_current(simulate(bench, silicon))[-1]) / LEAK
+    told, sunk = column_.still(slice(5, 6), np.array([code]), (column_.off, column_.off))
+    # either half lets half a threshold through; without switches, or what the mirror draws more, 0.1 were off
+    assert told[0] == pytest.approx(found, abs=0.02)
+    assert 0.3 < sunk[0] < 3.0
+
+
+def test_a_filter_s_middle_is_trimmed_to_be_above_its_leak() -> None:
+    silicon = Silicon(ROLLS_180, -10.0, Die(number=14))  # slow, so that its middle was below
+    biases = trimmed(silicon, "gate", (), 64)
+    assert middle_over_leak(silicon, USUAL, biases) > LEAST_MIDDLE
+    assert filters_on(silicon, np.full(1, USUAL), biases).power > 0.5
 
 
 def test_a_filter_is_its_circuit() -> None:

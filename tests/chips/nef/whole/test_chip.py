@@ -39,18 +39,28 @@ def test_rates_are_the_transistor_circuits(die: int, temperature: float, kind: B
     assert np.abs(found).max() < 0.015
 
 
-@pytest.mark.parametrize("kind", ["gate", "generator"])
-def test_a_neuron_with_all_that_drives_it_is_its_transistors(kind: BiasKind) -> None:
-    here = NefChip(Die(number=3150), kind, {}, 27.0, 256, process=ROLLS_180).at(27.0)
-    given = nef_law.drawn(here, np.random.default_rng(1))
-    assert abs(nef_law.chain_error(here, given)) < nef_law.CURRENT_CLOSE
+@pytest.mark.parametrize(
+    ("kind", "celsius", "seed", "fires"),
+    [("gate", 60.0, 3154, [True, False]), ("generator", 27.0, 3150, [True, True])],
+)
+def test_a_neuron_with_all_that_drives_it_is_its_transistors(
+    kind: BiasKind, celsius: float, seed: int, fires: list[bool]
+) -> None:
+    here = NefChip(Die(number=3150), kind, {}, celsius, 256, process=ROLLS_180).at(celsius)
+    found = [nef_law.beside(here, given) for given in nef_law.chains(here, 2, seed)]
+    assert [b.fires for b in found] == fires
+    assert [r.name for r in nef_law.rows(np.zeros((6, 2, 5)), found) if not r.agrees] == ["chain_cases"]
 
 
 def test_rows_of_the_experiment() -> None:
-    rate, error, sure = np.full((6, 2, 5), 0.01), np.full((6, 3), 0.02), np.ones((6, 3), dtype=np.bool_)
-    assert [r.agrees for r in nef_law.rows(rate, error, sure)] == [True] * 4
-    error[0, 0] = np.nan
-    assert [r.agrees for r in nef_law.rows(4.0 * rate, 3.0 * error, sure)] == [False, False, False, True]
+    rate = np.full((6, 2, 5), 0.01)
+    model = nef_law.Chain((1, 2, 3), np.ones(3), 2.0, 0.0, 3.0, 0.3, 100.0)
+    one = nef_law.Beside("gate", 27.0, model, fires=True, current=0.02, rate=0.02, refractory=False)
+    good = [one, replace(one, current=0.2, refractory=True)] * 250
+    assert [r.agrees for r in nef_law.rows(rate, good)] == [True] * 6
+    worse = [replace(one, current=0.06), replace(one, rate=0.04, refractory=True), replace(one, fires=False)]
+    unsure = replace(one, model=replace(model, spare=0.5 * nef_law.SURE))
+    assert not any(r.agrees for r in nef_law.rows(4.0 * rate, [*worse, unsure]))
 
 
 @pytest.mark.parametrize("step", [-0.4, 0.3])
@@ -78,6 +88,7 @@ def test_the_ideal_law_bends_nothing() -> None:
     assert build(one(20), ideal, 1).bends is None
     assert (neurons_on(ideal.silicon, 5, ideal.biases).rise == 0.0).all()
     assert ideal.column(1).off == 0.0
+    assert ideal.column(1).shut is None
 
 
 @pytest.mark.parametrize("number", [None, 42])
@@ -94,11 +105,14 @@ def test_neurons_fire_at_their_curves() -> None:
     assert built.chip is not None
     assert built.bends is not None
     bias = np.linspace(-3.0, 300.0, 100)
-    driven = built.chip._replace(net=built.chip.net._replace(bias=bias), lines=0.0 * built.chip.lines)
+    sunk = np.maximum(-bias, 0.0)
+    driven = built.chip._replace(
+        net=built.chip.net._replace(bias=bias), sunk=sunk, lines=0.0 * built.chip.lines
+    )
     state = new_chip_state(driven, 256)
     advance_chip(driven, state, 2000, None, built.bends)
     law = CHIP.at(27.0).law
-    told = law.rates(0, bias, np.maximum(-bias, 0.0))
+    told = law.rates(0, bias, sunk)
     assert state.base.spikes == pytest.approx(2.0 * told, abs=1.5)
     assert state.counters[SPIKES] == state.base.spikes.sum()
     # a mirror that draws as much as comes in makes a slope, so that a neuron is slower than without
