@@ -1,6 +1,7 @@
 """Processes by name, a foundry's by our law, and a user's own from a file.
 
-`extracted/NAME.toml` is our law as `noctule extract` fitted it to the cards of the foundry's process NAME.
+`extracted/NAME.toml` is our law as `noctule extract` fitted it to the cards of the foundry's process NAME,
+`measured/NAME.toml` as it fitted it to measurements of a chip.
 
 A file is TOML with the fields of `circuits.silicon.process.Process` in SI units; its transistors stand in
 the tables `n` and `p` (`TransistorModel`), its spread from die to die in `variation` (`Variation`). Every
@@ -36,6 +37,7 @@ from circuits.silicon.toml_file import read_toml
 _PARTS: Mapping[str, type] = {"n": TransistorModel, "p": TransistorModel, "variation": Variation}
 _EXTRACTED = Path(__file__).parent / "extracted"
 _MORE: Mapping[str, type] = {"components": Components, "diodes": DiodeVariation}
+_MEASURED = Path(__file__).parent / "measured"
 _SIZE = "size"
 _LEFT_OUT = {*_MORE, _SIZE}  # tables that may be
 _OURS = {"cards"}  # what no file says
@@ -103,6 +105,11 @@ def foundry_process(name: str) -> Process:
     return replace(read_process(_EXTRACTED / f"{name}.toml"), cards=name)
 
 
+def measured_names() -> list[str]:
+    """Names of the processes that our law was fitted to by measurements, in alphabetical order."""
+    return sorted(path.stem for path in _MEASURED.glob("*.toml"))
+
+
 def process_of(text: str) -> Process:
     """Give the process of a name, or that of a file; raises `DataError` and `ParameterError`.
 
@@ -110,6 +117,8 @@ def process_of(text: str) -> Process:
     """
     if text in PROCESSES:
         return PROCESSES[text]
+    if text in measured_names():
+        return read_process(_MEASURED / f"{text}.toml")
     if text in foundry_names():
         return foundry_process(text)
     if text in UNREADABLE:
@@ -123,7 +132,7 @@ def process_of(text: str) -> Process:
 
 
 def _known() -> list[str]:
-    return [*PROCESSES, *foundry_names()]
+    return [*PROCESSES, *foundry_names(), *measured_names()]
 
 
 def process_under(own: Process, text: str | None, effects: Effects) -> Process:

@@ -15,7 +15,7 @@ from circuits.devices.source import Waveform
 from circuits.errors import ParameterError, SolverError, TopologyError
 from circuits.event import pulse
 from circuits.lowering.flatten import flatten
-from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
+from circuits.silicon.process import ROLLS_180, Process
 from circuits.testbench import Testbench
 from netlists.registry import load_dialect
 from system.cli.netlist_output import leave_netlist, settings_of
@@ -63,7 +63,7 @@ def export_rolls(asked: Export) -> None:
     program = read_program(asked.program, bias_table(values.bias_file))
     cut = cut_row(program, neuron, values.bias_kind or "generator")
     on_chip = silicon_of_chip(replace(silicon, at=None))
-    bench, rests = row_testbench(cut, read_stimuli(STIMULI, asked.stimulus))
+    bench, rests = row_testbench(cut, read_stimuli(STIMULI, asked.stimulus), on_chip.process)
     text = written.write(bench, silicon_of(cut, on_chip), settings_of(asked, cut.circuit))
     document = {
         "block": NAME, "at": f"row[{neuron}]", "dialect": dialect, "models": asked.models,
@@ -79,7 +79,9 @@ def export_rolls(asked: Export) -> None:
     leave_netlist(asked, text, document)
 
 
-def row_testbench(cut: Cut, stimuli: Mapping[str, float | None]) -> tuple[Testbench, bool]:
+def row_testbench(
+    cut: Cut, stimuli: Mapping[str, float | None], process: Process = ROLLS_180
+) -> tuple[Testbench, bool]:
     """Give a testbench that applies regular events at every port of a row, one port after another.
 
     The second value tells whether the run starts at rest, which it does where the row has a rest state.
@@ -93,13 +95,13 @@ def row_testbench(cut: Cut, stimuli: Mapping[str, float | None]) -> tuple[Testbe
     last = FIRST
     for k, name in enumerate(names):
         times = [FIRST + (j + k / len(names)) / rate for j in range(events)]
-        waves[name], last = pulse(tuple(times), ROLLS_180.v_dd), max(last, times[-1])
+        waves[name], last = pulse(tuple(times), process.v_dd), max(last, times[-1])
     stop = stimuli["duration"] or last + AFTER
     if not stop > 0.0:
         raise ParameterError(f"duration: {stop:g} s, must be > 0; give a longer run")
-    bench = bench_of(cut, waves, stop, ROLLS_180.v_dd)
+    bench = bench_of(cut, waves, stop, process.v_dd)
     try:
-        return started_at_rest(bench, ROLLS_180_IDEAL), True
+        return started_at_rest(bench, process.ideal()), True
     except SolverError:
         # a neuron that fires by its bias has no rest to begin in
         return bench, False

@@ -40,7 +40,7 @@ class SiliconChoice:
         "plain", "Lot, wafer, gradients and n with p beside; full: capacitors and resistors too"
     )
     process: str | None = option(
-        None, "A process, ami-1500, rolls-180, gf180mcu, sky130 or a .toml", metavar="NAME|FILE"
+        None, "ami-1500, rolls-180, gf180mcu, sky130, coach-180 or a .toml", metavar="NAME|FILE"
     )
     law: Literal["ideal", "full"] = option(
         "full", "Without second-order effects, or with all that the process states"

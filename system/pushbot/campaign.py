@@ -22,6 +22,7 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180
 from system.options.codes import CALIBRATED, DEFAULT
 from system.options.noise import device_noise
 from system.pushbot.body import Pushbot
@@ -194,6 +195,8 @@ def drive_cells(
     )  # fmt: skip
     if any(drive.scenario.law == "full" for drive in asked):  # kept files of the ideal law stay whole
         numbers = (*numbers, FULL_LAW, FULL_LAW_MODIFIED)
+    others = {drive.scenario.process: drive.scenario.made_in for drive in asked} | {ROLLS_180.name: None}
+    numbers = (*numbers, *(others[name] for name in sorted(others) if others[name] is not None))
     found: dict[Key, Driven] = {}
     with closing(execution.results(Campaign(name, Drives(drives, make), Key, Kept, numbers), keys)) as runs:
         for key, run in zip(keys, runs, strict=True):
@@ -250,7 +253,7 @@ def _chip(s: Scenario) -> tuple[Any, ...]:
     """What a scenario's chip depends on."""
     return (
         s.die.number or 0, repr(s.die.edits), s.temperature_c, s.course, s.law, s.bias_kind,
-        repr(s.architecture()), s.code_choice, s.calibrated_c, repr(device_noise(s)),
+        repr(s.architecture()), s.code_choice, s.calibrated_c, repr(device_noise(s)), s.process,
     )  # fmt: skip
 
 

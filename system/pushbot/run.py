@@ -19,7 +19,6 @@ from chips.rolls.chip import TEMPERATURE_STEP
 from chips.rolls.program.address import NEURONS
 from chips.rolls.validity import coarse_cautions
 from circuits.silicon.course import beginning_of, course_through
-from circuits.silicon.process import ROLLS_180
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.codes import described
@@ -156,8 +155,8 @@ def make_brain(scenario: Scenario) -> Brain:
     begin = beginning_of(scenario.temperature_c, scenario.course, TEMPERATURE_STEP)
     architecture = scenario.architecture()
     return brain_of(
-        architecture, scenario.silicon_at(begin, ROLLS_180), scenario.bias_kind,
-        codes=scenario.codes_of(architecture.calibration, ROLLS_180, setup=architecture.layout),
+        architecture, scenario.silicon_at(begin, scenario.made_in), scenario.bias_kind,
+        codes=scenario.codes_of(architecture.calibration, scenario.made_in, setup=architecture.layout),
         noise=device_noise(scenario),
     )  # fmt: skip
 
@@ -259,6 +258,7 @@ def account(trace: Trace) -> Account:
         ran_on={
             "modified": s.modified,
             "readout": s.readout,
+            "process": s.process,
             **described(s),
             "frame": s.frame,
             "raise_lateral": s.raise_lateral,

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from system.option import check_options, option
-from system.options.codes import Coded, check_codes
+from system.options.chip_process import MadeIn
+from system.options.codes import check_codes
 from system.options.noise import Noisy, check_device_noise, noise_option, noise_seed_option
 from system.pushbot.body import Factors
 from system.pushbot.brain import FIELD_SCENES, Architecture
@@ -22,7 +23,7 @@ MODIFIED_TURN_FACTOR = 2.0  # of the modified architecture, whose turns are shor
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario(Coded):
+class Scenario(MadeIn):
     """One drive of a Pushbot in a scene.
 
     Attributes

@@ -7,8 +7,10 @@ from pathlib import Path
 
 from chips.rolls.circuit import chip
 from chips.rolls.program.bias_file import SHIPPED, BiasTable, read_biases, shipped_biases
+from chips.rolls.validity import check_supply
 from circuits.errors import DataError, ParameterError, meant
 from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process_file import process_under
 from circuits.silicon.silicon import Silicon
 from circuits.units import parse_quantity
 from system.options.block import ROLLS, read_die
@@ -29,13 +31,16 @@ def bias_table(text: str | None) -> BiasTable:
 
 
 def silicon_of(choice: SiliconChoice) -> Silicon:
-    """Silicon of a whole chip; raises `ParameterError` for a place on another one, or a bad temperature."""
+    """Silicon of a whole chip.
+
+    Raises `ParameterError` for a place on another one, a bad temperature, and a process of another supply.
+    """
     if choice.at is not None:
         raise ParameterError(f"at: {choice.at}, the chip stands by itself; leave it out")
-    if choice.process is not None:
-        raise ParameterError(f"process: {choice.process}, {NAME} is a model of rolls-180; leave it out")
     celsius = parse_quantity(choice.temperature, "degC", "temperature")
-    silicon = Silicon(ROLLS_180.under(choice.law), celsius, read_die(choice))
+    process = process_under(ROLLS_180, choice.process, choice.law)
+    check_supply(process)
+    silicon = Silicon(process, celsius, read_die(choice))
     check_edits(silicon.die, [(chip(), silicon)] if silicon.die.edits else [])
     return silicon
 

@@ -23,7 +23,6 @@ from chips.rolls.program.address import NEURONS
 from chips.rolls.validity import check_rate, coarse_cautions
 from circuits.arrays import F64, Bools
 from circuits.silicon.course import beginning_of, course_through
-from circuits.silicon.process import ROLLS_180
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
 from system.options.codes import described
@@ -99,7 +98,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     found = s.found
     off = off_of(found)
     noise = device_noise(s)
-    silicon = s.silicon_at(beginning_of(s.temperature_c, s.course, TEMPERATURE_STEP), ROLLS_180)
+    silicon = s.silicon_at(beginning_of(s.temperature_c, s.course, TEMPERATURE_STEP), s.made_in)
     on_die = RollsChip(program_of(table_at(s.table, found)), silicon, s.bias_kind, step=s.step, noise=noise)
     followed = course_through(s.course, TEMPERATURE_STEP)
     given = regular_events(s.input_rate, s.duration, s.seed, off)
@@ -145,6 +144,7 @@ def account(trace: Trace) -> Account:
         ran_on={
             "bias_file": s.bias_file,
             "silicon_noise": s.silicon_noise,
+            "process": s.process,
             **described(s),
             **describe_run(s),
         },

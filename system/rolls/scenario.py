@@ -9,9 +9,9 @@ from chips.codes import Codes
 from chips.rolls.chip import STEP
 from chips.rolls.program.bias_file import BiasTable
 from circuits.errors import ParameterError
-from circuits.silicon.process import ROLLS_180
 from system.option import check_options, option
-from system.options.codes import Coded, check_codes
+from system.options.chip_process import MadeIn
+from system.options.codes import check_codes
 from system.options.noise import Noisy, check_device_noise, noise_option, noise_seed_option
 from system.rolls.codes import INPUT_RATE, NAME
 from system.rolls.options import bias_table
@@ -21,7 +21,7 @@ STUDY_DURATION = 4.0  # s, unless asked
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario(Coded):
+class Scenario(MadeIn):
     """A die and its drive: events at `input_rate` (Hz) for every neuron, for `duration` s.
 
     Phases of the events are drawn from the seed, and noise from `noise_seed`, which is `seed` unless given.
@@ -60,7 +60,7 @@ class Scenario(Coded):
     @property
     def found(self) -> Codes | None:
         """What the calibration found; None for the codes of the file. Raises as `Coded.codes_of`."""
-        return self.codes_of(NAME, ROLLS_180, setup=self.table)
+        return self.codes_of(NAME, self.made_in, setup=self.table)
 
 
 def check_table(scenario: Scenario) -> None:

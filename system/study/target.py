@@ -31,6 +31,7 @@ from circuits.lowering.variation import variation_draws, variation_labels, varia
 from circuits.machine_code.vector import WIDTH
 from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.process_file import process_of
 from circuits.solver.lanes.simulate import fits, simulate_each
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Begin
@@ -442,15 +443,23 @@ class SystemTarget(Target):
         """Load the system; raises `UnknownNameError` for a metric that is not a number of its summary."""
         check_source(subject.target, subject.code)
         self._system = load_system(subject.target)
-        if subject.silicon.process is not None:
-            raise ParameterError(f"process: {subject.target} runs on models of its own process; leave it out")
         law = {"law": subject.silicon.law} if "law" in self._system.settings else {}
+        made: dict[str, str] = {}
+        if subject.silicon.process is not None:
+            made = self._made_in(subject.target, subject.silicon.process)
         check_known(read_die(subject.silicon), self._system.circuits())
-        self._options, self._noises = {**law, **subject.system}, subject.noises
+        self._options, self._noises = {**law, **made, **subject.system}, subject.noises
         self._names = tuple(name.replace("-", "_") for name in subject.metrics)
         for name in self._names:
             if name not in self._system.metrics:
                 raise unknown_name("metric", name, self._system.metrics)
+
+    def _made_in(self, name: str, process: str) -> dict[str, str]:
+        """The option of another process; raises `ParameterError` where the system has none, or it is none."""
+        if "process" not in self._system.settings:
+            raise ParameterError(f"process: {name} runs on models of its own process; leave it out")
+        process_of(process)
+        return {"process": process}
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:

@@ -77,6 +77,11 @@ def test_a_missing_file_and_an_unknown_name_are_refused(tmp_path: Path) -> None:
         process_of("rols-180")
 
 
+def test_a_measured_process_is_the_one_of_the_evidence() -> None:
+    kept = read_process(Path("evidence/coach/process.toml"))
+    assert process_of("coach-180") == replace(kept, name="coach-180")
+
+
 def test_a_block_s_process_goes_under_a_law() -> None:
     assert process_under(AMI_1500_IDEAL, None, "full") == AMI_1500
     assert process_under(AMI_1500_IDEAL, None, "ideal") == AMI_1500_IDEAL

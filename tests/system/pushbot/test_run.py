@@ -106,6 +106,13 @@ def test_a_campaign_is_single_runs(trace: Trace) -> None:
     assert str(Share(1, 4)).startswith("1 of 4 (")
 
 
+def test_the_chip_is_made_in_the_process_that_is_named() -> None:
+    brain = make_brain(replace(BASE, process="coach-180", codes="default"))
+    assert brain.chip.silicon.process.pair_a_vt == pytest.approx(6.9e-9, rel=0.01)
+    with pytest.raises(CircuitError, match="process: coach, must be one of"):
+        run(replace(BASE, process="coach"))
+
+
 def test_the_modified_architecture_runs() -> None:
     scenario = replace(BASE, modified=True, duration=3.0)
     made = run_with(make_brain(scenario), scenario, scene_of(scenario), scenario.read())

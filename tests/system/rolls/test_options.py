@@ -25,8 +25,11 @@ def test_silicon_is_the_whole_chip_s() -> None:
     found = silicon_of(SiliconChoice("40", "B", 3))
     assert (found.temperature_c, found.die.lot, found.die.number, found.place) == (40.0, "B", 3, None)
     assert found.process.name == "rolls-180"
+    assert silicon_of(SiliconChoice(process="coach-180")).process.pair_a_vt > found.process.pair_a_vt
     with pytest.raises(ParameterError, match="at: x, the chip stands by itself"):
         silicon_of(SiliconChoice(at="x"))
+    with pytest.raises(ParameterError, match=r"rolls_chip.supply: 5 V, must be 1.8 V"):
+        silicon_of(SiliconChoice(process="ami-1500"))
 
 
 def test_options_of_blocks_and_of_the_chip_keep_apart() -> None:

@@ -15,6 +15,7 @@ from circuits.circuit import BiasKind, Circuit, InstanceArray, Port
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL, Process
+from circuits.silicon.process_file import process_of
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import simulate
@@ -39,6 +40,10 @@ def model_spikes(neurons: Neurons, current: float, duration: float) -> np.ndarra
 
 
 LAWS = pytest.mark.parametrize("process", [ROLLS_180_IDEAL, ROLLS_180], ids=["ideal", "full"])
+
+
+def _named(process: Process) -> str:
+    return f"{process.name} {process.effects}"
 
 
 # 5 % is what the model is made for; the largest error of benchmarks/rolls_models.py is below 2 %, here 1 %
@@ -100,7 +105,7 @@ def test_silent_where_the_circuit_is_and_not_a_little_above(process: Process) ->
     assert circuit_spikes(build(), silicon, 1.01 * high, 0.3).size > 0
 
 
-@LAWS
+@pytest.mark.parametrize("process", [ROLLS_180_IDEAL, ROLLS_180, process_of("coach-180")], ids=_named)
 def test_slow_leak_is_the_circuit_s(process: Process) -> None:
     silicon = Silicon(process)
     neurons = neurons_on(model_of(build(), process), silicon, np.array([True]))
