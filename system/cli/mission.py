@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -29,8 +28,8 @@ from system.study.mission.mission import Mission as Made
 from system.study.mission.page import write_page
 from system.study.mission.picture import draw_mission
 from system.study.mission.running import ALL, Part, run_mission
+from system.study.report.growing import Going, Growing
 
-GROWS = 5.0  # s between two pages of a mission that runs; ours
 _NOT_THE_RUNS = ("output", "resume", "shard", "threads", "workers", "scheduler", "plot", "as_json")
 _SHARD = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
 
@@ -57,6 +56,7 @@ def mission_command(asked: Mission) -> int:
                 made, folder, workers=workers, progress=progress, told=growing, command=command, part=part
             )
     except KeyboardInterrupt:
+        growing.leave()
         if folder is not None:
             say(f"{folder}: go on with --resume")
         raise
@@ -102,17 +102,14 @@ def _status(found: Sequence[Found]) -> int:
     return NO if silent else DONE
 
 
-def _growing(folder: Path | None, made: Made, command: Sequence[str]) -> Callable[[Sequence[Found]], None]:
-    """Write the page again and again while the mission runs."""
-    last = 0.0
+def _growing(folder: Path | None, made: Made, command: Sequence[str]) -> Growing[Sequence[Found]]:
+    """Writes the page again and again while the mission runs, the first time at once."""
 
-    def told(found: Sequence[Found]) -> None:
-        nonlocal last
-        if folder is not None and time.monotonic() - last > GROWS:
-            write_page(folder, made, found, command, replay_of)
-            last = time.monotonic()
+    def write(found: Sequence[Found], refresh: int) -> None:
+        if folder is not None:
+            write_page(folder, made, found, command, replay_of, Going(refresh))
 
-    return told
+    return Growing(write, first=0.0)
 
 
 def asked_of(asked: Mission) -> Asked:

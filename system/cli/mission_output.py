@@ -15,7 +15,6 @@ from system.study.mission.page import (
     CAUSE_HEADS,
     GAIN_HEADS,
     YIELD_HEADS,
-    Replay,
     again,
     cause_rows,
     gain_row,
@@ -23,6 +22,7 @@ from system.study.mission.page import (
     verdict,
     yield_row,
 )
+from system.study.report.again import Replay
 
 SHOWN = 10  # failing dies of each way that the reader sees
 

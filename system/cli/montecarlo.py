@@ -39,13 +39,14 @@ from system.plot import check_picture, save_picture
 from system.reader import with_params
 from system.registry import check_target, load_system, system_names
 from system.study.campaign import Workers
-from system.study.engine import Outcome, run_study
+from system.study.engine import Outcome, in_dies, run_study
 from system.study.manifest import Study, check_samples
 from system.study.metrics.measure import named_measures
 from system.study.metrics.metric import default_metrics, with_named
 from system.study.plan import Plan
+from system.study.report.growing import Growing
 from system.study.report.picture import draw_study
-from system.study.report.report import write_report
+from system.study.report.report import write_report, write_so_far
 from system.study.report.result import Result, groups, judge_table
 from system.study.search.breakdown import Breakdown, breakdowns, check_breakdown
 from system.study.search.order import worst_first
@@ -126,13 +127,16 @@ def measure(asked: Montecarlo, subject: Subject) -> int:
         print_rare(asked.rare, study, specifications, asked.threads, as_json=asked.as_json)
         return DONE
     target = open_target(subject)
+    begun = Result(study, target, Outcome(empty([q.name for q in target.quantities])), specifications, rule)
     tables: list[Table] = []
+    growing = _growing(asked, begun)
     try:
-        outcome = _run(asked, study, specifications, rule, tables)
+        outcome = _run(asked, begun, tables, growing)
     except KeyboardInterrupt:
-        _leave(asked, study, target, tables)
+        growing.leave()
+        _leave(asked, begun, tables)
         raise
-    result = Result(study, target, outcome, specifications, rule)
+    result = replace(begun, outcome=outcome)
     units = [q.unit for q in target.quantities]
     found, refused = _contributions(asked, result)
     if asked.csv is not None:
@@ -326,19 +330,15 @@ def _check_target(asked: Montecarlo, target: Target) -> None:
             raise ParameterError("--stimulus: no metric of these runs the testbench; leave it out")
 
 
-def _run(
-    asked: Montecarlo,
-    study: Study,
-    specifications: Sequence[Specification],
-    rule: StopRule | None,
-    tables: list[Table],
-) -> Outcome:
+def _run(asked: Montecarlo, begun: Result, tables: list[Table], growing: Growing[Sequence[Table]]) -> Outcome:
+    study, specifications, rule = begun.study, begun.specifications, begun.rule
     passed = samples = 0
 
     def stop(table: Table) -> bool:
         nonlocal passed, samples
         tables.append(table)
         samples += len(table)
+        growing(tables)
         if rule is None:
             return False
         passed += int(judge_table(table, specifications).passed.sum())
@@ -347,12 +347,23 @@ def _run(
     folder = None if asked.output is None else Path(asked.output)
     part = None
     if asked.order == "worst":
-        part = worst_first(study, open_target(study.subject), specifications)
+        part = worst_first(study, begun.target, specifications)
     with progress_bar(f"{asked.target}, {study.samples} samples") as progress, _workers(asked) as workers:
         return run_study(
-            study, folder, workers=workers, resume=asked.resume, stop=stop if rule or asked.csv else None,
-            progress=progress, command=sys.argv, part=part,
+            study, folder, workers=workers, resume=asked.resume, stop=stop, progress=progress,
+            command=sys.argv, part=part,
         )  # fmt: skip
+
+
+def _growing(asked: Montecarlo, begun: Result) -> Growing[Sequence[Table]]:
+    """Writes the report again and again while the study runs, where it has a folder."""
+
+    def write(tables: Sequence[Table], refresh: int) -> None:
+        if asked.output is not None:
+            so_far = replace(begun, outcome=Outcome(in_dies(tables)))
+            write_so_far(Path(asked.output), so_far, replay_of, refresh)
+
+    return Growing(write)
 
 
 def _workers(asked: Montecarlo) -> AbstractContextManager[Workers]:
@@ -363,12 +374,12 @@ def _workers(asked: Montecarlo) -> AbstractContextManager[Workers]:
     return workers_of(asked.threads, asked.workers, asked.scheduler)
 
 
-def _leave(asked: Montecarlo, study: Study, target: Target, tables: Sequence[Table]) -> None:
+def _leave(asked: Montecarlo, begun: Result, tables: Sequence[Table]) -> None:
     """Write what was finished when the study was interrupted."""
-    table = join(tables) if tables else empty([q.name for q in target.quantities])
+    table = join(tables) if tables else begun.table
     if asked.csv is not None and len(table):
-        write_text_atomic(asked.csv, to_csv(table, [q.unit for q in target.quantities]))
-        text = f"{len(table)} of {study.samples} samples, those that were finished"
+        write_text_atomic(asked.csv, to_csv(table, [q.unit for q in begun.quantities]))
+        text = f"{len(table)} of {begun.study.samples} samples, those that were finished"
         say(f"{asked.csv}: {text}")
     if asked.output is not None:
         say(f"{asked.output}: go on with --resume")

@@ -43,9 +43,9 @@ class Outcome:
     """
 
     table: Table
-    chunks_read: int
-    chunks_redone: tuple[str, ...]
-    stopped: bool
+    chunks_read: int = 0
+    chunks_redone: tuple[str, ...] = ()
+    stopped: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +139,7 @@ def run_study(
         A file cannot be written; what was finished is kept.
     """
     if not study.plan.count > 0:
-        return Outcome(empty([q.name for q in open_target(study.subject).quantities]), 0, (), stopped=False)
+        return Outcome(empty([q.name for q in open_target(study.subject).quantities]))
     kept = nullcontext() if folder is None else open_folder(folder, study, resume=resume, command=command)
     tables: list[Table] = []
     every = study.chunks()
@@ -153,12 +153,17 @@ def run_study(
                 if stop is not None and stop(table):
                     stopped = len(tables) < len(chunks)
                     break
-        whole = join(sorted(tables, key=lambda table: int(table.die[0])))
+        whole = in_dies(tables)
         if files is None:
-            return Outcome(whole, 0, (), stopped)
+            return Outcome(whole, stopped=stopped)
         if len(chunks) == len(every):
             keep_samples(files, whole)
         return Outcome(whole, files.read, tuple(files.redone), stopped)
+
+
+def in_dies(chunks: Sequence[Table]) -> Table:
+    """Join the samples of chunks in the order of their dies."""
+    return join(sorted(chunks, key=lambda table: int(table.die[0])))
 
 
 @dataclass(frozen=True, slots=True)

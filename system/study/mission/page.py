@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from system.files.writing import write_text_atomic
+from system.registry import load_system
 from system.study.mission.folder import REPORT
 from system.study.mission.found import Found, Raised, raised
 from system.study.mission.mission import Mission
 from system.study.mission.picture import draw_mission
+from system.study.report.again import AGAIN_SAID, Replay, again_with_page
+from system.study.report.growing import Going
 from system.study.report.page import Code, Grid, picture, render
 from system.study.report.worst import replay_options
 from system.study.statistics.clustered import ClusteredYield
@@ -40,19 +43,21 @@ _RAISED_SAID = (
     "Each change was run on the same dies in the same worlds; the gain is of the dies' differences."
 )
 
-Replay = Callable[[str, Sequence[tuple[str, str]]], str]  # folder, options: a command
-
 
 def write_page(
-    folder: Path, mission: Mission, found: Sequence[Found], command: Sequence[str], replay: Replay
-) -> Path:
+    folder: Path, mission: Mission, found: Sequence[Found], command: Sequence[str], replay: Replay,
+    going: Going | None = None,
+) -> Path:  # fmt: skip
     """Write the page of what was found so far into a mission's folder, whole or not at all."""
     path = folder / REPORT
-    write_text_atomic(path, page(mission, found, command, replay))
+    write_text_atomic(path, page(mission, found, command, replay, going))
     return path
 
 
-def page(mission: Mission, found: Sequence[Found], command: Sequence[str], replay: Replay) -> str:
+def page(
+    mission: Mission, found: Sequence[Found], command: Sequence[str], replay: Replay,
+    going: Going | None = None,
+) -> str:  # fmt: skip
     """Give the page as the text of an HTML document.
 
     Parameters
@@ -66,12 +71,16 @@ def page(mission: Mission, found: Sequence[Found], command: Sequence[str], repla
     replay
         Gives the command that measures a sample again, from a study's folder and the options that name it.
         Its folders are those beside the page, so that the page is the same wherever it stands.
+    going
+        Of a mission that is still run, or was interrupted.
     """
     runs = sum(len(each.table) for each in found)
+    filmed = load_system(mission.asked.system).film is not None
     return render(
         {
             "title": f"Mission of {mission.asked.system}",
-            "state": state(mission, runs, found),
+            "refresh": going.refresh if going else 0,
+            "state": f"{_not_finished(mission, runs)} {going.said}" if going else state(mission, runs, found),
             "asked": _asked(mission, command),
             "yield_said": _YIELD_SAID,
             "yields": Grid(YIELD_HEADS, [yield_row(each) for each in found]),
@@ -80,7 +89,7 @@ def page(mission: Mission, found: Sequence[Found], command: Sequence[str], repla
             "causes": Grid(CAUSE_HEADS, [row for each in found for row in cause_rows(each)]),
             "raised_said": _RAISED_SAID,
             "raised": Grid(GAIN_HEADS, [gain_row(row) for row in raised(found)]),
-            "failing": [_failing(each, replay) for each in found if each.failing()],
+            "failing": [_failing(each, replay, filmed=filmed) for each in found if each.failing()],
         },
         TEMPLATE,
     )  # fmt: skip
@@ -92,7 +101,12 @@ def state(mission: Mission, runs: int, found: Sequence[Found]) -> str:
     if len(found) == len(mission.ways) and (mission.asked.until is not None or runs == mission.runs):
         early = ", ended where the yield was known well enough" if runs < mission.runs else ""
         return f"Finished: {asked}{early}."
-    return f"Not finished yet: {asked}."
+    return _not_finished(mission, runs)
+
+
+def _not_finished(mission: Mission, runs: int) -> str:
+    most = "at most " if mission.asked.until is not None else ""
+    return f"Not finished yet: {runs} of {most}{mission.runs} runs."
 
 
 def _asked(mission: Mission, command: Sequence[str]) -> Grid:
@@ -161,19 +175,22 @@ def verdict(row: Raised) -> str:
     return "lowers it" if ends.high < 0.0 else "no difference is shown"
 
 
-def _failing(found: Found, replay: Replay) -> dict[str, Any]:
-    rows, runs = found.failing(), found.passed[0].size
-    shown = rows[:LISTED]
+def _failing(found: Found, replay: Replay, *, filmed: bool) -> dict[str, Any]:
+    rows, runs, folder = found.failing(), found.passed[0].size, Path(found.way.name)
     more = f" The first {LISTED} are listed." if len(rows) > LISTED else ""
     change = f", {found.way.change}" if found.way.change else ""
+    dies = []
+    for die, count, trial in rows[:LISTED]:
+        number, command = again_with_page(
+            folder, folder, replay, _options(found, (die, trial)), filmed=filmed
+        )
+        dies.append((number, count, command))
     return {
         "place": f"{found.way.place}{change}",
-        "said": f"{len(rows)} of {len(found.dies)} dies have a run that is no success.{more} {_FROM_HERE}",
+        "said": f"{len(rows)} of {len(found.dies)} dies have a run that is no success.{more} {_FROM_HERE}"
+        f" Of the first such run {AGAIN_SAID[filmed]}.",
         "reasons": Grid(("runs that could not be made", "runs:"), list(found.reasons.items())),
-        "dies": Grid(
-            ("die:", f"fails, of {runs}:", "the first again"),
-            [(die, count, Code(again(Path(), found, (die, trial), replay))) for die, count, trial in shown],
-        ),
+        "dies": Grid(("die:", f"fails, of {runs}:", "the first again"), dies),
     }
 
 
@@ -182,5 +199,10 @@ def again(folder: Path, found: Found, sample: tuple[int, int], replay: Replay) -
 
     sample: number of the die, and the trial.
     """
+    return replay(str(folder / found.way.name), _options(found, sample))
+
+
+def _options(found: Found, sample: tuple[int, int]) -> list[tuple[str, str]]:
+    """Options that name a trial of a die."""
     (row,) = [k for k in range(len(found.table)) if (found.table.die[k], found.table.trial[k]) == sample]
-    return replay(str(folder / found.way.name), replay_options(found.way.study, found.table, row))
+    return replay_options(found.way.study, found.table, row)

@@ -19,6 +19,7 @@ from system.plot import save_picture
 from system.view.page import tokens
 
 TEMPLATE = "template.html"
+FINISHED = {"refresh": 0, "state": ""}  # of a page that says nothing else of that
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,4 +85,4 @@ def render(content: Mapping[str, Any], template: str = TEMPLATE) -> str:
     )
     environment.tests["code"] = lambda cell: isinstance(cell, Code)
     environment.tests["link"] = lambda cell: isinstance(cell, Link)
-    return environment.get_template(template).render(tokens=tokens(), **content)
+    return environment.get_template(template).render(tokens=tokens(), **{**FINISHED, **content})

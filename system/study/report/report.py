@@ -1,8 +1,9 @@
-"""The report of a finished study: one self-contained page that a reader can keep, mail and print.
+"""The report of a study: one self-contained page that a reader can keep, mail and print.
 
 It says what was asked for, and for every corner and temperature the classes, the yield with its causes, each
 metric with its statistics and pictures, contributions where they were asked for, and the worst samples with
-the command that measures each again. It depends on the study alone: the same study gives the same page.
+the command that measures each again. It depends on the study alone: the same study gives the same page. While
+the study runs it says how far that is, and reads itself again.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from system.files.writing import write_text_atomic
 from system.plot import PALE, draw_runs
 from system.study.folder import REPORT
 from system.study.manifest import read_manifest
+from system.study.report.again import AGAIN_SAID, Options, Replay, again_with_page
+from system.study.report.growing import Going
 from system.study.report.page import Code, Grid, Link, picture, render
 from system.study.report.picture import histogram, is_log_normal, normal_quantiles, values_of
 from system.study.report.result import Result, groups, shares_of, study_yield, summary, varied
@@ -41,19 +44,13 @@ _INTERVAL = "95 % interval"
 _SHARES = ("class", "samples:", "share:")
 _WORST_KINDS = "that failed, that are not defined, of an excluded class, and farthest out"
 
+_SO_FAR = "Waveforms and contributions come with the last of them."
 
-Options = Sequence[tuple[str, str]]
-Replay = Callable[[str, Options], str]  # folder, options: a command
 Again = Callable[[Options], "tuple[str | Link, Code]"]
-_NAMING = ("die", "corner", "temperature", "trial")  # options that tell a sample from others
-_AGAIN_SAID = {
-    False: "the command measures one again",
-    True: "the command measures one again and makes the page to which its number leads",
-}
 
 
 def write_report(folder: Path, result: Result, replay: Replay, breakdowns: Sequence[Breakdown] = ()) -> Path:
-    """Write the report into the folder of a study, whole or not at all, and give its path.
+    """Write the report of a finished study into its folder, whole or not at all, and give its path.
 
     Parameters
     ----------
@@ -68,41 +65,72 @@ def write_report(folder: Path, result: Result, replay: Replay, breakdowns: Seque
     return path
 
 
+def write_so_far(folder: Path, result: Result, replay: Replay, refresh: int) -> None:
+    """Write the report of a study that is not finished into its folder, whole or not at all.
+
+    refresh: after how many seconds the page is to read itself again; 0 for one that nobody goes on with now.
+    """
+    text = report(folder, result, read_manifest(folder), replay, going=Going(refresh))
+    write_text_atomic(folder / REPORT, text)
+
+
 def report(
     folder: Path,
     result: Result,
     manifest: Mapping[str, Any],
     replay: Replay,
     breakdowns: Sequence[Breakdown] = (),
+    going: Going | None = None,
 ) -> str:
     """Give the report as the text of an HTML page.
 
     Parameters
     ----------
     folder : folder of the study, as the commands that measure a sample again are to name it.
-    result : the finished study.
+    result : the study with the samples that there are.
     manifest : document of the study's manifest.
     replay : gives the command that measures a sample again, from the folder and the options that name the
         sample.
     breakdowns : contributions to the variance that the report shows.
+    going : of a study that is not finished; such a page has no waveforms.
     """
+    of_one = partial(again_with_page, folder, Path(), replay, filmed=result.target.filmed)
+    found = [
+        _group(result, corner, celsius, part, of_one) | _waveforms_in(result, corner, celsius, part, going)
+        for corner, celsius, part in groups(result)
+    ]
     return render(
         {
             "title": f"Monte Carlo study of {result.study.subject.target}",
+            "refresh": going.refresh if going else 0,
+            "state": _state(result, going) if going else "",
             "asked": _asked(result, manifest),
-            "groups": [
-                _group(result, corner, celsius, part, partial(_again, result, folder, replay))
-                for corner, celsius, part in groups(result)
-            ],
+            "groups": found,
             "breakdowns": [_contributions(each) for each in breakdowns],
         }
     )
 
 
+def _state(result: Result, going: Going) -> str:
+    """How far a study is that is not finished."""
+    most = "at most " if result.rule else ""
+    far = f"Not finished yet: {len(result.table)} of {most}{result.study.samples} samples. {_SO_FAR}"
+    return f"{far} {going.said}"
+
+
+def _waveforms_in(
+    result: Result, corner: str, celsius: float, part: Table, going: Going | None
+) -> dict[str, Any]:
+    """Waveforms at one corner and temperature (degC), which a study has once it is finished."""
+    if going or not len(part):
+        return {"waveforms": None}
+    return {"waveforms": _waveforms(result, Condition(corner, celsius, int(part.trial[0])), part)}
+
+
 def _asked(result: Result, manifest: Mapping[str, Any]) -> Grid:
     study = result.study
     silicon, plan, samples = study.subject.silicon, study.plan, len(result.table)
-    last = plan.first + samples // max(len(study.conditions), 1) - 1
+    last = int(result.table.die.max()) if samples else 0
     early = f", {study.samples} were wanted: a rule stopped it" if result.outcome.stopped else ""
     rows: list[tuple[str, object]] = [
         ("command", Code(_command(manifest.get("command", ())))),
@@ -123,10 +151,7 @@ def _command(words: Sequence[str]) -> str:
     return shlex.join([*(Path(word).name for word in words[:1]), *words[1:]])
 
 
-def _group(
-    result: Result, corner: str, celsius: float, part: Table,
-    again: Again,
-) -> dict[str, Any]:  # fmt: skip
+def _group(result: Result, corner: str, celsius: float, part: Table, of_one: Again) -> dict[str, Any]:
     """What the page says of the samples at one corner and temperature (degC)."""
     found: dict[str, Any] = {"place": place_text(corner, celsius), "samples": len(part)}
     if not len(part):
@@ -135,9 +160,8 @@ def _group(
         "classes": Grid(_SHARES, shares_of(counted(part.outcome), len(part))),
         "yields": _yield(result, part),
         "metrics": [_metric(result, part, quantity) for quantity in result.quantities],
-        "waveforms": _waveforms(result, Condition(corner, celsius, int(part.trial[0])), part),
-        "worst_said": f"At most {WORST} each {_WORST_KINDS}; {_AGAIN_SAID[result.target.filmed]}.",
-        "worst": _worst(result, part, again),
+        "worst_said": f"At most {WORST} each {_WORST_KINDS}; of each {AGAIN_SAID[result.target.filmed]}.",
+        "worst": _worst(result, part, of_one),
     }
 
 
@@ -254,23 +278,13 @@ def _draw_pareto(each: Breakdown, figure: Figure) -> None:
     pareto(grouped(each.found, BY["device"]), figure.subplots())
 
 
-def _again(result: Result, folder: Path, replay: Replay, options: Options) -> tuple[str | Link, Code]:
-    """A sample's die, which leads to its page where it can have one, and the command that makes that."""
-    die = dict(options)["die"]
-    if not result.target.filmed:
-        return die, Code(replay(str(folder), options))
-    where = [text.replace(".", "_") for name, text in options if name in _NAMING]
-    page = f"die-{'-'.join(where)}.html"
-    return Link(die, page), Code(replay(str(folder), [*options, ("view", str(folder / page))]))
-
-
-def _worst(result: Result, part: Table, again: Again) -> Grid:
+def _worst(result: Result, part: Table, of_one: Again) -> Grid:
     units = {q.name: q.unit for q in result.quantities}
     rows = []
     words = [q.name for q in result.quantities if q.yes_no]
     for each in worst(part, result.specifications, WORST, words):
         k = each.row
         values = [_number(float(x), units[m]) for m, x in zip(part.metrics, part.values[k], strict=True)]
-        die, command = again(replay_options(result.study, part, k))
+        die, command = of_one(replay_options(result.study, part, k))
         rows.append((die, part.outcome[k], *values, each.why, command))
     return Grid(("die:", "class", *(f"{m}:" for m in part.metrics), "why", "command"), rows)

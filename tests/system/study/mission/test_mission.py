@@ -55,8 +55,9 @@ def test_a_failing_run_is_made_again_by_its_line(robot: str, run: Run, run_json:
     assert again["identical"] is True
     assert again["again"]["succeeded"] == 0.0
     page = Path("out/report.html").read_text()
-    assert f"<code>{first['again'].replace('out/', '')}</code>" in page
+    assert f"<code>{first['again'].replace('out/', '')}</code>" in page  # it has no film, and no page
     assert "Finished: 96 of 96 runs." in page
+    assert "refresh" not in page
 
 
 def test_temperatures_and_kinds_of_bias_are_ways_of_the_same_dies(robot: str, run_json: RunJson) -> None:
@@ -126,7 +127,9 @@ def test_a_killed_mission_goes_on_to_the_bytes_of_one_run(robot: str, run: Run) 
     wait_until(lambda: chunks.is_dir() and len(list(chunks.glob("*.nc"))) > 2)
     process.send_signal(signal.SIGKILL)
     process.wait()
-    assert "Not finished yet" in Path("killed/report.html").read_text()
+    page = Path("killed/report.html").read_text()
+    assert 'http-equiv="refresh"' in page
+    assert "of 160 runs. This page reads itself again every 5 s." in page
     assert run(*words, "-o", "killed", "--resume")[0] == 0
     assert run(*words, "-o", "one")[0] == 0
     assert contents(Path("killed")) == contents(Path("one"))
