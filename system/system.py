@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, final
 
 from circuits.errors import ParameterError, meant
+from circuits.units import unit_of_name
 from system.meaning import Meaning, meanings, numbers_of
 from system.option import Option, Setting
 from system.reader import shown
@@ -310,7 +311,7 @@ class System(Generic[S, T]):
         if self.film is None:
             raise ParameterError(f"{self.name}: it has no film; draw a picture of it")
         account = self.account(trace)
-        facts = {name.replace("_", " "): told(value) for name, value in account.ran_on.items()}
+        facts = {spoken(name): told(value) for name, value in account.ran_on.items()}
         return replace(
             self.film(trace, None if inside is None else tuple(inside)),
             title=f"{self.name}, {self.title(trace)}",
@@ -359,6 +360,19 @@ class System(Generic[S, T]):
         found = {**on_chips, **self.study(on_chips), **asked}
         self.check_study(self.scenario(**found))
         return found
+
+
+def spoken(name: str) -> str:
+    """A key as a reader is told it, with its unit in brackets."""
+    unit = unit_of_name(name)
+    return without_unit(name) + (f" ({unit})" if unit else "")
+
+
+def without_unit(name: str) -> str:
+    """Words of a key without the unit that it ends with."""
+    unit = unit_of_name(name)
+    ending = unit.replace("degC", "C").replace("/", "_per_")
+    return (name.removesuffix(f"_{ending}") if unit else name).replace("_", " ")
 
 
 def told(value: object) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from chips.ranging import circuit as ranging_chip
-from system.approach.loss import explained
+from system.approach.healing import explained
 from system.approach.neuron import looked_into
 from system.approach.trace import Trace
 from system.view.film import (

@@ -1,31 +1,30 @@
-"""Where an approach loses its target, and which transistor of which neuron lost it.
+"""Where an approach loses its target, and which neurons lost it.
 
-A target is lost while the estimate is no longer near it, as the approach's own sentence of success has it. A
-neuron lost it where the chip heard the call and the target's echo, the delay was the neuron's own, and it was
-silent. What each of its transistors has to do with that is tried: the neuron's circuit gets the chip's pulses
-about that call again, on the run's die, and on that die with a single transistor healed. Those come first
-with which it spikes, the most deviating one before others, then those with which the membrane comes highest.
+A target is lost while the estimate is no longer near it, as the approach's own sentence of success has it.
+The run tells of three things that a neuron did wrong meanwhile:
+
+- it was silent: the chip heard the call and the target's echo, the delay was the neuron's own, and neither it
+  nor another before the echo had spiked;
+- it ran away: it spiked more often than the chip heard calls and echoes together;
+- it answered at the wrong delay: it spiked after most calls although no echo came between the delays of its
+  two neighbours.
+
+What each transistor of such a neuron has to do with that is tried in `system.approach.healing`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
+from chips.ranging import circuit as ranging_chip
 from chips.ranging.calibration.found import delays_of, off_of
-from circuits.arrays import Bools
-from circuits.devices import Transistor
-from circuits.lowering.kernel import Machine, on_die, to_kernel
-from circuits.silicon.edit import Edit
-from circuits.solver.transient import Result, simulate
-from system.approach.loop import CHIP_RTOL
-from system.approach.neuron import bench_of, neuron_of, waveform
+from circuits.arrays import F64, I64, Bools
 from system.approach.scenario import air_of
 from system.approach.trace import NEAR, SETTLED, Trace
-from system.view.devices import devices_in
-from system.view.film import Device, Moment, Neuron, Panel
 from system.worlds.sound.acoustics import speed_of_sound
 from system.worlds.sound.microphone import Microphone
 from system.worlds.sound.targets import range_at
@@ -34,19 +33,92 @@ _SHORTEST = 0.1  # s for which a target is away before it is lost; ours
 _OFF = 1e-3  # s by which the target's echo may be off from where it is; ours
 _LEAD = 5e-3  # s of a window before its first call; ours
 _LONGEST = 60e-3  # s of a window after the call; ours
-MOST = 3  # losses of a run that are explained; ours
-DRAWN = 5  # devices of a neuron whose healing is drawn; ours
+_MOST_CALLS = 0.5  # share of a loss's calls above which they are most
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
-    """A call to which the neuron of the target's delay was silent: when it and its echo were heard, s."""
+class Reason:
+    """What a neuron did wrong at a call.
+
+    Attributes
+    ----------
+    neuron : int
+        Its number.
+    why : str
+        What it did, in words that follow its name.
+    call, echo : float
+        When the chip heard the call, and the echo that the neuron should have answered, s; the call again
+        where there is none.
+    begin, end : float
+        The stretch of time that shows it, s.
+    least, most : float
+        Spikes from the call to the end that would have been right.
+    """
 
     neuron: int
-    time: float
+    why: str
+    call: float
     echo: float
     begin: float
     end: float
+    least: float = 0.0
+    most: float = math.inf
+
+    @property
+    def name(self) -> str:
+        """The neuron's name."""
+        return f"neuron[{self.neuron}]"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Heard:
+    """What a chip heard and said in some of a run's calls.
+
+    calls : when it heard each, s. ends : when it heard the next, s. echoes : what it heard between, s after
+    the call, float64[n] a call. spikes : times of its spikes between, s, by call and neuron. delays : s, of
+    each neuron; infinite where it is off.
+    """
+
+    trace: Trace
+    calls: F64
+    ends: F64
+    echoes: tuple[F64, ...]
+    spikes: tuple[tuple[F64, ...], ...]
+    delays: F64
+
+    @property
+    def counts(self) -> I64:
+        """Spikes, int64[calls, neurons]."""
+        return np.array([[times.size for times in each] for each in self.spikes], dtype=np.int64)
+
+    def at(self, k: int, neuron: int, why: str, echo: float, **right: float) -> Reason:
+        """What a neuron did wrong at a call; right: spikes that would have been."""
+        call = float(self.calls[k])
+        earlier = self.trace.pulses[self.trace.pulses < call]
+        begin = max(0.0, float(earlier[-1] if earlier.size else call) - _LEAD)
+        return Reason(neuron, why, call, echo, begin, min(float(self.ends[k]), call + _LONGEST), **right)
+
+
+def _heard(trace: Trace, begin: float, end: float) -> _Heard:
+    """What the chip heard and said from the last call before a stretch of time, s, on."""
+    before = float(np.max(trace.pulses[trace.pulses <= begin], initial=0.0))
+    ends = np.append(trace.pulses[1:], trace.scenario.duration)
+    own = (trace.pulses >= before) & (trace.pulses < end)
+    spikes = np.array(trace.spikes, dtype=np.float64).reshape(-1, 2)
+    delays = np.array(delays_of(trace.scenario.ranging_codes))
+    delays[[*off_of(trace.scenario.ranging_codes)]] = np.inf
+    calls = list(zip(trace.pulses[own].tolist(), ends[own].tolist(), strict=True))
+    trains = [spikes[spikes[:, 1] == k, 0] for k in range(ranging_chip.NEURONS)]
+    return _Heard(
+        trace, trace.pulses[own], ends[own],
+        tuple(_between(trace.echoes, a, b) - a for a, b in calls),
+        tuple(tuple(_between(train, a, b) for train in trains) for a, b in calls),
+        delays,
+    )  # fmt: skip
+
+
+def _between(times: F64, begin: float, end: float) -> F64:
+    return np.asarray(times[(times > begin) & (times < end)])
 
 
 def losses(trace: Trace) -> list[tuple[float, float]]:
@@ -58,20 +130,13 @@ def losses(trace: Trace) -> list[tuple[float, float]]:
     return [(begin, end) for begin, end in pairs if end - begin >= _SHORTEST]
 
 
-def explained(trace: Trace) -> list[tuple[Moment, Neuron | None]]:
-    """Return the first losses as moments, each with the neuron that lost the target where one did."""
-    found = []
-    for begin, end in losses(trace)[:MOST]:
-        neuron, call = None, _silent(trace, begin, end)
-        if call is not None:
-            neuron = _tried(trace, call)
-        about = begin, max(0.0, begin - 0.2), min(end, begin + 0.3)
-        if neuron is not None and call is not None:
-            about = call.echo, call.begin, call.end
-        who = "" if neuron is None else neuron.name
-        moment = Moment(time=about[0], name="target lost", neuron=who, begin=about[1], end=about[2])
-        found.append((moment, neuron))
-    return found
+def reasons(trace: Trace, begin: float, end: float) -> Iterator[Reason]:
+    """Yield what neurons did wrong in a stretch of time, s: of each kind the neuron that did it most."""
+    heard = _heard(trace, begin, end)
+    if heard.calls.size:
+        yield from _run_away(heard)
+        yield from _at_wrong_delay(heard)
+        yield from _silent(heard)
 
 
 def _away(trace: Trace) -> Bools:
@@ -83,85 +148,55 @@ def _away(trace: Trace) -> Bools:
     return np.asarray(error >= np.min([np.abs(trace.estimate_m - r) for r in others], axis=0))
 
 
-def _silent(trace: Trace, begin: float, end: float) -> Call | None:
-    """The first call about a loss that the neuron of the target's delay did not answer."""
-    s = trace.scenario
-    speed, apart = speed_of_sound(air_of(s).temperature), Microphone().mouth_ear_delay
-    delays = np.array(delays_of(s.ranging_codes))
-    delays[[*off_of(s.ranging_codes)]] = np.inf
-    spikes = np.array(trace.spikes, dtype=np.float64).reshape(-1, 2)
-    last = np.append(trace.pulses[1:], s.duration)
-    before = float(np.max(trace.pulses[trace.pulses <= begin], initial=0.0))
-    for k in map(int, np.flatnonzero((trace.pulses >= before) & (trace.pulses < end))):
-        call, after = float(trace.pulses[k]), float(last[k])
+def _runaways(heard: _Heard) -> I64:
+    """Neurons that spike more often than calls and echoes can have made them, those that do it most first."""
+    made = heard.calls.size + sum(echoes.size for echoes in heard.echoes)
+    spikes = heard.counts.sum(axis=0)
+    order = np.argsort(-spikes, kind="stable")
+    return np.asarray(order[spikes[order] > made])
+
+
+def _run_away(heard: _Heard) -> Iterator[Reason]:
+    found, counts = _runaways(heard), heard.counts
+    if found.size:
+        first = int(found[0])
+        others = "" if found.size == 1 else f", as {found.size - 1} more"
+        k = int(np.argmax(counts[:, first]))
+        why = f"runs away with {counts[:, first].mean():.0f} spikes a call{others}"
+        yield heard.at(k, first, why, float(heard.calls[k]), most=1.0 + heard.echoes[k].size)
+
+
+def _at_wrong_delay(heard: _Heard) -> Iterator[Reason]:
+    on = np.flatnonzero(np.isfinite(heard.delays))
+    on = on[np.argsort(heard.delays[on], kind="stable")]
+    if on.size < 2:
+        return
+    own = heard.delays[on]
+    ends = np.concatenate([[2.0 * own[0] - own[1]], own, [2.0 * own[-1] - own[-2]]])
+    away, counts = set(_runaways(heard).tolist()), heard.counts
+    wrong = np.zeros((heard.calls.size, len(heard.delays)), dtype=np.bool_)
+    for neuron, low, high in zip(on.tolist(), ends[:-2], ends[2:], strict=True):
+        none = [not _between(echoes, low, high).size for echoes in heard.echoes]
+        wrong[:, neuron] = np.array(none) & (counts[:, neuron] > 0) & (neuron not in away)
+    calls = wrong.sum(axis=0)
+    most = int(np.argmax(calls))
+    if calls[most] > _MOST_CALLS * heard.calls.size:
+        k = int(np.argmax(wrong[:, most]))
+        others = int((calls > _MOST_CALLS * heard.calls.size).sum()) - 1
+        more = f", as {others} more" if others else ""
+        why = f"answers {calls[most]} of {heard.calls.size} calls without an echo at its delay{more}"
+        yield heard.at(k, most, why, float(heard.calls[k]), most=0.0)
+
+
+def _silent(heard: _Heard) -> Iterator[Reason]:
+    """The neuron of the target's delay at the first call whose echo neither it nor one before answered."""
+    trace = heard.trace
+    speed, apart = speed_of_sound(air_of(trace.scenario).temperature), Microphone().mouth_ear_delay
+    for k, call in enumerate(heard.calls.tolist()):
         delay = 2.0 * float(np.interp(call, trace.time_s, trace.range_m)) / speed - apart
-        near = trace.echoes[np.abs(trace.echoes - call - delay) < _OFF]
-        answered = spikes[(spikes[:, 0] > call) & (spikes[:, 0] < after)]
-        neuron = int(np.argmin(np.abs(delays - delay)))
-        if not near.size or neuron in answered[:, 1] or np.any(answered[:, 0] < near[0]):
-            continue
-        first = float(trace.pulses[max(0, k - 1)])
-        return Call(neuron, call, float(near[0]), max(0.0, first - _LEAD), min(after, call + _LONGEST))
-    return None
-
-
-def _tried(trace: Trace, call: Call) -> Neuron | None:
-    """The neuron with what healing each of its transistors does; None where its transistors do spike."""
-    circuit, silicon, path = neuron_of(trace, call.neuron)
-    machine = to_kernel(bench_of(trace, circuit, silicon, call.begin, call.end), silicon)
-    own = _run(machine)
-    if _spike(own, call) is not None:
-        return None
-    devices = devices_in(machine)
-    tried = []
-    for name in machine.flat.labels(Transistor):
-        edits = (*silicon.die.edits, Edit("heal", (f"{path}.{name}",)))
-        healed = _run(on_die(machine, replace(silicon.die, edits=edits)))
-        device = _told(devices[name], f"{path}.{name}", own, healed, call)
-        silent = _spike(healed, call) is None
-        tried.append(((silent, -_peak(healed, call) if silent else -device.sigma), device, healed))
-    tried.sort(key=lambda one: one[0])
-    shown = [
-        replace(device, waveform=_healed(device, own, healed, call)) for _, device, healed in tried[:DRAWN]
-    ]
-    return Neuron(
-        name=f"neuron[{call.neuron}]",
-        devices=(*shown, *(device for _, device, _ in tried[DRAWN:])),
-        waveform=_panel("the call that it did not answer", call, {"v_mem": own, "spike": own}),
-    )
-
-
-def _run(machine: Machine) -> Result:
-    return simulate(machine, rtol=CHIP_RTOL, record=("v_mem", "spike"))
-
-
-def _spike(result: Result, call: Call) -> float | None:
-    """When a neuron spikes in answer to a call, s of the run; None where it is silent."""
-    times = result.spikes["spike"] + call.begin
-    return next((float(t) for t in times if call.time < t < call.end), None)
-
-
-def _peak(result: Result, call: Call) -> float:
-    """The highest voltage of the membrane after the echo, V."""
-    return float(np.max(result["v_mem"][result.time + call.begin >= call.echo]))
-
-
-def _told(device: Device, path: str, own: Result, healed: Result, call: Call) -> Device:
-    spike, peak = _spike(healed, call), _peak(healed, call)
-    more = 1e3 * (peak - _peak(own, call))
-    said = f"silent, the membrane {more:+.0f} mV" if abs(more) > 1.0 else "silent as before"
-    if spike is not None:
-        said = f"spikes {1e3 * (spike - call.echo):.2f} ms after the echo"
-    return replace(device, path=path, mended=said)
-
-
-def _healed(device: Device, own: Result, healed: Result, call: Call) -> Panel:
-    """The membrane as it is, and without the deviation of a device."""
-    return _panel(f"{device.path} healed alone", call, {"v_mem": own, "v_mem healed": healed})
-
-
-def _panel(title: str, call: Call, runs: Mapping[str, Result]) -> Panel:
-    lines = tuple(
-        waveform(name, run.time + call.begin, run[name.partition(" ")[0]]) for name, run in runs.items()
-    )
-    return Panel(title=f"{title}, at transistor level", unit="V", lines=lines)
+        near = heard.echoes[k][np.abs(heard.echoes[k] - delay) < _OFF] + call
+        neuron = int(np.argmin(np.abs(heard.delays - delay)))
+        first = min((float(times[0]) for times in heard.spikes[k] if times.size), default=math.inf)
+        if near.size and not heard.spikes[k][neuron].size and first >= near[0]:
+            yield heard.at(k, neuron, "does not answer", float(near[0]), least=1.0)
+            return

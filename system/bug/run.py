@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from shapely import Polygon
 
 from chips.nef.build import Built, build, moved
 from chips.nef.calibration import NAME, usual_codes
@@ -409,7 +410,8 @@ def film(trace: Trace, _: tuple[str, ...] | None) -> Film:
     path, where = trace.path, trace.world.map
     time = STEP * np.arange(len(path), dtype=np.float64)
     shapes = []
-    for polygon in trace.world.obstacles.geoms:
+    outer_first = sorted(trace.world.obstacles.geoms, key=lambda one: -Polygon(one.exterior).area)
+    for polygon in outer_first:  # what is inside another is drawn on it
         shapes.append(Shape(role="obstacle", points=corners(np.array(polygon.exterior.coords)[:-1])))
         shapes += [Shape(role="floor", points=corners(np.array(h.coords)[:-1])) for h in polygon.interiors]
     shapes += circles("start", np.array(where.starts)) + circles("goal", np.array(where.goals))
@@ -422,8 +424,7 @@ def film(trace: Trace, _: tuple[str, ...] | None) -> Film:
         name=trace.scenario.agent, time=time, x=path[:, 0], y=path[:, 1],
         heading=np.append(heading, heading[-1:]) if heading.size else None, radius=0.15,
     )  # fmt: skip
-    states = ", ".join(f"{k} {name}" for k, name in enumerate(STATES))
-    doing = signal("what it does", "", time[1:], trace.state.astype(np.float64), states)
+    doing = signal("what it does", "", time[:-1], trace.state.astype(np.float64), "state", STATES)
     stage = Stage(unit="map units", shapes=tuple(shapes), tracks=(robot,))
     return Film(title="", headline="", duration=trace.time, panels=(doing,), world=stage)
 

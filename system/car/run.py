@@ -41,7 +41,7 @@ from system.options.outside import inside_boxes
 from system.plot import entitle, silicon_text, sized_axes
 from system.spikes.output import spikes_made_again, trains_of
 from system.system import PROGRAMS, SUCCEEDED, Account, Progress, RunTrace, System, part
-from system.view.film import Film, Stage, Track, circles, signal
+from system.view.film import NO_YES, Film, Stage, Track, circles, signal
 from system.worlds.standing import SLOW, evenly, share_standing
 
 ENDS = ("through", "out", "collided", "undecided")
@@ -292,7 +292,8 @@ def film(trace: Trace, _: tuple[str, ...] | None) -> Film:
     """Return the film of a drive: pipes, the car's way, and what it decided at each ping."""
     d, s = trace.drive, trace.scenario
     log, path, pipes = d.log, trace.path, trace.forest.place
-    shapes = circles("shade", pipes, s.robot.zone) + circles("obstacle", pipes, PIPE_RADIUS)
+    shapes = circles("shade", pipes, s.robot.zone, "zone of collision")
+    shapes += circles("obstacle", pipes, PIPE_RADIUS, "pipe")
     car = Track(
         name="car", time=np.append(log[:, 0], d.time), x=path[:, 0], y=path[:, 1],
         heading=np.unwrap(np.append(log[:, 3], d.end[2])), radius=s.robot.radius,
@@ -301,8 +302,8 @@ def film(trace: Trace, _: tuple[str, ...] | None) -> Film:
     decided = (
         signal("direction of the ping, left above", "deg", log[:, 0], angle, "ping"),
         signal("chosen arc", "", log[:, 0], log[:, 5], "arc"),
-        signal("scans", "", log[:, 0], log[:, 6]),
-        signal("soft ping", "", log[:, 0], log[:, 7]),
+        signal("scans", "", log[:, 0], log[:, 6], words=NO_YES),
+        signal("soft ping", "", log[:, 0], log[:, 7], words=NO_YES),
     )
     stage = Stage(unit="m", shapes=tuple(shapes), tracks=(car,))
     return Film(title="", headline="", duration=d.time, world=stage, panels=decided)

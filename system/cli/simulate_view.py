@@ -6,11 +6,14 @@ from dataclasses import replace
 
 from circuits.errors import ParameterError
 from circuits.solver.transient import Result
+from circuits.units import unit_of_name
+from system.cli.output import quantity_cell
 from system.cli.simulate_verb import Simulate
 from system.cli.view import check_page, check_run, leave, this_command
 from system.options.block import Choice, silicon_line
 from system.options.target import deck_of
 from system.schematic.film import film_of
+from system.system import without_unit
 
 
 def check_view(asked: Simulate) -> None:
@@ -31,7 +34,11 @@ def leave_view(target: str, choice: Choice, result: Result, page: str | None, ru
     sources = () if deck_of(target) is None else choice.testbench().sources
     film = film_of(result, choice.block.plotted, sources)
     measured = choice.block.measured(result)
-    told = {name: f"{value:.6g}" for name, value in measured.items() if value is not None}
+    told = {
+        without_unit(name): quantity_cell(value, unit_of_name(name))
+        for name, value in measured.items()
+        if value is not None
+    }
     film = replace(
         film,
         title=f"{choice.block.name}, {silicon_line(choice.silicon)}",

@@ -195,7 +195,7 @@ def film(trace: Trace, _: tuple[str, ...] | None) -> Film:
     log = trace.log
     x, y = log.distance * np.cos(log.target), log.distance * np.sin(log.target)
     zero, far = np.zeros(log.time.size), float(np.max(log.distance))
-    across = Shape(role="way", points=((0.0, -far), (0.0, far)), closed=False)
+    across = Shape(role="way", points=((0.0, -far), (0.0, far)), closed=False, name="azimuth of 90 deg")
     tracks = (
         Track(name="head", time=log.time, x=zero, y=zero, heading=log.head, radius=0.03 * far),
         Track(name="target", time=log.time, x=x, y=y, radius=0.02 * far, role="moving"),
@@ -222,7 +222,7 @@ def _raster(spikes: F64, count: int) -> Raster:
     times, *where = spikes[np.argsort(spikes[:, 0], kind="stable")].T
     row = (where[0] * count + (where[1] if count > 1 else 0.0)).astype(np.int64)
     sides = ("left", "right")
-    rows = tuple(f"{side} {k}" if count > 1 else side for side in sides for k in range(count))
+    rows = tuple(f"level {k}" if count > 1 else side for side in sides for k in range(count))
     groups = tuple(Group(f"{side} ear", k * count, count) for k, side in enumerate(sides) if count > 1)
     return Raster(time=times, row=row, rows=rows, groups=groups)
 

@@ -12,7 +12,7 @@ from circuits.arrays import F64
 from system.openspace.law import ARCS, Arcs, Bat, arc_point, detectable
 from system.openspace.map import SIDE
 from system.plot import COLOURS, INK, PALE, entitle, mark_end, sized_axes
-from system.view.film import Film, Shape, Stage, Track, circles, signal
+from system.view.film import NO_YES, Film, Shape, Stage, Track, circles, signal
 
 _BEARINGS = np.linspace(-np.pi, np.pi, 361)
 _STEPS = 60  # points of a drawn arc
@@ -132,7 +132,7 @@ def film_of_flight(
     """
     pings = log[:, 0]
     shapes = [Shape(role="floor", points=((0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)))]
-    shapes += circles("obstacle", place, zone)
+    shapes += circles("obstacle", place, zone, "zone of collision")
     bat = Track(
         name="bat", time=np.append(pings, max([time_s, *pings[-1:]])), x=np.append(log[:, 1], end[0]),
         y=np.append(log[:, 2], end[1]), heading=np.unwrap(np.append(log[:, 3], log[-1:, 3])), radius=0.05,
@@ -142,7 +142,7 @@ def film_of_flight(
     decided = (
         signal("direction of the ping, left above", "deg", pings, seen, "ping"),
         signal("chosen arc, 0 to the left", "", pings, log[:, 5], "arc"),
-        signal("only the head turns", "", pings, log[:, 7], "scanning"),
+        signal("only the head turns", "", pings, log[:, 7], "scanning", NO_YES),
     )
     stage = Stage(unit="m", shapes=tuple(shapes), tracks=(bat,))
     return Film(title="", headline="", duration=float(bat.time[-1]), panels=decided, world=stage)

@@ -231,6 +231,7 @@ def _world(scene: Scene, path: F64) -> Stage:
                     role="obstacle",
                     points=_corners(outline_at(obstacles, k, 0.0)),
                     colour=ink_of(body.reflectance),
+                    name=body.name,
                 )
             )
             continue

@@ -109,5 +109,7 @@ def map_shapes(cost_map: CostMap) -> list[Shape]:
         for begin, end in pairwise(edges.tolist()):
             left, right = begin * wide, end * wide
             corners = ((left, low), (right, low), (right, low + high), (left, low + high))
-            found.append(Shape(role="shade", points=corners, colour=to_hex(_shade(int(costs[begin])))))
+            cost = int(costs[begin])
+            name = f"cost {cost}" if cost else "blocked"
+            found.append(Shape(role="shade", points=corners, colour=to_hex(_shade(cost)), name=name))
     return found

@@ -326,8 +326,12 @@ def film(trace: Trace, _: tuple[str, ...] | None) -> Film:
     begun = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
     time = np.concatenate([b + trip.drive.time for b, trip in zip(begun, trips, strict=True)])
     place, fix = (np.concatenate([getattr(t.drive, name) for t in trips]) for name in ("place", "fix"))
-    shapes = map_shapes(cells) + [Shape(role="way", points=corners(w), closed=False) for w in ways]
-    shapes += circles("goal", ways[0][-1:], trace.scenario.rover.reach) + circles("start", ways[0][:1])
+    shapes = map_shapes(cells) + [
+        Shape(role="way", points=corners(w), closed=False, name="planned") for w in ways
+    ]
+    reach = trace.scenario.rover.reach
+    shapes += circles("goal", ways[0][-1:], reach, f"arrived with a fix within {reach:g} m")
+    shapes += circles("start", ways[0][:1])
     rover = Track(name="rover", time=time, x=place[:, 0], y=place[:, 1], radius=1.0, longest=LONGEST)
     told = (
         signal("distance to the goal", "m", time, np.hypot(*(place - ways[0][-1]).T), "distance"),

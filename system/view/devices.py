@@ -21,7 +21,6 @@ from circuits.silicon.silicon import Silicon
 from circuits.units import format_quantity
 from system.view.film import Device
 
-MOST = 40  # devices of a neuron that are listed; ours
 _UNITS = {
     "capacitance": "F", "offset": "V", "output_resistance": "Ohm", "resistance": "Ohm",
     "transconductance": "S",
@@ -45,7 +44,7 @@ def devices_of(circuit: Circuit, silicon: Silicon, place: Path = (), at: int = 0
     d = on_die(circuit, replace(silicon, place=place[:1] or None), place=place)
     below = "".join(f"{name}." if not shape else f"{name}[{at}]." for name, shape in place[1:])
     found = [_device(f"{below}{name}", name, fet, at, circuit, silicon) for name, fet in d.fet.items()]
-    return tuple(sorted(found, key=lambda one: (-one.sigma, one.path))[:MOST])
+    return tuple(sorted(found, key=lambda one: (-one.sigma, one.path)))
 
 
 def devices_in(machine: Machine) -> dict[str, Device]:

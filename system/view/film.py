@@ -16,6 +16,8 @@ from circuits.arrays import F64, I64, Bools
 from circuits.errors import unknown_name
 from system.view.drawing import Drawing
 
+NO_YES = ("no", "yes")
+"""Words of a signal that is 0 or 1."""
 INSIDE = 8
 """Neurons that can be looked into unless others are asked for; ours."""
 
@@ -149,12 +151,14 @@ class Panel:
 
     title : what they are.
     unit : unit of its lines; empty for none.
+    words : what 0, 1 and so on mean where its lines have such values alone; none for numbers.
     lines : its signals.
     raster : events in it instead.
     """
 
     title: str
     unit: str = ""
+    words: tuple[str, ...] = ()
     lines: tuple[Line, ...] = ()
     raster: Raster | None = None
 
@@ -233,6 +237,8 @@ class Moment:
         What happens then.
     neuron : str
         Name of the neuron that it is about; empty where it is about none.
+    why : str
+        What that neuron did, in words that follow its name.
     begin, end : float
         The stretch of time that shows it, s.
     """
@@ -242,6 +248,7 @@ class Moment:
     neuron: str
     begin: float
     end: float
+    why: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -309,17 +316,21 @@ def busiest(names: Sequence[str], rows: F64 | I64, asked: Sequence[str] | None) 
     return [names[k] for k in chosen]
 
 
-def signal(title: str, unit: str, time: F64, value: F64, name: str = "") -> Panel:
-    """Return the panel of one signal whose values hold until the next; name: of its line, else the title's.
+def signal(
+    title: str, unit: str, time: F64, value: F64, name: str = "", words: tuple[str, ...] = ()
+) -> Panel:
+    """Return the panel of one signal whose values hold until the next.
 
-    time: s, float64[n]; value: in the panel's unit, of that length.
+    time: s, float64[n]; value: in the panel's unit, of that length; name: of its line, else the title's;
+    words: what its values 0, 1 and so on mean.
     """
-    return Panel(title=title, unit=unit, lines=(Line(name=name or title, time=time, value=value, step=True),))
+    line = Line(name=name or title, time=time, value=value, step=True)
+    return Panel(title=title, unit=unit, words=words, lines=(line,))
 
 
-def circles(role: Role, places: F64, radius: float = 0.0) -> list[Shape]:
+def circles(role: Role, places: F64, radius: float = 0.0, name: str = "") -> list[Shape]:
     """Return circles about places, float64[n, 2], of a radius in the world's unit; dots where it is 0."""
-    return [Shape(role=role, points=((float(x), float(y)),), radius=radius) for x, y in places]
+    return [Shape(role=role, points=((float(x), float(y)),), radius=radius, name=name) for x, y in places]
 
 
 def corners(points: F64) -> tuple[Point, ...]:

@@ -99,6 +99,16 @@
     node.style.height = `${height}px`;
     return node;
   }
+  function halo(g, text, x, y, colour) { // a text that is readable on what is drawn below it
+    g.save();
+    g.lineWidth = 3;
+    g.lineJoin = "round";
+    g.strokeStyle = ink("--back");
+    g.strokeText(text, x, y);
+    g.fillStyle = colour;
+    g.fillText(text, x, y);
+    g.restore();
+  }
   function sized(node) { // its context in CSS pixels, cleared
     const scale = window.devicePixelRatio || 1, box = node.getBoundingClientRect();
     node.width = Math.max(1, Math.round(box.width * scale));
@@ -119,10 +129,11 @@
     let [l, r, b, u] = [Infinity, -Infinity, Infinity, -Infinity];
     for (const [x, y] of points) { l = Math.min(l, x); r = Math.max(r, x); b = Math.min(b, y); u = Math.max(u, y); }
     const margin = 0.04 * Math.max(r - l, u - b, 1e-9), span = [r - l + 2 * margin, u - b + 2 * margin];
-    const height = Math.min(460, Math.max(150, (560 * span[1]) / span[0]));
-    const width = Math.min(660, (height * span[0]) / span[1]);
-    node.style.width = `${Math.max(220, width)}px`;
-    node.style.height = `${Math.max(110, Math.min(height, (660 * span[1]) / span[0]))}px`;
+    const [widest, highest] = films.length > 1 ? [660, 420] : film.eye ? [760, 460] : [1040, 520];
+    const narrow = Math.min(widest, document.documentElement.clientWidth - 40), ratio = span[1] / span[0];
+    const width = Math.max(220, Math.min(narrow, highest / ratio));
+    node.style.width = `${width}px`;
+    node.style.height = `${Math.max(110, Math.min(highest, width * ratio))}px`;
     const still = document.createElement("canvas");
     let scale = 1, to = null;
     const shape = (g, s) => {
@@ -138,9 +149,9 @@
         g.fill();
         g.globalAlpha = 1;
       }
-      if (!s.closed || s.role === "obstacle" || s.role === "floor") {
+      if (!s.closed || s.role === "obstacle" || s.role === "floor" || s.colour) {
         g.setLineDash(s.role === "way" ? [3, 3] : []);
-        g.strokeStyle = s.closed ? ink("--soft") : look;
+        g.strokeStyle = s.closed && !(s.colour && s.role === "shade") ? ink("--soft") : look; // of its own colour without a seam
         g.lineWidth = s.role === "wall" ? 1.6 : 0.7;
         g.stroke();
         g.setLineDash([]);
@@ -152,6 +163,10 @@
       for (let k = 0; k <= last; k++)
         if (k && !jumps(track, k)) g.lineTo(...to(track.x[k], track.y[k]));
         else g.moveTo(...to(track.x[k], track.y[k]));
+    };
+    const named_ = (g, text, at, y, wide) => { // inside the picture, and readable on whatever is below
+      g.font = "11px system-ui, sans-serif";
+      halo(g, text, Math.max(2, Math.min(at, wide - g.measureText(text).width - 3)), Math.max(10, y), g.fillStyle);
     };
     const draw = () => { // what stands, and all ways, pale
       const { w, h } = sized(node);
@@ -167,9 +182,11 @@
       world.tracks.forEach((track) => {
         g.beginPath();
         way(g, track, track.x.length - 1);
-        g.strokeStyle = ink("--line");
+        g.strokeStyle = ink(track.role === "robot" ? "--c0" : "--c1");
+        g.globalAlpha = 0.4;
         g.lineWidth = 1;
         g.stroke();
+        g.globalAlpha = 1;
       });
     };
     const follow = () => {
@@ -199,8 +216,7 @@
         g.closePath();
         g.fillStyle = colour;
         g.fill();
-        g.font = "11px system-ui, sans-serif";
-        g.fillText(track.name, x + size + 3, y - size - 2);
+        named_(g, track.name, x + size + 3, y - size - 2, node.clientWidth);
         if (now.heading !== null) {
           g.beginPath();
           g.moveTo(x, y);
@@ -210,10 +226,21 @@
         }
       }
     };
-    place.append(element("figure", {}, node, element("figcaption", {
-      textContent: `from above, ${number(r - l)} by ${number(u - b)} ${world.unit}` +
-        world.shapes.filter((s) => s.name).slice(0, 6).map((s) => `; ${s.role}: ${s.name}`).join("") })));
+    place.append(element("figure", {}, node, element("figcaption", {},
+      `from above, ${number(r - l)} by ${number(u - b)} ${world.unit}`, ...legend(world))));
     scenes.push({ draw, follow });
+  }
+  function legend(world) { // what stands there, each look once
+    const known = new Map();
+    for (const s of world.shapes)
+      if (s.role !== "floor" && (s.name || !s.colour)) known.set(`${s.role} ${s.colour} ${s.name}`, s);
+    return [...known.values()].slice(0, 12).map((s) => {
+      const line = !s.closed, mark = element("i", { className: line ? "line" : "area" });
+      mark.style.color = s.colour || `var(${LOOKS[s.role]})`;
+      if (s.role === "way") mark.style.borderTopStyle = "dashed";
+      if (s.role === "goal" || s.role === "start") mark.style.opacity = 0.55;
+      return element("span", { className: "key" }, mark, s.name || s.role);
+    });
   }
 
   // ---- what the camera sends
@@ -260,7 +287,8 @@
     }
     if (panel.log) return most > 0 ? [Math.log10(most) - DECADES, Math.log10(most) + 0.3] : [-1, 1];
     if (!(low <= high)) return [0, 1];
-    const room = 0.06 * (high - low || Math.abs(high) || 1);
+    if (panel.words.length) return [-0.25, panel.words.length - 0.75];
+    const room = high > low ? 0.06 * (high - low) : 0.5 * Math.abs(high) || 1;
     return [low - room, high + room];
   }
   function traced(g, line, w, h, low, high, log) { // lowest and highest value of each pixel's width
@@ -308,15 +336,16 @@
     return found;
   }
   function panel(film, given, place, own) {
+    const FOOT = 15; // px below what is drawn, for the times
     const rows = given.raster ? given.raster.rows.length : 0;
     const many = given.lines.length > MANY;
-    const height = given.raster ? Math.min(240, Math.max(rows > 3 ? 60 : 40, (rows > 40 ? 2 : 10) * rows + 16)) : many ? 190 : 110;
+    const height = given.raster ? Math.min(240, Math.max(rows > 3 ? 60 : 40, (rows > 40 ? 2 : 10) * rows + FOOT)) : many ? 190 : 110;
     const base = element("canvas"), top = element("canvas", { tabIndex: 0, role: "img",
       ariaLabel: `${given.title} of ${film.title} over time` });
     const stack = element("div", { className: "stack" }, base, top);
     stack.style.height = `${height}px`;
     const list = element("dl", { className: "state" });
-    list.style.maxHeight = `${Math.max(60, height) + 2}px`;
+    list.style.maxHeight = `${Math.max(17 * Math.min(8, given.lines.length + rows + 1), height) + 2}px`; // eight rows, or more by scrolling
     const heading = element("h2", { textContent: given.title + (given.unit ? ` (${given.unit})` : "") });
     if (given.unit === "A") {
       given.log ??= !!film.drawing; // of a circuit, whose currents are of many decades
@@ -347,21 +376,29 @@
       for (const t of times) {
         g.beginPath(); g.moveTo(x(t, w), 0); g.lineTo(x(t, w), h); g.stroke();
         g.fillStyle = ink("--soft");
-        g.fillText(mark(t), x(t, w) + 2, h - 3);
+        if (x(t, w) + g.measureText(mark(t)).width < w) g.fillText(mark(t), x(t, w) + 2, h - 3);
       }
-      if (given.lines.length) for (const v of steps(low, high, 4)) {
-        const y = h - ((v - low) / (high - low)) * h;
-        g.beginPath(); g.moveTo(0, y); g.lineTo(w, y); g.stroke();
-        g.fillStyle = ink("--soft");
-        if (y > 12 && y < h - 14) g.fillText(given.unit === "A" ? amount(given.log ? 10 ** v : v, "A") : number(v), 2, y - 2);
+      const high_ = h - FOOT, ticks = given.words.length ? [...given.words.keys()] : steps(low, high, 4);
+      const across = (v) => high_ - ((v - low) / (high - low)) * high_;
+      g.beginPath(); g.moveTo(0, high_); g.lineTo(w, high_); g.stroke();
+      if (given.lines.length) for (const v of ticks) {
+        g.beginPath(); g.moveTo(0, across(v)); g.lineTo(w, across(v)); g.stroke();
       }
       g.lineWidth = 1.2;
       for (const line of given.lines) if (line.shown) {
         g.strokeStyle = ink(`--c${line.colour}`);
-        traced(g, line, w, h, low, high, given.log);
+        traced(g, line, w, high_, low, high, given.log);
+      }
+      let below = Infinity; // of the label before, from below upwards
+      if (given.lines.length) for (const v of ticks) {
+        const y = Math.min(Math.max(across(v) - 2, 10), high_ - 3);
+        if (below - y < 11) continue;
+        below = y;
+        const text = given.words[v] || (given.unit === "A" ? amount(given.log ? 10 ** v : v, "A") : number(v));
+        halo(g, text, 3, y, ink("--soft"));
       }
       if (given.raster) {
-        const { time, row, groups } = given.raster, tall = (h - 14) / rows;
+        const { time, row, groups } = given.raster, tall = high_ / rows;
         for (const group of groups) {
           g.beginPath(); g.moveTo(0, group.first * tall); g.lineTo(w, group.first * tall); g.stroke();
         }
@@ -408,7 +445,8 @@
       list.append(row);
       let before = null;
       return () => {
-        const v = value(line, state.t), text = given.unit === "A" ? amount(v, "A") : number(Math.abs(v) < 1e-6 ? 0 : v);
+        const v = value(line, state.t);
+        const text = given.words[v] || (given.unit === "A" ? amount(v, "A") : number(Math.abs(v) < 1e-6 ? 0 : v));
         if (text !== before) shown.textContent = before = text;
       };
     });
@@ -418,7 +456,7 @@
         if (rows > 24 && !film.neurons.some((n) => n.name === name)) return;
         const known = film.neurons.find((n) => n.name === name), count = element("b");
         const group = given.raster.groups.find((one) => k >= one.first && k < one.first + one.count);
-        const shownAs = group ? `${group.name} ${name}` : name;
+        const shownAs = group && !name.startsWith(group.name) ? `${group.name} ${name}` : name;
         const what = known
           ? element("button", { textContent: shownAs, type: "button", onclick: () => choose(film, known) })
           : element("span", { textContent: shownAs });
@@ -426,14 +464,14 @@
         shown.push([k, count]);
       });
       const total = element("b");
-      list.append(element("div", {}, element("span", { textContent: `in ${duration >= 1 ? `${1e3 * window_} ms` : moment(window_)}` }), total));
+      list.append(element("div", {}, element("span", { textContent: `in ${duration >= 1 ? `${number(1e3 * window_)} ms` : moment(window_)}` }), total));
       told.push(() => {
         const { time, row } = given.raster;
         counts.fill(0);
         const first = after(time, state.t - window_), last = after(time, state.t);
         for (let k = first; k < last; k++) counts[row[k]]++;
-        for (const [k, node] of shown) node.textContent = counts[k] ? `${counts[k]} spikes` : "";
-        total.textContent = `${last - first} spikes`;
+        for (const [k, node] of shown) node.textContent = counts[k] || "";
+        total.textContent = `${last - first} ${last - first === 1 ? "spike" : "spikes"}`;
       });
     }
     const follow = () => {
@@ -464,7 +502,7 @@
         seek(time(event));
         if (given.raster) {
           const box = top.getBoundingClientRect();
-          const row = Math.floor((event.clientY - box.top) / ((box.height - 14) / rows));
+          const row = Math.floor((event.clientY - box.top) / ((box.height - FOOT) / rows));
           const known = film.neurons.find((n) => n.name === given.raster.rows[row]);
           if (known) choose(film, known);
         }
@@ -486,7 +524,9 @@
   const inside = element("section", { id: "inside", className: films.some((f) => f.drawing) ? "circuit" : "", hidden: true, tabIndex: -1 });
   inside.setAttribute("aria-live", "polite");
   const named = (film, name) => film.neurons.find((n) => n.name === name);
-  function devicesOf(film, neuron) {
+  function devicesOf(film, neuron, like) { // in the order of those beside it
+    const order = new Map(like.devices.map((d, k) => [d.path, k])), at = (d) => order.get(d.path) ?? order.size;
+    const devices = [...neuron.devices].sort((a, b) => at(a) - at(b));
     const closer = element("div", { className: "closer" }), tried = neuron.devices.some((d) => d.mended);
     const look = (d) => { // what it would be like without its deviation
       for (let k = panels.length - 1; k >= 0; k--) if (panels[k].own === closer) panels.splice(k, 1);
@@ -496,7 +536,7 @@
       follow();
       closer.scrollIntoView({ block: "nearest" });
     };
-    const rows = neuron.devices.map((d) => {
+    const rows = devices.map((d) => {
       const name = element("code", { textContent: d.path });
       const path = d.waveform ? element("button", { type: "button", onclick: () => look(d) }, name) : name;
       return element("tr", {}, element("td", {}, path), ...(tried ? [element("td", { textContent: d.mended })] : []),
@@ -523,7 +563,7 @@
       state.chosen = null;
       follow();
     } });
-    inside.replaceChildren(element("h2", { textContent: neuron.name + count }), close);
+    inside.replaceChildren(close, element("h2", { textContent: neuron.name + count }));
     inside.hidden = false;
     const grid = element("div", { className: "films" });
     const both = films.filter((each) => named(each, neuron.name));
@@ -533,9 +573,14 @@
       const own = named(each, neuron.name), place = element("div");
       grid.append(place);
       if (both.length > 1) place.append(element("p", { textContent: each.title }));
-      if (own.waveform) panel(each, own.waveform, place, true);
-      else place.append(element("p", { textContent: "no waveform of this neuron is in the file" }));
-      place.append(devicesOf(each, own));
+      if (own.waveform) {
+        const [begin, end] = [Math.min, Math.max].map((f) => f(...own.waveform.lines.flatMap((l) => [l.time[0], l.time[l.time.length - 1]])));
+        if (end - begin < duration / 10) place.append(element("button", { type: "button", className: "small",
+          textContent: `go to ${moment(begin)} to ${moment(end)}`, onclick: () => { zoom(begin, end); seek(begin); } }));
+        panel(each, own.waveform, place, true);
+      }
+      else place.append(element("p", { textContent: "no waveform of this neuron is in the file; a run with --inside and its name has one" }));
+      place.append(devicesOf(each, own, named(both[0], neuron.name)));
     }
     panels.filter((p) => p.own).forEach((p) => p.draw());
     follow();
@@ -637,7 +682,7 @@
   for (const film of films) {
     const column = element("article", { className: film.drawing ? "circuit" : "" }), place = element("div", { className: "scene" });
     const moments = film.moments.map((m) => element("button", { type: "button", className: "moment",
-      textContent: `${m.name} at ${moment(m.time)}${m.neuron ? `: ${m.neuron}` : ""}`, onclick: () => visit(film, m) }));
+      textContent: `${m.name} at ${moment(m.time)}${m.neuron ? `: ${m.neuron} ${m.why}` : ""}`, onclick: () => visit(film, m) }));
     column.append(element("h1", { textContent: film.title }), element("p", { textContent: film.headline }),
       ...(moments.length ? [element("p", {}, ...moments)] : []), place);
     grid.append(column);

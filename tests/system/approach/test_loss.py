@@ -5,8 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from chips.ranging.circuit import BEST_DELAYS
 from circuits.silicon.die import Die
-from system.approach.loss import explained, losses
+from system.approach import healing
+from system.approach.healing import explained
+from system.approach.loss import Reason, losses, reasons
 from system.approach.neuron import TOLERANCE, waveform
 from system.approach.trace import Trace
 from system.registry import load_system
@@ -28,7 +31,53 @@ def test_a_target_that_is_held_is_never_lost(trace: Trace) -> None:
     assert losses(replace(trace, estimate_m=trace.range_m)) == []
 
 
-def test_healing_the_transistor_that_lost_it_brings_the_spike_back(trace: Trace) -> None:
+def test_reasons_are_told_from_the_run(trace: Trace) -> None:
+    ((begin, end), *_) = losses(trace)
+    away, wrong, silent = reasons(trace, begin, end)
+    counts = np.bincount([n for t, n in trace.spikes if begin <= t < end], minlength=13)
+    assert away.neuron == counts.argmax()
+    assert counts.max() > 10 * ((trace.pulses >= begin) & (trace.pulses < end)).sum()
+    assert "as 3 more" in away.why
+    assert sorted(counts)[-4] > 3 * sorted(counts)[-5]  # so they are four
+    # the longest delay, whose echo would come from farther than anything stands
+    assert (wrong.neuron, wrong.why[:7]) == (12, "answers")
+    assert (silent.neuron, silent.why) == (2, "does not answer")
+    # a chip that says one spike a call, at the target's delay, does nothing wrong
+    held = tuple((echo + 1e-3, n) for call in trace.pulses for echo, n in _answers(trace, call))
+    assert list(reasons(replace(trace, spikes=held), begin, end)) == []
+
+
+def _answers(trace: Trace, call: float) -> list[tuple[float, int]]:
+    """Each echo of a call with the neuron of its delay."""
+    since = trace.echoes - call
+    delays = np.array(BEST_DELAYS)
+    near = since[(since > 2e-3) & (since < 40e-3)]
+    return [(call + float(d), int(np.argmin(np.abs(delays - d)))) for d in near]
+
+
+def test_a_runaway_is_healed_by_the_transistor_that_makes_it(
+    trace: Trace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first: list[Reason] = []
+
+    def only(trace: Trace, begin: float, end: float) -> list[Reason]:
+        first.append(next(iter(reasons(trace, begin, end))))
+        return first[-1:]
+
+    monkeypatch.setattr(healing, "reasons", only)
+    monkeypatch.setattr(healing, "MOST", 1)
+    ((moment, neuron),) = explained(trace)
+    assert neuron is not None
+    assert moment.why.startswith("runs away with 2")
+    assert neuron.name == first[0].name
+    assert neuron.devices[0].mended.startswith("0 spikes after the call, not ")
+    assert neuron.devices[1].mended.endswith("as before")
+
+
+def test_healing_the_transistor_that_lost_it_brings_the_spike_back(
+    trace: Trace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(healing, "reasons", lambda *stretch: [list(reasons(*stretch))[-1]])
     ((moment, neuron), *_) = explained(trace)
     assert neuron is not None
     k = int(neuron.name[7:-1])

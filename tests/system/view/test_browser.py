@@ -18,7 +18,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from circuits.solver.transient import simulate
-from system.approach import loss
+from system.approach import healing
 from system.options.block import choose
 from system.options.silicon import SiliconChoice
 from system.registry import load_system
@@ -214,12 +214,13 @@ def test_no_error_and_no_request_to_any_host(browser: Any, one: Path) -> None:
 def test_from_the_loss_of_a_target_to_its_transistor_by_clicks(
     browser: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(loss, "MOST", 1)
+    monkeypatch.setattr(healing, "MOST", 1)
     approach = load_system("approach")
     die = replace(approach.settings["die"].default, number=1002)
     scenario = approach.on_silicon(level="behavioural", codes="default", die=die, duration=3.2)
     film = approach.filmed(approach.run(scenario), ["neuron[2]"])
-    (moment, *_) = film.moments
+    (k,) = [k for k, one in enumerate(film.moments) if one.neuron == "neuron[2]"]
+    moment = film.moments[k]
     write_page(str(tmp_path / "lost.html"), [film])
     opened(browser, tmp_path / "lost.html")
     clicks = 0
@@ -229,7 +230,7 @@ def test_from_the_loss_of_a_target_to_its_transistor_by_clicks(
         webdriver.ActionChains(browser).click(browser.find_element(By.CSS_SELECTOR, css)).perform()
         clicks += 1
 
-    click(".moment")
+    click(f".moment:nth-of-type({k + 1})")
     assert now(browser) == pytest.approx(moment.time)
     assert browser.execute_script("return noctule.state.chosen") == moment.neuron == "neuron[2]"
     first = browser.find_element(By.CSS_SELECTOR, "#inside tbody tr").text
