@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
 from system.cli.exit_status import DONE, NO
-from system.cli.mission_output import document, print_mission
+from system.cli.mission_output import blame_document, document, print_blame, print_mission
 from system.cli.mission_verb import Merge, Mission
 from system.cli.option_names import option_of, replay_of
 from system.cli.output import print_json, print_line, progress_bar
@@ -21,6 +22,9 @@ from system.notice import say
 from system.option import OPTION
 from system.plot import check_picture, save_picture
 from system.reader import with_params
+from system.study.blame.blame import BUDGET
+from system.study.campaign import here
+from system.study.mission.blamed import Blamed, blame_failing, to_blame
 from system.study.mission.folder import begin, merge
 from system.study.mission.found import Found
 from system.study.mission.mission import Asked, mission_of
@@ -30,7 +34,7 @@ from system.study.mission.picture import draw_mission
 from system.study.mission.running import ALL, Part, run_mission
 from system.study.report.growing import Going, Growing
 
-_NOT_THE_RUNS = ("output", "resume", "shard", "threads", "workers", "scheduler", "plot", "as_json")
+_NOT_THE_RUNS = ("blame", "output", "resume", "shard", "threads", "workers", "scheduler", "plot", "as_json")
 _SHARD = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
 
 
@@ -38,6 +42,7 @@ def mission_command(asked: Mission) -> int:
     """Run a mission, print it, and keep its page; returns the status, `NO` where no run could be made."""
     check_picture(asked.plot)
     part = part_of(asked.shard)
+    _check_blame(asked.blame, part)
     if asked.output is None and (asked.resume or part != ALL):
         raise ParameterError(
             f"{'resume' if asked.resume else 'shard'}: of which mission, must come with `output`"
@@ -55,12 +60,40 @@ def mission_command(asked: Mission) -> int:
             found = run_mission(
                 made, folder, workers=workers, progress=progress, told=growing, command=command, part=part
             )
+        blamed = _blamed(asked, made, found, folder)
     except KeyboardInterrupt:
         growing.leave()
         if folder is not None:
             say(f"{folder}: go on with --resume")
         raise
-    return _tell(made, found, folder, command, (asked.plot, asked.as_json))
+    return _tell(made, found, folder, command, (asked.plot, asked.as_json), blamed)
+
+
+def _check_blame(count: int, part: Part) -> None:
+    if count < 0:
+        raise ParameterError(f"blame: {count}, must be at least 0")
+    if count and part != ALL:
+        raise ParameterError(
+            "blame: with `shard`, which has some of the dies; merge the parts, and go on by `resume`"
+        )
+
+
+def _blamed(
+    asked: Mission, made: Made, found: Sequence[Found], folder: Path | None
+) -> tuple[Blamed, ...] | None:
+    """Blame failing dies, as many as are asked for; None where none are."""
+    if not asked.blame:
+        return None
+    failing = to_blame(found, asked.blame)
+    budget = f"blame: {len(failing)} failing dies, at most {BUDGET} runs each"
+    if not asked.as_json:
+        say(budget)
+    alone = asked.workers is None and asked.scheduler is None
+    with progress_bar(budget) as progress:
+        return blame_failing(
+            made, failing, folder, progress=progress,
+            workers=here if alone else partial(workers_of, None, asked.workers, asked.scheduler),
+        )  # fmt: skip
 
 
 def merge_command(asked: Merge) -> int:
@@ -68,7 +101,7 @@ def merge_command(asked: Merge) -> int:
     check_picture(asked.plot)
     output = Path(asked.output)
     made, command, found = merge([Path(part) for part in asked.parts], output)
-    return _tell(made, found, output, command, (asked.plot, asked.as_json))
+    return _tell(made, found, output, command, (asked.plot, asked.as_json), None)
 
 
 def _tell(
@@ -77,18 +110,19 @@ def _tell(
     folder: Path | None,
     command: Sequence[str],
     output: tuple[str | None, bool],
+    blamed: Sequence[Blamed] | None,
 ) -> int:
     """Draw, write and print what was found, as a picture and a JSON document ask for it."""
     plot, as_json = output
     title = f"{made.asked.system}, {made.definition}"
     save_picture(plot, lambda figure: draw_mission(found, figure, title))
-    page = None if folder is None else write_page(folder, made, found, command, replay_of)
+    page = None if folder is None else write_page(folder, made, found, command, replay_of, blamed or ())
     if as_json:
-        print_json(
-            {**document(made, found, folder, replay_of), "report": None if page is None else str(page)}
-        )
+        told = {**document(made, found, folder, replay_of), **blame_document(blamed)}
+        print_json({**told, "report": None if page is None else str(page)})
     else:
         print_mission(made, found, folder, replay_of)
+        print_blame(blamed or ())
         if page is not None:
             print_line(f"report: {page}")
     return _status(found)
@@ -107,7 +141,7 @@ def _growing(folder: Path | None, made: Made, command: Sequence[str]) -> Growing
 
     def write(found: Sequence[Found], refresh: int) -> None:
         if folder is not None:
-            write_page(folder, made, found, command, replay_of, Going(refresh))
+            write_page(folder, made, found, command, replay_of, (), Going(refresh))
 
     return Growing(write, first=0.0)
 

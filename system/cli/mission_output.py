@@ -9,15 +9,20 @@ from typing import Any
 
 from system.cli.output import print_line, print_table
 from system.options.block import describe_dies
+from system.study.mission.blamed import Blamed, block_shares
 from system.study.mission.found import Found, Raised, raised
 from system.study.mission.mission import Mission
 from system.study.mission.page import (
+    BLAMED_HEADS,
     CAUSE_HEADS,
     GAIN_HEADS,
+    SHARE_HEADS,
     YIELD_HEADS,
     again,
+    blamed_row,
     cause_rows,
     gain_row,
+    share_rows,
     state,
     verdict,
     yield_row,
@@ -79,6 +84,31 @@ def _way(found: Found, folder: Path | None, replay: Replay) -> dict[str, Any]:
     }
 
 
+def blame_document(blamed: Sequence[Blamed] | None) -> dict[str, Any]:
+    """Give what blame says of failing dies as a member of a JSON document; null where it was not asked."""
+    if blamed is None:
+        return {"blame": None}
+    ways = dict.fromkeys(each.way for each in blamed)
+    return {"blame": [_blame(way, [each for each in blamed if each.way == way]) for way in ways]}
+
+
+def _blame(way: str, blamed: Sequence[Blamed]) -> dict[str, Any]:
+    shares = [
+        {
+            "block": row.block,
+            "dies": row.dies,
+            "share": row.share.value,
+            "interval": asdict(row.share.interval),
+        }
+        for row in block_shares(blamed)
+    ]
+    dies = [
+        {name: value for name, value in asdict(each).items() if name not in {"way", "blocks"}}
+        for each in blamed
+    ]
+    return {"way": way, "shares": shares, "dies": dies}
+
+
 def _change(row: Raised) -> dict[str, Any]:
     return {
         "change": row.change,
@@ -103,6 +133,14 @@ def print_mission(mission: Mission, found: Sequence[Found], folder: Path | None,
         print_table("what raises the yield, on the same dies", GAIN_HEADS, gains)
     for each in found:
         _print_failing(each, folder, replay)
+
+
+def print_blame(blamed: Sequence[Blamed]) -> None:
+    """Print what blame says of failing dies."""
+    for way in dict.fromkeys(each.way for each in blamed):
+        own = [each for each in blamed if each.way == way]
+        print_table(f"what blame puts failing dies on, {way}", SHARE_HEADS, share_rows(own))
+        print_table(f"dies that were blamed, {way}", BLAMED_HEADS, map(blamed_row, own))
 
 
 def _print_failing(found: Found, folder: Path | None, replay: Replay) -> None:

@@ -32,6 +32,7 @@ class Mission:
     change: tuple[str, ...] = option(
         (), "Tried on the same dies, as area=4, codes=default, bias-kind=ideal, or usual", metavar="TEXT"
     )
+    blame: int = option(0, "Failing dies of each temperature and kind of bias to be blamed", metavar="COUNT")
     until: str | None = option(None, "Stop when the yield is known to +- this, as 2%", metavar="SHARE")
     param: tuple[str, ...] = option((), "An option of the robot, repeatable", metavar="NAME=VALUE")
     level: Level = option("behavioural", "Of its chips")

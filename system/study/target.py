@@ -484,19 +484,25 @@ class SystemTarget(Target):
 
         shown: whether it is to be drawn, so that it keeps what no metric needs, as a flight's way.
         """
-        known = self._system.settings
-        options = {one.field for one in known.values()} | set(known)
-        asked = {k: v for k, v in self._options.items() if not shown or k in options}
-        silicon = {"die": die, "temperature_c": condition.temperature_c}
-        on_die = {name: value for name, value in silicon.items() if name in known}
+        seeds = self.seeds(die, condition.trial)
         with quietly():
-            seeds = self.seeds(die, condition.trial)
-            trace = self._system.run(self._system.scenario(**asked, **on_die, **seeds))
+            trace = self._system.run(self.scenario(die, condition, seeds, shown=shown))
         try:
             check_drawn(die)
         except UnknownNameError as error:  # which would be that of every sample
             raise DataError(str(error)) from None
         return trace
+
+    def scenario(
+        self, die: Die, condition: Condition, seeds: Mapping[str, int], *, shown: bool = False
+    ) -> Any:
+        """Give the scenario of a run on a die; seeds: by the names of its fields; shown: as `run`."""
+        known = self._system.settings
+        options = {one.field for one in known.values()} | set(known)
+        asked = {k: v for k, v in self._options.items() if not shown or k in options}
+        silicon = {"die": die, "temperature_c": condition.temperature_c}
+        on_die = {name: value for name, value in silicon.items() if name in known}
+        return self._system.scenario(**asked, **on_die, **seeds)
 
     def seeds(self, die: Die, trial: int) -> dict[str, int]:
         """Seeds of a trial's run on a die, by the names of a scenario's fields."""

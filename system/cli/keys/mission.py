@@ -68,5 +68,27 @@ verdict         string   -     whether it raises the yield, as far as the interv
 """,
         "changes",
     ),
+    **meanings(
+        """
+way            string    -  temperature, kind of bias and change, a name among `ways`
+shares         object[]  -  what the dies are put on, blocks first
+shares.block   string    -  path of the block, of all its cells; that it is not the die, or what was not shown
+shares.dies    integer   -  dies on which it was named
+shares.share   number    -  of the dies that were blamed, each divided evenly among its devices
+shares.interval       object  -  its 95 % interval
+shares.interval.low   number  -  lower end
+shares.interval.high  number  -  upper end
+dies           object[]  -  the dies that were blamed, the first failing ones by their numbers
+dies.die       integer   -  number of the die
+dies.seed      integer   -  seed of the world of its first run that is no success
+dies.guilty    boolean   -  whether the die is to blame
+dies.named     string[]  -  paths of the fewest devices that blame names
+dies.mends     boolean   -  whether healing them was shown to mend it
+dies.area      number?   -  area over theirs with which they mend; null where none that was tried does
+dies.trials    integer   -  runs that were made
+""",
+        "blame",
+    ),
+    **meanings("blame    object[]?  -  what blame puts failing dies on; null without `--blame`"),
     **meanings("changes  object[]  -  what changes raise the yield by, the largest gain first"),
 }

@@ -40,10 +40,12 @@ class Culprit:
     """A device, or what devices share, that is to blame.
 
     path : its path, with its parameter where one alone is to blame.
+    block : path of the block that it is in, of all cells.
     deviations : deviation and its standard deviation by parameter, V of V_T0, else relative.
     """
 
     path: str
+    block: str
     deviations: dict[str, tuple[float, float]]
 
 
@@ -141,7 +143,7 @@ def rates_of(accused: Accused) -> Rates:
 
 def _culprit(parts: Parts, part: Part) -> Culprit:
     single = parts.level(part) >= 3
-    return Culprit(part.path, parts.deviations(part) if single else {})
+    return Culprit(part.path, parts.block(part), parts.deviations(part) if single else {})
 
 
 def _judged(begun: Blame, trials: Trials, parts: Parts, found: Sequence[Part], rates: Rates) -> Blame:

@@ -144,6 +144,11 @@ class Parts:
         each = [_at(part, where, tuple(map(int, index))) for index in np.ndindex(*shape)]
         return [one for one in each if self.weight(one) > 0.0]
 
+    def block(self, part: Part) -> str:
+        """Return the path of the block that a part is in, of all cells; its own above devices."""
+        names = part.steps if self.level(part) < 2 else part.steps[:-1]
+        return Part(tuple((name, None) for name, _ in names), part.shapes[: len(names)]).path
+
     def devices(self, part: Part) -> int:
         """Return how many devices a part has."""
         return sum(next(iter(v.values())).size for v, _ in self._values(part))

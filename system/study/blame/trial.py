@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from typing import Any
@@ -37,6 +37,11 @@ class Outcome:
     failed: str = ""
 
 
+def does_its_job(summary: Mapping[str, Any]) -> bool:
+    """Say whether a run was a success by the system's own sentence, from its summary."""
+    return bool(summary[SUCCEEDED])
+
+
 @dataclass(frozen=True, slots=True)
 class Case:
     """A robot on a die.
@@ -47,10 +52,13 @@ class Case:
         What the robot is, by which every trial of it is run.
     scenario : dataclass
         Its first trial, on the die that is to be blamed.
+    success : callable
+        Whether a run is a success, from its summary; by the system's own sentence unless given.
     """
 
     system: System[Any, Any]
     scenario: Any
+    success: Callable[[Mapping[str, Any]], bool] = does_its_job
 
     @property
     def die(self) -> Die:
@@ -155,4 +163,4 @@ def trial(case: Case, die: Die, seed: int, *, own_codes: bool = False, **given: 
     trace = outcome_of(lambda: case.system.run(case.on(die, seed, own_codes=own_codes, **given)))
     if isinstance(trace, CircuitError):
         return Outcome(succeeded=False, failed=str(trace))
-    return Outcome(bool(case.system.summarise(trace)[SUCCEEDED]))
+    return Outcome(case.success(case.system.summarise(trace)))

@@ -10,6 +10,7 @@ from typing import Any
 
 from system.files.writing import write_text_atomic
 from system.registry import load_system
+from system.study.mission.blamed import Blamed, block_shares
 from system.study.mission.folder import REPORT
 from system.study.mission.found import Found, Raised, raised
 from system.study.mission.mission import Mission
@@ -38,6 +39,12 @@ _CAUSES_SAID = (
     " a failure at a rate q, another world on the same die fails with the chance q + (1 - q) times the die's"
     " share; any other die with q."
 )
+SHARE_HEADS = ("block", "dies:", "of the dies blamed:", "95 % interval:")
+BLAMED_HEADS = ("die:", "seed:", "to blame", "with their area times:", "runs:")
+_BLAMED_SAID = (
+    "The first failing dies by their numbers. Each counts once, divided evenly among the devices whose"
+    " healing was shown to mend it. The intervals are of Clopper and Pearson for as many dies."
+)
 _FROM_HERE = "The commands are for the folder that this page is in."
 _RAISED_SAID = (
     "Each change was run on the same dies in the same worlds; the gain is of the dies' differences."
@@ -46,17 +53,17 @@ _RAISED_SAID = (
 
 def write_page(
     folder: Path, mission: Mission, found: Sequence[Found], command: Sequence[str], replay: Replay,
-    going: Going | None = None,
+    blamed: Sequence[Blamed] = (), going: Going | None = None,
 ) -> Path:  # fmt: skip
     """Write the page of what was found so far into a mission's folder, whole or not at all."""
     path = folder / REPORT
-    write_text_atomic(path, page(mission, found, command, replay, going))
+    write_text_atomic(path, page(mission, found, command, replay, blamed, going))
     return path
 
 
 def page(
     mission: Mission, found: Sequence[Found], command: Sequence[str], replay: Replay,
-    going: Going | None = None,
+    blamed: Sequence[Blamed] = (), going: Going | None = None,
 ) -> str:  # fmt: skip
     """Give the page as the text of an HTML document.
 
@@ -71,6 +78,8 @@ def page(
     replay
         Gives the command that measures a sample again, from a study's folder and the options that name it.
         Its folders are those beside the page, so that the page is the same wherever it stands.
+    blamed
+        What blame says of failing dies, if it was asked.
     going
         Of a mission that is still run, or was interrupted.
     """
@@ -89,6 +98,10 @@ def page(
             "causes": Grid(CAUSE_HEADS, [row for each in found for row in cause_rows(each)]),
             "raised_said": _RAISED_SAID,
             "raised": Grid(GAIN_HEADS, [gain_row(row) for row in raised(found)]),
+            "blamed_said": _BLAMED_SAID,
+            "blamed": [
+                _blamed(way.name, [each for each in blamed if each.way == way.name]) for way in mission.ways
+            ],
             "failing": [_failing(each, replay, filmed=filmed) for each in found if each.failing()],
         },
         TEMPLATE,
@@ -173,6 +186,29 @@ def verdict(row: Raised) -> str:
     if ends.low > 0.0:
         return "raises it"
     return "lowers it" if ends.high < 0.0 else "no difference is shown"
+
+
+def _blamed(way: str, blamed: Sequence[Blamed]) -> dict[str, Any]:
+    return {
+        "way": way,
+        "shares": Grid(SHARE_HEADS, share_rows(blamed)),
+        "dies": Grid(BLAMED_HEADS, [blamed_row(each) for each in blamed]),
+    }
+
+
+def share_rows(blamed: Sequence[Blamed]) -> list[tuple[object, ...]]:
+    """Rows of what blame puts failing dies on under `SHARE_HEADS`."""
+    return [
+        (row.block, row.dies, f"{100.0 * row.share.value:.0f} %", percent(row.share.interval))
+        for row in block_shares(blamed)
+    ]
+
+
+def blamed_row(each: Blamed) -> tuple[object, ...]:
+    """Cells of what blame says of a die under `BLAMED_HEADS`."""
+    told = ", ".join(each.named) if each.mends else next(iter(each.shares))
+    area = "" if each.area is None else f"mends, {each.area:g}"
+    return each.die, each.seed, told, area, each.trials
 
 
 def _failing(found: Found, replay: Replay, *, filmed: bool) -> dict[str, Any]:

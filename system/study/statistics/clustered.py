@@ -87,7 +87,7 @@ def clustered_yield(shares: F64, trials: int, level: float = LEVEL) -> Clustered
     value = float(shares.mean())
     effective = _effective(shares, trials, value)
     reach = (ndtri(0.5 + 0.5 * level) / stdtrit(dies - 1, 0.5 + 0.5 * level)) ** 2 if dies > 1 else 0.0
-    interval = _beta_interval(value, max(float(effective * reach), 1.0), level)
+    interval = beta_interval(value, max(float(effective * reach), 1.0), level)
     return ClusteredYield(value, interval, dies, trials, effective, _correlation(shares, trials, value))
 
 
@@ -113,8 +113,8 @@ def _correlation(shares: F64, trials: int, value: float) -> float:
     return float(np.clip((trials * ratio - 1.0) / (trials - 1.0), 0.0, 1.0))
 
 
-def _beta_interval(value: float, samples: float, level: float) -> Interval:
-    """Clopper and Pearson's interval of a share of a number of samples that need not be whole."""
+def beta_interval(value: float, samples: float, level: float) -> Interval:
+    """Return Clopper and Pearson's interval of a share of a number of samples that need not be whole."""
     tail, passed = 0.5 * (1.0 - level), value * samples
     failed = samples - passed
     low = float(stats.beta.ppf(tail, passed, failed + 1.0)) if value > 0.0 else 0.0

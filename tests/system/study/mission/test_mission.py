@@ -10,10 +10,14 @@ from pathlib import Path
 
 import pytest
 
+from system.study.campaign import Numbered
+from system.study.mission.blamed import NOT_SHOWN, NOT_THE_DIE, Blamed, blame_failing, block_shares
+from system.study.mission.mission import Asked, mission_of
 from tests.killed import wait_until
 from tests.system.conftest import Run, RunJson
 from tests.system.study.mission.robot import ROBOT
 
+TOY = str(Path(__file__).parents[1] / "blame" / "robot.py") + ":SYSTEM"
 COUNTS = ("--dies", "24", "--chunk", "4", "--threads", "1")
 HERE = Path(__file__).resolve().parents[4]
 
@@ -119,6 +123,57 @@ def test_parts_workers_and_a_kill_give_the_bytes_of_one_run(robot: str, run: Run
     assert contents(Path("three")) == contents(Path("one"))
 
 
+def test_failing_dies_are_blamed_and_kept(run: Run, run_json: RunJson, tmp_path: Path) -> None:
+    words = (
+        "mission",
+        TOY,
+        "--dies",
+        "5",
+        "--worlds",
+        "1",
+        "--trials",
+        "1",
+        "--threads",
+        "1",
+        "--blame",
+        "2",
+    )
+    out = ("-o", str(tmp_path / "out"))
+    (own,) = run_json(*words, *out)["blame"]
+    assert [each["die"] for each in own["dies"]] == [1001, 1002]
+    assert all(each["guilty"] and each["mends"] for each in own["dies"])
+    assert all(path.startswith("toy_chip.cell[") for each in own["dies"] for path in each["named"])
+    (row,) = own["shares"]
+    assert (row["block"], row["dies"], row["share"]) == ("toy_chip.cell[*].near", 2, 1.0)
+    assert row["interval"]["low"] == pytest.approx(0.1581, abs=1e-4)  # Clopper and Pearson, 2 of 2
+    page = (tmp_path / "out/report.html").read_text()
+    assert own["dies"][0]["named"][0] in page
+    kept = contents(tmp_path / "out")
+    assert run(*words, *out, "--resume")[0] == 0
+    assert contents(tmp_path / "out") == kept
+
+
+def test_a_die_is_blamed_for_what_success_is_in_the_users_words() -> None:
+    own = Asked(TOY, "total_V < 1", dies=2, worlds=1, trials=1)  # of which a healed die has none either
+    made = mission_of(own)
+    failing = {Numbered(made.ways[0].name, 1001): 0}
+    (found,) = blame_failing(made, failing)
+    assert not found.guilty
+    assert [(row.block, row.share.value) for row in block_shares([found])] == [(NOT_THE_DIE, 1.0)]
+
+
+def test_a_die_is_divided_among_its_devices() -> None:
+    own = Blamed(
+        "way", 1000, 0, guilty=True, named=("a.m1", "a.m2", "b.m1"), blocks=("a", "a", "b"), mends=True
+    )
+    other = Blamed("way", 1001, 0, guilty=True, named=("b.m1",), blocks=("b",))
+    rows = block_shares([own, other])
+    assert [(row.block, row.dies, row.share.value) for row in rows] == [
+        ("a", 1, pytest.approx(1.0 / 3.0)), ("b", 1, pytest.approx(1.0 / 6.0)), (NOT_SHOWN, 1, 0.5),
+    ]  # fmt: skip
+    assert all(0.0 <= row.share.interval.low < row.share.value < row.share.interval.high for row in rows)
+
+
 def test_a_killed_mission_goes_on_to_the_bytes_of_one_run(robot: str, run: Run) -> None:
     words = ("mission", robot, "--dies", "40", "--chunk", "1", "--threads", "1")
     command = [sys.executable, "-m", "system.cli.command_line", *words, "-o", "killed"]
@@ -173,6 +228,11 @@ def test_what_does_not_belong_together_is_not_merged(
         (
             ["--shard", "1/2", "--until", "2%", "-o", "out"],
             "--shard: with --until, whose end depends on all dies",
+        ),
+        (["--blame", "-1"], "--blame: -1, must be at least 0"),
+        (
+            ["--blame", "1", "--shard", "1/2", "-o", "out"],
+            "--blame: with --shard, which has some of the dies",
         ),
         (["--change", "colour=red"], "colour: not an option of tries"),
         (["--change", "area"], "must be NAME=VALUE"),
