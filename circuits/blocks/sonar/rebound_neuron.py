@@ -243,16 +243,18 @@ def measures(result: Result) -> dict[str, float | None]:
     """Numbers of a run: `t_inh_s`, `t_reb_s` and `v_mem_peak_V`.
 
     t_inh: from the edge of the call to the fall of the inhibition's gate (node inhibition.b) through half the
-    supply. t_reb: from there to the peak of v_mem, or to the spike that ends the rise. Both are None without
-    a call. v_mem_peak: the largest v_mem after the release, or over the whole run without a call.
+    supply. t_reb: from there to the first spike, which ends the rise, or to the peak of v_mem. Both are None
+    without a call. v_mem_peak: the largest v_mem after the release, or over the whole run without a call.
     """
     call, release = rise(result, "call"), fall(result, "inhibition.b")
     v_mem = result["v_mem"]
     after = result.time >= (release or 0.0)
     peak = int(np.argmax(np.where(after, v_mem, -np.inf)))
+    ends = [float(time) for time in result.spikes["spike"] if time > (release or 0.0)]
+    top = ends[0] if ends else float(result.time[peak])
     return {
         "t_inh_s": between(call, release),
-        "t_reb_s": None if release is None or call is None else float(result.time[peak]) - release,
+        "t_reb_s": None if call is None else between(release, top),
         "v_mem_peak_V": float(v_mem[peak]),
     }
 

@@ -347,7 +347,30 @@ class _Search:
                 else:
                     middle = (low + high) // 2
                     pending += [(low, middle), (middle, high)]
+        if self._reads_times(sign):
+            why = (
+                "reads the time of a step, which no voltage there moves, as that of a peak; ask dies instead"
+            )
+            return Reading(self.value, (), why)
         return self._told()
+
+    def _reads_times(self, sign: F64) -> bool:
+        """Whether it depends on the time of a sample of whose voltages it does not: of the solver's steps."""
+        known, time = {row for row, _ in self.found}, self.result.time
+        step = 1e-3 * float(np.diff(time[self.kept]).min(initial=np.inf))
+        pending = [(1, time.size - 1)]  # the ends are those of the testbench
+        while pending:
+            low, high = pending.pop(0)
+            moved = time.copy()
+            moved[low:high] += step * sign[low:high]
+            if self._value(self._with(time=moved)) == self.value:
+                continue
+            if high - low > 1:
+                middle = (low + high) // 2
+                pending += [(low, middle), (middle, high)]
+            elif int(np.searchsorted(self.kept, low)) not in known:
+                return True
+        return False
 
     def _told(self) -> Reading:
         """What was found; a lone extreme is read as one."""

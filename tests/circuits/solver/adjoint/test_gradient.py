@@ -32,6 +32,10 @@ def neuron(die=NOMINAL, **stimuli):
     return to_kernel(bench, Silicon(block.process, 27.0, die))
 
 
+def measured(name):
+    return Measured(name, lambda result: load_block("rebound-neuron").measures(result)[name], "s")
+
+
 def low_pass():
     ports = (Port("v_in", "supply"), Port("v", "analog", "out"))
     circuit = Circuit("low_pass", ports, (Resistor("r", "v_in", "v", R), Capacitor("c", "v", "0", C)))
@@ -111,18 +115,22 @@ def test_sizes_of_the_rebound_neuron(name, size):
 def test_number_of_a_run_has_the_gradient_of_what_it_reads():
     machine = neuron()
     own = Measured("gap", lambda result: float(result.spikes["spike"][0] - 1e-3), "s")
-    found = gradients_of(machine, (own, SpikeTime("spike")))
+    found = gradients_of(machine, (own, SpikeTime("spike"), measured("t_inh_s"), measured("t_reb_s")))
     np.testing.assert_allclose(found.by[0], found.by[1], rtol=1e-5, atol=1e-12)
+    # from the call on to the release, and from there to the spike that ends the rise
+    np.testing.assert_allclose(found.by[2] + found.by[3], found.by[1], rtol=1e-5, atol=1e-12)
 
 
 def test_measures_without_a_gradient_say_why():
     machine = neuron(echo=None)
     whole = Measured("mean", lambda result: float(result.voltage.mean()), "V")
-    found = gradients_of(machine, (SpikeTime("spike"), SpikeTime("spike", 5), whole, Voltage("v_mem", 1.0)))
+    wanted = (SpikeTime("spike"), SpikeTime("spike", 5), whole, Voltage("v_mem", 1.0), measured("t_reb_s"))
+    found = gradients_of(machine, wanted)
     assert np.isnan(found.by).all()
     assert "spikes; spike comes to" in found.notes[1]
     assert "depends on the whole run" in found.notes[2]
     assert "the run ends at" in found.notes[3]
+    assert "reads the time of a step" in found.notes[4]  # of the peak, where no spike ends the rise
     with pytest.raises(ParameterError, match="no measure"):
         gradients_of(machine, ())
 
