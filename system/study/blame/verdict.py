@@ -2,10 +2,11 @@
 
 Both compare the same trials on two dies, paired by seed. The die is to blame where the healed one succeeds
 more often: the score interval of the difference (Tango 1998) lies above 0 after 6, 12 or 24 pairs, each at
-a third of 5 %. Healing mends where, on trials that no search has used, success is less than 10 points below
-that of the healed die, at a one-sided 5 %. As many pairs are made as find that in 80 % of cases if both are
-equal and differ in as many pairs as they did so far: `(z_95 + z_80)^2 d / 0.1^2` of a share d, at least 40
-(Connor, Biometrics 43, 207, 1987; equation 4 with its margin).
+a third of 5 %. It is not where the healed die has won no more than it has lost of 12 pairs: of dies that cost
+30 points that passes over 1 to 9 in 100. Healing mends where, on trials that no search has used, success is
+less than 10 points below that of the healed die, at a one-sided 5 %. As many pairs are made as find that in
+80 % of cases if both are equal and differ in as many pairs as they did so far: `(z_95 + z_80)^2 d / 0.1^2` of
+a share d, at least 40 (Connor, Biometrics 43, 207, 1987; equation 4 with its margin).
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from system.study.statistics.power import LIMIT, POWER
 from system.study.statistics.share import Share
 
 LOOKS = (6, 12, 24)  # pairs after which it is asked whether the die is to blame; ours
+ENOUGH = 12  # pairs after which a die that costs nothing so far is not asked further; ours
 MARGIN = 0.1  # of a share that succeeds, by which a mended die may be worse than the healed one
 FEWEST, MOST = 40, 120  # pairs of a verification; the larger one is ours
 
@@ -93,7 +95,7 @@ def accuse(trials: Trials, first: int) -> Accused:
     *some, most = LOOKS
     for count in some:
         found = _look(trials, first, count)
-        if found.guilty:
+        if found.guilty or (count >= ENOUGH and found.pairs.gained <= found.pairs.lost):
             return found
     return _look(trials, first, most)
 

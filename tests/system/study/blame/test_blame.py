@@ -22,7 +22,7 @@ from system.study.blame.story import (
     verdict_lines,
 )
 from system.study.blame.trial import ALL, Case, healed
-from system.study.blame.verdict import FEWEST, MOST, pairs_for
+from system.study.blame.verdict import ENOUGH, FEWEST, MOST, pairs_for
 from tests.system.study.blame.robot import AREA, LIMIT, SYSTEM, run
 
 FAILS = 1003  # a die on which the toy fails
@@ -76,6 +76,7 @@ def test_die_that_is_not_to_blame_ends_it() -> None:
     """Noise alone makes it fail as often on the healed die."""
     own = blame(case(Die(number=FAILS).healed("toy_chip"), blur=1.0))
     assert not own.accused.guilty
+    assert len(own.accused.pairs.seeds) == ENOUGH
     assert own.culprits == ()
     assert "It is not the die" in verdict_lines(own)[0]
 
