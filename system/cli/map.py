@@ -12,19 +12,26 @@ import numpy as np
 from circuits.errors import ParameterError
 from circuits.units import format_quantity
 from system.cli.map_verb import Map
+from system.cli.nef_program import document_of_values, size_of_values
 from system.cli.output import print_json, print_line, print_table, working
-from system.mapping.chips import map_on, read_any
+from system.mapping.chips import (
+    AnyMapped,
+    AnyNetwork,
+    map_on,
+    read_any,
+    read_any_program,
+    write_any_program,
+)
 from system.mapping.dynamics import Usual, usual_rates
+from system.mapping.nef.picture import draw_values
 from system.mapping.network import Network
 from system.mapping.picture import draw_program
-from system.mapping.program_file import check_program_path, read_program_file, write_program
-from system.mapping.report import Finding
+from system.mapping.program_file import check_program_path
+from system.mapping.report import Finding, counted
 from system.mapping.rolls.mapped import Mapped
 from system.mapping.run import check_channels
 from system.plot import check_picture, save_picture
 from system.spikes.read import read_spikes
-
-_HOW = ("approximate", "exact")
 
 
 def map_command(asked: Map) -> None:
@@ -34,19 +41,22 @@ def map_command(asked: Map) -> None:
     network = read_any(asked.network)
     with working(f"mapping on {asked.chip}"):
         mapped = map_on(asked.chip, network, _usual(network, asked.input))
-    write_program(asked.output, mapped)
-    save_picture(asked.plot, partial(draw_program, mapped))
+    write_any_program(asked.output, asked.chip, mapped)
+    _draw(asked.plot, mapped)
     if asked.as_json:
         print_json({"network": asked.network, "file": asked.output, **document_of(mapped)})
         return
     print_program(f"{asked.network} on {asked.chip}", mapped)
-    print_line(f"{asked.output}: written, for noctule show, run and export")
+    verbs = "show, run and export" if isinstance(mapped, Mapped) else "show and run"
+    print_line(f"{asked.output}: written, for noctule {verbs}")
 
 
-def _usual(network: Network, path: str | None) -> Usual | None:
+def _usual(network: AnyNetwork, path: str | None) -> Usual | None:
     """Rates of a network under the events of a file, None without one."""
     if path is None:
         return None
+    if not isinstance(network, Network):
+        raise ParameterError(f"input: {path}, a network of values is met at all of them; leave it out")
     events = read_spikes(path)
     check_channels(network, events, path)
     if not events.times.size:
@@ -62,16 +72,23 @@ def show_program(path: str, given: Sequence[str], plot: str | None, *, as_json: 
     if given:
         raise ParameterError(f"{given[0]}: {path} is a program, which has its own; leave it out")
     check_picture(plot)
-    mapped = read_program_file(path)
-    save_picture(plot, partial(draw_program, mapped))
+    mapped = read_any_program(path)
+    _draw(plot, mapped)
     if as_json:
         print_json({"file": path, **document_of(mapped)})
     else:
         print_program(path, mapped)
 
 
-def document_of(mapped: Mapped) -> dict[str, Any]:
+def _draw(plot: str | None, mapped: AnyMapped) -> None:
+    draw = partial(draw_program, mapped) if isinstance(mapped, Mapped) else partial(draw_values, mapped)
+    save_picture(plot, draw)
+
+
+def document_of(mapped: AnyMapped) -> dict[str, Any]:
     """Give what both commands tell by the names that JSON has for it."""
+    if not isinstance(mapped, Mapped):
+        return document_of_values(mapped)
     return {
         "chip": "rolls",
         "neurons": mapped.network.neurons,
@@ -82,15 +99,18 @@ def document_of(mapped: Mapped) -> dict[str, Any]:
             {"name": f.name, "tau_s": f.tau, "power": f.power, "weights_A": f.weights}
             for f in mapped.filters
         ],
-        **{how: sum(f.how == how for f in mapped.findings) for how in _HOW},
+        **counted(mapped.findings),
         "findings": [asdict(f) for f in mapped.findings],
     }  # fmt: skip
 
 
-def print_program(title: str, mapped: Mapped) -> None:
+def print_program(title: str, mapped: AnyMapped) -> None:
     """Print a mapping: what is exact, what is approximate, and by how much."""
     columns = ("where", "what", "how", "asked:", "got:", "off:", "note")
     print_table(title, columns, [_row(f) for f in mapped.findings])
+    if not isinstance(mapped, Mapped):
+        print_line(size_of_values(mapped))
+        return
     used = int((mapped.program.levels != 0).sum())
     print_line(
         f"{mapped.network.neurons} of 256 neurons, {used} synapses on"

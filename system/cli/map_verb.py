@@ -20,7 +20,7 @@ class Map:
     """Put a network on a chip. What is exact there, approximate or impossible is reported."""
 
     network: str = argument("NETWORK", "A network's .toml, or a .nir")
-    chip: str = required("Chip that it goes on: rolls", metavar="NAME", names=CHIPS)
+    chip: str = required("Chip that it goes on: rolls, or nef", metavar="NAME", names=CHIPS)
     output: str = required("Program to write", short="o", metavar="FILE.toml")
     input: str | None = option(
         None, "Events that are usual, at whose currents synapses are as asked for", metavar="FILE"
@@ -33,12 +33,12 @@ class Map:
 class RunProgram(OnDie):
     """Run a mapped network on a die, beside the network that was asked for."""
 
-    input: str = required("Events, .csv, .npz or .aedat4; addresses are channels of inputs", metavar="FILE")
+    input: str = required("Events, .csv, .npz or .aedat4; on nef values, a .csv", metavar="FILE")
     duration: str | None = option(
         None, "Of the run; until a little after the last event unless given", metavar="TIME"
     )
     codes: Literal["calibrated", "default"] = option(
-        "calibrated", "Weights searched on the die, as on a bench, or the program's own codes"
+        "calibrated", "Searched on the die, as on a bench, or the program's own"
     )
     bias_kind: Literal["ideal", "generator"] = option("generator", "Ideal PTAT currents, or the generator")
     spikes: str | None = shared.file_option("Write the die's spikes: .csv, .npz, .aedat4, .nwb or .nix")

@@ -11,9 +11,10 @@ from circuits.silicon.course import beginning_of, course_through
 from circuits.silicon.silicon import Silicon
 from circuits.units import parse_quantity
 from system.cli.map_verb import RunProgram
+from system.cli.nef_program import run_value_program
 from system.cli.output import print_json, print_line, print_table, working
+from system.mapping.chips import read_any_program
 from system.mapping.picture import draw_mapped_run
-from system.mapping.program_file import read_program_file
 from system.mapping.rolls.calibrate import calibrated
 from system.mapping.rolls.mapped import Mapped
 from system.mapping.run import MappedRun, check_channels, run_mapped
@@ -33,11 +34,15 @@ def run_program(path: str, asked: RunProgram) -> None:
     check_picture(asked.plot)
     if asked.spikes is not None:
         check_spikes(asked.spikes)
-    duration = None if asked.duration is None else parse_quantity(asked.duration, "s", "duration")
-    mapped, events = read_program_file(path), read_spikes(asked.input)
-    check_channels(mapped.network, events, asked.input)
+    mapped = read_any_program(path)
     fields = temperature_fields(read_course(asked.temperature))
     silicon = _silicon(asked, beginning_of(fields["temperature_c"], fields.get(COURSE, ()), TEMPERATURE_STEP))
+    if not isinstance(mapped, Mapped):
+        run_value_program(path, asked, mapped, silicon)
+        return
+    duration = None if asked.duration is None else parse_quantity(asked.duration, "s", "duration")
+    events = read_spikes(asked.input)
+    check_channels(mapped.network, events, asked.input)
     followed = course_through(fields.get(COURSE, ()), TEMPERATURE_STEP)
     if asked.codes == "calibrated":
         with working("calibrating the weights on the die"):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from circuits.arrays import F64
+from circuits.arrays import F64, Bools
 from system.mapping.dynamics import STEP, Trains, population_rates, rates_of
 from system.mapping.network import Network, Probe, spans
 
@@ -43,11 +43,18 @@ def distance(network: Network, one: Trains, other: Trains, begin: float, end: fl
     outputs = {}
     for probe in network.probes:
         a, b = (output(network, probe, run, end) for run in (one, other))
-        late = np.arange(a.size) * STEP >= begin
-        most = float(b[late].max(initial=0.0))
-        off = float(np.sqrt(np.mean((a - b)[late] ** 2)))
-        outputs[probe.name] = off / most if most else float("nan")
+        outputs[probe.name] = apart(a, b, np.arange(a.size) * STEP >= begin)
     return Distance({k: means[0][k] - means[1][k] for k in means[0]}, trains, outputs)
+
+
+def apart(one: F64, other: F64, late: Bools) -> float:
+    """Return the root mean square of a difference over the other's largest size, both float64[n, ...].
+
+    late: which of the n count, bool[n]. It is NaN where the other is 0 throughout.
+    """
+    most = float(np.abs(other[late]).max(initial=0.0))
+    off = float(np.sqrt(np.mean((one - other)[late] ** 2)))
+    return off / most if most else float("nan")
 
 
 def times_of(run: Trains, neuron: int) -> F64:

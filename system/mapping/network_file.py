@@ -66,11 +66,15 @@ def write_network(path: str | Path, network: Network) -> None:
     write_text_atomic(path, tomli_w.dumps(tables))
 
 
-def tables_of(network: Network, arrays: str) -> tuple[dict[str, Any], dict[str, F64]]:
-    """Return a network as tables of TOML, and by name the matrices that are to stand in the file `arrays`."""
+def tables_of(network: Any, arrays: str) -> tuple[dict[str, Any], dict[str, F64]]:
+    """Return a network of any kind as tables of TOML, and by name the matrices for the file `arrays`."""
     large: dict[str, F64] = {}
     tables: dict[str, Any] = {}
-    for key, one in settings(Network).items():
+    kind: Any = type(network)
+    for key, one in settings(kind).items():
+        if not isinstance(getattr(network, one.field), tuple):
+            tables[key] = getattr(network, one.field)
+            continue
         rows = [_row(each) for each in getattr(network, one.field)]
         for k, row in enumerate(rows):
             matrix = np.array(row.get("matrix", ()))
@@ -87,6 +91,13 @@ def npz_of(arrays: Mapping[str, F64]) -> bytes:
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **arrays)
     return buffer.getvalue()
+
+
+def without_none(value: Any) -> Any:
+    """Return a document without keys that have None: TOML has no null."""
+    if isinstance(value, dict):
+        return {k: without_none(v) for k, v in value.items() if v is not None}
+    return [without_none(v) for v in value] if isinstance(value, list | tuple) else value
 
 
 def _row(thing: Any) -> dict[str, Any]:
@@ -108,10 +119,11 @@ def _with_matrix(one: Any, folder: Path) -> Any:
     file, colon, key = named.rpartition(":")
     if not colon:
         raise ParameterError(f'matrix: "{named}", must be rows of numbers, or "FILE.npz:NAME"')
-    return {**one, "matrix": _array(folder / file, key).tolist()}
+    return {**one, "matrix": array_of(folder / file, key).tolist()}
 
 
-def _array(path: Path, key: str) -> F64:
+def array_of(path: Path, key: str) -> F64:
+    """Return the array of a name in a file of arrays; raises `DataError` where it cannot be read."""
     try:
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as held:
             found = held[key]

@@ -28,7 +28,7 @@ from circuits.arrays import I64
 from circuits.errors import DataError, ParameterError
 from system.files.document import converted, plain, toml_file
 from system.files.writing import check_folder, checked_suffix, write_bytes_atomic, write_text_atomic
-from system.mapping.network_file import SUFFIX, network_of, npz_of, tables_of
+from system.mapping.network_file import SUFFIX, network_of, npz_of, tables_of, without_none
 from system.mapping.report import Finding
 from system.mapping.rolls.mapped import Mapped, Placed, PlacedFilter, virtual_inputs
 
@@ -91,7 +91,7 @@ def write_program(path: str | Path, mapped: Mapped) -> None:
     )  # fmt: skip
     if large:
         write_bytes_atomic(arrays, npz_of(large))
-    write_text_atomic(path, tomli_w.dumps(_without_none(plain(document))))
+    write_text_atomic(path, tomli_w.dumps(without_none(plain(document))))
 
 
 def check_program_path(path: str) -> None:
@@ -106,7 +106,12 @@ def read_program_file(path: str | Path) -> Mapped:
     Raises `DataError`, which names file and key, where it cannot be read or is none.
     """
     where = Path(path)
-    found = converted(toml_file(where), ProgramFile, str(where), _REMEDY)
+    return read_program(toml_file(where), where)
+
+
+def read_program(tables: dict[str, Any], where: Path) -> Mapped:
+    """Return the program of a TOML document's `tables`; where: its file. Raises as `read_program_file`."""
+    found = converted(tables, ProgramFile, str(where), _REMEDY)
     try:
         return _mapped(found, where)
     except (ParameterError, LookupError) as error:
@@ -164,10 +169,3 @@ def _matrix(name: str, rows: tuple[str, ...], of: dict[str, int], shape: tuple[i
             raise ParameterError(f"{name}[{k}]: {what}, must be {shape[1]} of {''.join(of)}")
         found[k] = [of[mark] for mark in row]
     return found
-
-
-def _without_none(value: Any) -> Any:
-    """TOML has no null: a key is left out."""
-    if isinstance(value, dict):
-        return {k: _without_none(v) for k, v in value.items() if v is not None}
-    return [_without_none(v) for v in value] if isinstance(value, list | tuple) else value

@@ -73,5 +73,10 @@ def check_possible(findings: Sequence[Finding]) -> None:
         )
 
 
+def counted(findings: Sequence[Finding]) -> dict[str, int]:
+    """Return how many findings are approximate, and how many exact."""
+    return {how: sum(f.how == how for f in findings) for how in ("approximate", "exact")}
+
+
 def _how(error: float) -> How:
     return "exact" if abs(error) <= EXACT else "approximate"

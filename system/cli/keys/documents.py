@@ -21,7 +21,14 @@ from system.cli.keys.installed import (
     PREDICT,
     REPRODUCE,
 )
-from system.cli.keys.mapping import MAP, RUN_PROGRAM, SHOW_PROGRAM
+from system.cli.keys.mapping import (
+    MAP,
+    MAP_NEF,
+    RUN_PROGRAM,
+    RUN_PROGRAM_NEF,
+    SHOW_PROGRAM,
+    SHOW_PROGRAM_NEF,
+)
 from system.cli.keys.mission import MISSION
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
 from system.cli.keys.over_dies import CORNERS, MATCH, WORST
@@ -43,7 +50,9 @@ DOCUMENTS: dict[str, Meanings] = {
     "show CHIP": SHOW_CHIP,
     "show rolls": SHOW_ROLLS,
     "show PROGRAM.toml": SHOW_PROGRAM,
+    "show PROGRAM.toml (nef)": SHOW_PROGRAM_NEF,
     "map": MAP,
+    "map --chip nef": MAP_NEF,
     "op": OP,
     "simulate": SIMULATE,
     "simulate --analysis dc": DECK,
@@ -81,6 +90,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "doctor": DOCTOR,
     "run bench": BENCH,
     "run PROGRAM.toml": RUN_PROGRAM,
+    "run PROGRAM.toml (nef)": RUN_PROGRAM_NEF,
 }
 EVERY_RUN = meanings("""
 system   string  -  name of the system

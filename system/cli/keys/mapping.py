@@ -5,20 +5,10 @@ from __future__ import annotations
 from system.meaning import meanings
 from system.options.block import DIE_KEYS
 
-_MAPPED = meanings("""
+_FOUND = """
 chip                   string    -  the chip
 neurons                integer   -  neurons of the network
-synapses               integer   -  synapses between them
 channels               integer   -  channels of its inputs
-populations            object[]  -  where each population stands
-populations.name       string    -  its name
-populations.first      integer   -  its first neuron on the chip; the others follow
-populations.slow_leak  boolean   -  whether its leak is IF_TAU1
-filters                object[]  -  filters of synapses that are in use
-filters.name           string    -  its name
-filters.tau_s          number    s  its time constant on the nominal die
-filters.power          number    -  of its current over what comes in
-filters.weights_A      number[]  A  what an event of each level adds to what it integrates
 exact                  integer   -  findings within 1 %
 approximate            integer   -  findings beyond
 findings               object[]  -  what the chip makes of the network
@@ -30,17 +20,35 @@ findings.note          string    -  what that is of
 findings.asked         number?   -  what was asked for, in `unit`; null where it is no one number
 findings.got           number?   -  what the nominal die has
 findings.unit          string    -  unit of both
+"""
+_MAPPED = meanings(f"""{_FOUND}
+synapses               integer   -  synapses between neurons
+populations            object[]  -  where each population stands
+populations.name       string    -  its name
+populations.first      integer   -  its first neuron on the chip; the others follow
+populations.slow_leak  boolean   -  whether its leak is IF_TAU1
+filters                object[]  -  filters of synapses that are in use
+filters.name           string    -  its name
+filters.tau_s          number    s  its time constant on the nominal die
+filters.power          number    -  of its current over what comes in
+filters.weights_A      number[]  A  what an event of each level adds to what it integrates
 """)
-MAP = {
-    **meanings("""
+_VALUES = meanings(f"""{_FOUND}
+ensembles             object[]  -  where each ensemble stands
+ensembles.name        string    -  its name
+ensembles.first       integer   -  its first neuron on the chip; the others follow
+ensembles.neurons     integer   -  how many it has
+ensembles.dimensions  integer   -  length of its vector
+filters               integer   -  filters that are in use
+""")
+_WRITTEN = meanings("""
 network  string  -  file of the network
 file     string  -  program that was written
-"""),
-    **_MAPPED,
-}
-SHOW_PROGRAM = {**meanings("file  string  -  the program"), **_MAPPED}
-RUN_PROGRAM = {
-    **meanings("""
+""")
+_SHOWN = meanings("file  string  -  the program")
+MAP, MAP_NEF = {**_WRITTEN, **_MAPPED}, {**_WRITTEN, **_VALUES}
+SHOW_PROGRAM, SHOW_PROGRAM_NEF = {**_SHOWN, **_MAPPED}, {**_SHOWN, **_VALUES}
+_RUN = """
 program                           string    -     the program
 chip                              string    -     the chip
 temperature_C                     number    degC  temperature at the beginning
@@ -48,6 +56,12 @@ bias_kind                         string    -     what stands behind the bias cu
 codes                             string    -     `calibrated`, or `default` for the program's own
 begin_s                           number    s     from when on rates and outputs count
 duration_s                        number    s     length of the run
+outputs                           object[]  -     the network's probes
+outputs.name                      string    -     its name
+outputs.from_asked                number?   -     rms difference over the largest value; null where that is 0
+"""
+RUN_PROGRAM = {
+    **meanings(f"""{_RUN}
 populations                       object[]  -     the populations
 populations.name                  string    -     its name
 populations.asked_Hz              number    Hz    mean rate in the network that was asked for
@@ -55,14 +69,22 @@ populations.expected_Hz           number    Hz    in what the mapping makes of i
 populations.rate_Hz               number    Hz    on the die
 populations.trains_from_asked     number    -     van Rossum distance of the die's spike trains, 20 ms, rms
 populations.trains_from_expected  number    -     likewise
-outputs                           object[]  -     the network's probes
-outputs.name                      string    -     its name
-outputs.from_asked                number?   -     rms difference over the largest value; null where that is 0
 outputs.from_expected             number?   -     likewise
 events_lost                       integer   -     events that the input bus lost
 spikes_lost                       integer   -     spikes that the output bus lost
 held                              integer   -     filters times steps at the end of a filter's table
 cautions                          string[]  -     what the chip tells of itself
+"""),
+    **DIE_KEYS,
+}
+RUN_PROGRAM_NEF = {
+    **meanings(f"""{_RUN}
+outputs.from_ideal        number?  -  likewise, from a run of ideal neurons
+outputs.ideal_from_asked  number?  -  likewise, of ideal neurons from what was asked for
+spikes                    integer  -  spikes of all neurons
+spikes_dropped            integer  -  spikes that the router dropped
+values_clipped            integer  -  steps in which a converter was at its end
+values_lost               integer  -  steps in which more was lost than its accumulator holds
 """),
     **DIE_KEYS,
 }

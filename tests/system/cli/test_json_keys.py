@@ -42,6 +42,9 @@ FORMS = {
     ],
     "view": ["view run.nc -o run.html"],
     "map": [],
+    "map --chip nef": [],
+    "show PROGRAM.toml (nef)": [],
+    "run PROGRAM.toml (nef)": [],
     "show PROGRAM.toml": [],
     "run PROGRAM.toml": [],
     "export": [
@@ -92,6 +95,9 @@ MORE = {
     "map": ["map net.toml --chip rolls -o p.toml"],
     "show PROGRAM.toml": ["show p.toml"],
     "run PROGRAM.toml": ["run p.toml --input in.csv --codes default --duration 0.2s"],
+    "map --chip nef": ["map values.toml --chip nef -o v.toml"],
+    "show PROGRAM.toml (nef)": ["show v.toml"],
+    "run PROGRAM.toml (nef)": ["run v.toml --input values.csv --codes default --duration 0.2s"],
     "show rolls": ["show rolls"],
     "simulate --analysis tran-noise": ["simulate rebound-neuron --analysis tran-noise --trials 2"],
     "montecarlo": [
@@ -152,6 +158,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (found / "synapses.csv").write_text("post,pre,level\n5,3,1\n", encoding="utf-8")
     (found / "pair.toml").write_bytes((ROOT / "examples" / "pair.toml").read_bytes())
     (found / "net.toml").write_bytes((ROOT / "examples" / "winner-take-all.toml").read_bytes())
+    for name, example in (("values.toml", "square-of-a-value.toml"), ("values.csv", "values.csv")):
+        (found / name).write_bytes((ROOT / "examples" / example).read_bytes())
     (found / "in.csv").write_text("time_s,address\n0.01,0\n", encoding="utf-8")
     keep(str(found / "run.nc"), film())
     table(points(sizes=((2.0, 1.0),), celsius=(27.0,)), found / "currents.csv")

@@ -67,7 +67,7 @@ def test_a_program_is_shown_and_read_for_export(folder: Path, capsys: pytest.Cap
     ("line", "told"),
     [
         ("map {network} --chip latency -o x.toml", "--chip: latency, is one fixed network"),
-        ("map {network} --chip loihi -o x.toml", "loihi: unknown; known are rolls"),
+        ("map {network} --chip loihi -o x.toml", "loihi: unknown; known are nef, rolls"),
         ("map {network} --chip rolls -o x.txt", "x.txt: must end with .toml"),
         ("map none.toml --chip rolls -o x.toml", "none.toml: No such file"),
         ("run {folder}/p.toml --input {folder}/far.csv", "far.csv: event 0 of address 64, must be 0 to 63"),

@@ -111,7 +111,7 @@ def test_many_weights_and_two_membranes_are_drawn_together_and_still_as_expected
             r"excitatory synapses.weight: 1e-06, must be >= 0.000\d+; no code of the chip is nearer",
         ),
         ("latency", 2, 0.1, "latency, is one fixed network"),
-        ("nef", 2, 0.1, "nef, takes ensembles that stand for values"),
+        ("nef", 2, 0.1, "nef, takes networks of ensembles, this one is of populations; map it on rolls"),
     ],
 )
 def test_what_cannot_be_is_refused_with_its_limit(chip: str, size: int, weight: float, told: str) -> None:
