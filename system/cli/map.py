@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from circuits.errors import ParameterError
-from circuits.units import format_quantity
+from circuits.units import format_quantity, parse_quantity
 from system.cli.map_verb import Map
 from system.cli.nef_program import document_of_values, size_of_values
 from system.cli.output import print_json, print_line, print_table, working
@@ -25,6 +25,7 @@ from system.mapping.chips import (
 from system.mapping.dynamics import Usual, usual_rates
 from system.mapping.nef.picture import draw_values
 from system.mapping.network import Network
+from system.mapping.nir.read import SUFFIX, Judged, Times, judged, read_graph
 from system.mapping.picture import draw_program
 from system.mapping.program_file import check_program_path
 from system.mapping.report import Finding, counted
@@ -38,17 +39,30 @@ def map_command(asked: Map) -> None:
     """Put a network on a chip, print what it makes of it, and write the program."""
     check_picture(asked.plot)
     check_program_path(asked.output)
-    network = read_any(asked.network)
+    network = read_any(asked.network, _times(asked))
+    nodes = judged(read_graph(asked.network)) if asked.network.lower().endswith(SUFFIX) else ()
     with working(f"mapping on {asked.chip}"):
         mapped = map_on(asked.chip, network, _usual(network, asked.input))
     write_any_program(asked.output, asked.chip, mapped)
     _draw(asked.plot, mapped)
     if asked.as_json:
-        print_json({"network": asked.network, "file": asked.output, **document_of(mapped)})
+        told = {"network": asked.network, "file": asked.output, "nodes": [each._asdict() for each in nodes]}
+        print_json({**told, **document_of(mapped)})
         return
+    if nodes:
+        print_table(f"{asked.network}, node by node", Judged._fields, nodes)
     print_program(f"{asked.network} on {asked.chip}", mapped)
     verbs = "show, run and export" if isinstance(mapped, Mapped) else "show and run"
     print_line(f"{asked.output}: written, for noctule {verbs}")
+
+
+def _times(asked: Map) -> Times:
+    """What a graph's numbers mean."""
+    unit, event = (
+        None if text is None else parse_quantity(text, "s", name)
+        for text, name in ((asked.graph_unit, "graph_unit"), (asked.graph_event, "graph_event"))
+    )
+    return Times(1.0 if unit is None else unit, event)
 
 
 def _usual(network: AnyNetwork, path: str | None) -> Usual | None:

@@ -22,6 +22,8 @@ class Map:
     network: str = argument("NETWORK", "A network's .toml, or a .nir")
     chip: str = required("Chip that it goes on: rolls, or nef", metavar="NAME", names=CHIPS)
     output: str = required("Program to write", short="o", metavar="FILE.toml")
+    graph_unit: str | None = option(None, "What 1 is of a .nir's times; 1 s unless given", metavar="TIME")
+    graph_event: str | None = option(None, "Area of an event of a .nir, as of one step", metavar="TIME")
     input: str | None = option(
         None, "Events that are usual, at whose currents synapses are as asked for", metavar="FILE"
     )

@@ -43,6 +43,7 @@ CHIPS: Mapping[str, Maker] = {
     "rolls": Maker(Network, "populations", map_on_rolls, write_program, read_program),
     "nef": Maker(ValueNetwork, "ensembles", map_on_nef, write_value_program, read_value_program),
 }
+READERS = (toml.SUFFIX, nir.SUFFIX)
 ENSEMBLES = "ensemble"  # key by which a network is one of values
 REFUSED = dict.fromkeys(("latency", "latency-chip"), "is one fixed network")
 
@@ -59,14 +60,16 @@ def _read_toml(path: str) -> AnyNetwork:
         raise DataError(f"{where}: {error}") from None
 
 
-READERS: Mapping[str, Callable[[str], AnyNetwork]] = {
-    toml.SUFFIX: _read_toml, nir.SUFFIX: nir.read_nir,
-}  # fmt: skip
+def read_any(path: str, times: nir.Times = nir.STANDARD) -> AnyNetwork:
+    """Return the network of a file by the end of its name: `.toml`, or `.nir`; raises as their readers do.
 
-
-def read_any(path: str) -> AnyNetwork:
-    """Return the network of a file by the end of its name: `.toml`, or `.nir`; raises as their readers do."""
-    return READERS[checked_suffix(path, tuple(READERS))](path)
+    times: what the numbers of a graph mean, which raises `ParameterError` for another file.
+    """
+    if checked_suffix(path, READERS) == nir.SUFFIX:
+        return nir.read_nir(path, times)
+    if times != nir.STANDARD:
+        raise ParameterError(f"{path}: unit and event are of a graph, {nir.SUFFIX}; leave them out")
+    return _read_toml(path)
 
 
 def read_any_program(path: str) -> AnyMapped:

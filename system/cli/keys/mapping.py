@@ -42,8 +42,13 @@ ensembles.dimensions  integer   -  length of its vector
 filters               integer   -  filters that are in use
 """)
 _WRITTEN = meanings("""
-network  string  -  file of the network
-file     string  -  program that was written
+network      string    -  file of the network
+file         string    -  program that was written
+nodes        object[]  -  nodes of a graph of NIR, as they are read; none of another network
+nodes.where  string    -  its name, of one in a graph within as `graph.node`
+nodes.type   string    -  its type
+nodes.how    string    -  `faithful` or `approximate`
+nodes.note   string    -  what it becomes
 """)
 _SHOWN = meanings("file  string  -  the program")
 MAP, MAP_NEF = {**_WRITTEN, **_MAPPED}, {**_WRITTEN, **_VALUES}

@@ -63,9 +63,17 @@ REMEDY: Mapping[str, str] = {
 def linear(where: str, node: Any, signal: F64) -> F64:
     """Return what a linear node makes of signals, float64[*shape, sources]; where: its path, for errors.
 
-    Raises `ParameterError` for a bias, a delay, or a signal of another shape than the node takes.
+    Raises `ParameterError` as `check_linear`, and for a signal of another shape than the node takes.
     """
+    check_linear(where, node)
     return _LINEAR[type(node).__name__](where, node, signal)
+
+
+def check_linear(where: str, node: Any) -> None:
+    """Raise `ParameterError` for a linear node with a bias or a delay; where: its path."""
+    _check_bias(where, node)
+    if np.any(np.asarray(getattr(node, "delay", 0.0))):
+        raise ParameterError(f"{where}: Delay, is refused on rolls; {REMEDY['Delay']}")
 
 
 def is_linear(node: Any) -> bool:
@@ -74,7 +82,6 @@ def is_linear(node: Any) -> bool:
 
 
 def _matrix(where: str, node: Any, signal: F64) -> F64:
-    _check_bias(where, node)
     weight = np.asarray(node.weight, dtype=np.float64)
     _check_size(where, weight.shape[-1], signal.shape[-2])
     return np.asarray(np.matmul(weight, signal))
@@ -134,7 +141,6 @@ _PLANE = 4  # axes of a signal in a plane: channel, two of space, sources
 
 def _convolved(where: str, node: Any, signal: F64, weight: F64) -> F64:
     """Windows of the padded signal times the kernel; weight: float64[out, in of a group, height, width]."""
-    _check_bias(where, node)
     groups = int(node.groups)
     if signal.ndim != _PLANE or signal.shape[0] != weight.shape[1] * groups:
         raise ParameterError(
@@ -173,9 +179,7 @@ def _windows(signal: F64, size: I64, stride: I64, padding: Any, dilation: I64) -
     return found[:, :: stride[0], :: stride[1], :, :: dilation[0], :: dilation[1]]
 
 
-def _delay(where: str, node: Any, signal: F64) -> F64:
-    if np.any(np.asarray(node.delay)):
-        raise ParameterError(f"{where}: Delay, is refused on rolls; {REMEDY['Delay']}")
+def _same(where: str, node: Any, signal: F64) -> F64:
     return signal
 
 
@@ -209,5 +213,5 @@ def _check_size(where: str, takes: int, size: int) -> None:
 
 _LINEAR: Mapping[str, Callable[[str, Any, F64], F64]] = {
     "Linear": _matrix, "Affine": _matrix, "Scale": _scaled, "Flatten": _flat, "Conv1d": _conv1d,
-    "Conv2d": _conv2d, "SumPool2d": _pool, "AvgPool2d": _pool, "Delay": _delay,
+    "Conv2d": _conv2d, "SumPool2d": _pool, "AvgPool2d": _pool, "Delay": _same,
 }  # fmt: skip

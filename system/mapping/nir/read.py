@@ -11,12 +11,16 @@ a weight w is R w / (v_threshold tau_s) in the network's units (`system.mapping.
 CubaLIF or LI, or `DIRECT` where pulses reach the membrane at once; v_threshold counts from v_leak, which must
 be v_reset. NIR knows no refractory period: it is 0. Populations and inputs come in the order of the file,
 which NIR sorts by name.
+
+By the letter of the standard an event is a pulse of area 1 in the graph's time, and that is in seconds.
+Frameworks that count in steps mean otherwise (`Times`): a spike is a 1 for one step of theirs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from inspect import signature
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -27,13 +31,48 @@ from circuits.arrays import F64
 from circuits.errors import DataError, ParameterError
 from system.files.aedat4 import UNREADABLE
 from system.mapping.network import Connection, Input, Network, Population, Probe
-from system.mapping.nir.nodes import DIRECT, NODES, REMEDY, SLOW, is_linear, linear
+from system.mapping.nir.nodes import DIRECT, NODES, REMEDY, SLOW, How, check_linear, is_linear, linear
 
 SUFFIX = ".nir"
 ORDER = "order"  # key of the metadata that tells in which order a network has its groups
 NEURONS = ("LIF", "CubaLIF", "IF")
 _KNOWN = {node.type: node for node in NODES}
+_AXES = 3  # of what a convolution takes: channels, rows, columns
 _ALIKE = 1e-3  # by which the time constants of a node's neurons may differ; ours
+
+
+@dataclass(frozen=True, slots=True)
+class Times:
+    """What a graph's numbers mean in seconds.
+
+    unit : what 1 is of its time constants, s; event : area of an event, s, `unit` where None. Raises
+    `ParameterError` where they are not above 0.
+    """
+
+    unit: float = 1.0
+    event: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in (("unit", self.unit), ("event", self.event)):
+            if value is not None and not 0.0 < value < np.inf:
+                raise ParameterError(f"graph.{name}: {value:g} s, must be above 0")
+
+    @property
+    def area(self) -> float:
+        """Area of an event in the graph's own time."""
+        return 1.0 if self.event is None else self.event / self.unit
+
+
+STANDARD = Times()
+
+
+class Judged(NamedTuple):
+    """A node of a graph as it is read: its path and type, how (`Node`), and what of it or why not."""
+
+    where: str
+    type: str
+    how: How
+    note: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,59 +98,106 @@ class Way(NamedTuple):
     before: tuple[str, ...]
 
 
-def read_nir(path: str | Path) -> Network:
+def read_nir(path: str | Path, times: Times = STANDARD) -> Network:
     """Read the file of NIR at `path` as a network.
 
     Raises `DataError` without the package nir, for a file that is none, and with the node's name where a
     network cannot be what the graph is.
+
+    Parameters
+    ----------
+    path
+        The file.
+    times
+        What its numbers mean in seconds.
     """
-    nir = nir_package()
+    graph = read_graph(path)
     try:
-        graph = nir.read(Path(path))
-    except (*UNREADABLE, AssertionError) as error:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:80] or type(error).__name__
-        raise DataError(f"{path}: {reason}, must be a graph of NIR; nir.write makes one") from None
-    try:
-        return network_of_graph(graph)
+        return network_of_graph(graph, times)
     except ParameterError as error:
         raise DataError(f"{path}: {error}") from None
 
 
-def network_of_graph(graph: Any) -> Network:
+def read_graph(path: str | Path) -> Any:
+    """Return the graph of a file, a `nir.NIRGraph`; raises `DataError` where it is none.
+
+    Shapes need not agree, as where a framework leaves a batch's axis in them: weights are followed.
+    """
+    nir = nir_package()
+    unchecked = {"type_check": False} if "type_check" in signature(nir.read).parameters else {}
+    try:
+        return nir.read(Path(path), **unchecked)
+    except (*UNREADABLE, AssertionError) as error:
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:80] or type(error).__name__
+        raise DataError(f"{path}: {reason}, must be a graph of NIR; nir.write makes one") from None
+
+
+def judged(graph: Any) -> tuple[Judged, ...]:
+    """Return how each node of a graph is read, one by one: faithful, approximate or refused."""
+    return tuple(_judged(where, node) for where, node in _flat(graph).nodes.items())
+
+
+def network_of_graph(graph: Any, times: Times = STANDARD) -> Network:
     """Return the network that `graph`, a `nir.NIRGraph`, is.
 
     Raises `ParameterError`, which names the node and what to do, where a network cannot be that.
     """
     flat = _flat(graph)
-    for where, node in flat.nodes.items():
-        _check_type(where, node)
+    wrong = [each for each in judged(graph) if each.how == "refused"]
+    if wrong:
+        more = f"; {len(wrong) - 1} more nodes cannot be either" if len(wrong) > 1 else ""
+        raise ParameterError(f"{wrong[0].note}{more}")
     sources = [name for name in flat.nodes if _is_source(flat, name)]
     told = str((getattr(graph, "metadata", None) or {}).get(ORDER, "")).splitlines()
     if sorted(told) == sorted(sources):
         sources = told
     ways = {name: tuple(_ways(flat, name)) for name in sources}
+    if len(ways) == len(flat.inputs):
+        raise ParameterError(f"graph: no neuron, must have one of {', '.join(NEURONS)}; add it")
     sizes = {name: _size(flat, name, ways) for name in ways}
     populations = tuple(
-        _population(name, flat.nodes[name], sizes[name]) for name in ways if name not in flat.inputs
+        _population(name, flat.nodes[name], sizes[name], times.unit)
+        for name in ways
+        if name not in flat.inputs
     )
     inputs = tuple(Input(name, sizes[name]) for name in ways if name in flat.inputs)
     connections, probes = [], []
     for name, found in ways.items():
         for way in found:
             if way.node in flat.outputs:
-                probes += [Probe(way.node, name, *(() if way.tau is None else (way.tau,)))]
+                probes += [Probe(way.node, name, *(() if way.tau is None else (times.unit * way.tau,)))]
             else:
-                connections.append((way.before, _connection(name, way, flat.nodes[way.node], sizes)))
+                made = _connection(name, way, flat.nodes[way.node], sizes[way.node], times)
+                connections.append((way.before, made))
     ordered = tuple(one for _, one in sorted(connections, key=lambda each: _natural(each[0])))
     return Network(populations, inputs, tuple(c for c in ordered if np.any(c.matrix)), tuple(probes))
 
 
-def _check_type(where: str, node: Any) -> None:
+def _judged(where: str, node: Any) -> Judged:
+    kind = type(node).__name__
+    try:
+        _check_node(where, node)
+    except ParameterError as error:
+        return Judged(where, kind, "refused", str(error))
+    return Judged(where, kind, _KNOWN[kind].rolls, _KNOWN[kind].note)
+
+
+def _check_node(where: str, node: Any) -> None:
+    """Raise `ParameterError` for a node that no network has, by itself."""
     kind = type(node).__name__
     if kind not in _KNOWN:
         raise ParameterError(f"{where}: {kind}, is no node that NIR has; they are {', '.join(_KNOWN)}")
     if _KNOWN[kind].rolls == "refused" and not is_linear(node):
         raise ParameterError(f"{where}: {kind}, is refused on rolls, {_KNOWN[kind].note}; {REMEDY[kind]}")
+    if is_linear(node):
+        check_linear(where, node)
+    if kind in NEURONS:
+        _population(where, node, 1, 1.0)
+    if kind == "CubaLIF":
+        _one_value(where, "tau_syn", node.tau_syn)
+    if kind == "LI":
+        _check_zero(where, node, "v_leak")
+        _one_value(where, "tau", node.tau)
 
 
 def _flat(graph: Any) -> Flat:
@@ -180,46 +266,48 @@ def _through(way: Way, node: Any) -> tuple[F64, float | None]:
         return linear(way.node, node, way.signal), way.tau
     if way.tau is not None:
         raise ParameterError(f"{way.node}: LI, is a second filter in series; leave one out")
-    _check_zero(way.node, node, "v_leak")
     tau = _one_value(way.node, "tau", node.tau)
     scale = np.asarray(node.r, dtype=np.float64) / np.asarray(node.tau, dtype=np.float64)
     flat = way.signal.reshape(-1, way.signal.shape[-1])
     return (np.broadcast_to(scale.ravel(), (flat.shape[0],))[:, None] * flat).reshape(way.signal.shape), tau
 
 
-def _connection(source: str, way: Way, node: Any, sizes: Mapping[str, int]) -> Connection:
+def _connection(source: str, way: Way, node: Any, size: int, times: Times) -> Connection:
     """The connection of a way: weights as the network has them, and their time constant."""
     weights = way.signal.reshape(-1, way.signal.shape[-1])
-    size = sizes[way.node]
     if weights.shape[0] != size:
         raise ParameterError(f"{way.node}: {size} neurons, {weights.shape[0]} entries come; mend the weights")
     r, threshold = (np.asarray(x, dtype=np.float64).ravel() for x in (node.r, node.v_threshold))
-    over, tau = r / (threshold - _rest(node).ravel()), way.tau
-    if type(node).__name__ == "IF":
-        over = over * SLOW
-    if type(node).__name__ == "CubaLIF":
+    over, tau = times.area * r / (threshold - _rest(node).ravel()), way.tau
+    kind = type(node).__name__
+    if kind == "IF":
+        over = over * SLOW / times.unit
+    if kind == "CubaLIF":
         if tau is not None:
             raise ParameterError(f"{way.node}: CubaLIF behind LI, two filters in series; take LIF")
         tau = _one_value(way.node, "tau_syn", node.tau_syn)
         over = over * np.asarray(node.w_in, dtype=np.float64).ravel() / tau
     elif tau is None:
-        tau = DIRECT
+        tau = DIRECT / times.unit
         over = over / tau
     matrix = np.broadcast_to(over, (size,))[:, None] * weights
-    return Connection(source, way.node, rule="matrix", tau=tau, matrix=tuple(map(tuple, matrix.tolist())))
+    rows = tuple(map(tuple, matrix.tolist()))
+    return Connection(source, way.node, rule="matrix", tau=times.unit * tau, matrix=rows)
 
 
-def _population(name: str, node: Any, size: int) -> Population:
+def _population(name: str, node: Any, size: int, unit: float) -> Population:
     _check_reset(name, node)
     kind = type(node).__name__
     if kind == "IF":
         return Population(name, size, SLOW, 0.0)
     tau = node.tau_mem if kind == "CubaLIF" else node.tau
-    return Population(name, size, _one_value(name, "tau", tau), 0.0)
+    return Population(name, size, unit * _one_value(name, "tau", tau), 0.0)
 
 
 def _shape(node: Any) -> tuple[int, ...]:
-    return tuple(int(n) for n in np.asarray(next(iter(node.output_type.values()))).ravel()) or (1,)
+    """Shape of what a node gives, without the axis of a batch of one."""
+    shape = tuple(int(n) for n in np.asarray(next(iter(node.output_type.values()))).ravel()) or (1,)
+    return shape[1:] if len(shape) > _AXES and shape[0] == 1 else shape
 
 
 def _size(flat: Flat, name: str, ways: Mapping[str, tuple[Way, ...]]) -> int:
