@@ -10,15 +10,8 @@ import numpy as np
 import pytest
 
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port
-from circuits.devices import (
-    Capacitor,
-    ControlledSource,
-    Diode,
-    OperationalAmplifier,
-    Resistor,
-    Source,
-    Transistor,
-)  # fmt: skip
+from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices.diode import Diode
 from circuits.devices.source import Constant, Driven, PiecewiseLinear, Pulse, Sampled
 from circuits.errors import DataError
 from circuits.lowering.flatten import flatten
