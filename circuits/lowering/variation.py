@@ -19,6 +19,7 @@ from circuits.devices import Capacitor, Resistor, Transistor
 from circuits.devices.device import Device
 from circuits.devices.diode import Diode
 from circuits.lowering.flatten import FlatCircuit
+from circuits.silicon.components import AMI_1500_COMPONENTS
 from circuits.silicon.die import PARAMETERS, SHARED_PLACE, WAFER_PLACE, Die, Path, Place, standard_normals
 from circuits.silicon.floor_plan import BOARDS
 from circuits.silicon.gradient import GRADIENT_PLACE, slope_names
@@ -79,15 +80,21 @@ def variation_sigma(flat: FlatCircuit, silicon: Silicon) -> F64:
 
 
 def drawn_families(flat: FlatCircuit, silicon: Silicon) -> list[tuple[Place, list[Path], str]]:
-    """List place, paths and parameter of all that a circuit can draw on any die, as edits of one name it."""
-    die = Die(silicon.die.lot, 0, variation="full")
-    process = replace(silicon.process, diodes=silicon.process.diodes or _NO_SPREAD)
-    return _families(flat, replace(silicon, die=die, process=process))
+    """List place, paths and parameter of all that a circuit can draw on any die, and that edits can set."""
+    die, own = Die(silicon.die.lot, 0, variation="full"), silicon.process
+    process = replace(own, diodes=own.diodes or _NO_SPREAD, components=own.components or AMI_1500_COMPONENTS)
+    place, resistors = _place(flat, silicon), _paths(flat, Resistor)
+    alone = [(place, resistors, QUANTITY["resistor"])] if resistors and place[0][0] not in BOARDS else []
+    return [*_families(flat, replace(silicon, die=die, process=process)), *alone]
+
+
+def _place(flat: FlatCircuit, silicon: Silicon) -> Place:
+    return ((flat.circuit.name, ()),) if silicon.place is None else silicon.place
 
 
 def _families(flat: FlatCircuit, silicon: Silicon) -> list[tuple[Place, list[Path], str]]:
     """Place, paths and parameter of what is drawn at once."""
-    die, place = silicon.die, ((flat.circuit.name, ()),) if silicon.place is None else silicon.place
+    die, place = silicon.die, _place(flat, silicon)
     paths = _paths(flat, Transistor)
     found: list[tuple[Place, list[Path], str]] = []
     if die.mismatch and paths:

@@ -130,7 +130,7 @@ def _first_name(path: str) -> str:
 
 
 def unmatched(edits: Iterable[Edit], families: Iterable[tuple[Path, Sequence[Path], str]]) -> list[str]:
-    """List the paths of edits that mean nothing of what some circuits draw.
+    """List the paths of edits that mean nothing of what some circuits draw, or nothing of what is set.
 
     families: place, paths and parameter of what is drawn, each as of `matched`.
     """
@@ -139,7 +139,11 @@ def unmatched(edits: Iterable[Edit], families: Iterable[tuple[Path, Sequence[Pat
         path
         for edit in edits
         for path in edit.paths
-        if not any(matched((path,), place, paths, name).any() for place, paths, name in known)
+        if not any(
+            matched((path,), place, paths, name).any()
+            for place, paths, name in known
+            if edit.parameter in {"", name.removeprefix(SHARED)}
+        )
     ]
 
 

@@ -11,7 +11,7 @@ from circuits.lowering.flatten import flatten
 from circuits.lowering.variation import drawn_families
 from circuits.registry import BLOCKS
 from circuits.silicon.die import Die, Path
-from circuits.silicon.edit import not_met, unmatched
+from circuits.silicon.edit import SHARED, not_met, unmatched
 from circuits.silicon.silicon import Silicon
 
 _COPY = ".bias copy"  # devices that biases stand on, beside those of the circuit
@@ -34,10 +34,12 @@ def check_edits(die: Die, circuits: Iterable[tuple[Circuit, Silicon]]) -> None:
     circuits = list(circuits)
     families = [each for circuit, on in circuits for each in drawn_families(flatten(circuit), on)]
     own = {circuit.name for circuit, _ in circuits}
-    told = {path for edit in die.edits if edit.kind == "set" for path in edit.paths}
+    told = {path: edit.parameter for edit in die.edits if edit.kind == "set" for path in edit.paths}
     for path in unmatched(die.edits, families):
         if _COPY not in path and not (path in told and _of_another_block(path, own)):
-            raise _no_device(path, [(place, paths) for place, paths, _ in families])
+            asked = told.get(path, "")
+            like = [(p, paths) for p, paths, name in families if asked in {"", name.removeprefix(SHARED)}]
+            raise _no_device(path, like, f" with {asked}" if asked else "")
 
 
 def _of_another_block(path: str, own: Collection[str]) -> bool:
@@ -80,9 +82,9 @@ def check_drawn(die: Die) -> None:
         raise _no_device(path, drawn)
 
 
-def _no_device(path: str, drawn: Iterable[tuple[Path, Sequence[Path]]]) -> UnknownNameError:
+def _no_device(path: str, drawn: Iterable[tuple[Path, Sequence[Path]]], which: str = "") -> UnknownNameError:
     known = dict.fromkeys(name for place, paths in drawn for name in _names(place, paths))
-    return UnknownNameError(f"die: {path}, is the path of no device{meant(path, known)}")
+    return UnknownNameError(f"die: {path}, is the path of no device{which}{meant(path, known)}")
 
 
 def _names(place: Path, paths: Sequence[Path]) -> Iterable[str]:

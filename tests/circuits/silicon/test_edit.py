@@ -141,6 +141,8 @@ def test_paths_that_mean_nothing_are_told():
     edits = (Edit("heal", ("ranging_chip.neuron[2]", "ranging_chip.neuron[13]", "ranging_chip.nueron")),)
     families = [(PLACE, [PATH], "v_t0")]
     assert unmatched(edits, families) == ["ranging_chip.neuron[13]", "ranging_chip.nueron"]
+    on_it, on_none = (Edit("set", ("ranging_chip.neuron[2]",), name, 0.1) for name in ("v_t0", "capacitance"))
+    assert unmatched((on_it, on_none), families) == ["ranging_chip.neuron[2]"]
 
 
 def test_shared_edits_touch_no_single_device():
