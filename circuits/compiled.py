@@ -21,11 +21,11 @@ from typing import Any, TypeVar, cast, final
 import numpy as np
 
 from circuits.catalogue import loaded
+from circuits.kernel_packages import note_kernel
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 _WAITING: list[Callable[[], object]] = []  # who waits for the first kernel
-_PACKAGES: set[str] = set()  # that have kernels
 
 _MACHINE_CODE = Path(__file__).with_name("machine_code")
 _CONSTANTS = (bool, int, float, complex, str, tuple, np.generic, np.ndarray)
@@ -76,7 +76,7 @@ class Kernel:
     def __init__(self, function: FunctionType, options: Mapping[str, Any]) -> None:
         self.py_func = function
         self._options = options
-        _PACKAGES.add(_package(function.__module__))
+        note_kernel(function.__module__)
         update_wrapper(self, function)
 
     # what is called is the dispatcher: a function in between would take as long as the call of a small kernel
@@ -127,15 +127,6 @@ class Instructions:
     def _numba_type_(self) -> Any:
         """What numba asks of a name in a kernel."""
         return self._made[1]
-
-
-def of_package_with_kernels(kind: type) -> bool:
-    """Whether a class is of a package that has kernels, ours or a user's."""
-    return _package(kind.__module__) in _PACKAGES
-
-
-def _package(module: str) -> str:
-    return module.partition(".")[0]
 
 
 @lru_cache(maxsize=1024)

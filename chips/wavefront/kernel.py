@@ -175,7 +175,8 @@ def _run_dies(graph: AxonGraph, delays: F64, waves: Waves, blocked: Bools, ends:
         )
     work = np.empty(2 * graph.cells + 2 * wave_edges.BUCKETS, _I32)
     axons = graph.offsets, graph.targets, graph.inputs
-    if wave_edges.spread_dies(axons, delays, blocked, waves, work, ends):
+    found = waves.arrivals, waves.pointers, waves.ties
+    if wave_edges.spread_dies(axons, delays, blocked, found, work, ends):
         return
     for die in np.flatnonzero(waves.ties < 0):
         if waves.ties[die] == wave_edges.REFUSED:

@@ -25,7 +25,7 @@ from system.options.codes import described
 from system.options.noise import device_noise
 from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
-from system.options.rolls_power import TABLE, power_numbers
+from system.options.rolls.power import TABLE, power_numbers
 from system.pushbot.body import SPEED_OF_FACTOR, Factors, Pushbot
 from system.pushbot.brain import brain_of
 from system.pushbot.course import NEAR, RESTS, Course, Errand, course_of, passage, stood

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from system.option import check_options, option
-from system.options.chip_process import MadeIn
 from system.options.codes import check_codes
 from system.options.noise import Noisy, check_device_noise, noise_option, noise_seed_option
+from system.options.rolls.process import MadeIn
 from system.pushbot.body import Factors
 from system.pushbot.brain import FIELD_SCENES, Architecture
 from system.pushbot.network.codes import MODIFIED, PLAIN

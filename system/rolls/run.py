@@ -29,7 +29,7 @@ from system.options.codes import described
 from system.options.noise import device_noise
 from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
-from system.options.rolls_power import TABLE, power_numbers
+from system.options.rolls.power import TABLE, power_numbers
 from system.options.temperature import temperature_text
 from system.plot import COLOURS, INK
 from system.rolls.codes import HOT, off_of, table_at

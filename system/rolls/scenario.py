@@ -10,9 +10,9 @@ from chips.rolls.chip import STEP
 from chips.rolls.program.bias_file import BiasTable
 from circuits.errors import ParameterError
 from system.option import check_options, option
-from system.options.chip_process import MadeIn
 from system.options.codes import check_codes
 from system.options.noise import Noisy, check_device_noise, noise_option, noise_seed_option
+from system.options.rolls.process import MadeIn
 from system.rolls.codes import INPUT_RATE, NAME
 from system.rolls.options import bias_table
 

@@ -12,7 +12,7 @@ import pytest
 from circuits.errors import ParameterError
 from system.cli.command_line import main
 from system.codes import find
-from system.options import rolls_power
+from system.options.rolls import power as rolls_power
 
 CALIBRATING = "noctule: calibrating "  # begins the line that tells of a chip whose codes are not known yet
 Run = Callable[..., tuple[int, str, str]]

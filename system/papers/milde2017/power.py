@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from chips.rolls.power import TYPICAL, Power
 from system.experiment import Experiment, Progress, Report
-from system.options.rolls_power import run_power
+from system.options.rolls.power import run_power
 from system.papers.conditions import IDEAL_CURRENTS
 from system.plot import COLOURS, INK, sized_axes
 from system.pushbot.campaign import FIRST
