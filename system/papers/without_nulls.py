@@ -51,6 +51,7 @@ WITHOUT_NULLS: Mapping[str, str] = {
     "choice-law": TRANSISTORS,
     "rolls-law": BESIDE,
     "defaults": BESIDE,
+    "variation": BESIDE,
     "agreement": TRANSISTORS,
     "ngspice-dies": TRANSISTORS,
     "random-circuits": TRANSISTORS,
