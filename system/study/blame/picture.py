@@ -19,16 +19,20 @@ from system.study.blame.blame import Blame
 from system.study.blame.story import Told
 
 MOST_BARS = 16
+WIDE, HEAD = 5.6, 0.4  # inches: a run, and its heading
 SIGMAS = 3.0  # to which a picture of deviations reaches at least, either way
 
 
 def draw_blame(found: Blame, told: Told, figure: Figure) -> None:
     """Fill a figure: deviations of the culprits above, below each run as its system draws it."""
     ways = [drawn(found, told.traces[name]) for name in told.traces]
-    figure.set_size_inches(4.6 * max(len(ways), 1), 4.2 + 0.25 * min(shown(found), MOST_BARS))
-    both: Any = figure.subfigures(2, 1, height_ratios=(1.0 + 0.25 * min(shown(found), MOST_BARS), 3.2))
-    above, below = both
-    draw_culprits(found, above.subplots())
+    tall = HEAD + WIDE * max((image.shape[0] / image.shape[1] for image in ways), default=0.0)
+    bars = 1.0 + 0.25 * min(shown(found), MOST_BARS) if shown(found) else 0.0
+    figure.set_size_inches(WIDE * max(len(ways), 1), bars + tall)
+    below: Any = figure
+    if bars:
+        above, below = figure.subfigures(2, 1, height_ratios=(bars, tall))
+        draw_culprits(found, above.subplots())
     for ax, name, image in zip(np.ravel(below.subplots(1, len(ways))), told.traces, ways, strict=True):
         ax.imshow(image)
         ax.axis("off")

@@ -72,6 +72,17 @@ def test_planted_fault_is_named_alone() -> None:
     assert own.culprits[0].deviations["v_t0"] == (0.05, 0.0)
 
 
+def test_what_mends_in_part_is_not_enough() -> None:
+    """With the larger fault healed alone three of four trials succeed, for noise hides the other one."""
+    die = Die()
+    for cell, fault in ((5, 6e-3), (2, 3.5e-3)):
+        die = die.with_(f"toy_chip.cell[{cell}].near.m1", "v_t0", fault)
+    own = blame(Case(SYSTEM, SYSTEM.scenario(die=die, blur=0.7e-3, seed=100)))
+    assert {each.path for each in own.culprits} == {f"toy_chip.cell[{k}].near.m1.v_t0" for k in (2, 5)}
+    assert own.verified is not None
+    assert own.verified.mends
+
+
 def test_die_that_is_not_to_blame_ends_it() -> None:
     """Noise alone makes it fail as often on the healed die."""
     own = blame(case(Die(number=FAILS).healed("toy_chip"), blur=1.0))
