@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from circuits.arrays import F64
+from circuits.arrays import F64, I64
 from circuits.silicon.die import Die, Drawn, Family, Path, Place, standard_normals
 from circuits.silicon.edit import SHARED, edited
 from circuits.silicon.process import Process
@@ -61,6 +61,33 @@ class _Branch:
     below: dict[str, _Branch] = field(default_factory=dict)
     value: dict[str, F64] = field(default_factory=dict)
     sigma: dict[str, F64] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Alike:
+    """Single devices, of which a chip may have a million, in order.
+
+    groups : a device of all cells, and the places of it that are meant, counted through, each.
+    """
+
+    groups: tuple[tuple[Part, I64], ...]
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return sum(places.size for _, places in self.groups)
+
+    def __getitem__(self, number: int) -> Part:
+        """One of them."""
+        for group, places in self.groups:
+            if number < places.size:
+                index = iter(
+                    np.unravel_index(places[number], [n for shape in group.shapes for n in shape] or [1])
+                )
+                at = [tuple(int(next(index)) for _ in shape) or None for shape in group.shapes]
+                steps = tuple((name, one) for (name, _), one in zip(group.steps, at, strict=True))
+                return replace(group, steps=steps)
+            number -= places.size
+        raise IndexError(number)
 
 
 class Parts:
@@ -168,25 +195,22 @@ class Parts:
         ((values, sigmas),) = self._values(part)
         return {name: (float(values[name]), float(sigmas[name])) for name in values}
 
-    def alike(self, part: Part) -> list[Part]:
+    def alike(self, part: Part) -> Alike:
         """Return the other single devices of a device's circuit whose standard deviations are the same."""
         own = self.deviations(replace(part, parameter=""))
-
-        def same(other: Part) -> bool:
-            return all(
-                name in own and math.isclose(own[name][1], sigma, rel_tol=1e-6)
-                for name, (_, sigma) in self.deviations(other).items()
-            )
-
-        top = Part(part.steps[:1], part.shapes[:1])
-        return [other for other in self._singles(top) if other.steps != part.steps and same(other)]
-
-    def _singles(self, part: Part) -> Iterable[Part]:
-        if self.level(part) >= 3:
-            yield part
-            return
-        for one in self.below(part):
-            yield from self._singles(one)
+        groups: list[tuple[Part, I64]] = []
+        for group, branch in _devices(
+            Part(part.steps[:1], part.shapes[:1]), self._branch(replace(part, steps=part.steps[:1]))
+        ):
+            found = np.any([value != 0.0 for value in branch.value.values()], axis=0)
+            for name, sigma in branch.sigma.items():
+                found = found & np.isclose(sigma, own.get(name, (0.0, math.nan))[1], rtol=1e-6, atol=0.0)
+            found = np.array(found)  # of a single device too
+            if [name for name, _ in group.steps] == [name for name, _ in part.steps]:
+                found[tuple(n for _, index in part.steps for n in index or ())] = False
+            if found.any():
+                groups.append((group, np.flatnonzero(found)))
+        return Alike(tuple(groups))
 
     def _branch(self, part: Part) -> _Branch:
         branch = self._root
@@ -211,6 +235,14 @@ class Parts:
                 {n: np.asarray(branch.value[n][at]) for n in names},
                 {n: np.asarray(branch.sigma[n][at]) for n in names},
             )
+
+
+def _devices(part: Part, branch: _Branch) -> Iterable[tuple[Part, _Branch]]:
+    """Devices of all cells in a part, with their branches, in the order of their names."""
+    if branch.value:
+        yield part, branch
+    for name, one in sorted(branch.below.items()):
+        yield from _devices(Part((*part.steps, (name, None)), (*part.shapes, one.shape)), one)
 
 
 def _leaves(branch: _Branch) -> Iterable[_Branch]:

@@ -31,7 +31,8 @@ def draw_blame(found: Blame, told: Told, figure: Figure) -> None:
     figure.set_size_inches(WIDE * max(len(ways), 1), bars + tall)
     below: Any = figure
     if bars:
-        above, below = figure.subfigures(2, 1, height_ratios=(bars, tall))
+        both: Any = figure.subfigures(2, 1, height_ratios=(bars, tall))
+        above, below = both
         draw_culprits(found, above.subplots())
     for ax, name, image in zip(np.ravel(below.subplots(1, len(ways))), told.traces, ways, strict=True):
         ax.imshow(image)

@@ -158,7 +158,8 @@ def verdict_lines(found: Blame) -> list[str]:
     low, high = (100.0 * x for x in (found.accused.interval.low, found.accused.interval.high))
     gain = f"a difference of {low:.0f} to {high:.0f} points"
     if not found.accused.guilty:
-        return [f"{first}: {gain}. It is not the die that makes {name} fail."]
+        told = f"as far as {len(pairs.seeds)} pairs of trials tell"
+        return [f"{first}: {gain}. It is not the die that makes {name} fail, {told}."]
     lines = [f"{first}: {gain}. The die is to blame."]
     count = len(found.culprits)
     what = "one part of it" if count == 1 else f"{count} parts of it"

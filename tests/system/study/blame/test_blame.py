@@ -168,3 +168,15 @@ def test_robot_that_only_meets_its_success_is_told() -> None:
     assert "in 1 of the 1 numbers" in caution_lines(Told(0, {}, own))[0]
     own["the mended die"]["x"] = 0.6
     assert caution_lines(Told(0, {}, own)) == []
+
+
+def test_devices_alike_are_the_others_of_the_same_circuit_and_spread() -> None:
+    own = case(Die(number=FAILS))
+    parts = Parts(own.die, own.drawn())
+    (cells_near,) = parts.below(parts.below(parts.circuits()[2])[1])
+    near = parts.below(cells_near)[2]
+    alike = parts.alike(near)
+    paths = [alike[k].path for k in range(len(alike))]
+    cells = [f"toy_chip.cell[{k}].{name}" for name in ("far.m2", "near.m1") for k in range(8)]
+    assert len(parts.alike(parts.below(parts.circuits()[1])[0])) == 0  # the board has one device
+    assert paths == [path for path in cells if path != near.path == "toy_chip.cell[2].near.m1"]
