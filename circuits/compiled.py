@@ -21,7 +21,7 @@ from typing import Any, TypeVar, cast, final
 import numpy as np
 
 from circuits.catalogue import loaded
-from circuits.kernel_packages import note_kernel
+from circuits.machine_code.packages import note_kernel
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -241,16 +241,22 @@ def on_die(machine: Machine, die: Die) -> Machine:
     Equal to lowering the testbench on that die: a die changes the transistors' and diodes' coefficients, the
     values of capacitors and resistors where they deviate, and the voltages of biases that stand on it.
     """
-    before, silicon = machine.silicon, replace(machine.silicon, die=die)
+    return on_silicon(machine, replace(machine.silicon, die=die))
+
+
+def on_silicon(machine: Machine, silicon: Silicon) -> Machine:
+    """The same machine on another silicon, as `on_die`: another process or temperature changes the same."""
+    before, die = machine.silicon, silicon.die
+    other = replace(before, die=die) != silicon
     kernel = machine.kernel._replace(
         transistors=_transistor_table(machine.flat, machine.column, silicon),
         diodes=_diode_table(machine.flat, machine.column, silicon),
     )
     top = ((machine.flat.circuit.name, ()),) if silicon.place is None else silicon.place
-    if deviates(die, top) or deviates(before.die, top):
+    if other or deviates(die, top) or deviates(before.die, top):
         machine, kernel = _with_passives(machine, kernel, silicon)
     lines = machine.polylines
-    if any(bias.kind in {"ideal", "generator"} for bias in machine.testbench.circuit.biases):
+    if any(other or bias.kind in {"ideal", "generator"} for bias in machine.testbench.circuit.biases):
         given = len(machine.testbench.sources)
         biases = _bias_sources(machine.testbench, machine.flat, silicon)
         title = machine.testbench.title

@@ -21,7 +21,7 @@ from numba.core.typing.typeof import Purpose, typeof_impl
 from numba.core.typing.typeof import _typeof_tuple as _numbas
 from numba.extending import NativeValue, lower_getattr_generic, models, register_model, unbox
 
-from circuits.kernel_packages import of_package_with_kernels
+from circuits.machine_code.packages import of_package_with_kernels
 
 _ADDRESS = ir.IntType(8).as_pointer()
 _ZERO = ir.IntType(32)(0)

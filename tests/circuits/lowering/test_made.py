@@ -12,14 +12,14 @@ from circuits.devices import Capacitor, Diode, Resistor, Source, Transistor
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import flatten
-from circuits.lowering.kernel import Machine, on_die, to_kernel
+from circuits.lowering.kernel import Machine, on_die, on_silicon, to_kernel
 from circuits.lowering.made import made
 from circuits.lowering.on_dies import on_dies
 from circuits.lowering.variation import variation_draws, variation_labels, variation_sigma
 from circuits.registry import load_block
 from circuits.silicon.components import EXTENTS, Extent
 from circuits.silicon.die import NOMINAL, Die
-from circuits.silicon.process import AMI_1500_IDEAL, DiodeVariation
+from circuits.silicon.process import AMI_1500_IDEAL, ROLLS_180, DiodeVariation
 from circuits.silicon.silicon import Silicon
 from circuits.solver.device_table import resistor_table_at
 from circuits.solver.operating_point import operating_point
@@ -57,6 +57,13 @@ def test_a_machine_put_on_a_die_is_that_lowered_there(bench: Testbench, variatio
     there = to_kernel(bench, Silicon(AMI_1500_IDEAL, die=die))
     require_equal(on_die(to_kernel(bench, Silicon(AMI_1500_IDEAL)), die), there)
     require_equal(on_die(there, NOMINAL), to_kernel(bench, Silicon(AMI_1500_IDEAL)))
+
+
+def test_a_machine_put_on_another_process_is_that_lowered_there() -> None:
+    there = Silicon(ROLLS_180, 60.0, replace(FULL, variation="full"))
+    found = on_silicon(to_kernel(divider(), Silicon(AMI_1500_IDEAL)), there)
+    require_equal(found, to_kernel(divider(), there))
+    assert found.silicon == there
 
 
 def test_a_divider_has_the_resistances_of_its_die() -> None:
