@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,11 +12,13 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.bias import gate_voltage
-from circuits.devices import Transistor
+from circuits.circuit import Circuit
+from circuits.devices import Source, Transistor
+from circuits.devices.source import Constant, polyline
 from circuits.errors import SolverError
 from circuits.extraction.coach.conditions import BiasSetting, Condition
 from circuits.extraction.coach.unknown import Theta, Unknown
-from circuits.lowering.kernel import Machine, to_kernel
+from circuits.lowering.kernel import Machine, on_silicon, to_kernel
 from circuits.measure.current import static_currents
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.edit import Edit
@@ -37,6 +40,8 @@ _UM = 1e-6
 _DECADES = 10.0 ** -np.arange(3.0, 20.0)
 _BOX = (0.1e-6, 100e-6, 0.1e-6, 100e-6)
 _LOGARITHMS = ("mu_cox", "early_field")
+_NOTHING = Constant(0.0)
+_KEPT = 64  # sweeps and circuits; ours
 
 LUMPED = ("adaptive_neuron", "axon_hillock", "bench_dpi_synapse")
 """Circuits that were themselves fitted, with nuisances that hold what their own devices deviate by."""
@@ -224,6 +229,30 @@ def _first(machine: Machine, values: Mapping[int, float]) -> F64:
     for s, value in values.items():
         machine = with_source(machine, s, value)
     return operating_point(machine).voltage.copy()
+
+
+def solved(circuit: Circuit, sources: tuple[Source, ...], silicon: Silicon, over: Mapping[str, F64]) -> Swept:
+    """Operating points of a circuit on a silicon while some of its sources move together; as `swept`.
+
+    The last ones are kept, since some unknowns change the readings alone.
+    """
+    moved = tuple((name, values.tobytes()) for name, values in over.items())
+    return _solved(circuit, sources, silicon, moved)
+
+
+@functools.lru_cache(maxsize=_KEPT)
+def _solved(
+    circuit: Circuit, sources: tuple[Source, ...], silicon: Silicon, over: tuple[tuple[str, bytes], ...]
+) -> Swept:
+    machine = on_silicon(_machine(circuit, tuple(replace(s, waveform=_NOTHING) for s in sources)), silicon)
+    lines = tuple(polyline(s.name, s.waveform) for s in sources)
+    return swept(replace(machine, polylines=lines), {name: np.frombuffer(values) for name, values in over})
+
+
+@functools.lru_cache(maxsize=_KEPT)
+def _machine(circuit: Circuit, sources: tuple[Source, ...]) -> Machine:
+    """A circuit with sources at nothing on some silicon, of which others are made."""
+    return to_kernel(Testbench(circuit.name, circuit, sources, math.inf))
 
 
 def lowered(testbench: Testbench, silicon: Silicon) -> Machine:

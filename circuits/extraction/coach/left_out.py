@@ -1,12 +1,15 @@
 """How well measurements are predicted that a fit has not seen: each is left out in turn.
 
-Nothing is fitted anew. At the minimum the fit's equations are linear in what is left out, so that the fit
+Nothing is fitted anew. Near the minimum the fit's equations are linear in what is left out, so that the fit
 without some points is one step of Gauss and Newton away:
 
-    A' = A - J_L^T J_L,   dx = A'^-1 J_L^T r_L,   r_L' = r_L + J_L dx,   var = J_L A'^-1 J_L^T + noise^2
+    A' = A - J_L^T J_L,   dx = A'^-1 (J_L^T r_L - g),   r_L' = r_L + J_L dx,   var = J_L A'^-1 J_L^T + noise^2
 
-with residuals r and their derivatives J in units of the noise. The noise of what is left out is that of what
-stays: of the same column, or of its circuit's other measurements where the whole of it is left out.
+with residuals r and their derivatives J in units of the noise, and the cost's derivative g at the fit of all.
+At a minimum g is nothing. But a fit ends where its cost falls by little, and where a measurement's model is
+rough, as that of a transient is, or a direction is nearly free, g is not nothing there. The noise of what is
+left out is that of what stays: of the same column, or of its circuit's other measurements where the whole of
+it is left out.
 """
 
 from __future__ import annotations
@@ -68,9 +71,9 @@ def left_out(fit: Fit, conditions: Mapping[str, Condition]) -> Iterator[LeftOut]
     conditions
         What was set at its measurements, by name.
     """
-    information = _information(fit)
+    normal = _normal(fit)
     for group, parts in groups(fit, conditions).items():
-        yield from _without(fit, conditions, information, group, parts)
+        yield from _without(fit, conditions, normal, group, parts)
 
 
 def groups(fit: Fit, conditions: Mapping[str, Condition]) -> dict[str, dict[Key, Bools]]:
@@ -92,22 +95,26 @@ def groups(fit: Fit, conditions: Mapping[str, Condition]) -> dict[str, dict[Key,
     return found
 
 
-def _information(fit: Fit) -> F64:
-    """`J^T J` of all that was fitted, and of what was known before, float64[unknowns, unknowns]."""
-    count = len(fit.posterior.unknowns)
-    total = np.eye(count)
+def _normal(fit: Fit) -> tuple[F64, F64]:
+    """`J^T J` and `J^T r` of all that was fitted, and of what was known before, in units of that."""
+    known = fit.posterior.unknowns
+    before = np.array([(u.mean, u.sd) for u in known])
+    information, slope = np.eye(len(known)), (fit.posterior.mean - before[:, 0]) / before[:, 1]
     for block in fit.blocks.values():
-        total += block.jacobian.T @ block.jacobian
-    return total
+        information += block.jacobian.T @ block.jacobian
+        slope = slope + block.jacobian.T @ block.residual
+    return information, slope
 
 
 def _without(
-    fit: Fit, conditions: Mapping[str, Condition], information: F64, group: str, parts: dict[Key, Bools]
-) -> Iterator[LeftOut]:
+    fit: Fit, conditions: Mapping[str, Condition], normal: tuple[F64, F64], group: str,
+    parts: dict[Key, Bools],
+) -> Iterator[LeftOut]:  # fmt: skip
+    information, slope = normal
     jacobian = np.concatenate([fit.blocks[key].jacobian[some] for key, some in parts.items()])
     residual = np.concatenate([fit.blocks[key].residual[some] for key, some in parts.items()])
     covariance = np.linalg.inv(information - jacobian.T @ jacobian)
-    step = covariance @ (jacobian.T @ residual)
+    step = covariance @ (jacobian.T @ residual - slope)
     for key, some in parts.items():
         block = fit.blocks[key]
         own = block.jacobian[some]

@@ -35,6 +35,7 @@ TOLERANCES = {
     "fet_p_sat_vg": (0.0, 2e-6), "fet_p_sub_vg": (0.05, 20e-9), "fet_p_backgate": (0.0, 3e-3),
 }  # fmt: skip
 _COLUMNS = 5
+_CUBIC = 3
 _KAPPA = 0.02
 
 Data = Mapping[str, tuple[Condition, Table]]
@@ -104,6 +105,18 @@ def _tolerances(chip: Chip, data: Data) -> Iterator[Statement]:
         )
         share = float((np.abs(value - m.table[column][kept]) <= allowed).mean())
         yield Statement(f"{m.condition.name}_within_tolerance_share", 1.0, share, at_least(GOAL), fitted=True)
+        if relative == 0.0 and column != "v_s_V":
+            yield _scatter(m.condition.name, m.table["v_g_V"][kept], m.table[column][kept], floor)
+
+
+def _scatter(name: str, gate: F64, read: F64, allowed: float) -> Statement:
+    """Share of readings that a right curve has within a tolerance, A, by what a cubic leaves of them."""
+    left = read - np.polyval(np.polyfit(gate, read, _CUBIC), gate)
+    spread = float(np.sqrt((left**2).sum() / (gate.size - _CUBIC - 1)))
+    text = unjudged(f"what readings that scatter by {1e6 * spread:.2g} uA about a cubic allow any curve")
+    return Statement(
+        f"{name}_scatter_allows_share", None, math.erf(allowed / (math.sqrt(2.0) * spread)), text
+    )
 
 
 def _pair(chip: Chip, data: Data) -> Iterator[Statement]:

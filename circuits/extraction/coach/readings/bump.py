@@ -13,7 +13,14 @@ from circuits.blocks.drive import driven
 from circuits.blocks.mos import mos
 from circuits.extraction.coach.bench import Bench, lowered, swept
 from circuits.extraction.coach.conditions import Condition
-from circuits.extraction.coach.readings.converter import DRIFT, count_noise, counts, current_of, weighted
+from circuits.extraction.coach.readings.converter import (
+    DOUBLE_DRIFT,
+    DRIFT,
+    count_noise,
+    counts,
+    current_of,
+    weighted,
+)
 from circuits.extraction.coach.table import Table
 from circuits.extraction.coach.unknown import Unknown
 from circuits.testbench import Testbench
@@ -33,7 +40,7 @@ def unknowns(conditions: Mapping[str, Condition]) -> Iterator[Unknown]:
     for each in conditions.values():
         if each.circuit == "bump-antibump":
             for name, _, gain in _CHANNELS:
-                sd = DRIFT if gain == 1.0 else 2.5 * DRIFT
+                sd = DRIFT if gain == 1.0 else DOUBLE_DRIFT
                 yield Unknown(f"{each.name} drift {name}", 0.0, sd, "ln", "nuisance", "between executions")
 
 

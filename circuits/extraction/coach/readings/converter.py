@@ -23,10 +23,12 @@ from circuits.extraction.coach.table import Table
 from circuits.extraction.coach.unknown import Unknown
 
 BITS = 7  # of the fine codes that are used: none reaches 128
-_BIT = 0.06  # relative spread of a bit's weight; ours
+_BIT = 0.06  # relative spread of what a bit of the splitter is worth on all lines; ours
+_LINE = 0.03  # and of a line's own splitter, by mismatch; ours
 _CHARGE, _CHARGE_SPREAD = 1.3e-13, 0.5  # C, and of its logarithm; ours
-_DEAD, _DEAD_SPREAD = 2e-6, 0.7e-6  # s; ours
+DEAD, DEAD_SPREAD = 2e-6, 0.7e-6  # s; ours
 DRIFT = 0.015  # relative, of a channel between two executions; 4.4 % was seen once, 0.2 % otherwise
+DOUBLE_DRIFT = 2.5 * DRIFT  # of one that counts events twice: 5 % from run to run
 _NOISE = 0.005  # relative, of a count beside its own; scaled by the fit
 
 
@@ -40,12 +42,25 @@ def unknowns(conditions: Mapping[str, Condition]) -> Iterator[Unknown]:
     found = calibrations(conditions)
     for channel in sorted({c.settings["channel"] for c in found}):
         yield Unknown(f"channel {channel} Q", math.log(_CHARGE), _CHARGE_SPREAD, "ln", "nuisance")
-        yield Unknown(f"channel {channel} t_d", _DEAD, _DEAD_SPREAD, "s", "nuisance")
+        yield Unknown(f"channel {channel} t_d", DEAD, DEAD_SPREAD, "s", "nuisance")
     for each in found:
-        yield Unknown(f"{each.name} drift", 0.0, DRIFT, "ln", "nuisance", "between executions")
+        sd = DOUBLE_DRIFT if each.settings["counts_per_event"] > 1.0 else DRIFT
+        yield Unknown(f"{each.name} drift", 0.0, sd, "ln", "nuisance", "between executions")
+    for k in range(BITS):
+        yield Unknown(f"splitter bit {k}", 1.0, _BIT * (2.0 if k < 2 else 1.0), "", "nuisance")
     for bias in sorted({c.settings["bias"] for c in found}):
-        for k in range(BITS):
-            yield Unknown(f"{bias} bit {k}", 1.0, _BIT * (2.0 if k < 2 else 1.0), "", "nuisance")
+        yield from line_unknowns(bias)
+
+
+def line_unknowns(line: str) -> Iterator[Unknown]:
+    """What the bits of a line's own splitter are worth, over those of all lines."""
+    for k in range(BITS):
+        yield Unknown(f"{line} bit {k}", 1.0, _LINE, "", "nuisance", "mismatch")
+
+
+def bit_weights(theta: Mapping[str, float], line: str) -> F64:
+    """What the bits of a line's fine code are worth of their nominal weights, float64[bits]."""
+    return np.array([theta[f"splitter bit {k}"] * theta[f"{line} bit {k}"] for k in range(BITS)])
 
 
 def weighted(bench: Bench, bias: str, codes: F64) -> F64:
@@ -53,7 +68,7 @@ def weighted(bench: Bench, bias: str, codes: F64) -> F64:
     whole = np.asarray(codes, dtype=np.int64)
     if f"{bias} bit 0" not in bench.theta:
         return np.asarray(codes, dtype=np.float64)
-    weights = np.array([2.0**k * bench.theta[f"{bias} bit {k}"] for k in range(BITS)])
+    weights = 2.0 ** np.arange(BITS) * bit_weights(bench.theta, bias)
     low = (whole[..., None] >> np.arange(BITS) & 1) @ weights
     return np.asarray(low + (whole >> BITS) * 2.0**BITS)
 

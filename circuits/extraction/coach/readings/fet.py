@@ -1,4 +1,9 @@
-"""The test transistors behind their ammeters: shunts in series, an offset; a dead zone is left out."""
+"""The test transistors behind their ammeters: shunts in series, an offset; a dead zone is left out.
+
+An ammeter's amplifier has an offset of its own, which both the dead zone of the nFETs' and the floor of the
+pFETs' come from: so it is one number an ammeter and range, which all sweeps share. Beside it each sweep has
+the error of the one reading that was subtracted of it. A search for a source's voltage had none subtracted.
+"""
 
 from __future__ import annotations
 
@@ -11,18 +16,24 @@ from circuits.arrays import F64, Bools
 from circuits.blocks.bench.transistor import Params, nfet, pfet
 from circuits.blocks.drive import current_into, driven
 from circuits.devices import Source
-from circuits.extraction.coach.bench import V_DD, Bench, lowered, swept
+from circuits.extraction.coach.bench import V_DD, Bench, solved
 from circuits.extraction.coach.conditions import Condition
 from circuits.extraction.coach.table import Table, columns_of
 from circuits.extraction.coach.unknown import Unknown
 from circuits.silicon.process import Polarity
-from circuits.testbench import Testbench
 
 SHUNT = {"high": 330.0, "low": 33e3}  # Ohm
 _FLOOR = {"high": 3e-6, "low": 25e-9}  # A, below which the ammeter's dead zone may reach
 _P_FLOOR = {"high": 4e-6, "low": 40e-9}  # a pFET's
 _CLIP = {"high": 95e-6, "low": 0.9e-6}  # A, above which it clips, less a margin
-_OFFSET = {"high": 1e-6, "low": 8e-9}  # A
+_OFFSET = {"high": 1e-6, "low": 8e-9}  # A, of a sweep
+_AMMETER = {
+    ("n", "high"): (-1e-6, 1e-6), ("n", "low"): (-10e-9, 10e-9), ("p", "high"): (3.5e-6, 2e-6),
+    ("p", "low"): (-14e-9, 14e-9),
+}  # fmt: skip
+"""Offset of an ammeter and its spread, A: a dead zone of 2 uA, 20 nA and 28 nA, of which a part is a shift,
+and a floor of 1 to 6 uA."""
+_RAW = 35e-9  # A, offset of a reading of which none was subtracted: that floor, in the low range
 _NOISE = {"high": (0.005, 0.3e-6), "low": (0.01, 2e-9)}  # relative, and A; scaled by the fit
 _SEARCH = 1.0e-3  # V: half a step of the voltage and what 5 % of the current leave
 
@@ -35,9 +46,11 @@ def unknowns(conditions: Mapping[str, Condition]) -> Iterator[Unknown]:
         if each.circuit in ("nfet", "pfet") and each.settings["analysis"] != "source search":
             sd = _OFFSET[each.settings["range"]]
             yield Unknown(f"{each.name} offset", 0.0, sd, "A", "nuisance", "reading without a current")
+    for (polarity, name), (mean, sd) in _AMMETER.items():
+        yield Unknown(f"fet_{polarity} ammeter {name}", mean, sd, "A", "nuisance", "dead zone and floor")
     for polarity, held in (("n", 135e-9), ("p", 62.7e-9)):
         yield Unknown(
-            f"fet_{polarity}_backgate held", 0.0, 15e-9 / held, "ln", "nuisance", "offset of the search"
+            f"fet_{polarity}_backgate held", 0.0, _RAW / held, "ln", "nuisance", "offset of the search"
         )
 
 
@@ -52,14 +65,12 @@ def predict(bench: Bench, condition: Condition, table: Table) -> dict[str, F64]:
     volts = condition.voltages
     waves = {"drain": volts.get("v_d", 0.0), "gate": 0.0, "source": volts["v_s"]}
     waves |= {"well": volts["v_well"]} if polarity == "p" else {}
-    machine = lowered(
-        Testbench("test transistor", circuit, driven(waves), math.inf),
-        bench.silicon(circuit.name, (polarity,)),
-    )
     over = {"gate": table["v_g_V"]} | ({"drain": table["v_d_V"]} if "v_d_V" in table else {})
-    through = np.abs(swept(machine, over).current["m"])
+    silicon = bench.silicon(circuit.name, (polarity,))
+    through = np.abs(solved(circuit, driven(waves), silicon, over).current["m"])
     column = columns_of(condition)[1][0]
-    return {column: through + bench.theta[f"{condition.name} offset"]}
+    ammeter = bench.theta[f"fet_{polarity} ammeter {condition.settings['range']}"]
+    return {column: through + ammeter + bench.theta[f"{condition.name} offset"]}
 
 
 def _searched(bench: Bench, condition: Condition, table: Table) -> F64:
@@ -73,9 +84,8 @@ def _searched(bench: Bench, condition: Condition, table: Table) -> F64:
     waves = {"drain": condition.voltages["v_d"], "gate": 0.0}
     waves |= {"well": condition.voltages["v_well"]} if polarity == "p" else {}
     sources: tuple[Source, ...] = (*driven(waves), current_into("source", sign * held))
-    testbench = Testbench("test transistor", circuit, sources, math.inf)
-    machine = lowered(testbench, bench.silicon(circuit.name, (polarity,)))
-    found = swept(machine, {"gate": table["v_g_V"]}).voltage["source"]
+    over, silicon = {"gate": table["v_g_V"]}, bench.silicon(circuit.name, (polarity,))
+    found = solved(circuit, sources, silicon, over).voltage["source"]
     return np.clip(found, 0.0, condition.voltages.get("v_well", V_DD))
 
 
@@ -87,8 +97,11 @@ def usable(condition: Condition, table: Table) -> dict[str, Bools]:
     kept = (gate >= low) & (gate <= high) & np.isfinite(value)
     if column != "v_s_V":
         kept &= value < _CLIP[condition.settings["range"]]
-        floor = _FLOOR if condition.circuit == "nfet" else _P_FLOOR
-        kept &= value > floor[condition.settings["range"]]
+        floor = (_FLOOR if condition.circuit == "nfet" else _P_FLOOR)[condition.settings["range"]]
+        kept &= value > floor
+        if "v_d_V" not in table:  # beyond a reading in the dead zone or floor no other one is a current
+            sign = 1.0 if condition.circuit == "nfet" else -1.0
+            kept &= sign * gate > np.max(sign * gate[~(value > floor)], initial=-math.inf)
     return {column: np.asarray(kept)}
 
 

@@ -11,12 +11,11 @@ from circuits.arrays import F64, Bools
 from circuits.blocks.bench.differential_pair import build
 from circuits.blocks.drive import driven
 from circuits.blocks.mos import mos
-from circuits.extraction.coach.bench import Bench, lowered, swept
+from circuits.extraction.coach.bench import Bench, solved
 from circuits.extraction.coach.conditions import Condition
 from circuits.extraction.coach.readings.converter import DRIFT, count_noise, counts, current_of, weighted
 from circuits.extraction.coach.table import Table
 from circuits.extraction.coach.unknown import Unknown
-from circuits.testbench import Testbench
 
 _CIRCUIT = build()
 _TAIL = mos("mb", "n", "d", "g", "s", 1.0, 1.0)
@@ -43,12 +42,11 @@ def predict(bench: Bench, condition: Condition, table: Table) -> dict[str, F64]:
     code = float(weighted(bench, _BIAS, np.array([bias.fine]))[0])
     gate = bench.gate(bias, _TAIL, code)
     waves = {"v1": 0.0, "v2": 0.0, "i1": _DRAINS, "i2": _DRAINS, "v_tail": gate}
-    testbench = Testbench("differential pair", _CIRCUIT, driven(waves), math.inf)
-    machine = lowered(testbench, bench.silicon(_CIRCUIT.name, ("n",)))
     cal = dict(_CALIBRATED)
     v1 = np.concatenate([[cal["v1"], cal["v2"]], table["v1_V"]])
     v2 = np.concatenate([[cal["v2"], cal["v1"]], table["v2_V"]])
-    current = swept(machine, {"v1": v1, "v2": v2}).current
+    over = {"v1": v1, "v2": v2}
+    current = solved(_CIRCUIT, driven(waves), bench.silicon(_CIRCUIT.name, ("n",)), over).current
     nominal = condition.settings["w"] * code / 256.0 * bias.master_current
     found: dict[str, F64] = {}
     for k in (1, 2):

@@ -18,7 +18,13 @@ from circuits.blocks.mos import mos
 from circuits.devices.transistor import drain_current
 from circuits.extraction.coach.bench import ADC, V_DD, Bench, lowered
 from circuits.extraction.coach.conditions import Condition
-from circuits.extraction.coach.readings.converter import count_noise
+from circuits.extraction.coach.readings.converter import (
+    DEAD,
+    DEAD_SPREAD,
+    count_noise,
+    line_unknowns,
+    weighted,
+)
 from circuits.extraction.coach.table import Table
 from circuits.extraction.coach.unknown import Unknown
 from circuits.measure.current import static_currents
@@ -34,7 +40,7 @@ _DOUBLE = (6, 14)  # channels that count each event twice
 _OUT = 0.6  # V, of v_out while the input transistors are read; ours
 _READ_OUT, _READ_ALL = 0.6, 1.2  # V, at which converters take a current; ours
 _LEAST = 25.0  # counts, below which the floor shows
-_CODE_SPREAD = 0.05  # of the bits at the master of 460 pA
+_LINE = "WTA 460 pA"
 _SATURATED = 12000.0  # counts at which a channel changes its range; only a flag beyond
 _NOISE = 2e-3  # V
 UT_KAPPA_N, UT_KAPPA_P = 0.0345, 0.0375  # V, U_T / kappa of mirrors, for the spread of their ratios; ours
@@ -57,16 +63,13 @@ def unknowns(conditions: Mapping[str, Condition], a_vt: float) -> Iterator[Unkno
         for device in ("m6", "m7"):
             yield Unknown(_cell(k, device), 0.0, a_vt / math.sqrt(2.0 * _N_AREA), "V", "device", "area law")
     yield Unknown("ring gain", 0.0, 0.5, "ln", "nuisance", "output device of V_gain")
-    yield Unknown("ring t_d", 4e-7, 3e-7, "s", "nuisance")
-    for k in range(7):
-        yield Unknown(f"WTA 460 pA bit {k}", 1.0, _CODE_SPREAD, "", "nuisance")
+    yield Unknown("ring t_d", DEAD, DEAD_SPREAD, "s", "nuisance", "as of the converters elsewhere")
+    yield from line_unknowns(_LINE)
 
 
 def predict_converters(bench: Bench, condition: Condition, table: Table) -> dict[str, F64]:
     """Counts while one cell carries all tail currents."""
-    whole = table["fine_code"].astype(np.int64)
-    weights = np.array([2.0**k * bench.theta[f"WTA 460 pA bit {k}"] for k in range(7)])
-    bits = (whole[..., None] >> np.arange(7) & 1) @ weights
+    bits = weighted(bench, _LINE, table["fine_code"])
     total = CELLS * condition.settings["w"] * bits / 256.0 * condition.biases[0].master_current
     total = total * math.exp(bench.theta["s 460 pA"])
     return {f"n{k}_counts": _counts(bench, k, total, 0.0) for k in range(CELLS)}
