@@ -42,6 +42,7 @@ WITHOUT_NULLS: Mapping[str, str] = {
     "rolls-mismatch": CIRCUIT,
     "rolls-learning": "the same chip before it is taught stands beside it, and tells patterns by chance",
     "rolls-depression": CIRCUIT,
+    "rolls-measured": BESIDE,
     "milde2017-fig5": "a matrix of weights, each of the sign that the paper draws or not",
     "milde2017-power": CIRCUIT,
     "second-order": BESIDE,
