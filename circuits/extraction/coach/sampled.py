@@ -18,7 +18,7 @@ from circuits.errors import CircuitError, DataError
 from circuits.extraction.coach.bench import Bench
 from circuits.extraction.coach.conditions import Condition
 from circuits.extraction.coach.metrics import RELATIVE, Metric, metrics_of
-from circuits.extraction.coach.models import MODELS, complete, predicted
+from circuits.extraction.coach.models import MODELS, complete, predicted, unknowns_of
 from circuits.extraction.coach.table import Table, columns_of
 from circuits.extraction.coach.unknown import Posterior, Theta
 from circuits.silicon.die import Die, standard_normals
@@ -78,8 +78,10 @@ def predict(
     Raises
     ------
     DataError
-        The solver finds a curve of a measurement for too few of its draws.
+        The solver finds a curve of a measurement for too few of its draws, or the posterior is of a model
+        that had other unknowns.
     """
+    _same_unknowns(blank, posterior, base)
     centre = Bench(Theta(posterior.values()), base)
     benches = [centre, *_benches(posterior, base, draws)]
     curves: dict[str, list[dict[str, F64] | None]] = {}
@@ -96,6 +98,16 @@ def predict(
     measured = {n: metrics_of(*d) for n, d in reference.items() if d[0].circuit in MODELS}
     read = {name: _metrics(blank[name], rows) for name, rows in curves.items()}
     return {name: _prediction(blank[name], curves[name], _related(name, read, measured)) for name in blank}
+
+
+def _same_unknowns(blank: Data, posterior: Posterior, base: Process) -> None:
+    needed = unknowns_of({name: condition for name, (condition, _) in blank.items()}, base)
+    missing = [each.name for each in needed if each.name not in posterior.names]
+    if missing:
+        raise DataError(
+            f"posterior: {len(missing)} unknowns are missing, {missing[0]} the first, must all be there;"
+            " identify the die again with this version"
+        )
 
 
 def _nearest(

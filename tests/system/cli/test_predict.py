@@ -106,3 +106,13 @@ def test_a_die_that_nobody_identified_is_refused(tmp_path: Path, capsys: pytest.
     assert main(line) == 2
     assert "no posterior, must be a die of noctule identify" in capsys.readouterr().err
     assert not (tmp_path / "x").exists()
+
+
+def test_a_die_of_a_model_with_other_unknowns_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    kept = Path("evidence/coach")  # what predicted blind, before lines of codes had a splitter in common
+    line = ["predict", "coach", "--process", str(kept / "process.toml"), "--die", str(kept / "die.toml")]
+    assert main([*line, "--only", "ndp_run2", "-o", str(tmp_path / "out")]) == 2
+    assert "unknowns are missing" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
