@@ -165,7 +165,7 @@ class RollsChip:
     params
         Sizes of its circuits; the usual ones unless given.
     step
-        Step of time, s, of which a neuron's period should be several.
+        Step of time, s; neurons that are faster take it in parts.
     bus
         Bus of events out and in, which is idle as a run begins.
     noise
@@ -199,6 +199,7 @@ class RollsChip:
 
     def _new_scratch(self) -> None:
         self._scratch, self._plastic_scratch = new_scratch(NEURONS), scratch_of(new_scratch(NEURONS))
+        self._part_scratch, self._part_state_scratch = new_scratch(NEURONS), np.zeros((STATE_ROWS, NEURONS))
 
     def __getstate__(self) -> dict[str, Any]:
         # working space has views of itself, which a pickle would take apart
@@ -443,7 +444,10 @@ class RollsChip:
         counts = np.zeros(COUNTS, np.int64)
         last[: senders.size], counts[LAST] = senders, senders.size
         traffic = Traffic(*events, np.empty(room), np.empty(room, np.int64), last, counts)
-        run = ChipRun(tables, values, values[ZETA].view(np.int64), traffic, self._scratch)
+        run = ChipRun(
+            tables, values, values[ZETA].view(np.int64), traffic, self._scratch, self._part_state_scratch,
+            self._part_scratch,
+        )  # fmt: skip
         run_chip(run, steps, now, plastic, built.noise, depressing)
         return traffic
 

@@ -24,15 +24,16 @@ VALUE, SLOPE, POWER, POWER_SLOPE = range(4)  # columns of that table
 OCTAVE_BITS = 4  # 16 lines an octave of zeta
 SHIFT = 52 - OCTAVE_BITS  # of a float64's bits
 BASE = 1023 << OCTAVE_BITS  # of 1.0
-STATIC, BENT, DRAWN, VOLTAGE = 0, 2, 4, 6  # columns of a neuron's lines: intercept, and the slope behind it
+STATIC, BENT, DRAWN = 0, 2, 4  # columns of a neuron's lines: intercept, and the slope behind it
+REACH = 6  # zeta down to which, and behind it up to which, a line is taken
 LINE_COLUMNS = 8
 # Columns of what a hard step needs: 1 / Q_0 (1/C), zeta of the top, s from there to the spike, s of the
 # refractory period, V of v_ahp where all of a spike's current enters, and the membrane's own current at 0 V
 # (A) with its slope
 INVERSE, TOP, DELAY, REFRACTORY, KICK, OWN, OWN_SLOPE = range(7)
 SPIKING_COLUMNS = 8
-FIRES, FREED, RISES = 1, 2, 4  # kinds of hard steps, bits
 STEEP = 0.2  # of the slope times the step, from which an upstroke may be told; ours
+SURE = 2.0  # times what drives it: a membrane's own current from which it is told; ours
 NEVER = 1e30  # s
 STRONGEST = np.float32(30.0)  # e-folds that an inhibition's slope may have in a step
 
@@ -59,14 +60,19 @@ class FilterBank(NamedTuple):
     line: F32  # C_line U_T in z, times the step, s
     first: F32  # what the line takes in a step with a pulse
     lag: F32  # by how much z is below its end on the mean of such a step, as the line takes it bit by bit
-    scale: F32  # E of u = 1, times the mean over a step of its decay
+    scale: F32  # E of u = 1
+    fallen: F32  # by how much the mean of E over a step is below its beginning, where the whole leak flows
     specific: F32  # I_S of the output times the mirror's gain, A
+
+
+Banks = tuple[FilterBank, FilterBank, FilterBank, FilterBank]
 
 
 class Membranes(NamedTuple):
     """Membranes of the neurons, arrays of [n] unless said."""
 
     lines: F32  # float32[n, rows, LINE_COLUMNS] over zeta
+    voltage: F32  # float32[n, rows, 2] over zeta: lines of v_mem, V
     inverse: F32  # 1 / Q_0, 1/C
     strong: F32  # 1 / I_S of the pair, 1/A
     top: F64  # zeta at which the neuron spikes
@@ -82,20 +88,31 @@ class Membranes(NamedTuple):
 class ChipTables(NamedTuple):
     """All that a step needs of a chip.
 
-    charges: kappa_n Q / (C U_T) of one event, below 0 where the synapse inhibits, float32[pre, post].
+    charges: kappa_n Q / (C U_T) of one event, below 0 where the synapse inhibits, float32[pre, post]; parts:
+    of a step, which fast neurons take one by one; part_banks: filters for such parts; fast: z of the exciting
+    filters from which a neuron is fast, float64[SIGNS, n].
     """
 
     step: float  # s
     omega: F32  # float32[SIGNS, points, 4]
-    banks: tuple[FilterBank, FilterBank, FilterBank, FilterBank]
+    banks: Banks
     live: tuple[bool, bool, bool, bool]  # filters that something can reach
     charges: F32
     virtual: F32  # float32[columns, n], of the virtual synapses' events
     membranes: Membranes
+    parts: int
+    part_banks: Banks
+    fast: F64
 
 
 class Scratch(NamedTuple):
-    """Working space of `run_chip`, arrays of [n] unless said; excite, inhibit: currents, A."""
+    """Working space of `run_chip`, arrays of [n] unless said.
+
+    excite, inhibit: currents into i_in and drawn from v_mem, A; beside: what of them no filter of the array
+    brings, float32[2, n]; own, rate, slope, low, high: of membranes and their lines; push: what noise adds to
+    the rate, 1/s; calm: that after a spike, A; hard, fast: marks; hard_words, fast_words: the same, by eight;
+    found: neurons and words that are marked.
+    """
 
     charge: F32  # float32[SIGNS, n]
     place: F64
@@ -107,9 +124,16 @@ class Scratch(NamedTuple):
     own: F32
     rate: F32
     slope: F32
+    low: F32
+    high: F32
+    push: F32
+    calm: F32
+    beside: F32
     hard: NDArray[np.uint8]
-    words: I64  # the same, by eight
-    found: I64  # int64[4, n + 1]: neurons of FIRES, FREED and RISES, and words that are not 0
+    hard_words: I64
+    fast: NDArray[np.uint8]
+    fast_words: I64
+    found: I64  # int64[4, n + 1]: of hard neurons and their words, and of fast ones
 
 
 class Traffic(NamedTuple):
@@ -133,7 +157,8 @@ class ChipRun(NamedTuple):
     """A chip's neurons, filters and non-plastic synapses in a call of its kernel.
 
     tables: of the chip; state: float64[STATE_ROWS, n], overwritten; bits: its row of zeta as int64[n], of the
-    same memory; traffic: events in and spikes out; scratch: working space.
+    same memory; traffic: events in and spikes out; scratch: working space; part_state, part_scratch: that of
+    fast neurons, with the rows of a state.
     """
 
     tables: ChipTables
@@ -141,6 +166,8 @@ class ChipRun(NamedTuple):
     bits: I64
     traffic: Traffic
     scratch: Scratch
+    part_state: F64
+    part_scratch: Scratch
 
 
 # Steps done, spikes written, events read, neurons in `last`, filters times steps beyond their table's end
@@ -150,9 +177,12 @@ COUNTS = 5
 
 def new_scratch(n: int) -> Scratch:
     """Return the working space of `n` neurons, a multiple of eight."""
-    value, power, lag, excite, inhibit, own, rate, slope = np.zeros((8, n), np.float32)
-    hard = np.zeros(n, np.uint8)
+    value, power, lag, excite, inhibit, own, rate, slope, low, high, push, calm = np.zeros(
+        (12, n), np.float32
+    )
+    hard, fast = np.zeros((2, n), np.uint8)
     return Scratch(
         np.zeros((SIGNS, n), np.float32), np.zeros(n), value, power, lag, excite, inhibit, own, rate, slope,
-        hard, hard.view(np.int64), np.zeros((4, n + 1), np.int64),
+        low, high, push, calm, np.zeros((2, n), np.float32), hard, hard.view(np.int64), fast,
+        fast.view(np.int64), np.zeros((4, n + 1), np.int64),
     )  # fmt: skip

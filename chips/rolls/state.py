@@ -21,11 +21,11 @@ PER = 1 << OCTAVE_BITS  # lines of an octave of zeta
 
 def zeta_of(built: Built, v: F64) -> F64:
     """Return zeta of membrane voltages (V), float64[256]."""
-    lines = built.tables.membranes.lines
+    lines = built.tables.membranes.voltage
     edge = edges(lines.shape[1])[:-1]
     found = np.empty(v.size)
     for k in range(v.size):
-        found[k] = np.interp(v[k], lines[k, :, 6] + lines[k, :, 7] * edge, edge)
+        found[k] = np.interp(v[k], lines[k, :, 0] + lines[k, :, 1] * edge, edge)
     return found
 
 
@@ -33,8 +33,8 @@ def voltage_of(built: Built, zeta: F64) -> F64:
     """Return membrane voltages of zeta, V, float64[256]."""
     mantissa, exponent = np.frexp(zeta)
     row = ((exponent - 1) << OCTAVE_BITS) + ((2.0 * mantissa - 1.0) * PER).astype(np.int64)
-    lines = built.tables.membranes.lines[np.arange(zeta.size), row]
-    return np.asarray(lines[:, 6] + lines[:, 7] * zeta)
+    lines = built.tables.membranes.voltage[np.arange(zeta.size), row]
+    return np.asarray(lines[:, 0] + lines[:, 1] * zeta)
 
 
 def converted(values: F64, old: Built, new: Built) -> F64:

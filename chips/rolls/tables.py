@@ -11,9 +11,28 @@ import numpy as np
 
 from chips.rolls.circuit import FILTERS, Params, chip
 from chips.rolls.depression.layout import BuiltDepression
-from chips.rolls.layout import DELAY, REFRACTORY, SPIKING_COLUMNS, ChipTables, Membranes
-from chips.rolls.lumped.filter import Filter, Load, Shape, bank_of, filter_of, line_voltage, shape_of
-from chips.rolls.lumped.lines import lines_of
+from chips.rolls.layout import (
+    DELAY,
+    POWER,
+    REACH,
+    REFRACTORY,
+    SPIKING_COLUMNS,
+    Banks,
+    ChipTables,
+    Membranes,
+)
+from chips.rolls.lumped.filter import (
+    OMEGA_POINTS,
+    Filter,
+    Load,
+    Shape,
+    bank_of,
+    filter_of,
+    line_voltage,
+    shape_of,
+)
+from chips.rolls.lumped.grid import edges
+from chips.rolls.lumped.lines import lines_of, with_reach
 from chips.rolls.neuron.kernel import Neurons
 from chips.rolls.neuron.model import NODES, neurons_of
 from chips.rolls.noise.layout import NoiseTables
@@ -38,6 +57,9 @@ from circuits.silicon.silicon import Silicon
 STILL = 1e-3  # V, ours: kick of v_ahp below which adaptation counts as off
 NO_SYNAPSE = 1e-9  # A, ours: taken for filters that nothing reaches
 COLUMNS = 8  # of virtual synapses: four excitatory, four inhibitory
+LONGEST_PART = 50e-6  # s, ours: of a step's parts
+FEWEST = 6.0  # steps in which a neuron that takes them whole spikes once at most; ours
+FALLS = 0.1  # of what a filter puts out, in a step, below which its mean is enough; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,15 +139,51 @@ def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Sili
         any(i.inhibitory for i in program.inputs),
     )
     shapes = tuple(shape_of(f, load) for f, load in zip(filters, loads, strict=True))
-    banks = [bank_of(*each, step) for each in zip(filters, loads, shapes, strict=True)]
+    banks = _banks(filters, loads, shapes, step)
+    membranes = membranes._replace(
+        lines=with_reach(membranes.lines.astype(np.float64), unit, step).astype(np.float32)
+    )
+    fast = _fast(membranes, unit, banks, shapes, live, step)
+    parts = math.ceil(step / LONGEST_PART - 1e-9) if np.isfinite(fast).any() else 1
     tables = ChipTables(
-        step, np.stack([s.omega for s in shapes]).astype(np.float32),
-        (banks[0], banks[1], banks[2], banks[3]), live, charges.astype(np.float32),
-        np.concatenate(units).astype(np.float32), membranes,
+        step, np.stack([s.omega for s in shapes]).astype(np.float32), banks, live, charges.astype(np.float32),
+        np.concatenate(units).astype(np.float32), membranes, parts,
+        _banks(filters, loads, shapes, step / parts), fast,
     )  # fmt: skip
     return Built(
         tables, neurons, tuple(filters), tuple(loads), shapes, unit, draws.lengths, draws.levels, gates
     )
+
+
+def _banks(filters: Sequence[Filter], loads: Sequence[Load], shapes: Sequence[Shape], step: float) -> Banks:
+    """Filters of all kinds for steps of `step` s."""
+    a, b, c, d = (bank_of(*each, step) for each in zip(filters, loads, shapes, strict=True))
+    return a, b, c, d
+
+
+def _fast(
+    membranes: Membranes, unit: F64, banks: Banks, shapes: Sequence[Shape],
+    live: Sequence[bool], step: float,
+) -> F64:  # fmt: skip
+    """What z of exciting filters a neuron needs to spike again in `FEWEST` steps, float64[SIGNS, n].
+
+    What has to flow in until then is the charge from 0 V to where the membrane's own current is least.
+    Infinite where a pause alone takes so long, or the filters fall by less than `FALLS` in a step.
+    """
+    grid = edges(membranes.lines.shape[1])[:-1]
+    own = membranes.lines[:, :, 0] + membranes.lines[:, :, 1] * grid
+    needed = unit * grid[np.argmin(np.where(grid < membranes.top[:, None], own, np.inf), axis=1)]
+    left = FEWEST * step - membranes.spiking[:, REFRACTORY]
+    current = np.where(left > 0.0, needed / np.where(left > 0.0, left, 1.0), np.inf)
+    found = np.full((len(banks), needed.size), np.inf)
+    for sign in (0, 2):
+        bank, omega = banks[sign], shapes[sign].omega
+        if not live[sign] or float(np.median(bank.fall)) < FALLS:
+            continue
+        # the output's law backwards
+        power = np.expm1(np.sqrt(current / bank.specific)) ** 2 / (bank.scale * (1.0 - bank.fallen))
+        found[sign] = np.interp(power, omega[:, POWER], OMEGA_POINTS, right=np.inf)
+    return found
 
 
 def _mean_current(current: F64, charge: F64) -> F64:
@@ -285,7 +343,8 @@ def _membranes(m: Neurons) -> tuple[Membranes, F64]:
     adapting = bool((np.abs(m.kick) > STILL).any())
     return (
         Membranes(
-            lines.lines.astype(np.float32), inverse.astype(np.float32),
+            lines.lines.astype(np.float32), lines.lines[:, :, REACH:].astype(np.float32),
+            inverse.astype(np.float32),
             (1.0 / m.ground_current).astype(np.float32), lines.top, spiking, lines.rise.astype(np.float32),
             adapting, m.quiet,
             m.taken, m.drawn, float(m.ahp_step[0]),

@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 from chips.rolls import circuit as rolls_circuit
 from chips.rolls.chip import TEMPERATURE_STEP
 from chips.rolls.program.address import NEURONS
-from chips.rolls.validity import coarse_cautions
 from circuits.silicon.course import beginning_of, course_through
 from system.meaning import meanings, of_run
 from system.options.block import describe_run
@@ -271,15 +270,9 @@ def account(trace: Trace) -> Account:
         },
         distance_m=drive.way,
         standing_share=standing,
-        cautions=_cautions(trace),
+        cautions=trace.brain.chip.cautions(),
         outside=trace.outside,
     )
-
-
-def _cautions(trace: Trace) -> tuple[str, ...]:
-    chip, record = trace.brain.chip, trace.record
-    times, neurons = (np.concatenate([np.empty(0), *each]) for each in (record.times, record.neurons))
-    return chip.cautions() + coarse_cautions(times, neurons, chip.step)
 
 
 def _cm(metres: float | None) -> float | None:
@@ -299,7 +292,7 @@ def document(trace: Trace) -> dict[str, Any]:
         "target_field": trace.brain.target,
         "bias_codes": dict(sorted(chip.program.biases.codes().items())),  # coarse and fine
         "neurons": {p.name: len(p) for p in trace.brain.network.populations},
-        "cautions": _cautions(trace),
+        "cautions": chip.cautions(),
         "touched": trace.drive.touched,
         "path": path,  # s, m, m, rad
         "commands": np.array(trace.record.commands).reshape(-1, 3),  # s, v, w

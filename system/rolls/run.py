@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from chips.rolls.chip import TEMPERATURE_STEP, RollsChip, Spikes
 from chips.rolls.circuit import chip
 from chips.rolls.program.address import NEURONS
-from chips.rolls.validity import check_rate, coarse_cautions
+from chips.rolls.validity import check_rate
 from circuits.arrays import F64, Bools
 from circuits.silicon.course import beginning_of, course_through
 from system.meaning import meanings, of_run
@@ -107,7 +107,7 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
         progress(1.0)
     counted = spikes.neurons[spikes.times >= SETTLING]
     rates = np.bincount(counted, minlength=NEURONS) / (s.duration - SETTLING)
-    cautions = on_die.cautions() + coarse_cautions(spikes.times, spikes.neurons, s.step)
+    cautions = on_die.cautions()
     return Trace(s, spikes, rates, on_die.restless(), on_die, given.times.size, off, cautions)
 
 

@@ -161,7 +161,8 @@ def bank_of(f: Filter, load: Load, shape: Shape, step: float) -> FilterBank:
         (line * step).astype(np.float32),
         (line * np.log1p(step * load.drawn / f.line_charge)).astype(np.float32),
         (line * late).astype(np.float32),
-        (f.scale * -np.expm1(-fall) / fall).astype(np.float32),
+        f.scale.astype(np.float32),
+        (1.0 + np.expm1(-fall) / fall).astype(np.float32),
         f.specific.astype(np.float32),
     )
 

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.rolls.layout import LINE_COLUMNS, OCTAVE_BITS
+from chips.rolls.layout import BENT, DRAWN, LINE_COLUMNS, OCTAVE_BITS, REACH
+from chips.rolls.layout import STATIC as OWN
 from chips.rolls.lumped.grid import edges, integral
 from chips.rolls.lumped.network import pair as pair_shares
 from chips.rolls.neuron.kernel import INJECTED, REVERSE, STATIC, Neurons, weak_share
@@ -19,6 +20,9 @@ from circuits.arrays import F64
 from circuits.devices.ekv import weak_over
 
 REFERENCE_INPUT = 1e-9  # A, ours: at which the share's correction for strong inversion is taken
+LESS_SURE = 0.1  # by which a line's slope may be off times the step, where it is taken beyond its end; ours
+FARTHEST = 16  # lines behind its end up to which a line may be taken; ours
+_BENT_BY, _DRAWN_BY = 0.1e-9, 0.3e-9  # A, ours: of an input and an inhibition for which that is looked at
 
 
 class Lines(NamedTuple):
@@ -62,6 +66,34 @@ def lines_of(m: Neurons) -> Lines:
             shift = 0.0 if column is v else (2.0 * middle - value[:-1] - value[1:]) / 3.0
             lines[k, :, 2 * j], lines[k, :, 2 * j + 1] = value[:-1] - slope * grid[:-1] + shift, slope
     return Lines(lines, unit, zeta[:, -1].copy(), _rise(columns[0], y, zeta, grid))
+
+
+def with_reach(lines: F64, charge: F64, step: float) -> F64:
+    """Return lines with how far each is taken, down and up, in steps of `step` s: zeta, its last two columns.
+
+    Half a line behind its ends at least, and as far as the other lines differ from it by less than
+    `LESS_SURE` of their distance in a step.
+    """
+    grid = edges(lines.shape[1])
+    width, centre = np.diff(grid), 0.5 * (grid[1:] + grid[:-1])
+    allowed = LESS_SURE * charge[:, None] / step
+    found = lines.copy()
+    for column, sign in ((REACH, -1), (REACH + 1, 1)):
+        start = grid[:-1] if sign < 0 else grid[1:]
+        reach = np.broadcast_to(start + 0.5 * sign * width, lines.shape[:2]).copy()
+        sure = np.ones(lines.shape[:2], dtype=np.bool_)
+        for far in range(1, FARTHEST + 1):
+            own = np.arange(lines.shape[1])
+            other = np.clip(own + sign * far, 0, own.size - 1)
+            end = grid[other] if sign < 0 else grid[other + 1]
+            off = np.zeros(lines.shape[:2])
+            for at, by in ((OWN, 1.0), (BENT, _BENT_BY), (DRAWN, _DRAWN_BY)):
+                less = lines[:, other, at : at + 2] - lines[:, :, at : at + 2]
+                off += by * np.abs(less[:, :, 0] + less[:, :, 1] * end)
+            sure &= (off <= allowed * np.abs(end - centre)) & (other == own + sign * far)
+            reach = np.where(sure, end, reach)
+        found[:, :, column] = reach
+    return found
 
 
 def _rise(own: F64, y: F64, zeta: F64, grid: F64) -> F64:

@@ -1,9 +1,10 @@
 """Compiled noise of a ROLLS chip's steps, which filters and membranes get from their devices.
 
-White noise of a membrane is a current that stands still for a step h, drawn with the variance `D / h`; while
-the neuron's own current carries it to the top it is one current up to there, with the variance that gives the
-spike's time the one that white noise gives it. That of a filter is a charge a step. Flicker moves six
-currents slowly, each a sum of values held for 2^j looks; lines of the generator move some of all neurons.
+White noise of a membrane is a current that stands still for a step h, drawn with the variance `D / h`, in the
+parts of a fast neuron's step too; while the neuron's own current carries it to the top it is one current up
+to there, with the variance that gives the spike's time the one that white noise gives it. That of a filter is
+a charge a step. Flicker moves six currents slowly, each a sum of values held for 2^j looks; lines of the
+generator move some of all neurons.
 """
 
 from __future__ import annotations
@@ -25,12 +26,15 @@ from chips.rolls.layout import (
     SIGNS,
     SPLIT,
     STEEP,
+    SURE,
     VALUE,
+    ZERO,
     ChipTables,
     Membranes,
     Scratch,
     Z,
     step_compiled,
+    step_inlined,
 )
 from chips.rolls.noise.layout import (
     BACK,
@@ -57,7 +61,7 @@ from chips.rolls.noise.layout import (
     NoiseTables,
 )
 from chips.rolls.plastic.layout import Plastic
-from circuits.arrays import F64, I64
+from circuits.arrays import F32, F64, I64
 
 MEMBRANES, FILTERS = 0, 1  # streams; a filter's sign is added, behind them the plastic array's filters
 
@@ -97,41 +101,64 @@ def disturb_plastic(t: NoiseTables, p: Plastic, number: int) -> None:
             z[j] += math.sqrt(grain[j] * variance) * t.draws.normal[j]
 
 
-@step_compiled
-def disturb_membranes(t: NoiseTables, m: Membranes, bits: I64, number: int, step: float, s: Scratch) -> None:
-    """Add the noise of step `number` to dzeta/dt in `s.rate`."""
-    bring(t.slow, t.draws, number)
-    draw(t.draws, number, MEMBRANES)
-    often, span, steep = np.float32(1.0 / step), np.float32(step), np.float32(STEEP)
-    for k in range(bits.size):
-        row = t.rows[k, np.uint64((bits[k] >> SHIFT) - BASE)]
-        own = s.own[k] * m.inverse[k]
-        rising = (s.slope[k] * span > steep) & (own > abs(s.rate[k] - own))
-        density = row[WHITE] + row[INPUT] * s.excite[k] + row[DRAWN] * s.inhibit[k]
-        s.rate[k] += math.sqrt(density * (row[RISE] if rising else often)) * t.draws.normal[k]
-    bring_lines(t.lines, number)
-    if t.lines.shift.size:
-        _disturb_by_lines(t, m, bits, s)
-    if t.slow.deviation.size == 0:
-        return
+@step_inlined
+def _white(t: NoiseTables, s: Scratch, k: int, row: F32, often: np.float32) -> np.float32:
+    """Of dzeta/dt, 1/s; row: of the neuron's rows; often: over the time for which it stands still, 1/s."""
+    density = row[WHITE] + row[INPUT] * s.excite[k] + row[DRAWN] * s.inhibit[k]
+    return np.float32(math.sqrt(density * often) * t.draws.normal[k])
+
+
+@step_inlined
+def _slow(t: NoiseTables, m: Membranes, s: Scratch, k: int, row: F32) -> np.float32:
+    """What flicker brings, 1/s."""
     slow = t.slow.value
-    for k in range(bits.size):
-        row = t.rows[k, np.uint64((bits[k] >> SHIFT) - BASE)]
-        pair = row[PAIR] * slow[SLOW_PAIR, k]
-        more = row[LEAK] * slow[SLOW_LEAK, k] + row[BACK] * slow[SLOW_BACK, k]
-        more += row[DIRECT] * (slow[SLOW_DIRECT, k] + pair)
-        more += m.inverse[k] * s.excite[k] * (slow[SLOW_EXCITE, k] + pair)
-        s.rate[k] += more - row[REVERSED] * s.inhibit[k] * slow[SLOW_INHIBIT, k]
+    pair = row[PAIR] * slow[SLOW_PAIR, k]
+    more = row[LEAK] * slow[SLOW_LEAK, k] + row[BACK] * slow[SLOW_BACK, k]
+    more += row[DIRECT] * (slow[SLOW_DIRECT, k] + pair)
+    more += m.inverse[k] * s.excite[k] * (slow[SLOW_EXCITE, k] + pair)
+    return np.float32(more - row[REVERSED] * s.inhibit[k] * slow[SLOW_INHIBIT, k])
 
 
-@step_compiled
-def _disturb_by_lines(t: NoiseTables, m: Membranes, bits: I64, s: Scratch) -> None:
-    """Add what lines that have moved make of leaks, direct currents and filters to dzeta/dt."""
+@step_inlined
+def _by_lines(t: NoiseTables, m: Membranes, s: Scratch, k: int, row: F32) -> np.float32:
+    """What lines that have moved make of the leak, the direct current and the filters, 1/s."""
     line = t.lines.shift
     leak, direct = np.float32(line[LINE_LEAK]), np.float32(line[LINE_DIRECT])
     excite = np.float32(line[LINE_EXC_GAIN] - line[LINE_EXC_TAU])
     inhibit = np.float32(line[LINE_INH_GAIN] - line[LINE_INH_TAU])
+    more = row[LEAK] * leak + row[DIRECT] * direct + m.inverse[k] * s.excite[k] * excite
+    return np.float32(more - row[REVERSED] * s.inhibit[k] * inhibit)
+
+
+@step_compiled
+def disturb_membranes(t: NoiseTables, m: Membranes, bits: I64, number: int, step: float, s: Scratch) -> None:
+    """Add the noise of step `number` to dzeta/dt in `s.rate`; it alone is in `s.push` then."""
+    bring(t.slow, t.draws, number)
+    draw(t.draws, number, MEMBRANES)
+    often, span, steep, sure = (
+        np.float32(1.0 / step), np.float32(step), np.float32(STEEP), np.float32(SURE),
+    )  # fmt: skip
     for k in range(bits.size):
         row = t.rows[k, np.uint64((bits[k] >> SHIFT) - BASE)]
-        more = row[LEAK] * leak + row[DIRECT] * direct + m.inverse[k] * s.excite[k] * excite
-        s.rate[k] += more - row[REVERSED] * s.inhibit[k] * inhibit
+        own = s.own[k] * m.inverse[k]
+        rising = (s.slope[k] * span > steep) & (own > sure * abs(s.rate[k] - own))
+        s.push[k] = _white(t, s, k, row, row[RISE] if rising else often)
+    bring_lines(t.lines, number)
+    for k in range(bits.size * (t.lines.shift.size > 0)):
+        s.push[k] += _by_lines(t, m, s, k, t.rows[k, np.uint64((bits[k] >> SHIFT) - BASE)])
+    for k in range(bits.size * (t.slow.deviation.size > 0)):
+        s.push[k] += _slow(t, m, s, k, t.rows[k, np.uint64((bits[k] >> SHIFT) - BASE)])
+    for k in range(bits.size):
+        s.rate[k] += s.push[k]
+
+
+@step_compiled
+def disturb_released(t: NoiseTables, m: Membranes, step: float, s: Scratch) -> None:
+    """Fill `s.calm` with the noise of the step that `disturb_membranes` saw last, of membranes at 0 V, A."""
+    often, slow = np.float32(1.0 / step), t.slow.deviation.size > 0
+    for k in range(s.calm.size):
+        row = t.rows[k, 0]
+        more = _white(t, s, k, row, often)
+        more += _by_lines(t, m, s, k, row) if t.lines.shift.size > 0 else ZERO
+        more += _slow(t, m, s, k, row) if slow else ZERO
+        s.calm[k] = more / m.inverse[k]

@@ -33,7 +33,7 @@ from chips.lines.wander import wander_of
 from chips.noise import SiliconNoise, die_name
 from chips.noise_draw import new_draws, new_slow
 from chips.rolls.circuit import NAME, Params, chip
-from chips.rolls.layout import SIGNS, VOLTAGE
+from chips.rolls.layout import SIGNS
 from chips.rolls.layout import STATIC as OWN
 from chips.rolls.lumped.grid import edges
 from chips.rolls.neuron.kernel import INJECTED, Neurons
@@ -107,7 +107,8 @@ def membrane_rows(built: Built, d: DieDevices, slow: Bools, step: float) -> F64:
     m, lines = built.neurons, built.tables.membranes.lines
     edge = edges(lines.shape[1])
     centre = 0.5 * (edge[1:] + edge[:-1])
-    v = np.clip(lines[:, :, VOLTAGE] + lines[:, :, VOLTAGE + 1] * centre, 0.0, m.top[:, None])
+    voltage = built.tables.membranes.voltage
+    v = np.clip(voltage[:, :, 0] + voltage[:, :, 1] * centre, 0.0, m.top[:, None])
     v = np.ascontiguousarray(v, dtype=np.float64)
     held = WholeMembrane(d, v) if d.full else Membrane(d, v)
     share, inverse = _share(m, held.inside()), 1.0 / built.charge[:, None]

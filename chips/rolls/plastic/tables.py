@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from chips.rolls.circuit import Params
-from chips.rolls.layout import VOLTAGE, Membranes
+from chips.rolls.layout import Membranes
 from chips.rolls.lumped.filter import Filter, Load, Shape, bank_of, filter_of, line_voltage, shape_of
 from chips.rolls.lumped.grid import edges
 from chips.rolls.neuron.whole_membrane import WholeMembrane
@@ -244,8 +244,8 @@ def zeta_at(v: F64, membranes: Membranes) -> F64:
 
 def _voltages(membranes: Membranes) -> tuple[F64, F64]:
     """Voltages, float64[n, rows + 1], at the ends of a chip's lines, and zeta there."""
-    grid = edges(membranes.lines.shape[1])
-    lines = membranes.lines[:, :, VOLTAGE:].astype(np.float64)
+    grid = edges(membranes.voltage.shape[1])
+    lines = membranes.voltage.astype(np.float64)
     low = lines[:, :, 0] + lines[:, :, 1] * grid[:-1]
     high = lines[:, -1:, 0] + lines[:, -1:, 1] * grid[-1]
     return np.concatenate((low, high), axis=1), grid

@@ -15,7 +15,6 @@ from chips.rolls.program.address import NEURONS, VirtualSynapses
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.program.program import Program, VirtualInput
 from chips.rolls.synapse.reference import filter_errors
-from chips.rolls.validity import coarse_cautions
 from chips.validity import outside_boxes
 from circuits.errors import ParameterError
 from circuits.event import WIDTH
@@ -288,13 +287,17 @@ def test_an_idle_filter_rests_where_its_leaks_are_alike():
         assert np.abs(drift).max() < 0.02
 
 
-def test_spikes_that_come_too_soon_for_the_step_are_told():
+def test_regular_spikes_are_those_of_short_steps_up_to_a_spike_a_step():
     fast = default_biases().with_code("IF_DC_P", 3, 60)
-    counts = []
-    for step in (0.4e-3, 0.05e-3):
+    found = []
+    for step in (0.4e-3, 0.02e-3):
         chip = chip_of(biases=fast, step=step)
-        spikes, _ = chip.run(chip.at_rest(), 0.05)
-        counts.append(spikes.times.size)
-        said = coarse_cautions(spikes.times, spikes.neurons, step)
-        assert [text.startswith("step: ") for text in said] == ([True] if step > 0.1e-3 else [])
-    assert counts[0] < 0.95 * counts[1]
+        spikes, _ = chip.run(chip.at_rest(), 0.032)
+        first = [spikes.times[spikes.neurons == k].min() for k in range(NEURONS)]
+        found.append((np.bincount(spikes.neurons, minlength=NEURONS), np.array(first)))
+    (ours, first), (fine, their_first) = found
+    interval = 0.032 / fine.mean()
+    assert interval < 1.5e-3
+    assert ours.sum() == pytest.approx(fine.sum(), rel=5e-3)
+    assert np.abs(ours - fine).max() <= 1
+    assert np.abs(first - their_first).max() < 0.1 * interval

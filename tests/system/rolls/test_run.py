@@ -14,9 +14,11 @@ from chips.rolls.program.bias_file import OFF, default_biases, write_biases
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
 from system.cli.command_line import main
 from system.rolls import run as rolls_run
-from system.rolls.drive import regular_events
+from system.rolls.drive import program_of, regular_events
 from system.rolls.run import SYSTEM, Trace, run, summarise
 from system.rolls.scenario import Scenario
 from tests.refusals import command_refusals
@@ -133,3 +135,18 @@ def test_a_summary_says_that_a_chip_does_not_rest(kind: BiasKind, tmp_path: Path
     found = SYSTEM.summarise(run(replace(quiet, bias_file=str(path))))
     assert "of 256 fire without any input" in found["cautions"][0]
     assert not found["succeeded"]
+
+
+def test_bursts_of_the_default_drive_are_those_of_short_steps() -> None:
+    program, events = program_of(default_biases()), regular_events(100.0, 0.04, 3)
+    found = []
+    for step in (0.4e-3, 0.02e-3):
+        chip = RollsChip(program, Silicon(ROLLS_180, die=Die(number=1000)), step=step)
+        spikes, _ = chip.run(chip.at_rest(), 0.04, events)
+        first = [spikes.times[spikes.neurons == k].min() for k in range(256)]
+        found.append((spikes.times.size, np.array(first)))
+    (ours, first), (fine, their_first) = found
+    # bursts in which a spike follows on the other within a step
+    assert fine > 20 * 256
+    assert ours == pytest.approx(fine, rel=0.01)
+    assert np.median(np.abs(first - their_first)) < 0.03e-3

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chips.rolls.chip import RollsChip
-from chips.rolls.layout import OCTAVE_BITS, VOLTAGE
+from chips.rolls.layout import OCTAVE_BITS
 from chips.rolls.neuron.membrane import Membrane
 from chips.rolls.neuron.whole_membrane import WholeMembrane
 from chips.rolls.parts import devices_at, part_gates, row_place
@@ -105,7 +105,7 @@ def test_the_nmda_gates_share_is_that_of_its_pair_and_mirrors(process):
     row = ((exponent - 1) << OCTAVE_BITS) + ((2.0 * mantissa - 1.0) * per).astype(np.int64)
     here = np.take_along_axis(lines, row[:, :, None], axis=1)
     share = here[:, :, 0] + here[:, :, 1] * zeta
-    at = np.take_along_axis(membranes.lines[:, :, VOLTAGE:], row[:, :, None], axis=1)
+    at = np.take_along_axis(membranes.voltage, row[:, :, None], axis=1)
     assert np.allclose(at[:, :, 0] + at[:, :, 1] * zeta, v, atol=1e-3)
     current = 0.1e-9 if process is ROLLS_180_IDEAL else 1e-9
     exact = (Membrane if process is ROLLS_180_IDEAL else WholeMembrane)(neuron, v).nmda(current) / current
