@@ -68,6 +68,7 @@ from circuits.lowering.on_die import DieDevices, transistor_of
 from circuits.silicon.process import ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 
+_NUDGE = 1e-4  # V, of a gate, over which a slope is taken; ours
 MIRRORED = 2.0  # electrons of noise that two more devices of a mirror add
 
 
@@ -94,7 +95,7 @@ def with_noise(
         new_draws(noise.seed, noise.trial, die_name(NAME, silicon.die), NEURONS),
         new_slow(densities, flicker, step, NEURONS),
         *_plastic_grains(built.plastic, program),
-        _lines(params, silicon, d, program, kind, noise, step),
+        generator_lines(params, silicon, d, program, kind, noise, step),
     )
     return replace(built, noise=tables)
 
@@ -205,18 +206,21 @@ def _leak(program: Program) -> tuple[str, str]:
     return ("leak.ml3", "tau1") if program.slow_leak().all() else ("leak.ml4", "tau2")
 
 
-def _lines(
+def generator_lines(
     params: Params, silicon: Silicon, d: DieDevices, program: Program, kind: BiasKind, noise: SiliconNoise,
     step: float,
 ) -> LineSteps:  # fmt: skip
-    """Lines from LINE_LEAK to LINE_INH_GAIN; those of filters carry weak inversion's currents."""
+    """Lines from LINE_LEAK to LINE_INH_GAIN; those of filters carry weak inversion's currents.
+
+    A line moves the current of the neurons' devices by the slope that they have at its voltage.
+    """
     leak, bias = _leak(program)
     names = (bias, "dc", "excitatory_tau", "excitatory_thr", "inhibitory_tau", "inhibitory_thr")
     there = replace(silicon, place=((NAME, ()),))
     wander = wander_of(chip(params, program.biases, kind), [f"i_{n}" for n in names], there, noise)
-    steep = _steepness(d, leak, float(d.gate[f"v_{bias}"])), *(1.0 for _ in names[1:])
-    kappa = silicon.law("n").kappa, *(silicon.law("p").kappa for _ in names[1:])
-    slope = np.array(steep) * np.array(kappa) / silicon.thermal_voltage
+    weak = silicon.law("p").kappa / silicon.thermal_voltage
+    found = _slope(d, leak, float(d.gate[f"v_{bias}"])), _slope(d, "leak.ml9", float(d.below("v_dc")))
+    slope = np.array([*found, *(weak for _ in names[2:])])
     return line_steps(wander, slope, silicon, noise, die_name(NAME, silicon.die), step)
 
 
@@ -237,3 +241,9 @@ class _Gates:
 def _steepness(d: DieDevices, name: str, gate: float) -> float:
     """`d ln I / du` of a saturated device, 1 in weak inversion; the mean over the neurons."""
     return float(np.mean(steepness(d.saturated(name, gate) / d.fet[name].current)))
+
+
+def _slope(d: DieDevices, name: str, gate: float) -> float:
+    """`d ln I / dv` of a saturated device at a gate's voltage, 1/V; the mean over the neurons."""
+    low, high = (d.saturated(name, gate + v) for v in (-_NUDGE, _NUDGE))
+    return float(np.mean(np.log(high / low))) / (2.0 * _NUDGE)
