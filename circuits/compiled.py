@@ -27,7 +27,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 _WAITING: list[Callable[[], object]] = []  # who waits for the first kernel
 
-_MACHINE_CODE = Path(__file__).with_name("machine_code")
+_MAKERS = tuple(Path(__file__).with_name(name) for name in ("machine_code", "vectors"))
 _CONSTANTS = (bool, int, float, complex, str, tuple, np.generic, np.ndarray)
 
 
@@ -148,7 +148,8 @@ def source_stamp(module: str, file: str) -> bytes:
 @cache
 def _makers() -> bytes:
     """Contents of what makes machine code of kernels."""
-    return b"\0".join(path.read_bytes() for path in sorted(_MACHINE_CODE.glob("*.py")))
+    files = (path for folder in _MAKERS for path in sorted(folder.glob("*.py")))
+    return b"\0".join(path.read_bytes() for path in files)
 
 
 def _followed(module: str, file: str) -> dict[str, Mapping[str, Any]]:

@@ -22,7 +22,7 @@ from circuits.catalogue import later
 from circuits.compiled import compiled, instructions
 
 ir, types = later("llvmlite.ir"), later("numba.core.types")
-kinds = later("circuits.machine_code.vector_types")
+kinds = later("circuits.vectors.vector_types")
 
 LIMIT = 340.0
 _LOG2E = 1.4426950408889634
@@ -83,7 +83,7 @@ def _five_lanes(typingctx: Any, a: Any, b: Any, c: Any, d: Any, e: Any) -> Any:
 
 
 def _two_of_lanes(typingctx: Any, a: Any, b: Any) -> Any:
-    """`ln(1 + e^x)` of a and of b, then both slopes; of `circuits.machine_code.vector`."""
+    """`ln(1 + e^x)` of a and of b, then both slopes; of `circuits.vectors.vector`."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         count = args[0].type.count
@@ -104,7 +104,7 @@ def _places(numbers: range) -> Any:
 
 
 def _power_of_lanes(typingctx: Any, x: Any) -> Any:
-    """`e^x`, of `circuits.machine_code.vector`; beyond LIMIT either way it is that of the limit."""
+    """`e^x`, of `circuits.vectors.vector`; beyond LIMIT either way it is that of the limit."""
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         packed = _Packed(builder, args[0])

@@ -28,7 +28,6 @@ from circuits.errors import CircuitError, DataError, ParameterError, UnknownName
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.lowering.on_dies import on_dies
 from circuits.lowering.variation import variation_draws, variation_labels, variation_sigma
-from circuits.machine_code.vector import WIDTH
 from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process_file import process_of
@@ -36,6 +35,7 @@ from circuits.solver.lanes.simulate import fits, simulate_each
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Begin
 from circuits.units import unit_of_name
+from circuits.vectors.vector import WIDTH
 from system.codes.find import quietly
 from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun

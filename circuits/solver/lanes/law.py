@@ -9,9 +9,9 @@ from __future__ import annotations
 from circuits.compiled import compiled
 from circuits.devices.softplus import power_of_lanes, softplus_of_two
 from circuits.devices.transistor import INDUCED_LIMIT
-from circuits.machine_code import vector
-from circuits.machine_code.vector import Lanes
 from circuits.solver.lanes.layout import ROW, TERM, Team, Wiring
+from circuits.vectors import vector
+from circuits.vectors.vector import Lanes
 
 every, larger, load, magnitude, root = vector.every, vector.larger, vector.load, vector.magnitude, vector.root
 select, smaller, store = vector.select, vector.smaller, vector.store

@@ -18,8 +18,8 @@ from circuits.devices.transistor import TransistorArrays
 from circuits.lowering.factor import Factor
 from circuits.lowering.kernel import Machine, Rows, Sources, pack_sources
 from circuits.lowering.supply import spike_levels
-from circuits.machine_code.vector import WIDTH, rows
 from circuits.solver.integrate import source_values
+from circuits.vectors.vector import WIDTH, rows
 
 
 class Term(NamedTuple):

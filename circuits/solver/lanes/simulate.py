@@ -22,7 +22,6 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.lowering.kernel import Machine
-from circuits.machine_code.vector import WIDTH
 from circuits.solver.beginning import Beginning
 from circuits.solver.lanes.layout import DONE, Found, jobs_of, new_found, new_team, wiring
 from circuits.solver.lanes.rest import beginnings
@@ -30,6 +29,7 @@ from circuits.solver.lanes.run import FINISHED, run
 from circuits.solver.outcome import Outcome
 from circuits.solver.swing import uncrossed
 from circuits.solver.transient import DEFAULT_RTOL, MAX_STEPS, Result, Runner, Steps, simulate
+from circuits.vectors.vector import WIDTH
 
 TOGETHER = 512
 """Machines that are made ready at once; ours."""

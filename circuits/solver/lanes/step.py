@@ -9,11 +9,11 @@ coefficients that make of them what it needs: a lane at rest has no derivative, 
 from __future__ import annotations
 
 from circuits.compiled import compiled
-from circuits.machine_code import vector
-from circuits.machine_code.vector import Lanes
 from circuits.solver.integrate import SAME_TIME, SMALLEST_STEP, TIMING
 from circuits.solver.lanes.layout import ROW, Team, Wiring
 from circuits.solver.newton import MAX_ITERATIONS, SLACK
+from circuits.vectors import vector
+from circuits.vectors.vector import Lanes
 
 load, store, every, select, bits = vector.load, vector.store, vector.every, vector.select, vector.bits
 magnitude, larger, smaller = vector.magnitude, vector.larger, vector.smaller

@@ -28,7 +28,7 @@ Mask: TypeAlias = Any
 
 ir, types = later("llvmlite.ir"), later("numba.core.types")
 cgutils = later("numba.core.cgutils")
-kinds = later("circuits.machine_code.vector_types")
+kinds = later("circuits.vectors.vector_types")
 
 
 def rows(count: int) -> F64:

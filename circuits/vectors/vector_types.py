@@ -1,4 +1,4 @@
-"""The types of `circuits.machine_code.vector` as numba knows them, and what their operators are.
+"""The types of `circuits.vectors.vector` as numba knows them, and what their operators are.
 
 This imports numba; it is imported when the first kernel that takes lanes is made.
 """
@@ -16,7 +16,7 @@ from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
 from numba.extending import models, register_model
 
-from circuits.machine_code.vector import WIDTH, splat
+from circuits.vectors.vector import WIDTH, splat
 
 _FUSED = ("contract",)  # a product and the sum that it goes into are rounded once
 

@@ -6,8 +6,8 @@ import pytest
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.softplus import LIMIT, power_of_lanes, softplus_of_two
-from circuits.machine_code import vector
-from circuits.machine_code.vector import WIDTH, rows
+from circuits.vectors import vector
+from circuits.vectors.vector import WIDTH, rows
 
 load, store, every, select, bits = vector.load, vector.store, vector.every, vector.select, vector.bits
 magnitude, larger, smaller = vector.magnitude, vector.larger, vector.smaller
