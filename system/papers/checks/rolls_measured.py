@@ -5,11 +5,11 @@ teaching chip of the same generation (`noctule reproduce coach`) fix the same nu
 fitted to them. In these rows `paper` is what `rolls-180` gives and `ours` what the measured process gives;
 the rule tells by how much they differ, and none passes or fails.
 
-Numbers of the law are of 4 um by 4 um and 1 um by 1 um; their standard errors are those of draws from what
-the fit left. The spread of ROLLS' parts is that of `rolls-mismatch`, its currents the same in both processes,
-with the matching of `rolls-180` replaced alone too. The Pushbot drives past one block on dies that tuned
-nothing, with the codes of its own table and with each die's own calibration; no weight, code table or goal is
-tuned to the measured process.
+Numbers of the law are those of the fit of today, of 4 um by 4 um and 1 um by 1 um; their standard errors are
+those of draws from what it left. What follows is in `coach-180`: the spread of ROLLS' parts as in
+`rolls-mismatch`, its currents the same in both processes, with the matching of `rolls-180` replaced alone
+too, and the Pushbot, which drives past one block on dies that tuned nothing, with the codes of its own table
+and with each die's own calibration. No weight, code table or goal is tuned to the measured process.
 """
 
 from __future__ import annotations
@@ -144,7 +144,7 @@ def _assumed(chip: Chip) -> Iterator[Statement]:
     posterior, base = chip.fit.posterior, replace(ROLLS_180, pair_a_vt=chip.process.pair_a_vt)
     normals = np.random.default_rng(0).standard_normal((DRAWS, len(posterior.names)))
     drawn = [numbers_of(drawn_process(values, base)) for values in posterior.draws(normals)]
-    ours = numbers_of(process_of(MEASURED))
+    ours = numbers_of(chip.process)
     for name, value in numbers_of(ROLLS_180).items():
         error = float(np.std([each[name] for each in drawn]))
         if name.startswith("pair_a_vt"):
