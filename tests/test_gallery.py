@@ -45,6 +45,8 @@ def test_all_that_is_registered_is_shown_or_left_out_by_name(gallery: ModuleType
         assert sorted((*shown, *out)) == sorted(names)
     assert len({row.picture for row in rows}) == len(rows)
     assert all(shlex.split(row.command)[-2:] == ["--plot", row.picture] for row in rows)
+    assert all("--animate" in row.command for row in rows if row.kind == "robot")
+    assert set(gallery.FASTER) <= set(NAMES["robot"])
 
 
 def test_names_of_exceptions_are_known(gallery: ModuleType) -> None:

@@ -32,6 +32,8 @@ COMMANDS = {
     ("chip", "coach"): "run bench examples/pair.toml --die 7",
     ("chip", "nef-chip"): "run bug --agent bug2 --brain chip --design improved --die 4001 --map bug-field",
 }
+FASTER = {"bug": 5, "rover": 20, "spiking-bat": 10, "car": 5, "forest": 4, "head": 2}
+"""How much faster than the run a robot's film goes, so that it takes some seconds; the others are short."""
 STATUS = {
     "wen2022-fig10": 1,
     "hwu2018-table1": 1,
@@ -74,10 +76,10 @@ def left_out() -> tuple[str, ...]:
     return tuple(name for name in experiment_names() if load_experiment(name).counts is not None)
 
 
-def _row(kind: Kind, name: str, summary: str, command: str, status: int = 0) -> Row:
+def _row(kind: Kind, name: str, summary: str, command: str, status: int = 0, film: str = "") -> Row:
     picture = f"{kind}-{name}.png"
     said = COMMANDS.get((kind, name), command)
-    return Row(kind, name, summary, f"noctule {said} --plot {picture}", picture, status)
+    return Row(kind, name, summary, f"noctule {said}{film} --plot {picture}", picture, status)
 
 
 def _blocks() -> Iterator[Row]:
@@ -95,7 +97,10 @@ def _chips() -> Iterator[Row]:
 
 def _robots() -> Iterator[Row]:
     for name in system_names():
-        yield _row("robot", name, load_system(name).summary, f"run {name} --seed {SEED}")
+        system = load_system(name)
+        speed = f"x{FASTER[name]}" if name in FASTER else ""
+        film = f" --animate robot-{name}.gif --frames 480x360@10{speed}" if system.film else ""
+        yield _row("robot", name, system.summary, f"run {name} --seed {SEED}", film=film)
 
 
 def _experiments() -> Iterator[Row]:

@@ -26,7 +26,8 @@
   // ---- the arrays
   async function bytes() {
     const text = atob(document.getElementById("arrays").textContent.trim());
-    const packed = Uint8Array.from(text, (c) => c.charCodeAt(0));
+    const packed = new Uint8Array(text.length);
+    for (let k = 0; k < text.length; k++) packed[k] = text.charCodeAt(k);
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
     return new Uint8Array(await new Response(stream).arrayBuffer());
   }

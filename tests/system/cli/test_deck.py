@@ -208,6 +208,13 @@ def test_a_step_of_a_parameter_is_swept(tmp_path: Path, capsys: pytest.CaptureFi
     assert "follows r, which is swept; this .measure card is left out" in said.err
 
 
+def test_a_capacitance_is_swept_beside_a_measure(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "v 1 0 sin(0 1 1k)\n.param c=1n\nr1 1 2 1k\nc1 2 0 {c}\n.tran 10u 2m\n.measure tran top max v(2)\n"
+    path = written(tmp_path / "rc.cir", f"an rc\n{text}")
+    assert main(["sweep", str(path), "--over", "c=1n,100n", "--analysis", "tran", "--json"]) == 0
+    assert capsys.readouterr().err == ""
+
+
 def test_a_parameter_of_a_deck_is_an_option(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "filter.cir"
     path.write_text(STEPPED.replace(".step param r list 1k 4k", "*"))
