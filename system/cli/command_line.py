@@ -21,6 +21,7 @@ import typer
 from circuits.catalogue import loaded
 from circuits.errors import CircuitError, meant
 from system.cli import run_command_line
+from system.cli.certify_verb import Certify
 from system.cli.completion import VARIABLE, Shell, answer, install, script_of
 from system.cli.examples import epilog_of
 from system.cli.exit_status import BAD_INPUT, DONE, INTERRUPTED, NO
@@ -112,6 +113,7 @@ _VERBS = {
     "match": verb("match:match_command", Match),
     "worst": verb("worst:worst_command", Worst),
     "corners": verb("corners:corners_command", Corners),
+    "certify": verb("certify:certify_command", Certify),
     "mission": verb("mission:mission_command", Mission),
     "merge": verb("mission:merge_command", Merge),
     "replay": verb("replay:replay_command", Replay),

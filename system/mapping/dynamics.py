@@ -119,37 +119,59 @@ def weights_by(network: Network) -> dict[float, tuple[F64, F64]]:
     return found
 
 
+class Running:
+    """Equations that go on from rest by one time after the other.
+
+    Parameters
+    ----------
+    dynamics
+        The equations.
+    """
+
+    def __init__(self, dynamics: Dynamics) -> None:
+        cells, filters = dynamics.cells, dynamics.filters
+        self._cells, self._filters, self._done = cells, filters, 0
+        self._v, self._wait = np.zeros((2, cells.tau.size))
+        self._state = np.zeros((len(filters), cells.tau.size))
+        self._fall = np.exp(-STEP / np.array([f.tau for f in filters]))[:, None]
+        self._inner = [np.ascontiguousarray(f.neurons.T) for f in filters]
+        self._outer = [np.ascontiguousarray(f.channels.T) for f in filters]
+        self._fired = np.empty(0, dtype=np.int64)
+
+    def advance(self, events: Events, duration: float) -> Trains:
+        """Go on for `duration` s with events of channels; times are since the start."""
+        steps = range(self._done, self._done + round(duration / STEP))
+        bounds = np.searchsorted(events.times, np.array([*steps, steps.stop]) * STEP - 1e-9)
+        times: list[F64] = [np.empty(0)]
+        who: list[I64] = [np.empty(0, dtype=np.int64)]
+        for k, begin, end in zip(steps, bounds[:-1], bounds[1:], strict=True):
+            share = self._take(events.addresses[begin:end])
+            if self._fired.size:
+                times.append((k + share) * STEP)
+                who.append(self._fired)
+        self._done = steps.stop
+        found, neurons = np.concatenate(times), np.concatenate(who)
+        order = np.argsort(found, kind="stable")
+        return Trains(found[order], neurons[order])
+
+    def _take(self, come: I64) -> F64:
+        """Take a step in which events of these channels come; when the neurons spiked, in shares of it."""
+        cells, state, fired = self._cells, self._state, self._fired
+        state *= self._fall
+        for f in range(len(self._filters)):
+            if fired.size:
+                state[f] += self._inner[f][fired].sum(axis=0)
+            if come.size:
+                state[f] += self._outer[f][come].sum(axis=0)
+        each = (f.current(s) for f, s in zip(self._filters, state, strict=True))
+        drive = sum(each, np.zeros(cells.tau.size)) / cells.unit
+        self._fired, share = _step(cells, self._v, self._wait, drive)
+        return share
+
+
 def run(dynamics: Dynamics, events: Events, duration: float) -> Trains:
     """Run equations from rest for `duration` s; addresses of the events are channels."""
-    cells, filters = dynamics.cells, dynamics.filters
-    n, steps = cells.tau.size, round(duration / STEP)
-    v, wait = np.zeros(n), np.zeros(n)
-    state = np.zeros((len(filters), n))
-    fall = np.exp(-STEP / np.array([f.tau for f in filters]))[:, None] if filters else np.zeros((0, 1))
-    inner = [np.ascontiguousarray(f.neurons.T) for f in filters]
-    outer = [np.ascontiguousarray(f.channels.T) for f in filters]
-    bounds = np.searchsorted(events.times, np.arange(steps + 1) * STEP - 1e-9)
-    fired = np.empty(0, dtype=np.int64)
-    times: list[F64] = []
-    who: list[I64] = []
-    for k in range(steps):
-        state *= fall
-        come = events.addresses[bounds[k] : bounds[k + 1]]
-        for f in range(len(filters)):
-            if fired.size:
-                state[f] += inner[f][fired].sum(axis=0)
-            if come.size:
-                state[f] += outer[f][come].sum(axis=0)
-        drive = sum((f.current(s) for f, s in zip(filters, state, strict=True)), np.zeros(n)) / cells.unit
-        fired, share = _step(cells, v, wait, drive)
-        if fired.size:
-            times.append((k + share) * STEP)
-            who.append(fired)
-    if not times:
-        return Trains(np.empty(0), np.empty(0, dtype=np.int64))
-    found, neurons = np.concatenate(times), np.concatenate(who)
-    order = np.argsort(found, kind="stable")
-    return Trains(found[order], neurons[order])
+    return Running(dynamics).advance(events, duration)
 
 
 def _step(cells: Cells, v: F64, wait: F64, drive: F64) -> tuple[I64, F64]:

@@ -29,7 +29,7 @@ from system.cli.keys.mapping import (
     SHOW_PROGRAM,
     SHOW_PROGRAM_NEF,
 )
-from system.cli.keys.mission import MISSION
+from system.cli.keys.mission import CERTIFY, MISSION
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
 from system.cli.keys.over_dies import CORNERS, MATCH, WORST
 from system.cli.keys.serve import SERVE
@@ -72,6 +72,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "worst": WORST,
     "corners": CORNERS,
     "mission": MISSION,
+    "certify": CERTIFY,
     "merge": MISSION,
     "replay": REPLAY,
     "centre": CENTRE,

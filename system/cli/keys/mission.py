@@ -92,3 +92,18 @@ dies.trials    integer   -  runs that were made
     **meanings("blame    object[]?  -  what blame puts failing dies on; null without `--blame`"),
     **meanings("changes  object[]  -  what changes raise the yield by, the largest gain first"),
 }
+CERTIFY = {
+    **MISSION,
+    **meanings("""
+program             string    -  the program
+task                string    -  the task
+scores              object[]  -  scores of the task, a row each way
+scores.name         string    -  name of the way
+scores.score        number    -  mean score on silicon, 0 to 1
+scores.interval     object    -  its 95 % interval, over dies
+scores.least        number    -  score of the worst die
+scores.ideal_score  number    -  mean score of the network that was asked for, in the same worlds
+scores.interval.low   number  -  lower end
+scores.interval.high  number  -  upper end
+"""),
+}

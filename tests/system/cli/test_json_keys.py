@@ -12,6 +12,7 @@ import shlex
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from system.cli.command_line import app, main
@@ -64,6 +65,7 @@ FORMS = {
     "mission": [
         "mission car --param pings=3 --dies 2 --worlds 1 --chunk 1 --change codes=default -o mission"
     ],
+    "certify": [],
     "merge": ["merge mission -o merged"],
     "replay": ["replay study --die 1000"],
     "centre": [],
@@ -105,6 +107,7 @@ MORE = {
         "montecarlo rebound-neuron --samples 2 --spec 'class is works' --temperature 27 --temperature 40",
         "montecarlo rolls --samples 2",
     ],
+    "certify": ["certify p.toml --task task.npz --dies 2 --change area=4"],
     "montecarlo --rare": [
         "montecarlo rebound-neuron --samples 400 --rare scaled-sigma --spec 'class is works'"
     ],
@@ -161,6 +164,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, example in (("values.toml", "square-of-a-value.toml"), ("values.csv", "values.csv")):
         (found / name).write_bytes((ROOT / "examples" / example).read_bytes())
     (found / "in.csv").write_text("time_s,address\n0.01,0\n", encoding="utf-8")
+    np.savez(found / "task.npz", inputs=np.full((2, 64), 200.0), labels=[0, 1])
     keep(str(found / "run.nc"), film())
     table(points(sizes=((2.0, 1.0),), celsius=(27.0,)), found / "currents.csv")
     return found

@@ -1,0 +1,104 @@
+"""The verb `noctule certify`: a mission of a mapped network at a task, whose scores are told beside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from circuits.errors import ParameterError
+from circuits.units import parse_quantity
+from system.cli.certify_verb import Certify
+from system.cli.exit_status import DONE
+from system.cli.mission_output import document, print_mission
+from system.cli.option_names import replay_of
+from system.cli.output import print_json, print_line, print_table, progress_bar
+from system.cli.workers import workers_of
+from system.mapping.certify.system import NAME, contents_of
+from system.mapping.certify.task import task_of
+from system.mapping.program_file import read_program_file
+from system.plot import check_picture, save_picture
+from system.study.mission.folder import begin
+from system.study.mission.found import Found
+from system.study.mission.mission import Asked, mission_of
+from system.study.mission.page import write_page
+from system.study.mission.picture import draw_mission
+from system.study.mission.running import Part, run_mission
+from system.study.statistics.interval import mean_interval
+
+_SCORES = ("score", "ideal_score")
+
+
+def certify_command(asked: Certify) -> int:
+    """Run a network at its task on dies, and print, draw and keep what it came to."""
+    check_picture(asked.plot)
+    if asked.resume and asked.output is None:
+        raise ParameterError("resume: of which runs, must come with `output`")
+    read_program_file(asked.program)
+    task_of(asked.task, asked.samples, asked.reach)
+    made = mission_of(_asked(asked))
+    folder, command = None if asked.output is None else Path(asked.output), _command(asked)
+    if folder is not None:
+        begin(folder, made, Part(), command, resume=asked.resume)
+    with (
+        progress_bar(f"{asked.program}, {made.runs} runs") as progress,
+        workers_of(asked.threads, None, None) as workers,
+    ):
+        found = run_mission(made, folder, workers=workers, progress=progress, command=command)
+    save_picture(asked.plot, lambda figure: draw_mission(found, figure, f"{asked.program}, {asked.task}"))
+    page = None if folder is None else str(write_page(folder, made, found, command, replay_of))
+    if asked.as_json:
+        told = document(made, found, folder, replay_of)
+        scores = [_scores(each) for each in found]
+        print_json({**told, "program": asked.program, "task": asked.task, "scores": scores, "report": page})
+        return DONE
+    print_mission(made, found, folder, replay_of)
+    _print_scores(found)
+    if page is not None:
+        print_line(f"report: {page}")
+    return DONE
+
+
+def _asked(asked: Certify) -> Asked:
+    options = {
+        "program": asked.program, "task": asked.task, "samples": str(asked.samples), "reach": asked.reach,
+        "contents": contents_of(asked.program, asked.task),
+    }  # fmt: skip
+    celsius = tuple(parse_quantity(text, "degC", "temperature") for text in asked.temperature)
+    return Asked(
+        NAME, None, asked.first_die, asked.dies, 1, asked.trials, celsius, (asked.bias_kind,), options,
+        changes=asked.change,
+    )  # fmt: skip
+
+
+def _command(asked: Certify) -> tuple[str, ...]:
+    return ("noctule", "certify", asked.program, "--task", asked.task, "--dies", str(asked.dies))
+
+
+def _scores(found: Found) -> dict[str, Any]:
+    """Mean scores over the dies of a way, that on silicon with its interval, by JSON's names."""
+    score, ideal = (found.table.column(name) for name in _SCORES)
+    known = np.isfinite(score)
+    dies = np.array([score[known & (found.table.die == die)].mean() for die in found.dies])
+    return {
+        "name": found.way.name,
+        "score": float(score[known].mean()),
+        "interval": asdict(mean_interval(dies, np.random.Generator(np.random.Philox(key=0)))),
+        "least": float(dies.min()),
+        "ideal_score": float(ideal[known].mean()),
+    }
+
+
+def _print_scores(found: Sequence[Found]) -> None:
+    rows = []
+    for each in map(_scores, found):
+        ends = each["interval"]
+        reach = f"{ends['low']:.1%} to {ends['high']:.1%}"
+        scores = (f"{each[name]:.1%}" for name in ("score", "least", "ideal_score"))
+        rows.append((each["name"], *scores, reach))
+    print_table(
+        "scores, means over dies", ("way", "on silicon:", "worst die:", "ideal:", "95 % interval:"), rows
+    )

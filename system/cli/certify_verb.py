@@ -1,0 +1,38 @@
+"""The verb `noctule certify PROGRAM --task TASK`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from system.cli import shared_options as shared
+from system.cli.verb import argument, required
+from system.option import option
+
+CHANGES = (
+    "codes=default", "healed=neurons", "healed=synapses", "healed=filters", "healed=pulses", "area=4",
+    "silicon_noise=off",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Certify:
+    """Measure on what share of dies a mapped network does its task nearly as well as the ideal one."""
+
+    program: str = argument("PROGRAM", "A network on ROLLS, as noctule map wrote it")
+    task: str = required("FILE.npz, an environment of Gymnasium, or FILE.py:NAME", metavar="TASK")
+    samples: int = option(0, "Samples, or episodes, of a run; all, or 10, for 0")
+    reach: str = option("", "Of each number that an environment shows, as 1,1.5,0.2,2", metavar="NUMBERS")
+    dies: int = option(20, "Number of dies", short="n")
+    first_die: int = option(1000, "Number of the first die")
+    trials: int = option(1, "Runs of each die, with noise of their own")
+    temperature: tuple[str, ...] = option(("27",), "Degrees Celsius, repeatable", metavar="DEGC")
+    bias_kind: Literal["ideal", "generator"] = option("generator", "Of the chip's biases")
+    change: tuple[str, ...] = option(
+        CHANGES, "Tried on the same dies, repeatable; the usual ones unless given", metavar="TEXT"
+    )
+    output: str | None = option(None, "Keep runs and the page there", short="o", metavar="FOLDER")
+    resume: bool = option(default=False, about="Go on with what is in --output")
+    threads: int | None = shared.threads_option()
+    plot: str | None = shared.plot_option()
+    as_json: bool = shared.json_option()

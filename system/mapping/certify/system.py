@@ -1,0 +1,174 @@
+"""A mapped network at its task on a die, as studies run it: what a mission takes in a robot's place.
+
+Its score stands beside that of the network that was asked for, in the same world; a run has succeeded where
+it loses no more than `NEAR` of it. `healed` names parts of the chip that do not deviate on the die, so that a
+mission tells what their deviations cost; the die is calibrated as it then is.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal
+
+from matplotlib.figure import Figure
+
+from chips.rolls.circuit import FILTERS, chip
+from circuits.circuit import BiasKind
+from circuits.errors import DataError, ParameterError
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
+from system.mapping.certify.player import ChipPlayer, IdealPlayer
+from system.mapping.certify.task import Samples, Task, task_of
+from system.mapping.program_file import read_program_file
+from system.mapping.rolls.calibrate import calibrated
+from system.mapping.rolls.mapped import Mapped
+from system.meaning import meanings, of_run
+from system.option import check_options, option
+from system.options.block import describe_run
+from system.options.code import code_of
+from system.options.noise import Noisy, check_device_noise, device_noise, noise_option, noise_seed_option
+from system.options.on_silicon import OnSilicon
+from system.system import Account, RunTrace, System
+
+NAME = "program"
+NEAR = 0.03  # of the score that may be lost: the bar of 3 points
+_ROW = "rolls_chip/row[*]."
+_VIRTUAL = ("virtual_exc", "virtual_inh")
+HEALED: Mapping[str, tuple[str, ...]] = {
+    "nothing": (),
+    "neurons": (f"{_ROW}neuron",),
+    "synapses": tuple(_ROW + name for name in ("synapse", *_VIRTUAL)),
+    "filters": tuple(_ROW + name for name in FILTERS),
+    "pulses": ("rolls_chip/extender", *(f"{_ROW}{name}_extender" for name in _VIRTUAL)),
+}
+NUMBERS = meanings("""
+score        number   -  score of the task on the die, 0 to 1
+ideal_score  number   -  that of the network that was asked for, in the same world
+lost         number   -  by how much the die's is lower
+events_lost  integer  -  events that the chip's buses lost
+""")
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario(OnSilicon):
+    """A program at its task on a die."""
+
+    program: str = option("", "A network on ROLLS, as noctule map wrote it", metavar="FILE.toml", study=True)
+    task: str = option("", "FILE.npz, an environment of Gymnasium, or FILE.py:NAME", study=True)
+    samples: int = option(0, "Samples or episodes of a run", least=0, study=True)
+    reach: str = option("", "Of each number that an environment shows, by commas", study=True)
+    contents: str = option("", "Hash of the files, which a study checks", study=True)
+    codes: Literal["calibrated", "default"] = option("calibrated", "As of a run", silicon=True, study=True)
+    area: float = option(
+        1.0, "Of all devices, over the circuit's", unit="", above=0.0, silicon=True, study=True
+    )
+    healed: str = option(
+        "nothing", "Parts that do not deviate", choices=tuple(HEALED), silicon=True, study=True
+    )
+    silicon_noise: Noisy = noise_option()
+    noise_seed: int | None = noise_seed_option()
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
+        check_device_noise(self)
+
+    @property
+    def silicon(self) -> Silicon:
+        """What it runs on."""
+        die = self.die.healed(*HEALED[self.healed]) if HEALED[self.healed] else self.die
+        return Silicon(ROLLS_180.under(self.law), self.temperature_c, die).of_area(self.area)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace(RunTrace[Scenario]):
+    """What a run leaves: both scores, and events that were lost."""
+
+    score: float
+    ideal: float
+    lost_events: int
+
+
+def contents_of(program: str, task: str) -> str:
+    """Return the hash of a program's files and of the task's; raises `DataError` where one is missing."""
+    code = code_of(task)
+    named = [Path(program), Path(program).with_suffix(".npz"), code.path if code else Path(task)]
+    found = [path for path in named[1:] if path.exists()]
+    try:
+        return hashlib.sha256(b"".join(path.read_bytes() for path in (named[0], *found))).hexdigest()[:16]
+    except OSError as error:
+        raise DataError(f"{error.filename}: {error.strerror}; name a program of noctule map") from None
+
+
+def run(scenario: Scenario, progress: object = None) -> Trace:
+    """Run a scenario; raises `ParameterError` for files that are not those of its study."""
+    s = scenario
+    if s.contents and s.contents != contents_of(s.program, s.task):
+        raise ParameterError(f"program: {s.program} or {s.task} has changed since; certify anew")
+    mapped, task = _opened(s.program, s.task, s.samples, s.reach, s.contents)
+    if s.codes == "calibrated":
+        mapped = _calibrated(s.program, s.contents, s.silicon, s.bias_kind)
+    player = ChipPlayer(mapped, s.silicon, s.bias_kind, device_noise(s))
+    score = float(task(player, s.seed))
+    world = 0 if isinstance(task, Samples) and not task.most else s.seed  # all samples are one world
+    ideal = _ideal(s.program, s.task, s.samples, s.reach, s.contents, world)
+    return Trace(s, score, ideal, player.lost)
+
+
+@lru_cache(maxsize=4)
+def _opened(program: str, task: str, samples: int, reach: str, contents: str) -> tuple[Mapped, Task]:
+    return read_program_file(program), task_of(task, samples, reach)
+
+
+@lru_cache(maxsize=16)
+def _calibrated(program: str, contents: str, silicon: Silicon, kind: BiasKind) -> Mapped:
+    return calibrated(read_program_file(program), silicon, kind)
+
+
+@lru_cache(maxsize=1024)
+def _ideal(program: str, task: str, samples: int, reach: str, contents: str, seed: int) -> float:
+    mapped, played = _opened(program, task, samples, reach, contents)
+    return float(played(IdealPlayer(mapped.network), seed))
+
+
+def numbers(trace: Trace) -> dict[str, float | None]:
+    """Return the numbers of a run by name."""
+    return {
+        "score": trace.score, "ideal_score": trace.ideal, "lost": trace.ideal - trace.score,
+        "events_lost": trace.lost_events,
+    }  # fmt: skip
+
+
+def account(trace: Trace) -> Account:
+    """Say whether a run lost no more than `NEAR`, and what it ran on."""
+    s = trace.scenario
+    return Account(
+        succeeded=trace.score >= trace.ideal - NEAR,
+        reason="task done",
+        ran_on={"codes": s.codes, "area": s.area, "healed": s.healed, **describe_run(s)},
+        parts={"network": "ROLLS chip", "task": "program; no chip makes it"},
+    )
+
+
+def draw(trace: Trace, figure: Figure) -> None:
+    """Fill `figure` with both scores."""
+    figure.subplots().bar(("ideal", "on the die"), (trace.ideal, trace.score))
+
+
+SYSTEM = System(
+    name=NAME,
+    summary="a mapped network at its task on a die",
+    success=f"the score is within {100 * NEAR:g} points of the ideal network's",
+    kind=Scenario,
+    run=run,
+    account=account,
+    numbers=numbers,
+    draw=draw,
+    study_metrics=tuple(NUMBERS),
+    meanings=of_run(NUMBERS, {}),
+    circuits=lambda: (chip(),),
+)

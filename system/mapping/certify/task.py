@@ -1,0 +1,156 @@
+"""What a network is to do: a function `task(network, seed) -> score` from 0 to 1, the same for every network.
+
+FILE.npz      `inputs`, rates of the channels (Hz, float64[samples, channels]), and `labels`, the number of
+the output that is to spike most (int64[samples]); `window_s` each, 0.1 s without; the score
+is the share that is right
+NAME-v0       an environment of Gymnasium; each number seen drives two channels by what it is above and
+below the middle of its reach, and one channel more is always on; the output that spikes
+most is the action; the score is the return over the environment's own threshold, at most 1
+FILE.py:NAME  such a function of one's own
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from circuits.arrays import F64, I64
+from circuits.catalogue import later
+from circuits.errors import DataError, ParameterError
+from system.files.aedat4 import UNREADABLE
+from system.mapping.certify.player import Player
+from system.options.code import code_of, guarded, load_code
+
+gymnasium = later("gymnasium")
+
+Task = Callable[[Player, int], float]
+WINDOW = 0.1  # s, of a sample without a window of its own; ours
+STEP, HIGHEST, ALWAYS = 20e-3, 1600.0, 0.15  # s between two actions; Hz; share of it that is always on; ours
+SEEDS = 1 << 31
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """Samples with labels; most : how many of them a run takes, drawn by its seed, all where 0."""
+
+    inputs: F64
+    labels: I64
+    window: float
+    most: int = 0
+
+    def __call__(self, network: Player, seed: int) -> float:
+        """Return the share of the samples that the network labels right; silence is wrong."""
+        chosen = np.arange(len(self.labels))
+        if 0 < self.most < chosen.size:
+            chosen = np.sort(np.random.default_rng(seed).choice(chosen, self.most, replace=False))
+        right = 0
+        for k in chosen:
+            network.begin()
+            spikes = network(self.inputs[k], self.window)
+            right += bool(spikes.max() > 0.0 and spikes.argmax() == self.labels[k])
+        return right / chosen.size
+
+
+@dataclass(frozen=True, slots=True)
+class Episodes:
+    """Episodes in an environment.
+
+    name : id of the environment; reach : what each number that is seen is divided by; count : episodes a run.
+    """
+
+    name: str
+    reach: tuple[float, ...]
+    count: int
+
+    def __call__(self, network: Player, seed: int) -> float:
+        """Return the mean return of a run's episodes over the environment's threshold."""
+        environment = gymnasium.make(self.name)
+        threshold = float(environment.spec.reward_threshold)
+        seeds = np.random.default_rng(seed).integers(SEEDS, size=self.count)
+        returns = [self._episode(environment, network, int(each)) for each in seeds]
+        shares = [r / threshold if threshold > 0.0 else threshold / min(r, -1e-9) for r in returns]
+        return float(np.clip(shares, 0.0, 1.0).mean())
+
+    def _episode(self, environment: Any, network: Player, seed: int) -> float:
+        network.begin()
+        seen, _ = environment.reset(seed=seed)
+        total, action, over = 0.0, 0, False
+        while not over:
+            spikes = network(self._rates(seen), STEP)
+            winners = np.flatnonzero(spikes == spikes.max())
+            action = int(winners[0]) if winners.size == 1 else action
+            seen, reward, ended, late, _ = environment.step(action)
+            total, over = total + float(reward), bool(ended or late)
+        return total
+
+    def _rates(self, seen: Any) -> F64:
+        shares = np.clip(np.asarray(seen, dtype=np.float64) / self.reach, -1.0, 1.0)
+        both = np.stack([shares, -shares], axis=1).clip(0.0, 1.0).ravel()
+        return HIGHEST * np.append(both, ALWAYS)
+
+
+def task_of(text: str, samples: int, reach: str) -> Task:
+    """Return the task of a text.
+
+    Parameters
+    ----------
+    text
+        As the module says.
+    samples
+        How many samples or episodes a run takes; all samples, or 10 episodes, where 0.
+    reach
+        Of each number that an environment shows, separated by commas; its own bounds where empty.
+
+    Raises
+    ------
+    DataError
+        There is no such file, or it has no samples.
+    ParameterError
+        There is no such environment, it has no actions to choose from, or its numbers have no bound.
+    """
+    code = code_of(text)
+    if code is not None:
+        found: Task = guarded(load_code(code), code.path)
+        return found
+    return _samples(Path(text), samples) if text.endswith(".npz") else _episodes(text, samples or 10, reach)
+
+
+def _samples(path: Path, most: int) -> Samples:
+    try:
+        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as held:
+            inputs, labels = np.asarray(held["inputs"], np.float64), np.asarray(held["labels"], np.int64)
+            window = float(held["window_s"]) if "window_s" in held else WINDOW
+    except (*UNREADABLE, TypeError) as error:
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:80]
+        raise DataError(f"{path}: {reason}, must have inputs and labels of numbers") from None
+    if inputs.ndim != 2 or labels.shape != inputs.shape[:1] or not labels.size:
+        shapes = f"{inputs.shape} and {labels.shape}"
+        raise DataError(f"{path}: inputs and labels of {shapes}, must be (samples, channels) and (samples,)")
+    return Samples(inputs, labels, window, most)
+
+
+def _episodes(name: str, count: int, reach: str) -> Episodes:
+    try:
+        environment = gymnasium.make(name)
+    except gymnasium.error.Error as error:
+        line = " ".join(str(error).split())[:100]
+        raise ParameterError(f"task: {name}, {line}; name an environment, FILE.npz or FILE.py:NAME") from None
+    space, bounds = environment.observation_space, environment.observation_space.high
+    if not isinstance(environment.action_space, gymnasium.spaces.Discrete):
+        raise ParameterError(f"task: {name} has no actions to choose from; write a FILE.py:NAME for it")
+    if environment.spec.reward_threshold is None:
+        raise ParameterError(f"task: {name} has no threshold of its own; write a FILE.py:NAME for it")
+    try:
+        own = tuple(float(x) for x in (reach.split(",") if reach else np.ravel(bounds)))
+    except ValueError:
+        own = ()
+    if len(own) != int(np.prod(space.shape)) or not all(0.0 < x < 1e6 for x in own):
+        raise ParameterError(
+            f'reach: "{reach}", must be {int(np.prod(space.shape))} numbers above 0, by commas; {name} has no'
+            " such bounds of its own"
+        )
+    return Episodes(name, own, count)

@@ -1,0 +1,108 @@
+"""A mapped network at a task: windows, samples, environments, and the same task on the ideal and on a die."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chips.rolls.chip import RollsChip
+from chips.rolls.tables import Built
+from circuits.errors import DataError, ParameterError
+from circuits.silicon.die import Die
+from system.cli.command_line import main
+from system.mapping.certify.player import IdealPlayer
+from system.mapping.certify.system import HEALED, SYSTEM, contents_of
+from system.mapping.certify.task import Episodes, task_of
+from system.mapping.chips import map_on
+from system.mapping.network import Connection, Input, Network, Population, Probe
+from system.mapping.program_file import read_program_file, write_program
+
+NET = Network(
+    (Population("left", 4), Population("right", 4)),
+    (Input("in", 2),),
+    tuple(
+        Connection("in", name, rule="matrix", tau=20e-3, matrix=np.tile(row, (4, 1)))  # type: ignore[arg-type]
+        for name, row in (("left", (0.5, 0.1)), ("right", (0.1, 0.5)))
+    ),
+    (Probe("goes left", "left"), Probe("goes right", "right")),
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a program of two sides, and samples for each."""
+    found = tmp_path_factory.mktemp("certify")
+    write_program(found / "p.toml", map_on("rolls", NET))
+    inputs = [[400.0, 40.0], [40.0, 400.0], [300.0, 30.0], [0.0, 0.0]]
+    np.savez(found / "s.npz", inputs=inputs, labels=[0, 1, 0, 0], window_s=0.08)
+    return found
+
+
+def test_windows_go_on_as_one_run_does() -> None:
+    player = IdealPlayer(NET)
+    whole = player([310.0, 130.0], 0.08)
+    player.begin()
+    parts = [player([310.0, 130.0], 0.02) for _ in range(4)]
+    assert sum(parts).tolist() == whole.tolist()
+    assert whole[0] > whole[1] > 0.0
+    with pytest.raises(ParameterError, match=r"task.rates: 1 from 0 to 5 Hz, must be 2"):
+        player([5.0], 0.02)
+    with pytest.raises(ParameterError, match=r"task.window: 0.0003 s, must be whole steps"):
+        player([5.0, 5.0], 3e-4)
+
+
+def test_a_die_is_scored_beside_the_ideal_and_silence_is_wrong(folder: Path) -> None:
+    program, task = str(folder / "p.toml"), str(folder / "s.npz")
+    given = {"program": program, "task": task, "codes": "default", "contents": contents_of(program, task)}
+    for die, healed in ((Die(), "nothing"), (Die("A", 1000), "neurons")):
+        trace = SYSTEM.run(SYSTEM.scenario(**given, die=die, healed=healed))
+        assert trace.ideal == 0.75  # the last sample has no event, so that nothing spikes
+        assert 0.0 <= trace.score <= 0.75
+        summary = SYSTEM.summarise(trace)
+        assert summary["lost"] == trace.ideal - trace.score
+        assert summary["succeeded"] == (trace.score >= 0.72)
+    with pytest.raises(ParameterError, match="has changed since; certify anew"):
+        SYSTEM.run(SYSTEM.scenario(**{**given, "contents": "0"}))
+
+
+def test_what_is_healed_is_a_part_of_the_chip(folder: Path) -> None:
+    program = read_program_file(folder / "p.toml").program
+
+    def built(healed: str) -> Built:
+        return RollsChip(program, SYSTEM.scenario(die=Die("A", 1000), healed=healed).silicon).built()
+
+    plain = built("nothing")
+    for name in HEALED:
+        found = built(name)
+        # neurons have tables of their own; synapses, filters and pulses are in the filters' charges
+        own = np.array_equal(found.tables.membranes.top, plain.tables.membranes.top)
+        charges = np.array_equal(found.tables.omega, plain.tables.omega)
+        assert (own, charges) == (name != "neurons", name in {"nothing", "neurons"}), name
+
+
+def test_an_environment_takes_the_action_whose_output_spikes_most() -> None:
+    task = task_of("CartPole-v1", 1, "1,1.5,0.2,2")
+    assert isinstance(task, Episodes)
+    network = Network((Population("a", 1),), (Input("in", 9),), probes=(Probe("x", "a"), Probe("y", "a")))
+    score = task(IdealPlayer(network), 3)  # which never spikes, so that it pushes to one side until it falls
+    assert 8 / 475 <= score <= 11 / 475
+
+
+@pytest.mark.parametrize(
+    ("task", "told"),
+    [
+        ("CartPole-v1", "must be 4 numbers above 0, by commas; CartPole-v1 has no such bounds of its own"),
+        ("NoSuch-v0", "name an environment, FILE.npz or FILE.py:NAME"),
+        ("Pendulum-v1", "has no actions to choose from"),
+        ("none.npz", "none.npz: No such file"),
+    ],
+)
+def test_a_task_that_is_none_is_refused_in_a_line(
+    task: str, told: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises((ParameterError, DataError)):
+        task_of(task, 0, "")
+    assert main(["certify", str(folder / "p.toml"), "--task", task]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert told in error
