@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -83,10 +82,11 @@ def _scores(found: Found) -> dict[str, Any]:
     score, ideal = (found.table.column(name) for name in _SCORES)
     known = np.isfinite(score)
     dies = np.array([score[known & (found.table.die == die)].mean() for die in found.dies])
+    ends = mean_interval(dies, np.random.Generator(np.random.Philox(key=0)))
     return {
         "name": found.way.name,
         "score": float(score[known].mean()),
-        "interval": asdict(mean_interval(dies, np.random.Generator(np.random.Philox(key=0)))),
+        "interval": {"low": max(ends.low, 0.0), "high": min(ends.high, 1.0)},
         "least": float(dies.min()),
         "ideal_score": float(ideal[known].mean()),
     }
