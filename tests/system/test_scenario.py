@@ -69,12 +69,12 @@ FIELDS: dict[str, dict[str, Any]] = {
         "modified": True, "dropped": 0.5, "colour": "red", "light": "dark", "target": True, "duration": 3.0,
         "way": 2.0, "exc": 12, "codes": "default", "calibrated_c": 20.0,
         "coded_on": Die(number=5), "frame": True, "raise_lateral": True,
-        "silicon_noise": "white", "noise_seed": 8,
+        "silicon_noise": "white", "noise_seed": 8, "process": "coach-180",
     },
     "rolls": {
         **WARM, "bias_file": "rolls_parallella", "input_rate": 50.0, "step": 2e-4, "duration": 2.0,
         "silicon_noise": "white", "noise_seed": 6, "codes": "default", "calibrated_c": 30.0,
-        "coded_on": Die(number=5),
+        "coded_on": Die(number=5), "process": "coach-180",
     },
 }  # fmt: skip
 
