@@ -137,11 +137,12 @@ def run_chip(  # noqa: C901 - numba tells None from tables by argument and branc
         rates(m, state[ZETA], bits, s)
         if noise is not None:
             disturb_membranes(noise, m, bits, round(begin / c.step), c.step, s)
-        if move(m, state, c.step, s):
+        hard = move(m, state, c.step, s)
+        if noise is not None and (hard or count > 0):
+            disturb_released(noise, m, c.step, s)
+        if hard:
             live_hard(m, state, bits, c.step, begin, t, s)
         if count > 0:
-            if noise is not None:
-                disturb_released(noise, m, c.step, s)
             live_fast(chip, begin, first, count, words)
         for j in range(bits.size):
             state[SHUT, j] -= c.step

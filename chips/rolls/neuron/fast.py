@@ -95,7 +95,9 @@ def live_fast(chip: ChipRun, now: float, event: int, count: int, words: int) -> 
             k = s.found[2, j]
             noise = s.push[k] / c.membranes.spiking[k, INVERSE]
             given = float(p.excite[k]), float(p.inhibit[k]), noise, float(s.calm[k])
-            live(c.membranes, chip.state, chip.bits, k, given, (i * part, (i + 1) * part, c.step), now, t)
+            span = i * part, (i + 1) * part, c.step
+            if live(c.membranes, chip.state, chip.bits, k, given, span, now, t):
+                s.push[k] = s.calm[k] * c.membranes.inverse[k]
     for j in range(count):
         k = s.found[2, j]
         for row in range(SINCE + SIGNS):

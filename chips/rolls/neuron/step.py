@@ -222,25 +222,27 @@ def _walked(
 def live(
     m: Membranes, state: F64, bits: I64, k: int, given: tuple[float, float, float, float],
     span: tuple[float, float, float], now: float, t: Traffic,
-) -> None:  # fmt: skip
+) -> bool:  # fmt: skip
     """All that a neuron does in a part of a step, which begins at `now`: spikes, pauses and ways to the top.
 
-    given: as of `_walked`; span: beginning and end of the part, and how long the step is, s.
+    Returns whether it was let go. given: as of `_walked`; span: beginning and end of the part, and how long
+    the step is, s.
     """
     at, end, step = span
+    released = False
     while True:
         if state[SHUT, k] < end:
             _fire(m, state, k, now, t)
         if state[WAIT, k] > end:
-            return
+            return released
         if state[WAIT, k] > 0.0:
             at = state[WAIT, k]
             # at 0 V the whole input enters and nothing is drawn
             state[WAIT, k], state[ZETA, k] = 0.0, 1.0
-            given = given[0], given[1], given[3], given[3]
+            given, released = (given[0], given[1], given[3], given[3]), True
         to_top = _walked(m, state, bits, k, given, end - at, step)
         if to_top >= NEVER:
-            return
+            return released
         state[SHUT, k] = at + to_top + m.spiking[k, DELAY]
         state[WAIT, k] = state[SHUT, k] + m.spiking[k, REFRACTORY]
 
@@ -251,5 +253,5 @@ def live_hard(m: Membranes, state: F64, bits: I64, step: float, now: float, t: T
     count, _ = sorted_out(s.hard_words, s.hard, s.found[0], s.found[1])
     for j in range(count):
         k = s.found[0, j]
-        given = float(s.excite[k]), float(s.inhibit[k]), s.push[k] / m.spiking[k, INVERSE], 0.0
+        given = float(s.excite[k]), float(s.inhibit[k]), s.push[k] / m.spiking[k, INVERSE], float(s.calm[k])
         live(m, state, bits, k, given, (0.0, step, step), now, t)

@@ -154,11 +154,14 @@ def disturb_membranes(t: NoiseTables, m: Membranes, bits: I64, number: int, step
 
 @step_compiled
 def disturb_released(t: NoiseTables, m: Membranes, step: float, s: Scratch) -> None:
-    """Fill `s.calm` with the noise of the step that `disturb_membranes` saw last, of membranes at 0 V, A."""
-    often, slow = np.float32(1.0 / step), t.slow.deviation.size > 0
-    for k in range(s.calm.size):
-        row = t.rows[k, 0]
-        more = _white(t, s, k, row, often)
-        more += _by_lines(t, m, s, k, row) if t.lines.shift.size > 0 else ZERO
-        more += _slow(t, m, s, k, row) if slow else ZERO
-        s.calm[k] = more / m.inverse[k]
+    """Fill `s.calm` with the noise that `disturb_membranes` saw last, of marked membranes at 0 V, A."""
+    often, slow, wander = np.float32(1.0 / step), t.slow.deviation.size > 0, t.lines.shift.size > 0
+    for word in range(s.hard_words.size):
+        if s.hard_words[word] == 0 and s.fast_words[word] == 0:
+            continue
+        for k in range(8 * word, 8 * word + 8):
+            row = t.rows[k, 0]
+            more = _white(t, s, k, row, often)
+            more += _by_lines(t, m, s, k, row) if wander else ZERO
+            more += _slow(t, m, s, k, row) if slow else ZERO
+            s.calm[k] = more / m.inverse[k]
