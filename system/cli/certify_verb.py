@@ -17,7 +17,7 @@ CHANGES = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Certify:
-    """Measure on what share of dies a mapped network does its task nearly as well as the ideal one."""
+    """Tell on what share of dies a mapped network does its task."""
 
     program: str = argument("PROGRAM", "A network on ROLLS, as noctule map wrote it")
     task: str = required("FILE.npz, an environment of Gymnasium, or FILE.py:NAME", metavar="TASK")

@@ -266,6 +266,6 @@ def draw(spreads: Sequence[Mapping[str, float]], groups: Groups, figure: Figure)
 
 
 EXPERIMENT = Experiment(
-    "rolls-measured", "ROLLS in the process of a measured chip: what it assumes, its spread, the Pushbot",
+    "rolls-measured", "ROLLS in a measured process: what it assumes, its spread, the Pushbot",
     reproduce, {"drives": DRIVES, "dies": DIES},
 )  # fmt: skip

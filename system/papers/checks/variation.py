@@ -181,6 +181,6 @@ def _draw(found: Found, figure: Figure) -> None:
 
 
 EXPERIMENT = Experiment(
-    "variation", "what gradients, capacitors, wafers and lots make of a neuron and of the approach",
+    "variation", "what gradients, wafers and lots make of a neuron and of the approach",
     reproduce, {"dies": DIES},
 )  # fmt: skip
