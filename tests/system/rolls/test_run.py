@@ -129,7 +129,7 @@ def test_a_scenario_refuses_what_makes_no_run(field: dict[str, float]) -> None:
 def test_a_summary_says_that_a_chip_does_not_rest(kind: BiasKind, tmp_path: Path) -> None:
     quiet = Scenario(duration=0.12, die=Die(number=3), bias_kind=kind, codes="default")
     told = SYSTEM.summarise(run(quiet))["cautions"]
-    assert [text.partition(":")[0] for text in told] == ["step"]  # the drive's bursts are short for it
+    assert not told
     path = tmp_path / "leaky.csv"
     write_biases(path, default_biases().with_code("IF_TAU2_N", *OFF))
     found = SYSTEM.summarise(run(replace(quiet, bias_file=str(path))))
