@@ -24,7 +24,10 @@ SAYS = {
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
-def test_the_example_runs(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_example_runs(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)  # where some write
     runpy.run_path(str(path), run_name="__main__")
     assert SAYS.get(path.stem, "") in capsys.readouterr().out
 
