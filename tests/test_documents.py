@@ -21,6 +21,7 @@ import tomllib
 import warnings
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 from types import FrameType
 
@@ -206,6 +207,21 @@ def test_what_the_documents_have_is_found() -> None:
     said = [code for code in spans if " " in code and code.split()[0] in first]
     # a command begins with noctule; an option of one may be named by the two alone, as `op --csv`
     assert [code for code in said if not names_an_option(code)] == []
+
+
+MADE = ("--spikes", "--mended")  # options whose files a command writes, besides those of a run's output
+READ = (".toml", ".csv", ".cir", ".npz", ".nir")  # suffixes of what a command may read
+
+
+def test_files_that_commands_read_are_in_the_checkout_or_written_before() -> None:
+    """Of all commands, since a sample of those with a reader's own file may miss that it is not there."""
+    for chain in (*CHAINS, *((command,) for command in BEGUN)):
+        there = {"die.toml"} if chain[0] in BEGUN else set()
+        for command in chain:
+            there |= {*command.written, *(word for option, word in pairwise(command.words) if option in MADE)}
+            read = [word for word in command.words if word.partition(":")[0].endswith(READ)]
+            mine = [word for word in read if not (ROOT / word.partition(":")[0]).is_file()]
+            assert set(mine) <= there, str(command)
 
 
 def names_an_option(code: str) -> bool:

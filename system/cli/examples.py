@@ -35,8 +35,8 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ("worst",): ('noctule worst rebound-neuron --spec "t_inh_s in :8ms" --no-process-variation',),
     ("corners",): ("noctule corners rebound-neuron --metric t_inh_s --no-process-variation",),
     ("certify",): (
-        "noctule certify p.toml --task digits.npz --dies 20 -o silicon",
-        "noctule certify p.toml --task CartPole-v1 --reach 1,1.5,0.2,2",
+        "noctule certify PROGRAM --task digits.npz --dies 20 -o silicon",
+        "noctule certify PROGRAM --task CartPole-v1 --reach 1,1.5,0.2,2",
     ),
     ("mission",): ("noctule mission approach --dies 8 --worlds 1 -o mission",),
     ("merge",): (
