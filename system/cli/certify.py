@@ -11,10 +11,10 @@ import numpy as np
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
 from system.cli.certify_verb import Certify
-from system.cli.exit_status import DONE
-from system.cli.mission_output import document, print_mission
+from system.cli.mission_output import document, print_mission, status_of
 from system.cli.option_names import replay_of
 from system.cli.output import print_json, print_line, print_table, progress_bar
+from system.cli.verb import words_given
 from system.cli.workers import workers_of
 from system.mapping.certify.system import NAME, contents_of
 from system.mapping.certify.task import task_of
@@ -29,6 +29,7 @@ from system.study.mission.running import Part, run_mission
 from system.study.statistics.interval import mean_interval
 
 _SCORES = ("score", "ideal_score")
+_NOT_THE_RUNS = ("program", "output", "resume", "threads", "plot", "as_json")
 
 
 def certify_command(asked: Certify) -> int:
@@ -53,12 +54,12 @@ def certify_command(asked: Certify) -> int:
         told = document(made, found, folder, replay_of)
         scores = [_scores(each) for each in found]
         print_json({**told, "program": asked.program, "task": asked.task, "scores": scores, "report": page})
-        return DONE
+        return status_of("certify", found)
     print_mission(made, found, folder, replay_of)
     _print_scores(found)
     if page is not None:
         print_line(f"report: {page}")
-    return DONE
+    return status_of("certify", found)
 
 
 def _asked(asked: Certify) -> Asked:
@@ -74,14 +75,18 @@ def _asked(asked: Certify) -> Asked:
 
 
 def _command(asked: Certify) -> tuple[str, ...]:
-    return ("noctule", "certify", asked.program, "--task", asked.task, "--dies", str(asked.dies))
+    return ("noctule", "certify", asked.program, *words_given(asked, _NOT_THE_RUNS))
 
 
 def _scores(found: Found) -> dict[str, Any]:
     """Mean scores over the dies of a way, that on silicon with its interval, by JSON's names."""
     score, ideal = (found.table.column(name) for name in _SCORES)
     known = np.isfinite(score)
-    dies = np.array([score[known & (found.table.die == die)].mean() for die in found.dies])
+    if not known.any():
+        return {"name": found.way.name, **dict.fromkeys(("score", "interval", "least", "ideal_score"))}
+    dies = np.array(
+        [score[known & (found.table.die == die)].mean() for die in np.unique(found.table.die[known])]
+    )
     ends = mean_interval(dies, np.random.Generator(np.random.Philox(key=0)))
     return {
         "name": found.way.name,
@@ -95,6 +100,9 @@ def _scores(found: Found) -> dict[str, Any]:
 def _print_scores(found: Sequence[Found]) -> None:
     rows = []
     for each in map(_scores, found):
+        if each["score"] is None:  # no run of it could be made
+            rows.append((each["name"], "", "", "", ""))
+            continue
         ends = each["interval"]
         reach = f"{ends['low']:.1%} to {ends['high']:.1%}"
         scores = (f"{each[name]:.1%}" for name in ("score", "least", "ideal_score"))

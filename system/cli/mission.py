@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import fields
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
-from system.cli.exit_status import DONE, NO
-from system.cli.mission_output import blame_document, document, print_blame, print_mission
+from system.cli.mission_output import blame_document, document, print_blame, print_mission, status_of
 from system.cli.mission_verb import Merge, Mission
-from system.cli.option_names import option_of, replay_of
+from system.cli.option_names import replay_of
 from system.cli.output import print_json, print_line, progress_bar
-from system.cli.verb import PART
+from system.cli.verb import words_given
 from system.cli.workers import workers_of
 from system.notice import say
-from system.option import OPTION
 from system.plot import check_picture, save_picture
 from system.reader import with_params
 from system.study.blame.blame import BUDGET
@@ -125,15 +121,7 @@ def _tell(
         print_blame(blamed or ())
         if page is not None:
             print_line(f"report: {page}")
-    return _status(found)
-
-
-def _status(found: Sequence[Found]) -> int:
-    """Say where no run could be made."""
-    silent = [each for each in found if sum(each.reasons.values()) == len(each.table)]
-    for each in silent:
-        say(f"mission: no run of {each.way.name} could be made, the first: {next(iter(each.reasons))}")
-    return NO if silent else DONE
+    return status_of("mission", found)
 
 
 def _growing(folder: Path | None, made: Made, command: Sequence[str]) -> Growing[Sequence[Found]]:
@@ -179,20 +167,4 @@ def part_of(text: str | None) -> Part:
 
 def command_of(asked: Mission) -> tuple[str, ...]:
     """Give the words of the command that decide what runs there are, always the same for the same runs."""
-    return ("noctule", "mission", asked.system, *_words(asked))
-
-
-def _words(options: Any) -> Iterator[str]:
-    """Words of options that are not at their default."""
-    for each in fields(options):
-        value = getattr(options, each.name)
-        if PART in each.metadata:
-            yield from _words(value)
-        elif each.name in _NOT_THE_RUNS or each.name == "system" or value == each.default:
-            continue
-        elif isinstance(value, bool):
-            yield option_of(each.name if value else f"no_{each.name}")
-        else:
-            name = option_of(each.metadata[OPTION].name or each.name)
-            for one in value if isinstance(value, tuple) else (value,):
-                yield from (name, str(one))
+    return ("noctule", "mission", asked.system, *words_given(asked, ("system", *_NOT_THE_RUNS)))

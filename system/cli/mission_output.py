@@ -7,7 +7,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from system.cli.exit_status import DONE, NO
 from system.cli.output import print_line, print_table
+from system.notice import say
 from system.options.block import describe_dies
 from system.study.mission.blamed import Blamed, block_shares
 from system.study.mission.found import Found, Raised, raised
@@ -154,3 +156,11 @@ def _print_failing(found: Found, folder: Path | None, replay: Replay) -> None:
         print_line(f"{found.way.name}, die {die} fails {count} of {found.passed[0].size}{line}")
     if len(rows) > SHOWN:
         print_line(f"{found.way.name}: and {len(rows) - SHOWN} dies more; --json has them all")
+
+
+def status_of(verb: str, found: Sequence[Found]) -> int:
+    """Say where no run could be made; returns the exit status, `NO` where that is so."""
+    silent = [each for each in found if sum(each.reasons.values()) == len(each.table)]
+    for each in silent:
+        say(f"{verb}: no run of {each.way.name} could be made, the first: {next(iter(each.reasons))}")
+    return NO if silent else DONE

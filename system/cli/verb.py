@@ -213,3 +213,19 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list):
         return tuple(_plain(each) for each in value)
     return value.value if isinstance(value, Enum) else value
+
+
+def words_given(options: Any, apart: Collection[str]) -> Iterator[str]:
+    """Give the words of options that are not at their default, without those whose names are `apart`."""
+    for each in fields(options):
+        value = getattr(options, each.name)
+        if PART in each.metadata:
+            yield from words_given(value, apart)
+        elif each.name in apart or value == each.default:
+            continue
+        elif isinstance(value, bool):
+            yield option_of(each.name if value else f"no_{each.name}")
+        else:
+            name = option_of(each.metadata[OPTION].name or each.name)
+            for one in value if isinstance(value, tuple) else (value,):
+                yield from (name, str(one))

@@ -99,10 +99,10 @@ program             string    -  the program
 task                string    -  the task
 scores              object[]  -  scores of the task, a row each way
 scores.name         string    -  name of the way
-scores.score        number    -  mean score on silicon, 0 to 1
-scores.interval     object    -  its 95 % interval, over dies
-scores.least        number    -  score of the worst die
-scores.ideal_score  number    -  mean score of the network that was asked for, in the same worlds
+scores.score        number?   -  mean score on silicon, 0 to 1; null as the next where no run could be made
+scores.interval     object?   -  its 95 % interval, over dies
+scores.least        number?   -  score of the worst die
+scores.ideal_score  number?   -  mean score of the network that was asked for, in the same worlds
 scores.interval.low   number  -  lower end
 scores.interval.high  number  -  upper end
 """),

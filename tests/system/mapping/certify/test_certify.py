@@ -1,6 +1,8 @@
 """A mapped network at a task: windows, samples, environments, and the same task on the ideal and on a die."""
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +11,8 @@ from chips.rolls.chip import RollsChip
 from chips.rolls.tables import Built
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.die import Die
+from system.cli import certify
+from system.cli.certify_verb import Certify
 from system.cli.command_line import main
 from system.mapping.certify.player import IdealPlayer
 from system.mapping.certify.system import HEALED, SYSTEM, contents_of
@@ -106,3 +110,23 @@ def test_a_task_that_is_none_is_refused_in_a_line(
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert told in error
+
+
+def test_the_command_that_is_kept_has_every_option_of_the_runs() -> None:
+    asked = Certify(
+        program="p.toml", task="t.npz", dies=3, temperature=("17", "37"), change=("area=4",), output="o"
+    )
+    said = " ".join(certify._command(asked))
+    wanted = "--task t.npz --dies 3 --temperature 17 --temperature 37 --change area=4"
+    assert said == f"noctule certify p.toml {wanted}"
+
+
+def test_scores_of_dies_that_could_not_be_run_are_none() -> None:
+    score = np.array([0.5, np.nan, np.nan])
+    table = SimpleNamespace(
+        die=np.array([1, 2, 3]), column=lambda name: {"score": score}.get(name, np.ones(3))
+    )
+    found: Any = SimpleNamespace(way=SimpleNamespace(name="27C"), table=table)
+    assert certify._scores(found)["least"] == 0.5
+    score[0] = np.nan
+    assert certify._scores(found)["score"] is None
