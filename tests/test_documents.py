@@ -30,11 +30,18 @@ import typer
 from typer.testing import CliRunner
 
 from chips.record_file import ENVIRONMENT
+from circuits.extraction.coach.models import unknowns_of
+from circuits.extraction.coach.table import read_folder
+from circuits.extraction.coach.unknown import before
+from circuits.silicon.die import NOMINAL
+from circuits.silicon.process import ROLLS_180
 from netlists.ngspice.library import find_library
 from system.cli import run_command_line, shared_options, verb
 from system.cli.command_line import INTERRUPTED, app, main
 from system.cli.examples import EXAMPLES as SHOWN_BY_HELP
 from system.cli.guide import TRIED
+from system.options.die.file import write_die_file
+from system.options.die.posterior import posterior_table
 from tests.documents import (
     COMMAND,
     DOCUMENTS,
@@ -286,8 +293,7 @@ def test_the_command_runs(
 def test_the_long_command_begins(begun: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv(ENVIRONMENT, str(tmp_path / "records"))  # one that ends keeps its record to itself
-    # as the long command before it makes one
-    (tmp_path / "die.toml").write_bytes((ROOT / "evidence" / "coach" / "die.toml").read_bytes())
+    _unmeasured_chip(tmp_path / "die.toml")
     arguments = shortened(begun, options_of(begun.verb))
     status, out, err = _begun(arguments)
     if status == INTERRUPTED:
@@ -296,6 +302,13 @@ def test_the_long_command_begins(begun: Command, tmp_path: Path, monkeypatch: py
     # few runs of a campaign may well disagree with the paper
     assert status == 0 or (status == 1 and "--param" in arguments), err
     _check_output(begun, out)
+
+
+def _unmeasured_chip(path: Path) -> None:
+    """The die that a long command before would identify, of which no measurement has told anything."""
+    conditions = {name: condition for name, (condition, _) in read_folder(None, "predict").items()}
+    known = before(unknowns_of(conditions, ROLLS_180))
+    write_die_file(path, NOMINAL, posterior_table(known, {}))
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
