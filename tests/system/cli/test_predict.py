@@ -111,7 +111,7 @@ def test_a_die_that_nobody_identified_is_refused(tmp_path: Path, capsys: pytest.
 def test_a_die_of_a_model_with_other_unknowns_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    kept = Path("evidence/coach")  # what predicted blind, before lines of codes had a splitter in common
+    kept = Path("evidence/coach/first")  # before lines of codes had a splitter in common
     line = ["predict", "coach", "--process", str(kept / "process.toml"), "--die", str(kept / "die.toml")]
     assert main([*line, "--only", "ndp_run2", "-o", str(tmp_path / "out")]) == 2
     assert "unknowns are missing" in capsys.readouterr().err

@@ -165,11 +165,11 @@ def left_out(report: Report) -> None:
 
 
 def assumed(report: Report) -> None:
-    """The measured process matches worse, and so do the pulses of its extenders."""
+    """The measured process matches worse, by a half in A_VT, and so do the pulses of its extenders."""
     rows = {row.name: row for row in report.rows}
     assert rows["kappa_p_4_um"].paper == 0.66
     assert rows["kappa_n_4_um"].shown == pytest.approx(0.74, abs=0.02)
-    assert 1.4 * rows["pulse_length_cv"].paper < rows["pulse_length_cv"].shown < 1.7 * 0.036
+    assert 1.4 * rows["pulse_length_cv"].paper < rows["pulse_length_cv"].shown < 2.0 * 0.036
 
 
 def covered(report: Report) -> None:
