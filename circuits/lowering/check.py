@@ -11,14 +11,11 @@ from typing import NoReturn
 import numpy as np
 
 from circuits.arrays import I64
-from circuits.catalogue import later
 from circuits.circuit import Circuit
 from circuits.devices import ControlledSource, Transistor
 from circuits.devices.source import Source
 from circuits.errors import TopologyError
 from circuits.lowering.flatten import FlatCircuit, flatten
-
-csgraph, sparse = later("scipy.sparse.csgraph"), later("scipy.sparse")
 
 
 def check_circuit(circuit: Circuit) -> None:
@@ -37,12 +34,26 @@ def check_flat(flat: FlatCircuit, driven: Sequence[int]) -> None:
     n = flat.count
     roots = np.unique(np.concatenate([[0], np.asarray(driven, dtype=np.int64)]))
     a, b = np.concatenate([a, roots]), np.concatenate([b, np.zeros(roots.size, dtype=np.int64)])
-    joined = sparse.coo_array((np.ones(a.size), (a, b)), shape=(n, n))
-    _, label = csgraph.connected_components(joined, directed=False)
     _check_used(flat)
-    islands = np.flatnonzero(label != label[0])
+    islands = np.flatnonzero(_lowest_joined(n, a, b))
     if islands.size:
         _raise_floating(flat, islands)
+
+
+def _lowest_joined(n: int, a: I64, b: I64) -> I64:
+    """Lowest of the n nodes that each is joined with, where nodes a[k] and b[k] are; int64[n].
+
+    SciPy's `connected_components` is slower to import than all of a small circuit's lowering.
+    """
+    lowest = np.arange(n)
+    while True:
+        last = lowest.copy()
+        low = np.minimum(lowest[a], lowest[b])
+        np.minimum.at(lowest, lowest[a], low)
+        np.minimum.at(lowest, lowest[b], low)
+        lowest = lowest[lowest]
+        if (lowest == last).all():
+            return lowest
 
 
 def _check_used(flat: FlatCircuit) -> None:

@@ -28,7 +28,8 @@ from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 
 import circuits.machine_code.structure  # noqa: F401 - registers the types
-from circuits.machine_code.linked import LinkedCompiler, rebuilt
+from circuits.machine_code import linked, machine
+from circuits.machine_code.linked import LinkedCompiler
 from circuits.seal import sealed, unsealed
 
 # Of code that only other kernels call: Python cannot call it, and numba need not make how it would.
@@ -145,7 +146,9 @@ class _KernelCache(FunctionCache):
         name = f"{self._impl.filename_base}{suffix}"
         self._cache_file: Any = make(self._cache_path, name, stamp)
         if suffix:
-            self._impl.rebuild = rebuilt
+            self._impl.rebuild = linked.rebuilt
+        else:
+            self._impl.reduce, self._impl.rebuild = machine.reduced, machine.rebuilt
         self.lock = _Lock(Path(self._cache_path) / f"{name}.lock")
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -158,7 +161,7 @@ class _KernelCache(FunctionCache):
 
     def _believed(self, sig: Any, target_context: Any) -> Any:
         try:
-            return super().load_overload(sig, target_context)
+            return self._load_overload(sig, target_context)
         except Exception:  # noqa: BLE001 - contents that are none raise anything
             self._cache_file.discard()
             return None

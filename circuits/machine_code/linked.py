@@ -51,17 +51,26 @@ class LinkedCompiler(Compiler):
 
 def rebuilt(target_context: Any, payload: Any) -> Any:
     """What numba keeps of a compiled function, from what was kept of it on disk."""
-    (name, bitcode), fndesc, environment, signature, objectmode, lifted, typeann, reload_init, envs = payload
-    for function in reload_init:
-        function()
+    (name, bitcode), *rest = payload
     library = _empty(target_context, name)
     library.take(bitcode)
-    return compile_result(
+    return result_of(target_context, library, *rest)
+
+
+def result_of(target_context: Any, library: Any, fndesc: Any, environment: Any, *rest: Any) -> Any:
+    """What numba keeps of a compiled function, from its library and what else numba keeps on disk."""
+    signature, objectmode, lifted, typeann, reload_init, envs = rest
+    for function in reload_init:
+        function()
+    result = compile_result(
         target_context=target_context, typing_context=target_context.typing_context, library=library,
         environment=environment, entry_point=target_context.get_executable(library, fndesc, environment),
         fndesc=fndesc, type_annotation=typeann, signature=signature, objectmode=objectmode, lifted=lifted,
         reload_init=reload_init, referenced_envs=envs,
     )  # fmt: skip
+    for each in envs:
+        library.codegen.set_env(each.env_name, each)
+    return result
 
 
 def _ignored(name: str, environment: object) -> None:

@@ -8,16 +8,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from lark import Token, Tree
-
+from circuits.catalogue import later
 from circuits.errors import ParameterError, meant, unknown_name
 from circuits.measure.function import FUNCTIONS, TAKES_TRANSFERS, Absent, Arguments, Function, Parameter
 from circuits.measure.grammar import MeasureError, Node, column_of
 from circuits.measure.scope import Record, Scope
 from circuits.measure.signal import Signal
 from circuits.measure.unit import AMPERE, PLAIN, SECOND, VOLT, Unit, read_number
+
+if TYPE_CHECKING:
+    import lark
+else:
+    lark = later("lark")
 
 Run = Callable[[Record], Any]  # a `Signal` or a number; raises `Absent`
 
@@ -62,25 +66,25 @@ class Reader:
         found = readers.get(str(node.data), lambda c: self._joined(node, self.read(c[0]), self.read(c[-1])))
         return found(node.children)
 
-    def _wrong(self, node: Node | Token, what: str) -> MeasureError:
+    def _wrong(self, node: Node | lark.Token, what: str) -> MeasureError:
         return MeasureError(self.text, column_of(node), what)
 
-    def _text(self, node: Node | Token) -> str:
+    def _text(self, node: Node | lark.Token) -> str:
         low, high = (
             (node.start_pos, node.end_pos)
-            if isinstance(node, Token)
+            if isinstance(node, lark.Token)
             else (node.meta.start_pos, node.meta.end_pos)
         )
         return self.text[low:high]
 
-    def _number(self, token: Token) -> Typed:
+    def _number(self, token: lark.Token) -> Typed:
         try:
             value, unit = read_number(str(token))
         except ParameterError as error:
             raise self._wrong(token, str(error)) from None
         return Typed("number", unit, lambda _: value, bare=unit == PLAIN)
 
-    def _name(self, token: Token) -> Typed:
+    def _name(self, token: lark.Token) -> Typed:
         name = str(token)
         if name in self.known:
             if name in self.scope.nodes:
@@ -92,18 +96,18 @@ class Reader:
             raise self._wrong(token, f"{name}: no node; write i({name}) for its current")
         raise self._unknown("node", token, {*self.scope.nodes, *self.known})
 
-    def _unknown(self, kind: str, token: Token, known: Sequence[str] | set[str]) -> MeasureError:
+    def _unknown(self, kind: str, token: lark.Token, known: Sequence[str] | set[str]) -> MeasureError:
         name, names = str(token), sorted(known)
         near = meant(name, names)
         what = f"{kind} {name[:80]}: unknown{near}" if near else str(unknown_name(kind, name, names))
         return self._wrong(token, what)
 
-    def _node(self, token: Token) -> str:
+    def _node(self, token: lark.Token) -> str:
         if str(token) not in self.scope.nodes:
             raise self._unknown("node", token, set(self.scope.nodes))
         return str(token)
 
-    def _voltage(self, tokens: Sequence[Token]) -> Typed:
+    def _voltage(self, tokens: Sequence[lark.Token]) -> Typed:
         nodes = [self._node(token) for token in tokens]
 
         def run(record: Record) -> Signal:
@@ -115,7 +119,7 @@ class Reader:
         transfer = self.scope.transfer
         return Typed("signal", self.scope.voltage, run, transfer=transfer)
 
-    def _current(self, token: Token) -> Typed:
+    def _current(self, token: lark.Token) -> Typed:
         name = str(token)
         if name not in self.scope.currents:
             raise self._unknown("device or source", token, set(self.scope.currents))
@@ -164,7 +168,7 @@ class Reader:
             )
         return a.unit
 
-    def _call(self, token: Token, given: Sequence[Node]) -> Typed:
+    def _call(self, token: lark.Token, given: Sequence[Node]) -> Typed:
         name = str(token)
         if name not in FUNCTIONS:
             raise self._unknown("function", token, set(FUNCTIONS))
@@ -188,7 +192,7 @@ class Reader:
 
         return Typed(function.result, result, run)
 
-    def _chosen(self, name: str, token: Token, given: Sequence[Node]) -> Function:
+    def _chosen(self, name: str, token: lark.Token, given: Sequence[Node]) -> Function:
         """The form of a function that takes such a first argument."""
         forms = FUNCTIONS[name]
         if len(forms) == 1:
@@ -199,7 +203,9 @@ class Reader:
             )
         return forms[0] if self.read(given[0]).kind == "signal" else forms[1]
 
-    def _bound(self, name: str, token: Token, function: Function, given: Sequence[Node]) -> dict[str, _Part]:
+    def _bound(
+        self, name: str, token: lark.Token, function: Function, given: Sequence[Node]
+    ) -> dict[str, _Part]:
         """Each parameter that is given, with what stands for it, in the order of the parameters."""
         usage, by_name = usage_of(name, function), {p.name: p for p in function.parameters}
         found: dict[str, _Part] = {}
@@ -284,8 +290,8 @@ class _Nothing:
 _NOTHING: Any = _Nothing()
 
 
-def _is_keyword(node: Node | Token) -> bool:
-    return isinstance(node, Tree) and node.data == "keyword"
+def _is_keyword(node: Node | lark.Token) -> bool:
+    return isinstance(node, lark.Tree) and node.data == "keyword"
 
 
 def usage_of(name: str, function: Function) -> str:

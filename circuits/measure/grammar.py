@@ -8,11 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cache
+from typing import TYPE_CHECKING, TypeAlias
 
-from lark import Lark, Token, Tree
-from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
-
+from circuits.catalogue import later
 from circuits.errors import ParameterError
+
+if TYPE_CHECKING:
+    import lark
+else:
+    lark = later("lark")  # runs without measures do not wait for it
 
 GRAMMAR = r"""
 measure   : NAME "=" sum                     -> named
@@ -52,7 +56,7 @@ _VALUE = {"NAME", "NUMBER", "LPAR"}  # what a value can begin with; what else it
 _LONGEST = 4000  # characters of a measure; ours
 _SHOWN = 60  # of a measure in an error
 
-Node = Tree[Token]
+Node: TypeAlias = "lark.Tree[lark.Token]"
 
 
 class MeasureError(ParameterError):
@@ -69,25 +73,27 @@ def parse(text: str) -> Node:
         raise MeasureError(text, _LONGEST, f"{len(text)} characters, must be at most {_LONGEST}; part it")
     try:
         return _parser().parse(text)
-    except UnexpectedToken as error:
+    except lark.UnexpectedToken as error:
         column = error.column if error.token.type != "$END" else len(text) + 1
         found = "the end" if error.token.type == "$END" else str(error.token)
         raise MeasureError(text, column, f"{found}, must be {_alternatives(error.accepts)}") from None
-    except UnexpectedCharacters as error:
+    except lark.UnexpectedCharacters as error:
         what = f"{error.char}, must be {_alternatives(error.allowed or ())}"
         raise MeasureError(text, error.column, what) from None
-    except UnexpectedInput as error:  # pragma: no cover - lark has no other
+    except lark.UnexpectedInput as error:  # pragma: no cover - lark has no other
         raise MeasureError(text, 1, " ".join(str(error).split())) from None
 
 
-def column_of(node: Node | Token) -> int:
+def column_of(node: Node | lark.Token) -> int:
     """Column at which a part of a measure begins, from 1."""
-    return (node.column if isinstance(node, Token) else node.meta.column) or 1
+    return (node.column if isinstance(node, lark.Token) else node.meta.column) or 1
 
 
 @cache
-def _parser() -> Lark:
-    return Lark(GRAMMAR, start="measure", parser="lalr", propagate_positions=True, maybe_placeholders=False)
+def _parser() -> lark.Lark:
+    return lark.Lark(
+        GRAMMAR, start="measure", parser="lalr", propagate_positions=True, maybe_placeholders=False
+    )
 
 
 def _alternatives(names: Iterable[object]) -> str:

@@ -9,15 +9,16 @@ import shlex
 import shutil
 import sys
 import tempfile
-from importlib.metadata import PackageNotFoundError, distribution
 from importlib.util import find_spec
 from pathlib import Path
-from urllib.parse import urlsplit
-from urllib.request import url2pathname
 
 import circuits
+from circuits.catalogue import later
 from circuits.errors import ParameterError
 from system.cli.option_names import option_of
+
+# slow to import, and every command waits for this module
+metadata, request = later("importlib.metadata"), later("urllib.request")
 
 _CHARACTERISE = re.compile(r"(; run noctule characterise [a-z0-9-]+)((?: [a-z]+=\S+)*)")
 # Who installs ngspice's library, in the order in which they are looked for.
@@ -31,12 +32,12 @@ _NGSPICE_FROM = {
 def checkout() -> Path | None:
     """Return the folder of the sources that are run; None where noctule is installed from a wheel."""
     try:
-        told = json.loads(distribution("noctule").read_text("direct_url.json") or "{}")
-    except PackageNotFoundError:
+        told = json.loads(metadata.distribution("noctule").read_text("direct_url.json") or "{}")
+    except metadata.PackageNotFoundError:
         return Path(circuits.__path__[0]).resolve().parent
     if not told.get("dir_info", {}).get("editable"):
         return None
-    return Path(url2pathname(urlsplit(told["url"]).path))
+    return Path(request.url2pathname(request.urlsplit(told["url"]).path))
 
 
 def require_checkout(path: Path) -> None:

@@ -144,6 +144,23 @@ def test_spoiled_machine_code_is_compiled_again(kept: Path, suffix: str, spoil: 
     assert doubled() == (42.0, 1)
 
 
+def test_kept_machine_code_is_loaded_without_all_that_numba_can_compile(
+    kept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(*_: object) -> None:
+        raise RuntimeError
+
+    monkeypatch.setattr("numba.core.base.BaseContext.refresh", refused)
+    assert doubled() == (42.0, 0)
+
+
+def test_machine_code_that_needs_what_is_not_here_is_compiled_again(
+    kept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("circuits.machine_code.machine.llvm.address_of_symbol", lambda _: None)
+    assert doubled() == (42.0, 1)
+
+
 def test_where_nothing_can_be_written_kernels_are_compiled_each_time(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
