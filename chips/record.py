@@ -25,14 +25,16 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-import xarray as xr
 
 from chips.law_lattice import Law, changed, law_from, law_text
-from chips.record_file import load_record, record_file, record_name, save_record, stale
+from chips.record_file import Contents, load_record, record_file, record_name, save_record, stale
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.circuit import Circuit
 from circuits.errors import DataError
 from circuits.silicon.process import AMI_1500_IDEAL, Process
+
+xr = later("xarray")  # which is for those who write
 
 _REMEDY = "run noctule characterise"
 _ERROR, _BOX, _LAW = "error_", "box_", "law"
@@ -173,14 +175,14 @@ def read_record(path: Path) -> Record:
     """Read a record from the netCDF file at `path`; raises `DataError` for a file that is none."""
     data = load_record(path)
     try:
-        if "key" not in data.attrs:
+        if "key" not in data.attributes:
             raise ValueError("it has no key")
         with np.errstate(invalid="raise"):  # numbers that no float holds
             return Record(
-                str(data.attrs["key"]),
-                int(data.attrs.get("version", 0)),
-                {str(name): _axis_of(data[name]) for name in data.coords},
-                {str(n): _table_of(data[n]) for n in data.data_vars if n != _LAW},
+                str(data.attributes["key"]),
+                int(data.attributes.get("version", 0)),
+                {name: _axis_of(values) for name, values in data.axes.items()},
+                {name: _table_of(data, name) for name in data.tables if name != _LAW},
                 {name: float(value) for name, value in _named(data, _ERROR)},
                 {name: _ends(value) for name, value in _named(data, _BOX)},
                 _law_of(data),
@@ -190,29 +192,31 @@ def read_record(path: Path) -> Record:
         raise DataError(f"{path}: no record, {reason}; delete it, or {_REMEDY}") from None
 
 
-def _named(data: xr.Dataset, prefix: str) -> Iterator[tuple[str, Any]]:
+def _named(data: Contents, prefix: str) -> Iterator[tuple[str, Any]]:
     """Attributes whose names begin so, by the rest of their names."""
-    for name, value in data.attrs.items():
-        if str(name).startswith(prefix):
-            yield str(name).removeprefix(prefix), value
+    for name, value in data.attributes.items():
+        if name.startswith(prefix):
+            yield name.removeprefix(prefix), value
 
 
-def _law_of(data: xr.Dataset) -> Law | None:
-    if _LAW not in data.attrs or _LAW not in data.data_vars:
+def _law_of(data: Contents) -> Law | None:
+    if _LAW not in data.attributes or _LAW not in data.tables:
         return None
-    return law_from(str(data.attrs[_LAW]), _table_of(data[_LAW]).values)
+    return law_from(str(data.attributes[_LAW]), _table_of(data, _LAW).values)
 
 
-def _axis_of(values: xr.DataArray) -> Axis:
+def _axis_of(values: Any) -> Axis:
     if values.dtype.kind in "OSU":
-        return tuple(map(str, values.values))
-    return tuple(float(x) for x in values.values)
+        return tuple(map(str, values))
+    return tuple(float(x) for x in values)
 
 
-def _table_of(values: xr.DataArray) -> Table:
+def _table_of(data: Contents, name: str) -> Table:
+    dimensions, found = data.tables[name]
+    values = np.asarray(found)
     if values.dtype.kind not in "fiu":
-        raise ValueError(f"{values.name} is of {values.dtype}, must be of numbers")
-    return Table(tuple(map(str, values.dims)), np.asarray(values.values, dtype=np.float64))
+        raise ValueError(f"{name} is of {values.dtype}, must be of numbers")
+    return Table(dimensions, np.asarray(values, dtype=np.float64))
 
 
 def _ends(value: Any) -> tuple[float, float]:

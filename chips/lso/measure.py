@@ -28,7 +28,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.optimize import brentq
 
 from chips.lso.law import Comparator, Membrane, ramp_delay, rise_time, spike_delay
 from chips.measured.perturbation import deviating, deviations_of, slopes
@@ -41,6 +40,7 @@ from circuits.blocks.latency.synapse import REFERENCE
 from circuits.blocks.latency.tonic import START
 from circuits.blocks.lso import lso_neuron
 from circuits.blocks.sonar import high_threshold_neuron
+from circuits.catalogue import later
 from circuits.circuit import Circuit
 from circuits.devices import Source
 from circuits.devices.channel import pinched, terms_of
@@ -53,6 +53,8 @@ from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
+
+optimise = later("scipy.optimize")
 
 LEVELS = 10  # level units of an ear, and synapses of either side of an LSO neuron; ours
 SHIFTS = shifts(5)  # V; `left` is 0 at all but the lowest
@@ -173,7 +175,7 @@ def _membrane(
         first, last = turned(spike)
         return first - last - (late[0] - late[1])
 
-    spike = float(brentq(apart, 1e-16, 2e-12, xtol=1e-20))
+    spike = float(optimise.brentq(apart, 1e-16, 2e-12, xtol=1e-20))
     comparator = Comparator(spike, tail, kappa, late[0] - turned(spike)[0])
     return Membrane(charge / REFERENCE, REFERENCE, 0.0, u_t, 0.0, comparator)
 
@@ -199,7 +201,7 @@ def _taken(membrane: Membrane, given: float, time: float, volts: float) -> float
     def later(taken: float) -> float:
         return _risen(membrane, given, taken, volts) - time
 
-    return float(brentq(later, 0.01 * given, 0.99 * given, xtol=1e-18))
+    return float(optimise.brentq(later, 0.01 * given, 0.99 * given, xtol=1e-18))
 
 
 def level_numbers(level: Circuit, silicon: Silicon, delay: Callable[[float], float]) -> tuple[float, float]:
@@ -217,7 +219,7 @@ def level_numbers(level: Circuit, silicon: Silicon, delay: Callable[[float], flo
         ]
         return over[0] - over[1]
 
-    charge = float(brentq(apart, 1e-13, 5e-11, xtol=1e-18))
+    charge = float(optimise.brentq(apart, 1e-13, 5e-11, xtol=1e-18))
     return (slow - float(ramp_delay(SLOW, charge, current, kappa, u_t))) * SLOW, charge
 
 

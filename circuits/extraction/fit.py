@@ -18,14 +18,16 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.devices.transistor import drain_currents, transistor_arrays, transistor_work
 from circuits.errors import ParameterError
 from circuits.extraction.points import Points
 from circuits.silicon.process import Process, TransistorModel, at_temperature
 from circuits.silicon.size import FOLLOWING, NO_TERMS, SizeTerms
+
+optimise = later("scipy.optimize")
 
 SOFT = 0.05
 """Relative error beyond which a residual counts less than its square; ours."""
@@ -110,7 +112,9 @@ def fit(
 
     bounds = _bounds(first, chosen)
     with np.errstate(all="ignore"):
-        solved = least_squares(error, np.zeros(len(chosen)), bounds=bounds, loss="soft_l1", f_scale=SOFT)
+        solved = optimise.least_squares(
+            error, np.zeros(len(chosen)), bounds=bounds, loss="soft_l1", f_scale=SOFT
+        )
     model = _changed(first, chosen, solved.x)
     errors, correlation = _uncertainty(solved.jac, solved.fun)
     steps = np.array([_step(name) for name in chosen])

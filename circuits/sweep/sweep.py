@@ -12,10 +12,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby, product
-from typing import Any, Literal, final
+from typing import TYPE_CHECKING, Any, Literal, final
 
 import numpy as np
-import xarray as xr
 
 from circuits.arrays import F64
 from circuits.errors import CircuitError, ParameterError
@@ -32,6 +31,9 @@ from circuits.sweep.axis import Axis, Way, axes_of
 from circuits.sweep.dataset import measures_dataset, points_dataset
 from circuits.sweep.line import Line, Solve, joined, solve_line
 from circuits.testbench import Testbench
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Build = Callable[..., Testbench]
 Progress = Callable[[float], None] | None

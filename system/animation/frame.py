@@ -7,11 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpec
@@ -20,6 +19,9 @@ from numpy.typing import NDArray
 from system.animation.stage import Mover, draw_eye, draw_stage
 from system.plot import COLOURS, INK, PALE, STYLE, settle
 from system.view.film import Film, Panel, Raster
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 DPI = 100.0
 MOST = 5  # panels of a frame, the first of a film's; ours

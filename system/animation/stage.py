@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.artist import Artist
-from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
-from matplotlib.patches import Circle, Patch, Polygon
+from matplotlib.patches import Circle, Polygon
 from matplotlib.transforms import Affine2D
 
 from circuits.arrays import F64
 from system.plot import COLOURS, INK, PALE
 from system.view.film import Eye, Role, Shape, Stage, Track
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.patches import Patch
 
 GLOW = 0.04  # s for which an event of a camera stays lit; as in `player.js`
 _DOT = 5.0  # points of what is too small to be seen, and half of what its front is long

@@ -10,10 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from chips.part import Analog, Event, Output, Part
 from chips.ranging import circuit as ranging_chip
@@ -28,6 +27,9 @@ from system.live.signals import Channel, Signals, gathered
 from system.loop import AnalogWire, Loop
 from system.plot import COLOURS, PALE
 from system.worlds.sound.targets import range_at
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 HAND = "hand"  # part between the centroid board and the vocalization board
 COUNTED = 10_000.0  # events in 10 ms, more than any neuron makes; ours

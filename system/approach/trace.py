@@ -6,10 +6,9 @@ The picture is that of Figure 11 of Cheely & Horiuchi 2003.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from chips.ranging import circuit as ranging_chip
 from circuits.arrays import F64
@@ -26,6 +25,9 @@ from system.system import Account, RunTrace
 from system.worlds.sound.acoustics import speed_of_sound
 from system.worlds.sound.microphone import Microphone
 from system.worlds.sound.targets import range_at
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, slots=True)

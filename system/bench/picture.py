@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from system.bench.run import Table
 from system.plot import COLOURS, entitle
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _UNITS = {"V": "voltage (V)", "A": "current (A)", "counts": "counts"}
 

@@ -8,9 +8,9 @@ contact, compass and distance. The reward is by how much it came nearer to the g
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from circuits.arrays import F64
 from system.bug.body import ARRIVED, FASTEST, RANGE, RAYS, STEP, Robot, Senses
@@ -19,6 +19,9 @@ from system.bug.path import shortest_path
 from system.bug.picture import draw_paths, draw_world
 from system.live.signals import Channel, Signals, gathered
 from system.plot import COLOURS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 ARRIVAL = 10.0  # map units that an arrival is worth; ours
 SENSES = Signals(

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import PathPatch
-from matplotlib.path import Path
 from shapely.geometry import Polygon
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from system.bug.world import World
 from system.plot import COLOURS, DASHES, INK, PALE, entitle, sized_axes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.path import Path
+
+patches, paths = later("matplotlib.patches"), later("matplotlib.path")
 
 _INCHES = 7.0  # of the longer side of a map
 
@@ -21,7 +26,7 @@ _INCHES = 7.0  # of the longer side of a map
 def draw_world(world: World, ax: Axes) -> None:
     """Draw obstacles; starts are dots, goals are stars."""
     for polygon in world.obstacles.geoms:
-        ax.add_patch(PathPatch(_outline(polygon), facecolor=PALE, edgecolor="none", zorder=1))
+        ax.add_patch(patches.PathPatch(_outline(polygon), facecolor=PALE, edgecolor="none", zorder=1))
     ax.scatter([], [], s=60.0, marker="s", color=PALE, label="obstacle")
     for points, mark, size, name in (
         (world.map.starts, "o", 5.0, "start"),
@@ -65,4 +70,5 @@ def draw_run(world: World, path: F64, shortest: F64 | None, title: str, figure: 
 def _outline(polygon: Polygon) -> Path:
     """Path of a polygon with its holes."""
     rings = [np.asarray(ring.coords) for ring in (polygon.exterior, *polygon.interiors)]
-    return Path.make_compound_path(*(Path(ring, closed=True) for ring in rings))
+    whole: Path = paths.Path.make_compound_path(*(paths.Path(ring, closed=True) for ring in rings))
+    return whole

@@ -11,10 +11,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from shapely import Polygon
 
 from chips.nef.build import Built, build, moved
@@ -47,6 +46,9 @@ from system.spikes.output import spikes_made_again, trains_of
 from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, part
 from system.view.film import Film, Shape, Stage, Track, circles, corners, signal
 from system.worlds.standing import SLOW, share_standing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SUMMARY = meanings("""
 reached               number   -  1 where it came to the goal, else 0

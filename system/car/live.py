@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from circuits.arrays import F64, I64
 from system.car.drive import REASONS, Voyage, choose, go, look
@@ -21,6 +21,9 @@ from system.car.picture import draw_robot
 from system.live.robot import Chosen
 from system.live.signals import Channel, Signals, gathered, padded
 from system.openspace.choice import arc_actions
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 PLACES = 8  # of an observation, the nearest; ours
 THROUGH = 1.0  # m of way that an end is worth; ours

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from system.car.arcs import Arcs
 from system.car.numbers import PIPE_RADIUS
 from system.car.world import Pipes
 from system.openspace.picture import draw_discs
 from system.plot import COLOURS, INK, mark_end
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+collections = later("matplotlib.collections")
 
 NAMES = ("left", "middle left", "middle", "middle right", "right")
 RAY = 0.12  # m, of the line that shows a ping's direction
@@ -35,7 +41,7 @@ def draw_robot(
         tip = at[:, 1:3] + RAY * np.stack([np.cos(angle), np.sin(angle)], axis=1)
         rays = np.stack([at[:, 1:3], tip], axis=1)
         ax.add_collection(
-            LineCollection(
+            collections.LineCollection(
                 list(rays), colors=COLOURS[_SHADES[d]], linewidths=0.6, zorder=3, label=f"ping {name}"
             )
         )

@@ -11,10 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from chips.ranging.circuit import NEURONS
 from circuits.arrays import F64, I64
@@ -43,6 +42,9 @@ from system.spikes.output import spikes_made_again, trains_of
 from system.system import PROGRAMS, SUCCEEDED, Account, Progress, RunTrace, System, part
 from system.view.film import NO_YES, Film, Stage, Track, circles, signal
 from system.worlds.standing import SLOW, evenly, share_standing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ENDS = ("through", "out", "collided", "undecided")
 SUMMARY = meanings("""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from circuits.errors import ParameterError
@@ -40,6 +39,9 @@ from system.study.search.linear import centre_by_gradient
 from system.study.specification import limited_metrics, parse_spec
 from system.study.table import Condition
 from system.study.target import BlockTarget, Subject, Target, hashed
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 BEHAVIOURAL = "behavioural"
 

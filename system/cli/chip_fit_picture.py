@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from circuits.extraction.coach.conditions import Condition
 from circuits.extraction.coach.joint import Fit
 from circuits.extraction.coach.table import Table
 from system.plot import COLOURS, INK, PALE, entitle
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _COLUMNS = 5
 _BAND = 1.96  # standard deviations

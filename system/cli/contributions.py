@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any
 
 from circuits.errors import ParameterError
 from system.cli.output import print_line, print_table
 from system.plot import SUFFIXES, check_picture, save_picture
 from system.study.search.breakdown import BY, Breakdown, share_rows
 from system.study.statistics.contribution import grouped, pareto
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LISTED = 12  # devices of the printed table; the smaller ones are one row
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from circuits.extraction.extraction import Extraction
 from circuits.extraction.fit import law_current
 from circuits.extraction.points import Points
 from circuits.silicon.process import Polarity
 from system.plot import COLOURS, INK, PALE, entitle
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _SIZES = 5  # that have a colour of their own
 _NEAR = 1e-6  # V and K, within which points are of one curve

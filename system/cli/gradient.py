@@ -6,10 +6,9 @@ import csv as comma_separated
 import io
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import Machine, to_kernel
@@ -23,6 +22,9 @@ from system.files.writing import write_text_atomic
 from system.options.block import Choice, describe_silicon, silicon_line
 from system.plot import check_picture, save_picture
 from system.study.metrics.gradient import FORMS, draw_gradients, measures_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LISTED = 12  # parameters of a printed table
 

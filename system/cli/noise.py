@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from circuits.devices.noise import WHITE_ONLY, noise_model
 from circuits.errors import ParameterError
@@ -19,6 +18,9 @@ from system.cli.small_signal_picture import draw_noise
 from system.files.writing import write_netcdf_atomic, write_text_atomic
 from system.options.block import Choice
 from system.plot import check_picture, save_picture
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def noise_command(asked: Simulate) -> None:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import is_dataclass, replace
-from typing import Any
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any
 
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL as NOMINAL_DIE
@@ -27,6 +25,9 @@ from system.plot import check_picture, save_picture
 from system.registry import load_system
 from system.scenario import read_texts
 from system.system import DRAWN, System
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def run_system(name: str, asked: Run, options: Mapping[str, Any], said: Mapping[str, str]) -> None:

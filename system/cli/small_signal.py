@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from circuits.arrays import C128, F64
 from circuits.errors import ParameterError
@@ -36,6 +35,9 @@ from system.cli.small_signal_runs import (
 )
 from system.files.writing import write_netcdf_atomic, write_text_atomic
 from system.plot import check_picture, save_picture
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def ac_command(asked: Simulate) -> None:

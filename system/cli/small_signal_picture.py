@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from circuits.solver.noise.analysis import Noise
 from circuits.solver.small_signal import Response
 from system.plot import COLOURS, INK, PALE, entitle, looks
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _LEAST = 1e-15  # V/V; below it a transfer is rounding and is not drawn
 _BARS = 8

@@ -10,10 +10,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from circuits.catalogue import loaded
 from circuits.circuit import GROUND
@@ -38,6 +37,9 @@ from system.options.begun import read_voltages
 from system.options.block import Choice, describe_silicon, silicon_line
 from system.options.swept import Options, Swept, build_of, read_swept
 from system.plot import check_picture, save_picture
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _SHOWN = 24  # rows that are printed; CSV and JSON have all
 _NODES = 4  # that are printed and drawn unless some are named

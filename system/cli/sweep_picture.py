@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.axis import Axis
-from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
 from circuits.arrays import F64
 from circuits.measure.unit import value_text
 from circuits.sweep.axis import DIRECTION
 from system.plot import COLOURS, PALE, entitle, looks
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
 
 _DECADES = 100.0  # ratio of the largest to the smallest size of a current above which its axis has decades
 _LEAST = 1e-18  # A; what is smaller has no place on an axis of decades

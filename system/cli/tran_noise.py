@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from circuits.devices.noise import WHITE_ONLY
@@ -24,6 +23,9 @@ from system.cli.simulate_verb import Simulate
 from system.files.writing import write_netcdf_atomic, write_text_atomic
 from system.options.block import Choice, describe_silicon, silicon_line
 from system.plot import COLOURS, DASHES, check_picture, entitle, save_picture, silicon_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DRAWN = 20  # trials whose waveforms a picture shows
 MOST_TRIALS = 1_000_000

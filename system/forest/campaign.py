@@ -22,8 +22,7 @@ from importlib.metadata import version
 from itertools import accumulate
 from typing import NamedTuple
 
-from scipy import stats
-
+from circuits.catalogue import later
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
@@ -35,6 +34,8 @@ from system.openspace.map import OBSTACLES
 from system.openspace.senses import IDEAL, Sensing, senses_of
 from system.study.campaign import Campaign, Execution, Runs
 from system.study.statistics.interval import LEVEL, Estimate, Interval, poisson_interval
+
+stats = later("scipy.stats")
 
 COLLISIONS, PINGS = 200, 250_000_000  # at which a configuration ends
 FIRST_SEED = 50_000  # of a report; those below 1000 choose numbers, none between is used

@@ -8,9 +8,9 @@ to the left in m, `COLLISION` less where it collides (ours).
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from circuits.arrays import F64, I64
 from system.forest.scenario import Scenario
@@ -45,6 +45,9 @@ from system.openspace.state import (
     new_flight,
 )
 from system.plot import COLOURS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 ECHOES = 16  # of an observation, the nearest; ours
 COLLISION = 10.0  # m of way that a collision costs; ours

@@ -12,10 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from chips.ranging.circuit import NEURONS
 from chips.selection.model import selection_errors
@@ -50,6 +49,9 @@ from system.plot import silicon_text
 from system.spikes.output import spikes_made_again, trains_of
 from system.system import PROGRAMS, SUCCEEDED, Account, Progress, RunTrace, System, part
 from system.view.film import Film
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SUMMARY = meanings("""
 avoided        number  -  obstacles that were detected and not collided with

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TypeVar
-
-from matplotlib.axes import Axes
+from typing import TYPE_CHECKING, TypeVar
 
 from circuits.arrays import I64
 from system.experiment import Experiment, Progress, Report
@@ -23,6 +21,9 @@ from system.statement import Statement
 from system.study.campaign import ALONE, Execution
 from system.verdict.family import family
 from system.verdict.null import Null, Rows, nulls_of, shuffled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 PINGS = 10_000_000  # a configuration: some 20 s on one core; ours
 COUNTS = {"collisions": COLLISIONS}  # of an experiment that sweeps

@@ -8,15 +8,18 @@ target and head at the next ping; it is 0 where the head points at its target.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from chips.lso.model import SIDES
 from circuits.arrays import F64, I64
 from system.head.loop import Following, Neck, decision, follows, hear_ping, most_of, told
 from system.head.picture import draw_angles
 from system.live.signals import Channel, Signals, gathered
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 COUNTED = 10_000.0  # spikes of a ping, more than any neuron makes; ours
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from system.head.loop import LOST, Log
 from system.plot import COLOURS, INK, PALE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 SIDES = ("left", "right")
 _LOST = ("x", "|", "^", "s")  # markers of `LOST`

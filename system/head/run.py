@@ -11,10 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from chips.lso.measure import LEVELS, circuits
 from chips.lso.model import RECORD, SIDES, Head
@@ -36,6 +35,9 @@ from system.options.temperature import temperature_text
 from system.spikes.output import spikes_output, trains_of
 from system.system import PROGRAMS, Account, RunTrace, System
 from system.view.film import Film, Group, Line, Panel, Raster, Shape, Stage, Track
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SUMMARY = meanings("""
 error_rms_deg    number  deg  rms angle between head and target

@@ -7,12 +7,13 @@ Gymnasium (`system.gym`) drive it; a system that a user registers is driven alik
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Generic, Protocol, TypeVar, final
-
-from matplotlib.axes import Axes
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, final
 
 from circuits.arrays import I64
 from system.live.signals import Array, Signals
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 State = TypeVar("State")
 

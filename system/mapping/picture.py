@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.connectivity_picture import draw_connectivity
@@ -18,6 +17,10 @@ from system.mapping.network import spans
 from system.mapping.rolls.mapped import Mapped
 from system.mapping.run import MappedRun
 from system.plot import COLOURS, INK, PALE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 BIN = 20e-3  # s, of the rates in a picture; ours
 _ROOM = 1.4  # of the axes of rates, for a legend

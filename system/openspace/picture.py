@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import EllipseCollection, LineCollection
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from system.openspace.law import ARCS, Arcs, Bat, arc_point, detectable
 from system.openspace.map import SIDE
 from system.plot import COLOURS, INK, PALE, entitle, mark_end, sized_axes
 from system.view.film import NO_YES, Film, Shape, Stage, Track, circles, signal
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import EllipseCollection
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+collections = later("matplotlib.collections")
 
 _BEARINGS = np.linspace(-np.pi, np.pi, 361)
 _STEPS = 60  # points of a drawn arc
@@ -31,7 +38,7 @@ def draw_forest(place: F64, zone: float, ax: Axes) -> None:
 def draw_discs(place: F64, zone: float, ax: Axes) -> EllipseCollection:
     """Add zones of collision (m) about places, float64[n, 2] in m, to the axes, and return them."""
     width = np.full(len(place), 2.0 * zone)
-    discs = EllipseCollection(
+    discs: EllipseCollection = collections.EllipseCollection(
         width, width, np.zeros(len(place)), units="xy", offsets=place, offset_transform=ax.transData,
         facecolors=PALE, edgecolors="none", zorder=1,
     )  # fmt: skip
@@ -57,7 +64,7 @@ def draw_sight(bat: Bat, arcs: Arcs, pose: tuple[float, float, float], head: int
         ways.append(np.stack(placed(pose, *arc_point(np.full(_STEPS, arcs.curvature[p]), s)), axis=1))
     others = ways[:arc] + ways[arc + 1 :]
     ax.add_collection(
-        LineCollection(
+        collections.LineCollection(
             others, colors=PALE, linewidths=0.7, linestyles=":", zorder=2, label="arcs to choose from"
         )
     )

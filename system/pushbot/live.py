@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from circuits.arrays import F64
 from system.live.signals import Array, Channel, Signals
@@ -22,6 +22,9 @@ from system.pushbot.drive import Readings, Run, go_on, steer
 from system.pushbot.loop import Command, Loop, command_with, think
 from system.pushbot.readout import Readout
 from system.pushbot.scene_picture import draw_path, draw_scene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 TOUCH = 5.0  # m of way that a collision costs; ours
 MOST = 255  # events of a pixel, a sign and a look that are told; ours

@@ -7,11 +7,9 @@ drive populations, of the target field where it has fired, and the commands by e
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from shapely.geometry import Polygon
 
 from chips.rolls.chip import Inputs
@@ -28,6 +26,10 @@ from system.view.film import Eye, Film, Group, Line, Panel, Raster, Shape, Stage
 from system.view.rolls import Heard, neuron_inside
 from system.worlds.arena.geometry import Obstacles, obstacles_of, outline_at, robot_outline
 from system.worlds.arena.scene import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 FRAMES = 4
 FRAME = 0.5  # s of events in a frame; the paper's

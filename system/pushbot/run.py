@@ -9,10 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from chips.rolls import circuit as rolls_circuit
 from chips.rolls.chip import TEMPERATURE_STEP
@@ -39,6 +38,9 @@ from system.system import PROGRAMS, SUCCEEDED, Account, Output, RunTrace, System
 from system.view.film import Film
 from system.worlds.arena.scene import Scene
 from system.worlds.camera.file import check_events, write_events
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FREE_RUN = 20.0  # s, of a run in a scene without an obstacle line; ours
 MARGIN = 12.0  # s, that a run may take beyond twice the straight way to the line; ours

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
-from matplotlib.patches import Polygon as Patch
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from system.plot import COLOURS, INK, PALE
 from system.worlds.arena.geometry import obstacles_of, outline_at, robot_outline
 from system.worlds.arena.scene import COLOURS as REFLECTANCES
 from system.worlds.arena.scene import Scene
 from system.worlds.camera.event import Events, frame
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+colors, patches = later("matplotlib.colors"), later("matplotlib.patches")
 
 _INKS = {"blue": COLOURS[0], "red": COLOURS[1], "yellow": COLOURS[6], "black": INK, "grey": "#808080",
          "wood": "#C19A6B", "white": "#FFFFFF"}  # fmt: skip
@@ -37,10 +41,14 @@ def draw_scene(scene: Scene, ax: Axes, time: float = 0.0) -> None:
         Time of the scene, s.
     """
     ax.add_patch(
-        Patch(np.array(scene.corners), closed=True, facecolor="#F7F7F7", edgecolor=INK, linewidth=1.2)
+        patches.Polygon(
+            np.array(scene.corners), closed=True, facecolor="#F7F7F7", edgecolor=INK, linewidth=1.2
+        )
     )
     for shade in scene.shades:
-        ax.add_patch(Patch(np.array(shade.corners), closed=True, facecolor=PALE, edgecolor="none", zorder=1))
+        ax.add_patch(
+            patches.Polygon(np.array(shade.corners), closed=True, facecolor=PALE, edgecolor="none", zorder=1)
+        )
     for line in scene.partitions:
         ax.plot(*np.array(line).T, color=INK, linewidth=1.2, zorder=3)
     obstacles = obstacles_of(scene)
@@ -48,8 +56,10 @@ def draw_scene(scene: Scene, ax: Axes, time: float = 0.0) -> None:
         outline = np.array(outline_at(obstacles, k, time).exterior.coords)
         high = not obstacles.solid[k]
         ax.add_patch(
-            Patch(outline, closed=True, facecolor="none" if high else ink_of(body.reflectance), edgecolor=INK,
-                  linewidth=0.5, linestyle=":" if high else "-", zorder=3)
+            patches.Polygon(
+                outline, closed=True, facecolor="none" if high else ink_of(body.reflectance), edgecolor=INK,
+                linewidth=0.5, linestyle=":" if high else "-", zorder=3,
+            )
         )  # fmt: skip
         if body.motion is not None:
             way = np.array(body.motion.path).T
@@ -92,7 +102,9 @@ def draw_path(path: F64, ax: Axes, moments: Sequence[float] = ()) -> None:
         outline = np.array(robot_outline((row[1], row[2], row[3])).exterior.coords)
         label = None if k > 0 else f"robot at its start{' and at 1, 2, ...' if len(moments) else ''}"
         ax.add_patch(
-            Patch(outline, closed=True, facecolor="none", edgecolor=COLOURS[2], zorder=5, label=label)
+            patches.Polygon(
+                outline, closed=True, facecolor="none", edgecolor=COLOURS[2], zorder=5, label=label
+            )
         )
         nose = 0.05 * math.cos(row[3]), 0.05 * math.sin(row[3])
         ax.plot(
@@ -112,7 +124,7 @@ def draw_events(events: Events, columns: int, rows: int, ax: Axes) -> None:
         chosen = events.where(events.on == on)
         count = np.minimum(np.abs(frame(chosen, columns, rows)), _MOST) / _MOST
         seen = np.where(count > 0.0, _PALEST + (1.0 - _PALEST) * count, 0.0)
-        image *= 1.0 - seen[:, :, None] * (1.0 - np.array(to_rgb(colour)))
+        image *= 1.0 - seen[:, :, None] * (1.0 - np.array(colors.to_rgb(colour)))
     ax.imshow(np.clip(image, 0.0, 1.0), origin="lower", interpolation="nearest")
     ax.axhline(0.5 * rows - 0.5, color=INK, linewidth=0.8, linestyle=":")
     ax.set_xticks([])

@@ -12,10 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from chips.rolls.chip import TEMPERATURE_STEP, RollsChip, Spikes
 from chips.rolls.circuit import chip
@@ -39,6 +38,9 @@ from system.spikes.output import spikes_output, trains_of
 from system.system import Account, RunTrace, System
 from system.view.film import Film, Line, Panel, Raster, busiest
 from system.view.rolls import Heard, neuron_inside
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SHOWN = 0.5  # s, of the picture
 SUMMARY = meanings(

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from circuits.arrays import F64
 from system.live.signals import Channel, Signals, gathered
@@ -24,6 +24,9 @@ from system.rover.picture import draw_map, draw_ways
 from system.rover.planner import Plan
 from system.rover.search import dijkstra
 from system.rover.sensors import Obstacle, nearest_ahead
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 ARRIVAL, INTERVENTION = 10.0, 10.0  # units of cost; ours
 AROUND = 2  # cells to either side of the fix whose costs are told; ours

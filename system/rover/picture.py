@@ -5,23 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap, to_hex
-from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from system.plot import COLOURS, INK
 from system.rover.cost_map import MAX_CODE, CostMap
 from system.view.film import Shape
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+matplotlib, colors = later("matplotlib"), later("matplotlib.colors")
+patheffects = later("matplotlib.patheffects")
+
 _SCALE_BAR = 10.0  # m, as in the paper's Figures 7 to 10
 _BLOCKED = "#4A4A4A"
 _LISTED = 12  # different costs that the colour bar names one by one
-_HALO = [withStroke(linewidth=3.0, foreground="white")]
 
 
 def draw_map(cost_map: CostMap, figure: Figure | None, ax: Axes) -> None:
@@ -35,8 +38,8 @@ def draw_map(cost_map: CostMap, figure: Figure | None, ax: Axes) -> None:
         levels = np.unique(np.geomspace(1, max(int(levels[-1]), 1), _LISTED).round()).astype(np.int64)
         levels = np.concatenate([[0], levels]) if (cost_map.costs == 0).any() else levels
     place = np.searchsorted(levels, cost_map.costs, side="right") - 1
-    norm = BoundaryNorm(np.arange(len(levels) + 1) - 0.5, len(levels))
-    palette = ListedColormap([_shade(int(level)) for level in levels])
+    norm = colors.BoundaryNorm(np.arange(len(levels) + 1) - 0.5, len(levels))
+    palette = colors.ListedColormap([_shade(int(level)) for level in levels])
     image = ax.imshow(place, cmap=palette, norm=norm, extent=_extent(cost_map), zorder=0)
     if figure is not None:
         bar = figure.colorbar(image, ax=ax, shrink=0.7, label="cost of a cell")
@@ -51,7 +54,9 @@ def _shade(cost: int) -> tuple[float, float, float, float] | str:
     """Colour of a cost: its logarithm, up to the largest code of a chip."""
     if cost == 0:
         return _BLOCKED
-    red, green, blue, alpha = colormaps["YlOrBr"](0.03 + 0.8 * min(math.log(cost) / math.log(MAX_CODE), 1.0))
+    red, green, blue, alpha = matplotlib.colormaps["YlOrBr"](
+        0.03 + 0.8 * min(math.log(cost) / math.log(MAX_CODE), 1.0)
+    )
     return red, green, blue, alpha
 
 
@@ -65,7 +70,7 @@ def draw_ways(planned: F64, driven: Sequence[F64], ax: Axes, reach: float | None
     reached = np.concatenate([planned, *driven])
     ax.set_xlim(*_covering(ax.get_xlim(), reached[:, 0]))
     ax.set_ylim(*_covering(ax.get_ylim(), reached[:, 1]))
-    ax.plot(*planned.T, color=INK, linewidth=1.4, zorder=2, label="planned", path_effects=_HALO)
+    ax.plot(*planned.T, color=INK, linewidth=1.4, zorder=2, label="planned", path_effects=_halo())
     for point, mark, name in ((planned[0], "o", "start"), (planned[-1], "*", "goal")):
         size = 6.0 if mark == "o" else 11.0
         ax.plot(*point, marker=mark, color=INK, markersize=size, linestyle="", zorder=4, label=name)
@@ -81,10 +86,10 @@ def draw_scale_bar(cost_map: CostMap, ax: Axes, *, label: bool = True) -> None:
     rows, columns = cost_map.shape
     east, north = 0.03 * columns * cost_map.cell_width, 0.03 * rows * cost_map.cell_height
     ways = [east, east, east + _SCALE_BAR], [north + _SCALE_BAR, north, north]
-    ax.plot(*ways, color=INK, linewidth=2.0, zorder=5, path_effects=_HALO)
+    ax.plot(*ways, color=INK, linewidth=2.0, zorder=5, path_effects=_halo())
     if label:
         at = ax.annotate(f"{_SCALE_BAR:g} m", (east + _SCALE_BAR, north), (4, 2), textcoords="offset points")
-        at.set(fontsize=8, zorder=5, path_effects=_HALO)
+        at.set(fontsize=8, zorder=5, path_effects=_halo())
 
 
 def _covering(limits: tuple[float, float], values: F64) -> tuple[float, float]:
@@ -111,5 +116,10 @@ def map_shapes(cost_map: CostMap) -> list[Shape]:
             corners = ((left, low), (right, low), (right, low + high), (left, low + high))
             cost = int(costs[begin])
             name = f"cost {cost}" if cost else "blocked"
-            found.append(Shape(role="shade", points=corners, colour=to_hex(_shade(cost)), name=name))
+            found.append(Shape(role="shade", points=corners, colour=colors.to_hex(_shade(cost)), name=name))
     return found
+
+
+def _halo() -> list[Any]:
+    """White about lines and letters, so that they stand out."""
+    return [patheffects.withStroke(linewidth=3.0, foreground="white")]

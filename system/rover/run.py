@@ -16,10 +16,9 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from chips.wavefront.calibration import NAME, Design, cell_codes
 from chips.wavefront.chip import ChipCells
@@ -48,6 +47,9 @@ from system.spikes.output import spikes_output
 from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, part
 from system.view.film import Film, Shape, Stage, Track, circles, corners, signal
 from system.worlds.standing import SLOW, evenly, share_standing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SUMMARY = meanings("""
 length         number   -  cells of the planned path

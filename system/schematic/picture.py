@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Polygon
-
+from circuits.catalogue import later
 from circuits.circuit import Circuit
 from circuits.devices import Source
 from circuits.errors import ParameterError
@@ -18,6 +16,12 @@ from system.schematic.geometry import FONT, Layout, Rail, Symbol, lay_out
 from system.schematic.part import MANY, cells_of, parts_of, rails_of, source_part
 from system.schematic.placement import place
 from system.schematic.symbol import bars_of, circles_of, lines_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+patches = later("matplotlib.patches")
 
 _POINTS = 72.0  # to an inch
 _RIM, _LEAST = 8.0, 144.0  # points: about all; of a figure
@@ -85,7 +89,7 @@ def draw_schematic(
     for rail in layout.rails:
         _draw_rail(rail, ax)
     for x, y in layout.dots:
-        ax.add_patch(Circle((x, y), 1.9, color=INK))
+        ax.add_patch(patches.Circle((x, y), 1.9, color=INK))
     for label in layout.labels:
         base = label.net.partition("[")[0]
         colour = INK if not label.net else _PORT if base in ports else _NET
@@ -107,11 +111,11 @@ def _title(circuit: Circuit, note: str) -> str:
 def _draw_symbol(symbol: Symbol, ax: Axes) -> None:
     for line, filled in lines_of(symbol):
         if filled:
-            ax.add_patch(Polygon(line, color=INK))
+            ax.add_patch(patches.Polygon(line, color=INK))
         else:
             ax.plot(*zip(*line, strict=True), color=INK, linewidth=_WIDTH, solid_capstyle="round")
     for x, y, radius in circles_of(symbol):
-        ax.add_patch(Circle((x, y), radius, fill=False, color=INK, linewidth=_WIDTH))
+        ax.add_patch(patches.Circle((x, y), radius, fill=False, color=INK, linewidth=_WIDTH))
 
 
 def _draw_rail(rail: Rail, ax: Axes) -> None:

@@ -19,13 +19,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import bootstrap
 
 from circuits.arrays import F64, I64
+from circuits.catalogue import later
 from system.openspace.law import DIRECTIONS
 from system.spiking_bat.bat import ping
 from system.spiking_bat.brain import Brain, NetworkBrain, Reply
 from system.spiking_bat.chip_brain import ChipBrain
+
+stats = later("scipy.stats")
 
 NOBODY, EMERGENCY = DIRECTIONS, DIRECTIONS + 1  # beside the groups
 GROUPS = DIRECTIONS + 2
@@ -127,7 +129,7 @@ def kappa_interval(a: I64, b: I64, seed: int = 0) -> tuple[float, float, float]:
     def statistic(chosen: I64) -> float:
         return cohens_kappa(tables[chosen].sum(axis=0))
 
-    found = bootstrap(
+    found = stats.bootstrap(
         (np.arange(len(blocks)),), statistic, vectorized=False, n_resamples=RESAMPLES,
         confidence_level=LEVEL, method="percentile", rng=np.random.default_rng(seed),
     ).confidence_interval  # fmt: skip

@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from importlib.metadata import version
 
 import numpy as np
-from scipy import stats
 
 from chips.latency.calibration import PARTS, calibrated
 from chips.latency.chip import LatencyChip
@@ -26,6 +25,7 @@ from chips.latency.design import Biases, Design
 from chips.latency.model import BLOCKS, lumped, only, usual_biases
 from chips.record import kept_record, record_digest
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
@@ -48,6 +48,8 @@ from system.spiking_bat.numbers import Numbers
 from system.spiking_bat.run import place
 from system.spiking_bat.scenario import Scenario
 from system.study.campaign import Campaign, Numbered
+
+stats = later("scipy.stats")
 
 CROSSINGS, PINGS = 8, 6000  # at which a flight is stopped: the paper had four; 600 s
 LEVEL = 0.95

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from system.openspace.law import ARCS, DIRECTIONS, MIDDLE, Bat
 from system.openspace.picture import draw_forest, draw_sight
 from system.plot import COLOURS, INK, PALE
 from system.spiking_bat.scene import Story
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Places = Sequence[tuple[float, float]]
 

@@ -10,10 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from chips.latency.calibration import NAME, Sized, biases_of
 from chips.latency.chip import LatencyChip
@@ -50,6 +49,9 @@ from system.spiking_bat.lif import all_lif
 from system.spiking_bat.scenario import Scenario, make, no_silicon
 from system.system import PROGRAMS, SUCCEEDED, Account, RunTrace, System, metrics_with, part
 from system.view.film import Film, Panel, Raster, merged
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _BRAINS = {"network": "ideal neurons", "lif": "integrate-and-fire neurons"}  # beside the chip
 COUNTED = ("collided", "avoided", "laps", "pings", "time_s", "distance_m", "emergencies", "scans")

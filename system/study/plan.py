@@ -15,12 +15,13 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from scipy.special import ndtri
-from scipy.stats import qmc
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.errors import ParameterError
 from circuits.silicon.sampling import Sampling
+
+special, qmc = later("scipy.special"), later("scipy.stats.qmc")
 
 Method = Literal["random", "lhs", "sobol"]
 METHODS: tuple[Method, ...] = ("random", "lhs", "sobol")
@@ -107,7 +108,7 @@ def sampling(plan: Plan, labels: Sequence[str], start: int, stop: int) -> Sampli
         raise ParameterError(f"plan: {plan.method}, nothing varies; use random")
     columns = {label: k for k, label in enumerate(labels)}
     rows = _rows(plan, len(labels), start - plan.first, stop - plan.first)
-    return Sampling(plan.name, start, columns, ndtri(np.clip(rows, _EDGE, 1.0 - _EDGE)))
+    return Sampling(plan.name, start, columns, special.ndtri(np.clip(rows, _EDGE, 1.0 - _EDGE)))
 
 
 def _rows(plan: Plan, dimensions: int, start: int, stop: int) -> F64:

@@ -14,18 +14,24 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
-import xarray as xr
 
 from circuits.arrays import F64, I64, Bools
+from circuits.catalogue import later
 from circuits.errors import DataError, ParameterError
 from circuits.seal import check_sealed, sealed
 from circuits.silicon.die import CORNERS
 from circuits.silicon.process import check_temperature
 from system.files.writing import write_bytes_atomic
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
+
+h5py = later("h5py")  # which measures nothing
 
 FAILED = "failed"
 MOST = 1_000_000  # samples of a table; ours

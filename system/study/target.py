@@ -16,10 +16,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache, partial
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from circuits.arrays import F64
 from circuits.brief import OPTIONAL
@@ -54,6 +53,9 @@ from system.study.specification import Specification, Success
 from system.study.table import FAILED, Condition
 from system.system import SUCCEEDED
 from system.view.film import Film
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Option = str | int | float | bool | tuple[float | tuple[float, float], ...] | None
 

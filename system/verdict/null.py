@@ -18,12 +18,14 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from scipy.stats import binomtest
 
 from circuits.arrays import I64
+from circuits.catalogue import later
 from circuits.errors import ParameterError
 from system.rule import Measured
 from system.statement import Statement
+
+stats = later("scipy.stats")
 
 LIMIT = 0.05  # of the probability that ours is above a null by chance; ours
 SHUFFLES = 99  # drawings of shuffled data, of which the one with the median score stands for all; ours
@@ -126,7 +128,9 @@ def above_p(ours: Sequence[bool], theirs: Sequence[bool]) -> float:
     """One-sided p of the exact sign test that `ours` holds in more places than `theirs`; 1 if none differ."""
     gained = sum(a and not b for a, b in zip(ours, theirs, strict=True))
     lost = sum(b and not a for a, b in zip(ours, theirs, strict=True))
-    return float(binomtest(gained, gained + lost, alternative="greater").pvalue) if gained + lost else 1.0
+    return (
+        float(stats.binomtest(gained, gained + lost, alternative="greater").pvalue) if gained + lost else 1.0
+    )
 
 
 def warning(found: Sequence[Score]) -> str:

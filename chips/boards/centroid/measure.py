@@ -21,7 +21,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import brentq
 
 from chips.boards.centroid.model import CentroidModel, circuits
 from chips.cell import Cell, CellState
@@ -32,8 +31,11 @@ from chips.part import Event
 from chips.record import Record
 from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
+from circuits.catalogue import later
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
+
+optimise = later("scipy.optimize")
 
 RTOL = 1e-5
 SHIFTS = shifts(7)  # V
@@ -121,7 +123,7 @@ def _at(silicon: Silicon) -> Quantities:
         "offset_V": proximity - wanted,
         "log_share": np.array(shares),
         "leak_time_s": leak,
-        "filter_time_s": float(brentq(lag, 5e-3, 0.5)),
+        "filter_time_s": float(optimise.brentq(lag, 5e-3, 0.5)),
         "slew_time_s": slew,
     }
 

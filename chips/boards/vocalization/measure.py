@@ -18,7 +18,6 @@ from collections.abc import Mapping
 from typing import TypeVar
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from chips.boards.vocalization.model import VocalizationModel, circuits, mirror_mismatch
 from chips.cell import Cell
@@ -29,10 +28,13 @@ from chips.part import Part
 from chips.record import Record, Table
 from circuits.arrays import F64
 from circuits.blocks.sonar import vocalization_controller
+from circuits.catalogue import later
 from circuits.devices.source import Polyline
 from circuits.silicon.die import Die
 from circuits.silicon.process import Process
 from circuits.silicon.silicon import Silicon
+
+optimise = later("scipy.optimize")
 
 S = TypeVar("S")
 
@@ -115,7 +117,7 @@ def _at(silicon: Silicon) -> Quantities:
     def misfit(x: F64) -> F64:
         return np.asarray((1.0 / (x[0] + x[1] * PROXIMITY) + 1e-3 * x[2]) / seen - 1.0)
 
-    base, slope, dead = least_squares(misfit, (5.0, 8.0, 0.4), x_scale=(1.0, 1.0, 0.1), xtol=1e-12).x
+    base, slope, dead = optimise.least_squares(misfit, (5.0, 8.0, 0.4), x_scale=(1.0, 1.0, 0.1), xtol=1e-12).x
     lacking = np.array(first) * (base + slope * PROXIMITY) - 1.0
     gain, start = np.polyfit(PROXIMITY, amplitude, 1)
     return dict(zip(QUANTITIES, (base, slope, 1e-3 * dead, float(lacking.mean()), start, gain), strict=True))

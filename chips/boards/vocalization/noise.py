@@ -35,7 +35,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from chips.boards.centroid.noise import proximity_noise
 from chips.boards.vocalization.kernel import Vocalization
@@ -46,12 +45,15 @@ from chips.shot_noise import current_wander, shot_share, steepness
 from circuits.arrays import F64
 from circuits.blocks.sonar import board as parts
 from circuits.blocks.sonar import vocalization_controller as board
+from circuits.catalogue import later
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
 from circuits.lowering.on_die import transistor_of
 from circuits.silicon.process import BOLTZMANN, ELEMENTARY_CHARGE, kelvin
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import noise_place
+
+integrate = later("scipy.integrate")
 
 KNOTS = 5  # rates at which the spread is worked out; ours
 AHEAD = 1.6e-3  # V below the threshold at which the comparator's way begins, beyond its 1.3 mV; ours
@@ -141,7 +143,7 @@ def comparator_jitter(slope: float, silicon: Silicon) -> float:
     def called(_: float, y: F64) -> float:
         return float(y[1]) - half
 
-    way = solve_ivp(
+    way = integrate.solve_ivp(
         lambda t, y: at(t, y)[0], (0.0, 2.0 * ahead / slope), [start, v_dd], method="LSODA",
         events=called, dense_output=True, rtol=1e-8, atol=1e-9,
     )  # fmt: skip
@@ -155,7 +157,7 @@ def comparator_jitter(slope: float, silicon: Silicon) -> float:
         own = jacobian(end - tau, way.sol(end - tau)).T @ y[:2]
         return np.array([own[0], own[1], y[0] * y[0] / parts.STRAY])
 
-    back = solve_ivp(
+    back = integrate.solve_ivp(
         backwards, (0.0, end), [0.0, -math.copysign(1.0, falls), 0.0], method="LSODA", rtol=1e-6, atol=1e-12
     )
     density = 4.0 * BOLTZMANN * kelvin(silicon.temperature_c) * total

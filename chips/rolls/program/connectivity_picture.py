@@ -7,15 +7,19 @@ on the diagonal, populations are named at the right and at the bottom.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Rectangle
 
 from chips.rolls.program.network import Network
 from chips.rolls.program.population import Population
 from chips.rolls.program.program import HIGHEST_LEVEL
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _SHADES = (0.35, 0.55, 0.75, 1.0)  # of levels 1 to 4
 _SMALLEST_LABEL = 0.035  # of the axes: below that a name has no room

@@ -13,15 +13,17 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from circuits.arrays import F64, Bools
+from circuits.catalogue import later
 from circuits.errors import CircuitError, DataError
 from circuits.extraction.coach.bench import Bench
 from circuits.extraction.coach.conditions import Condition
 from circuits.extraction.coach.table import Table
 from circuits.extraction.coach.unknown import Posterior, Theta
 from circuits.silicon.process import Process
+
+optimise = later("scipy.optimize")
 
 _STEP = 3e-2  # of an unknown's spread before the fit, for derivatives; ours
 _ROUNDS = 3  # of the factor of the noise
@@ -192,7 +194,7 @@ def fit(
 def _solved(problem: _Problem, x: F64) -> tuple[F64, F64, F64]:
     """Unknowns at the minimum, residuals and their derivatives there."""
     problem.scale.clear()
-    solved = least_squares(
+    solved = optimise.least_squares(
         problem.residuals, x, jac=problem.jacobian, max_nfev=_EVALUATIONS, xtol=1e-4, ftol=3e-4
     )
     files = ", ".join(m.condition.file for m in problem.measured)

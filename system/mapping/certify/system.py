@@ -12,9 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Literal
 
 from chips.rolls.circuit import FILTERS, chip
 from circuits.circuit import BiasKind
@@ -33,6 +31,9 @@ from system.options.code import code_of
 from system.options.noise import Noisy, check_device_noise, device_noise, noise_option, noise_seed_option
 from system.options.on_silicon import OnSilicon
 from system.system import Account, RunTrace, System
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 NAME = "program"
 NEAR = 0.03  # of the score that may be lost: the bar of 3 points

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
 
 from chips.nef.network.kernel import DT
 from chips.nef.network.network import Connection, Probe, label
@@ -16,6 +15,10 @@ from system.mapping.nef.findings import decoded
 from system.mapping.nef.mapped import MappedValues
 from system.mapping.nef.run import ValueRun
 from system.plot import COLOURS, INK, PALE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
 
 SHOWN = 24  # neurons of an ensemble whose curves are drawn; ours
 _LOOKS = {"asked": (PALE, "-", 2.2), "ideal": (INK, "--", 0.8), "chip": (COLOURS[0], "-", 0.9)}

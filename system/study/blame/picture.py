@@ -5,11 +5,10 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.image import imread
@@ -17,6 +16,9 @@ from matplotlib.image import imread
 from system.plot import COLOURS, INK, STYLE, settle
 from system.study.blame.blame import Blame
 from system.study.blame.story import Told
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MOST_BARS = 16
 WIDE, HEAD = 5.6, 0.4  # inches: a run, and its heading

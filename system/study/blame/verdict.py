@@ -15,8 +15,7 @@ import math
 from contextlib import suppress
 from dataclasses import dataclass
 
-from scipy.special import ndtri
-
+from circuits.catalogue import later
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.options.die.edited import check_drawn
@@ -25,6 +24,8 @@ from system.study.statistics.comparison import paired_interval
 from system.study.statistics.interval import Interval
 from system.study.statistics.power import LIMIT, POWER
 from system.study.statistics.share import Share
+
+special = later("scipy.special")
 
 LOOKS = (6, 12, 24)  # pairs after which it is asked whether the die is to blame; ours
 ENOUGH = 12  # pairs after which a die that costs nothing so far is not asked further; ours
@@ -160,5 +161,5 @@ def verify(trials: Trials, mended: Die, first: int, differ: float) -> Verified:
 
 def pairs_for(differ: float) -> int:
     """Return how many pairs find equal shares to be so with `POWER`, where a share of the pairs differs."""
-    z = float(ndtri(1.0 - LIMIT) + ndtri(POWER))
+    z = float(special.ndtri(1.0 - LIMIT) + special.ndtri(POWER))
     return min(max(FEWEST, math.ceil(z * z * differ / MARGIN**2)), MOST)

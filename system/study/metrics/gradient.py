@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 
 from circuits.blocks.metric import Metric
 from circuits.errors import ParameterError, UnknownNameError
@@ -30,6 +30,9 @@ from circuits.units import parse_quantity, unit_of_name
 from system.options.block import Choice
 from system.plot import COLOURS
 from system.study.metrics.metric import metrics_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 FORMS = (
     "spike_time(PORT,K), voltage(NODE,TIME), rise(NODE,V,K), fall(NODE,V,K), maximum(NODE), minimum(NODE),"

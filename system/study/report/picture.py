@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import EngFormatter, LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
-from scipy.special import ndtri
-from scipy.stats import probplot
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from system.plot import COLOURS, INK, PALE, entitle
 from system.study.specification import Limits, Specification
 from system.study.table import Table, counted
 from system.study.target import Quantity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+ticker, special, stats = later("matplotlib.ticker"), later("scipy.special"), later("scipy.stats")
 
 MOST_BINS = 60
 TICKS = 5
@@ -65,7 +67,7 @@ def outcomes(table: Table, ax: Axes) -> None:
     ax.barh(list(counts), list(counts.values()), color=COLOURS[0])
     ax.invert_yaxis()
     ax.set_xlabel(f"samples of {len(table)}")
-    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.xaxis.set_major_locator(ticker.MaxNLocator(integer=True))
 
 
 def histogram(table: Table, quantity: Quantity, specifications: Sequence[Specification], ax: Axes) -> None:
@@ -75,7 +77,7 @@ def histogram(table: Table, quantity: Quantity, specifications: Sequence[Specifi
     """
     x = values_of(table, quantity)
     ax.set_ylabel("samples")
-    ax.yaxis.set_major_locator(MaxNLocator(TICKS, integer=True))
+    ax.yaxis.set_major_locator(ticker.MaxNLocator(TICKS, integer=True))
     if quantity.yes_no:
         ax.bar(["no", "yes"], [int((x == value).sum()) for value in (0.0, 1.0)], color=COLOURS[0])
         ax.set_xlabel(quantity.name)
@@ -103,7 +105,7 @@ def normal_quantiles(table: Table, quantity: Quantity, ax: Axes) -> None:
     if x.size < _FEWEST:
         ax.text(0.5, 0.5, "fewer than three defined values", ha="center", transform=ax.transAxes)
         return
-    z = ndtri((np.arange(x.size) + 0.5) / x.size)
+    z = special.ndtri((np.arange(x.size) + 0.5) / x.size)
     ax.plot(z, x, ".", color=COLOURS[0], ms=3)
     logs = is_log_normal(x)
     y = np.log(x) if logs else x
@@ -127,7 +129,7 @@ def is_log_normal(values: F64) -> bool:
     """
     if values.size < _FEWEST or values.min() <= 0.0 or values.max() < 2.0 * values.min() or _whole(values):
         return False
-    plain, logs = (float(probplot(y)[1][2]) for y in (values, np.log(values)))
+    plain, logs = (float(stats.probplot(y)[1][2]) for y in (values, np.log(values)))
     return logs > plain
 
 
@@ -152,7 +154,7 @@ def _edges(x: F64) -> F64:
 
 def _text(value: float, quantity: Quantity) -> str:
     """A value with three digits, in the quantity's unit with a prefix."""
-    return EngFormatter(quantity.unit, places=2)(value) if quantity.unit else f"{value:.3g}"
+    return ticker.EngFormatter(quantity.unit, places=2)(value) if quantity.unit else f"{value:.3g}"
 
 
 def _name(ax: Axes, side: Literal["x", "y"], quantity: Quantity, x: F64) -> None:
@@ -161,12 +163,12 @@ def _name(ax: Axes, side: Literal["x", "y"], quantity: Quantity, x: F64) -> None
     axis.set_label_text(quantity.name.replace("_", " "))
     if is_log_normal(x):
         ax.set(**{f"{side}scale": "log"})
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=3 * TICKS))
+        axis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0), numticks=3 * TICKS))
         axis.set_major_formatter(
-            EngFormatter(quantity.unit) if quantity.unit else StrMethodFormatter("{x:g}")
+            ticker.EngFormatter(quantity.unit) if quantity.unit else ticker.StrMethodFormatter("{x:g}")
         )
-        axis.set_minor_formatter(NullFormatter())
+        axis.set_minor_formatter(ticker.NullFormatter())
         return
-    axis.set_major_locator(MaxNLocator(TICKS, integer=_whole(x), min_n_ticks=1))
+    axis.set_major_locator(ticker.MaxNLocator(TICKS, integer=_whole(x), min_n_ticks=1))
     if quantity.unit:
-        axis.set_major_formatter(EngFormatter(quantity.unit))
+        axis.set_major_formatter(ticker.EngFormatter(quantity.unit))

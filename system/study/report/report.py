@@ -13,10 +13,9 @@ import shlex
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from circuits.units import format_quantity
 from system.files.writing import write_text_atomic
@@ -37,6 +36,9 @@ from system.study.statistics.interval import Estimate
 from system.study.statistics.summary import Summary
 from system.study.table import Condition, Table, counted, place_text
 from system.study.target import BlockTarget, Quantity
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 WORST = 5  # samples of each kind at each condition
 DEVICES = 12  # of a table of contributions

@@ -31,13 +31,12 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
-from scipy.optimize import OptimizeResult, differential_evolution, minimize
-from scipy.special import ndtr
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.errors import CircuitError, ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.sampling import Sampling
@@ -45,6 +44,11 @@ from system.study.campaign import thread_count
 from system.study.specification import Limits, Specification, judge
 from system.study.table import FAILED, Condition
 from system.study.target import Measurement, Target, measure_safely
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
+
+optimise, special = later("scipy.optimize"), later("scipy.special")
 
 Open = Callable[[F64], Target]  # what coordinates stand for; raises `CircuitError` where they cannot be
 
@@ -222,7 +226,7 @@ def objective(
         x = values[each.metric]
         m = np.minimum(x - each.low, each.high - x) / spread[each.metric]
         defined = np.isfinite(m)
-        score *= np.where(defined, ndtr(m / SOFT), 0.0)
+        score *= np.where(defined, special.ndtr(m / SOFT), 0.0)
         least = np.minimum(least, np.where(defined, m, -np.inf))
     margin = np.divide(least, 1.0 + np.abs(least), out=np.sign(least), where=np.isfinite(least))
     limited = any(isinstance(each, Limits) for each in specifications)
@@ -311,7 +315,7 @@ def _evolve(
     rng = np.random.Generator(np.random.Philox(key=seed))
     cloud = CLOUD * rng.standard_normal((max(budget.population, dimensions + 2, 5), dimensions))
     cloud[0] = 0.0
-    done = differential_evolution(
+    done = optimise.differential_evolution(
         loss, [(-1.0, 1.0)] * dimensions, init=np.clip(cloud, -1.0, 1.0), maxiter=budget.generations,
         tol=0.0, mutation=(0.4, 0.9), polish=False, rng=rng, callback=enough,
     )  # fmt: skip
@@ -325,7 +329,7 @@ def _refine(bench: Bench, simplex: F64, budget: Budget, scale: float) -> tuple[F
     def loss(coordinates: F64) -> float:
         return -bench.objective(bench.measure(coordinates, budget.tuning, scale))
 
-    done = minimize(
+    done = optimise.minimize(
         loss, simplex[0], method="Nelder-Mead", bounds=[(-1.0, 1.0)] * simplex.shape[1],
         options={"initial_simplex": simplex, "maxfev": len(simplex) + budget.refinements, "fatol": 1e-9},
     )  # fmt: skip

@@ -17,16 +17,17 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.special import ndtr
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.errors import CircuitError, ParameterError
 from system.study.campaign import thread_count
 from system.study.search.centre import Bench, Centred, Problem
 from system.study.search.slope import Slopes
 from system.study.specification import Limits
 from system.study.target import BlockTarget
+
+optimise, special = later("scipy.optimize"), later("scipy.special")
 
 OpenBlock = Callable[[F64], BlockTarget]  # what coordinates stand for, as `system.study.search.centre.Open`
 
@@ -121,7 +122,7 @@ class LinearTheory:
 def _missed(margin: float, sigma: float) -> float:
     """Share of dies beyond a limit at a distance from the nominal one."""
     if sigma > 0.0:
-        return float(ndtr(-margin / sigma))
+        return float(special.ndtr(-margin / sigma))
     return 0.0 if margin > 0.0 else 1.0
 
 
@@ -143,7 +144,7 @@ def least(loss: Callable[[F64], float], begin: F64, until: dict[str, float], **m
     """
     options = {"maxfev": DESIGNS * begin.size, "initial_tr_radius": 0.3, "final_tr_radius": 5e-3, **until}
     box = [(-1.0, 1.0)] * begin.size
-    done = minimize(loss, begin, method="COBYQA", bounds=box, options=options, **more)
+    done = optimise.minimize(loss, begin, method="COBYQA", bounds=box, options=options, **more)
     return np.clip(np.asarray(done.x, dtype=np.float64), -1.0, 1.0)
 
 

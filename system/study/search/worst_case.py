@@ -21,14 +21,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr
 
 from circuits.arrays import F64, Bools
+from circuits.catalogue import later
 from circuits.errors import SolverError
 from system.study.search.slope import Slope, Slopes
 from system.study.specification import Limits
 from system.study.statistics.mean_shift import about
 from system.study.statistics.rare import RareFailure
+
+special = later("scipy.special")
 
 FAR = 8.0  # sigma, beyond which a limit is met by every die, or by none; ours
 _STEPS, _HALVINGS = 25, 5
@@ -60,7 +62,7 @@ class WorstCase:
     @property
     def failing(self) -> float:
         """Probability that a die fails at this limit, in the linear theory about the worst point."""
-        return float(ndtr(-self.distance))
+        return float(special.ndtr(-self.distance))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -25,12 +25,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
-from scipy.special import ndtri, stdtrit
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.errors import ParameterError
 from system.study.statistics.interval import LEVEL, Interval
+
+stats, special = later("scipy.stats"), later("scipy.special")
 
 PRIOR = 0.5  # dies on which all trials fail
 FEWEST_DIES = 16  # at which a study ends itself; ours
@@ -86,7 +87,11 @@ def clustered_yield(shares: F64, trials: int, level: float = LEVEL) -> Clustered
         return ClusteredYield(math.nan, Interval(0.0, 1.0), 0, trials, 0.0, math.nan)
     value = float(shares.mean())
     effective = _effective(shares, trials, value)
-    reach = (ndtri(0.5 + 0.5 * level) / stdtrit(dies - 1, 0.5 + 0.5 * level)) ** 2 if dies > 1 else 0.0
+    reach = (
+        (special.ndtri(0.5 + 0.5 * level) / special.stdtrit(dies - 1, 0.5 + 0.5 * level)) ** 2
+        if dies > 1
+        else 0.0
+    )
     interval = beta_interval(value, max(float(effective * reach), 1.0), level)
     return ClusteredYield(value, interval, dies, trials, effective, _correlation(shares, trials, value))
 

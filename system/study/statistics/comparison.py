@@ -20,13 +20,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import ndtr, ndtri
-from scipy.stats import binomtest
 
 from circuits.arrays import I64, Bools
+from circuits.catalogue import later
 from circuits.errors import ParameterError
 from system.study.statistics.interval import LEVEL, Estimate, Interval
+
+optimise, special, stats = later("scipy.optimize"), later("scipy.special"), later("scipy.stats")
 
 _BESIDE = 1e-9  # from the estimate, where the score of an empty cell is zero by itself
 
@@ -99,7 +99,7 @@ def compare_yields(
     pairing, here, there = _pair(first_dies, second_dies)
     x, y = first_passed[here], second_passed[there]
     gained, lost = int((y & ~x).sum()), int((x & ~y).sum())
-    p_value = float(binomtest(gained, gained + lost).pvalue) if gained + lost else 1.0
+    p_value = float(stats.binomtest(gained, gained + lost).pvalue) if gained + lost else 1.0
     value = (gained - lost) / pairing.both if pairing.both else math.nan
     return YieldDifference(
         pairing,
@@ -122,7 +122,7 @@ def paired_interval(gained: int, lost: int, pairs: int, level: float = LEVEL) ->
     pairs : number of all pairs; without pairs the interval is -1 to 1.
     level : confidence level, from 0 to 1.
     """
-    z = float(-ndtri(0.5 * (1.0 - level)))
+    z = float(-special.ndtri(0.5 * (1.0 - level)))
 
     def score(d: float) -> float:
         """Square of the test's distance, less z^2 times its variance: zero at an end."""
@@ -133,8 +133,8 @@ def paired_interval(gained: int, lost: int, pairs: int, level: float = LEVEL) ->
         return Interval(-1.0, 1.0)
     centre = (gained - lost) / pairs
     below, above = centre - _BESIDE, centre + _BESIDE
-    low = float(brentq(score, -1.0, below)) if score(-1.0) > 0.0 > score(below) else -1.0
-    high = float(brentq(score, above, 1.0)) if score(1.0) > 0.0 > score(above) else 1.0
+    low = float(optimise.brentq(score, -1.0, below)) if score(-1.0) > 0.0 > score(below) else -1.0
+    high = float(optimise.brentq(score, above, 1.0)) if score(1.0) > 0.0 > score(above) else 1.0
     return Interval(low, high)
 
 
@@ -158,7 +158,7 @@ def paired_equivalence(gained: int, lost: int, pairs: int, margin: float) -> flo
         """P of so small a distance from the margin's end d, towards zero."""
         variance = _variance(gained, lost, pairs, d)
         distance = math.copysign(1.0, -d) * (gained - lost - pairs * d)
-        return float(ndtr(-distance / math.sqrt(variance))) if variance > 0.0 else 0.5
+        return float(special.ndtr(-distance / math.sqrt(variance))) if variance > 0.0 else 0.5
 
     return max(one_sided(-margin), one_sided(margin))
 

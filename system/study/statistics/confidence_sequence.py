@@ -24,11 +24,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import betaln, xlog1py, xlogy
 
 from circuits.arrays import F64, I64, Bools
+from circuits.catalogue import later
 from circuits.errors import ParameterError
 from system.study.statistics.interval import LEVEL, Interval
+
+special = later("scipy.special")
 
 _A = 0.5
 _HALVINGS = 60  # to the resolution of a float
@@ -114,8 +116,8 @@ def log_martingale(passed: I64, samples: I64, p: F64 | float) -> F64:
     counts are int64[n].
     """
     failed = samples - passed
-    mixture = betaln(_A + passed, _A + failed) - betaln(_A, _A)
-    return np.asarray(mixture - xlogy(passed, p) - xlog1py(failed, -np.asarray(p)))
+    mixture = special.betaln(_A + passed, _A + failed) - special.betaln(_A, _A)
+    return np.asarray(mixture - special.xlogy(passed, p) - special.xlog1py(failed, -np.asarray(p)))
 
 
 def ended(rule: StopRule, interval: Interval) -> bool:

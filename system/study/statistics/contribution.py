@@ -19,16 +19,20 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.patheffects import withStroke
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.errors import ParameterError
 from system.plot import COLOURS, INK, PALE
 from system.study.statistics.regression import Fit, enough, fit_linear, fit_quadratic
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+patheffects = later("matplotlib.patheffects")
 
 Model = Literal["gradients", "linear", "quadratic"]
 Key = Callable[[str], str]
@@ -216,7 +220,7 @@ def pareto(shares: Sequence[VarianceShare], ax: Axes, most: int = 12) -> None:
     ax.plot(np.cumsum(percent), places, color=INK, marker="o", markersize=3, linewidth=1.0)
     for place, value in zip(places, percent, strict=True):
         text = ax.annotate(f"{value:.1f}", (value, place), (5, 0), textcoords="offset points", va="center")
-        text.set(fontsize=7, path_effects=[withStroke(linewidth=2.0, foreground="white")])
+        text.set(fontsize=7, path_effects=[patheffects.withStroke(linewidth=2.0, foreground="white")])
     ax.set_yticks(places, [share.name for share in bars])
     ax.invert_yaxis()
     ax.set_xlim(0.0, 105.0)

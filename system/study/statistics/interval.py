@@ -24,12 +24,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import stats
-from scipy.optimize import brentq
-from scipy.special import betaincc, ndtri, stdtrit
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.errors import ParameterError
+
+stats, optimise, special = later("scipy.stats"), later("scipy.optimize"), later("scipy.special")
 
 Reduction = Callable[..., Any]  # f(array, axis) -> array with one axis less
 
@@ -222,14 +222,14 @@ def _lower_end(ordered: F64, p: float, tail: float) -> float:
         return -math.inf
     if n == 1 or _above(n, n, p) < tail:
         return float(ordered[-1])
-    k = float(brentq(lambda k: _above(k, n, p) - tail, 1.0, n))
+    k = float(optimise.brentq(lambda k: _above(k, n, p) - tail, 1.0, n))
     whole = min(int(k), n - 1)
     return float(ordered[whole - 1] + (k - whole) * (ordered[whole] - ordered[whole - 1]))
 
 
 def _above(k: float, n: int, p: float) -> float:
     """Chance that the k-th of n order statistics is above the quantile p, also for a fractional k."""
-    return float(betaincc(k, n + 1.0 - k, p))
+    return float(special.betaincc(k, n + 1.0 - k, p))
 
 
 def _bootstrap_t(
@@ -265,7 +265,7 @@ def _bootstrap_t(
 
 def _symmetric(point: float, scale: float, n: int, level: float) -> Interval:
     tail = 0.5 * (1.0 - level)
-    reach = scale * float(-ndtri(tail) if n > MANY else -stdtrit(n - 1, tail))
+    reach = scale * float(-special.ndtri(tail) if n > MANY else -special.stdtrit(n - 1, tail))
     return Interval(point - reach, point + reach)
 
 

@@ -28,13 +28,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.cluster.vq import kmeans2
-from scipy.special import logsumexp, ndtri
 
 from circuits.arrays import F64, Bools
+from circuits.catalogue import later
 from circuits.errors import ParameterError, SolverError
 from system.study.statistics.interval import LEVEL, Interval
 from system.study.statistics.rare import Fails, RareFailure, check_budget
+
+vq, special = later("scipy.cluster.vq"), later("scipy.special")
 
 LEAST_EFFECTIVE = 50.0
 NOMINAL_PART = 0.1
@@ -162,7 +163,7 @@ def _regions(fails: _Counter, failing: F64, depth: int) -> list[F64]:
     if side.all() or not side.any():
         return [mean]
     start = np.array([failing[side].mean(axis=0), failing[~side].mean(axis=0)])
-    centres, label = kmeans2(failing, start, minit="matrix")
+    centres, label = vq.kmeans2(failing, start, minit="matrix")
     parts = [failing[label == k] for k in (0, 1)]
     if min(map(len, parts)) < _FEWEST_FAILURES or not _apart(fails, centres):
         return [mean]
@@ -217,7 +218,7 @@ def _normal(stages: list[_Stage]) -> F64:
     for stage in stages:
         rows, p = stage.rows - stage.rows.mean(axis=0), float(stage.failed.mean())
         if 0.0 < p < 1.0:
-            f = math.exp(-0.5 * float(ndtri(p)) ** 2) / (math.sqrt(2.0 * math.pi) * stage.sigma)
+            f = math.exp(-0.5 * float(special.ndtri(p)) ** 2) / (math.sqrt(2.0 * math.pi) * stage.sigma)
             gram += f * f / (p * (1.0 - p)) * (rows.T @ rows)
             slope += f / (p * (1.0 - p)) * (rows.T @ (stage.failed - p))
     return np.asarray(np.linalg.solve(gram, slope))
@@ -246,7 +247,7 @@ def _estimate(
     rows = np.repeat(centres, counts, axis=0) + rng.standard_normal((samples, shifts.shape[1]))
     exponent = rows @ centres.T - 0.5 * (centres * centres).sum(axis=1)
     failed = fails(rows)
-    weight = np.where(failed, np.exp(-logsumexp(exponent, axis=1, b=counts / samples)), 0.0)
+    weight = np.where(failed, np.exp(-special.logsumexp(exponent, axis=1, b=counts / samples)), 0.0)
     total, square = float(weight.sum()), float((weight * weight).sum())
     effective = total * total / square if square > 0.0 else 0.0
     norms = ", ".join(f"{each:.2f}" for each in np.linalg.norm(shifts, axis=1))
@@ -257,7 +258,7 @@ def _estimate(
         )
     value = total / samples
     error = float(weight.std(ddof=1)) / math.sqrt(samples) / value
-    factor = math.exp(-float(ndtri(0.5 * (1.0 - level))) * error)
+    factor = math.exp(-float(special.ndtri(0.5 * (1.0 - level))) * error)
     detail = f"{len(shifts)} region{'s' * (len(shifts) > 1)}, shifted by {norms} sigma"
     interval = Interval(value / factor, min(1.0, value * factor))
     return RareFailure("mean-shift", value, interval, fails.count, effective, detail)

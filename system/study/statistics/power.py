@@ -12,10 +12,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.stats import binom, nct, t
 
+from circuits.catalogue import later
 from circuits.errors import ParameterError
+
+optimise, stats = later("scipy.optimize"), later("scipy.stats")
 
 LIMIT = 0.05  # of p
 POWER = 0.8  # the convention of the field
@@ -47,9 +48,9 @@ def binomial_power(count: int, true: float, null: float = 0.5, limit: float = LI
             f"power: {count} events, shares {true:g}, {null:g}, must be at least 0, and 0 to 1; count again"
         )
     k = np.arange(count + 1)
-    few = binom.cdf(k, count, null) <= 0.5 * limit
-    many = binom.sf(k - 1, count, null) <= 0.5 * limit
-    return float(binom.pmf(k, count, true)[few | many].sum())
+    few = stats.binom.cdf(k, count, null) <= 0.5 * limit
+    many = stats.binom.sf(k - 1, count, null) <= 0.5 * limit
+    return float(stats.binom.pmf(k, count, true)[few | many].sum())
 
 
 def detectable_share(count: int, null: float = 0.5, limit: float = LIMIT, power: float = POWER) -> float:
@@ -59,7 +60,7 @@ def detectable_share(count: int, null: float = 0.5, limit: float = LIMIT, power:
     """
     if binomial_power(count, 1.0 - _NEAR, null, limit) < power:
         return math.nan
-    return float(brentq(lambda x: binomial_power(count, x, null, limit) - power, null, 1.0 - _NEAR))
+    return float(optimise.brentq(lambda x: binomial_power(count, x, null, limit) - power, null, 1.0 - _NEAR))
 
 
 def detectable_ratio(
@@ -94,8 +95,8 @@ def mean_power(count: int, effect: float, limit: float = LIMIT) -> float:
     """
     if count < 2:
         return 0.0
-    edge, shift = float(t.isf(0.5 * limit, count - 1)), effect * math.sqrt(count)
-    return float(nct.sf(edge, count - 1, shift) + nct.cdf(-edge, count - 1, shift))
+    edge, shift = float(stats.t.isf(0.5 * limit, count - 1)), effect * math.sqrt(count)
+    return float(stats.nct.sf(edge, count - 1, shift) + stats.nct.cdf(-edge, count - 1, shift))
 
 
 def detectable_mean(count: int, limit: float = LIMIT, power: float = POWER) -> float:
@@ -105,9 +106,9 @@ def detectable_mean(count: int, limit: float = LIMIT, power: float = POWER) -> f
     """
     if count < 2:
         return math.nan
-    return float(brentq(lambda x: mean_power(count, x, limit) - power, 0.0, _reach(count, limit)))
+    return float(optimise.brentq(lambda x: mean_power(count, x, limit) - power, 0.0, _reach(count, limit)))
 
 
 def _reach(count: int, limit: float) -> float:
     """An effect that is found for sure: twice the test's edge, and as much again for the scatter."""
-    return min(_FAR, 4.0 * float(t.isf(0.5 * limit, count - 1)) + 4.0)
+    return min(_FAR, 4.0 * float(stats.t.isf(0.5 * limit, count - 1)) + 4.0)

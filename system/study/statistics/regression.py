@@ -21,10 +21,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtri
 
 from circuits.arrays import F64, I64
+from circuits.catalogue import later
 from circuits.errors import ParameterError
+
+special = later("scipy.special")
 
 SAMPLES_A_TERM = 2
 _CHANCE = 0.05
@@ -98,7 +100,7 @@ def _products(z: F64, residual: F64, chosen: I64) -> I64:
     score[chosen[:, 0], chosen[:, 1]] = 0.0
     i, j = np.triu_indices(p)
     size = score[i, j]
-    limit = max(float(-ndtri(0.5 * _CHANCE / len(i))), 0.5 * float(size.max()))
+    limit = max(float(-special.ndtri(0.5 * _CHANCE / len(i))), 0.5 * float(size.max()))
     order = np.argsort(-size, kind="stable")
     entering = order[size[order] > limit]
     return np.column_stack([i[entering], j[entering]])

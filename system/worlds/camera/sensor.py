@@ -20,9 +20,9 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtr
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die, standard_normals
@@ -37,6 +37,8 @@ from system.worlds.camera.pixel import Beat, Memory, Pixels, Raw, raw_of, settle
 from system.worlds.camera.project import Camera, Sketch, sketch_of
 from system.worlds.camera.render import render
 from system.worlds.camera.stage import Stage, darkest, stage_of
+
+special = later("scipy.special")
 
 _BUFFER = 1 << 17  # events of one call, more than any bus carries; those beyond count as lost
 _LEAST_THRESHOLD = 0.01  # of log light; v2e's
@@ -218,7 +220,7 @@ def pixels_of(dvs: Dvs, die: Die = NOMINAL, least: float = 0.0) -> Pixels:
     count = dvs.columns * dvs.rows
     on, off, leak, hot = (_draws(dvs, die, name) for name in ("on", "off", "leak", "hot"))
     theta_on = np.maximum(dvs.threshold_on + dvs.threshold_sigma * on, _LEAST_THRESHOLD)
-    is_hot = ndtr(hot) < dvs.hot_share if die.number is not None else np.zeros(count, dtype=np.bool_)
+    is_hot = special.ndtr(hot) < dvs.hot_share if die.number is not None else np.zeros(count, dtype=np.bool_)
     return Pixels(
         on=theta_on,
         off=np.maximum(dvs.threshold_off + dvs.threshold_sigma * off, _LEAST_THRESHOLD),

@@ -10,12 +10,12 @@ import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from scipy.special import ndtr
 
 from circuits.arrays import F64, Bools
 from circuits.blocks.bench import adaptive_neuron, axon_hillock
 from circuits.blocks.drive import Wave, current_into, powered
 from circuits.blocks.mos import mos
+from circuits.catalogue import later
 from circuits.devices import Transistor
 from circuits.errors import SolverError
 from circuits.extraction.coach.bench import ADC, V_DD, Bench, code_name, code_unknowns, lowered
@@ -25,6 +25,8 @@ from circuits.extraction.coach.table import Table, read_table
 from circuits.extraction.coach.unknown import Unknown
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
+
+special = later("scipy.special")
 
 PHASES = 24  # of a period, at which a shape is fitted
 _FEATURES = ("threshold_up_V", "top_V", "threshold_down_V", "bottom_V", "rise_V_per_s", "fall_V_per_s")
@@ -68,7 +70,7 @@ def predict(bench: Bench, condition: Condition, table: Table) -> dict[str, F64]:
     sample = _sample(bench, condition)
     if condition.circuit == "adaptive-neuron":
         sample = _paced(bench)
-    phase = float(ndtr(bench.theta[f"{condition.name} phase"]))
+    phase = float(special.ndtr(bench.theta[f"{condition.name} phase"]))
     at = (phase * period + sample * np.arange(table["t_nominal_s"].size)) % period
     return {"v_mem_V": bench.adc(np.interp(at, time, v))}
 
