@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
+from circuits.catalogue import later
 from circuits.measure.measure import Measure, Reading
 from circuits.sweep.axis import DIRECTION, Axis, Way
 from circuits.sweep.line import Line
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 
 def points_dataset(

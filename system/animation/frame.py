@@ -9,19 +9,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.gridspec import GridSpec
 from numpy.typing import NDArray
 
+from circuits.catalogue import later
 from system.animation.stage import Mover, draw_eye, draw_stage
 from system.plot import COLOURS, INK, PALE, STYLE, settle
 from system.view.film import Film, Panel, Raster
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+matplotlib, figures, gridspec = later("matplotlib"), later("matplotlib.figure"), later("matplotlib.gridspec")
+agg = later("matplotlib.backends.backend_agg")
+
 
 DPI = 100.0
 MOST = 5  # panels of a frame, the first of a film's; ours
@@ -55,9 +57,9 @@ class Reel:
 
 def begin_reel(film: Film, width: int, height: int, speed: float) -> Reel:
     """Draw what stands still of a film, in pixels; speed: over that of the run, which a frame says."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, layout="constrained")
-        canvas: Any = FigureCanvasAgg(figure)
+    with matplotlib.rc_context(STYLE):
+        figure = figures.Figure(figsize=(width / DPI, height / DPI), dpi=DPI, layout="constrained")
+        canvas: Any = agg.FigureCanvasAgg(figure)
         movers = _draw(film, figure)
         pace = "" if speed == 1.0 else f", at {speed:g} times its speed"
         figure.suptitle(film.title, fontsize=9.0, x=0.01, ha="left")
@@ -80,7 +82,7 @@ def begin_reel(film: Film, width: int, height: int, speed: float) -> Reel:
 def _draw(film: Film, figure: Figure) -> list[Mover]:
     panels = film.panels[:MOST]
     heights = [_WORLD] * (film.world is not None or film.eye is not None) + [_PANEL] * len(panels)
-    grid = GridSpec(max(len(heights), 1), 1, figure=figure, height_ratios=heights or [1.0])
+    grid = gridspec.GridSpec(max(len(heights), 1), 1, figure=figure, height_ratios=heights or [1.0])
     movers: list[Mover] = []
     if film.world is not None or film.eye is not None:
         wide = [3.0] * (film.world is not None) + [1.4] * (film.eye is not None)

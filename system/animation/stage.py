@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from matplotlib.artist import Artist
-from matplotlib.colors import to_rgb
-from matplotlib.patches import Circle, Polygon
-from matplotlib.transforms import Affine2D
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from system.plot import COLOURS, INK, PALE
 from system.view.film import Eye, Role, Shape, Stage, Track
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.patches import Patch
+
+colors, patches, transforms = (later(f"matplotlib.{name}") for name in ("colors", "patches", "transforms"))
+
 
 GLOW = 0.04  # s for which an event of a camera stays lit; as in `player.js`
 _DOT = 5.0  # points of what is too small to be seen, and half of what its front is long
@@ -28,7 +29,7 @@ _AREAS: dict[Role, tuple[str, float]] = {  # colour, and how opaque
     "sound": (COLOURS[5], 1.0),
 }  # fmt: skip
 
-Mover = tuple[Sequence[Artist], Callable[[float], None]]
+Mover: TypeAlias = "tuple[Sequence[Artist], Callable[[float], None]]"
 """Artists, and what brings them to a time, s."""
 
 
@@ -51,7 +52,7 @@ def draw_stage(stage: Stage, ax: Axes) -> list[Mover]:
 
 def draw_eye(eye: Eye, ax: Axes) -> Mover:
     """Draw what a camera sends, brighter in blue and darker in orange."""
-    back, on, off = (np.array(to_rgb(c)) for c in ("#F4F4F2", COLOURS[0], COLOURS[1]))
+    back, on, off = (np.array(colors.to_rgb(c)) for c in ("#F4F4F2", COLOURS[0], COLOURS[1]))
     image = ax.imshow(np.tile(back, (eye.rows, eye.columns, 1)), origin="lower", interpolation="nearest")
     ax.set(xticks=[], yticks=[], title=eye.name)
 
@@ -73,12 +74,12 @@ def _draw_shape(shape: Shape, ax: Axes) -> None:
         dashes = "--" if shape.role == "way" else "-"
         ax.plot(x, y, color=colour, linewidth=1.4 if shape.role == "wall" else 0.8, linestyle=dashes)
     elif shape.radius > 0.0:
-        ax.add_patch(Circle(shape.points[0], shape.radius, color=colour, alpha=alpha, linewidth=0.0))
+        ax.add_patch(patches.Circle(shape.points[0], shape.radius, color=colour, alpha=alpha, linewidth=0.0))
     elif len(shape.points) == 1:
         ax.plot(*shape.points[0], marker="o", color=colour, alpha=alpha, markersize=_DOT, linestyle="")
     else:
         edge = PALE if shape.role == "floor" else "none"
-        ax.add_patch(Polygon(shape.points, facecolor=colour, edgecolor=edge, alpha=alpha))
+        ax.add_patch(patches.Polygon(shape.points, facecolor=colour, edgecolor=edge, alpha=alpha))
 
 
 def _mover(track: Track, ax: Axes) -> Mover:
@@ -91,9 +92,9 @@ def _mover(track: Track, ax: Axes) -> Mover:
     (way,) = ax.plot([], [], color=colour, linewidth=1.8 if robot else 0.0)
     (dot,) = ax.plot([], [], marker="o", color=colour, markersize=_DOT, linestyle="", label=track.name)
     (front,) = ax.plot([], [], color=colour, linewidth=2.0)
-    body: Patch = Circle((0.0, 0.0), track.radius, color=colour)
+    body: Patch = patches.Circle((0.0, 0.0), track.radius, color=colour)
     if track.outline:
-        body = Polygon(track.outline, color=colour)
+        body = patches.Polygon(track.outline, color=colour)
     ax.add_patch(body)
     name = ax.annotate(
         track.name, (0.0, 0.0), xytext=(_DOT, _DOT), textcoords="offset points", fontsize=7, color=colour
@@ -103,7 +104,7 @@ def _mover(track: Track, ax: Axes) -> Mover:
         k, (x, y), heading = _pose(track, jumps, t)
         way.set_data(*_broken(np.append(place[: k + 1], [[x, y]], axis=0), jumps[: k + 1]).T)
         dot.set_data([x], [y])
-        body.set_transform(Affine2D().rotate(heading).translate(x, y) + ax.transData)
+        body.set_transform(transforms.Affine2D().rotate(heading).translate(x, y) + ax.transData)
         name.xy = x, y
         if track.heading is not None:
             length = max(1.6 * track.radius, 2.0 * _DOT / _points_a_unit(ax))

@@ -6,15 +6,24 @@ them crosses no obstacle; networkx's Dijkstra finds the shortest way for a point
 
 from __future__ import annotations
 
-import networkx as nx
+from typing import TYPE_CHECKING
+
 import numpy as np
 import shapely
-from scipy.spatial import KDTree
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.errors import ParameterError
 from system.bug.map import Point
 from system.bug.world import World, corners
+
+if TYPE_CHECKING:
+    import networkx as nx
+else:
+    nx = later("networkx")
+
+spatial = later("scipy.spatial")
+
 
 MOST_CORNERS = 2000  # of a map, whose pairs are all tried; ours
 _SHRUNK = 1e-6  # by which obstacles are made smaller, so that a line along a side does not cross it
@@ -46,7 +55,7 @@ def path_length(path: F64) -> float:
 
 def median_distance(path: F64, other: F64) -> float:
     """Median over the points of `path` of the distance to the nearest point of `other`."""
-    return float(np.median(KDTree(other).query(path)[0]))
+    return float(np.median(spatial.KDTree(other).query(path)[0]))
 
 
 def _visibility(world: World, points: F64) -> nx.Graph:

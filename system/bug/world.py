@@ -13,16 +13,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
-from scipy.spatial import KDTree
 from shapely.geometry import MultiPolygon, Polygon
 from shapely.geometry.polygon import orient
 
 from circuits.arrays import F64, Bools
+from circuits.catalogue import later
 from circuits.errors import ParameterError
 from system.bug.map import BugMap, Point
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
+
+spatial = later("scipy.spatial")
+
 
 PIECE = 0.25  # largest length of a piece of an outline, the paper's epsilon; ours
 SLACK = 0.25  # way after which pieces are looked up again; ours
@@ -61,7 +68,7 @@ def build_world(bug_map: BugMap) -> World:
     outlines = [ring for polygon in obstacles.geoms for ring in (polygon.exterior, *polygon.interiors)]
     pieces = np.concatenate([_cut(np.asarray(ring.coords)) for ring in outlines])
     ends = np.concatenate([pieces[:, :2], pieces[:, 2:]])
-    return World(bug_map, obstacles, pieces, KDTree(ends))
+    return World(bug_map, obstacles, pieces, spatial.KDTree(ends))
 
 
 def check_place(world: World, place: Point, radius: float, what: str) -> None:

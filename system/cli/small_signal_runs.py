@@ -5,12 +5,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
-import xarray as xr
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.errors import ParameterError, SolverError
 from circuits.solver.noise.analysis import Noise
 from circuits.solver.operating_point import OperatingPoint, operating_point
@@ -21,6 +21,12 @@ from system.cli.output import print_line, working
 from system.cli.simulate_verb import Simulate
 from system.options.block import Choice, describe_silicon
 from system.options.silicon import SiliconChoice
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
+
 
 Answer = TypeVar("Answer", Response, Noise)
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from circuits.arrays import F64
+from circuits.catalogue import later
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
@@ -25,7 +25,11 @@ from system.options.block import Choice, describe_silicon, silicon_line
 from system.plot import COLOURS, DASHES, check_picture, entitle, save_picture, silicon_text
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
+else:
+    xr = later("xarray")
+
 
 DRAWN = 20  # trials whose waveforms a picture shows
 MOST_TRIALS = 1_000_000

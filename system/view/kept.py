@@ -11,11 +11,14 @@ from types import UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
-import xarray as xr
 
+from circuits.catalogue import later
 from circuits.errors import DataError
 from system.files.writing import write_netcdf_atomic
 from system.view.film import Film
+
+xr = later("xarray")
+
 
 FORMAT = "noctule-run/1"
 _ARRAY = "array"  # key of what stands for one

@@ -7,18 +7,20 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.image import imread
 
+from circuits.catalogue import later
 from system.plot import COLOURS, INK, STYLE, settle
 from system.study.blame.blame import Blame
 from system.study.blame.story import Told
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+matplotlib, figures, images = later("matplotlib"), later("matplotlib.figure"), later("matplotlib.image")
+agg = later("matplotlib.backends.backend_agg")
+
 
 MOST_BARS = 16
 WIDE, HEAD = 5.6, 0.4  # inches: a run, and its heading
@@ -83,12 +85,12 @@ def drawn(found: Blame, trace: Any) -> Any:
 
 
 def _image(draw: Callable[[Figure], None]) -> Any:
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 4.5), dpi=110, layout="constrained")
-        FigureCanvasAgg(figure)
+    with matplotlib.rc_context(STYLE):
+        figure = figures.Figure(figsize=(7.0, 4.5), dpi=110, layout="constrained")
+        agg.FigureCanvasAgg(figure)
         draw(figure)
         settle(figure)
         data = io.BytesIO()
         figure.savefig(data, format="png")
         data.seek(0)
-        return imread(data)
+        return images.imread(data)

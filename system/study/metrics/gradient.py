@@ -8,9 +8,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from circuits.blocks.metric import Metric
+from circuits.catalogue import later
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
@@ -32,7 +32,11 @@ from system.plot import COLOURS
 from system.study.metrics.metric import metrics_of
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
+else:
+    xr = later("xarray")
+
 
 FORMS = (
     "spike_time(PORT,K), voltage(NODE,TIME), rise(NODE,V,K), fall(NODE,V,K), maximum(NODE), minimum(NODE),"
