@@ -1,31 +1,37 @@
 """What experiments share that hold a chip's model under the full law against its transistors on unseen dies.
 
 Each is on dies with mismatch and process variation of which no model was made, at three temperatures, with
-several kinds of bias. The margins are those that every model of a chip is held to; they are ours.
+fixed gates and with the bias generator: `DIES` of them make `ENOUGH` cases, which take minutes and are kept.
+The margins are those that every model of a chip is held to; they are ours.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from contextlib import closing
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from chips.record import current_record, record_digest
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
+from circuits.solver.version import VERSION
 from system.experiment import Progress, with_progress
 from system.plot import COLOURS
 from system.rule import Rule, at_least, at_most
 from system.statement import Statement
-from system.study.campaign import thread_count
+from system.study.campaign import Campaign, Execution, thread_count
 
 TEMPERATURES = (-10.0, 27.0, 60.0)  # degC
 KINDS: tuple[BiasKind, ...] = ("gate", "generator")
+ENOUGH = 500  # cases that a model is held to, at least
+FIRST, DIES = 1000, 84  # of the dies, each of which makes a case at every temperature with every kind of bias
 TIME_SHARE = 0.03  # by which a time may be off; ours
 NEAR = at_most(TIME_SHARE)
 ALIKE, TIED = at_least(0.99), at_most(0.02)  # share of answers that are alike, and that are undecided; ours
@@ -33,37 +39,72 @@ ALIKE, TIED = at_least(0.99), at_most(0.02)  # share of answers that are alike, 
 T = TypeVar("T")
 
 
-def on_dies(
-    compare: Callable[[BiasKind, Silicon], T],
-    dies: Iterable[int],
-    progress: Progress = lambda _: None,
-    kinds: Iterable[BiasKind] = KINDS,
+class Condition(NamedTuple):
+    """What a case is of: the kind of bias, the temperature, degC, and the number of the die."""
+
+    kind: BiasKind
+    temperature_c: float
+    die: int
+
+    @property
+    def silicon(self) -> Silicon:
+        """The die at the temperature."""
+        return Silicon(AMI_1500, self.temperature_c, Die(number=self.die))
+
+
+def conditions(dies: Iterable[int]) -> list[Condition]:
+    """Return every die at every temperature with every kind of bias, one die after the other."""
+    return [Condition(kind, celsius, number) for number in dies for kind in KINDS for celsius in TEMPERATURES]
+
+
+def kept_on_dies(
+    name: str,
+    one: Callable[[Condition], T],
+    result: type[T],
+    records: Sequence[str],
+    execution: Execution,
+    progress: Progress,
+    dies: int,
 ) -> list[T]:
-    """Return what `compare` finds with every kind of bias, at every temperature, on every die.
+    """Return what a campaign finds at every condition of `dies` dies from `FIRST` on.
 
     Parameters
     ----------
-    compare
-        Holds both levels beside each other, with biases of a kind on a silicon.
-    dies
-        Numbers of the dies.
+    name
+        Of the experiment.
+    one, result
+        Holds both levels beside each other at a condition, and the type of what it finds.
+    records
+        Names of the records of the models: what is kept is refused when one of them is another.
+    execution
+        Where it is kept, and who makes it.
     progress
         Is told the share that is done.
-    kinds
-        Kinds of bias.
+    dies
+        How many.
     """
-    every = [
-        (kind, Silicon(AMI_1500, celsius, Die(number=number)))
-        for kind in kinds
-        for celsius in TEMPERATURES
-        for number in dies
-    ]
+    digests = tuple(record_digest(current_record(each, AMI_1500)) for each in records)
+    campaign = Campaign(name, one, Condition, result, (VERSION, *digests))
+    keys = conditions(range(FIRST, FIRST + dies))
+    with closing(execution.results(campaign, keys)) as results:
+        return [next(results) for _ in with_progress(keys, progress)]
+
+
+def on_dies(
+    compare: Callable[[Condition], T], dies: Iterable[int], progress: Progress = lambda _: None
+) -> list[T]:
+    """Return what `compare` finds at every condition of dies, by their numbers, on every core."""
     executor = ThreadPoolExecutor(thread_count(None))  # solving releases Python's lock
     try:
-        asked = [executor.submit(compare, *each) for each in every]
+        asked = [executor.submit(compare, each) for each in conditions(dies)]
         return [one.result() for one in with_progress(asked, progress)]
     finally:
         executor.shutdown(cancel_futures=True)
+
+
+def enough(cases: int) -> tuple[str, float, Rule]:
+    """Return the row of how many cases there are."""
+    return "cases", float(cases), at_least(ENOUGH)
 
 
 def judged(rows: Iterable[tuple[str, float, Rule]]) -> tuple[Statement, ...]:

@@ -1,6 +1,6 @@
 """The latency chip under the full law, held against the transistors of its parts on unseen dies.
 
-No figure of a paper. Dies A/1000 to A/1009 with mismatch and process variation, at -10, 27 and 60 degC, with
+No figure of a paper. Dies A/1000 to A/1083 with mismatch and process variation, at -10, 27 and 60 degC, with
 fixed gates and with the bias generator: what the solver makes of the chip's parts at their places under the
 full law of their process, and what the behavioural model does. Compared are whether a unit's detector spikes
 just inside and outside its window, and times: of a tap, of an integrating neuron with two inputs, of INH
@@ -15,7 +15,6 @@ they are shorter than the block that each spike begins.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,14 +25,23 @@ from chips.latency.errors import decisions_at, times_at, usual_design
 from chips.latency.kernel import MARGIN
 from chips.latency.model import usual_biases
 from circuits.arrays import F64
-from circuits.circuit import BiasKind
-from circuits.silicon.silicon import Silicon
 from system.experiment import Experiment, Progress, Report
-from system.papers.checks.beside import ALIKE, NEAR, TIED, TIME_SHARE, draw_errors, judged, on_dies
+from system.papers.checks.beside import (
+    ALIKE,
+    DIES,
+    NEAR,
+    TIED,
+    TIME_SHARE,
+    Condition,
+    draw_errors,
+    enough,
+    judged,
+    kept_on_dies,
+)
 from system.rule import unjudged
 from system.statement import Statement
+from system.study.campaign import ALONE, Execution
 
-DIES = range(1000, 1010)
 TIMES = ("tap", "integrating", "release", "hold", "race")
 
 
@@ -51,14 +59,13 @@ class Beside:
     undecided: bool
 
 
-def beside(kind: BiasKind, silicon: Silicon) -> Beside:
+def beside(at: Condition) -> Beside:
     """Return both levels of a memory and of a unit, which follow from the die's number."""
     design = usual_design()
-    chip = LatencyChip(design, usual_biases(design, kind, silicon.process), silicon)
-    number = silicon.die.number or 0
-    p, u = number % design.paths, number % design.taps
+    chip = LatencyChip(design, usual_biases(design, at.kind, at.silicon.process), at.silicon)
+    p, u = at.die % design.paths, at.die % design.taps
     return Beside(
-        silicon.temperature_c,
+        at.temperature_c,
         tuple(times_at(chip, p, u)),
         tuple(decisions_at(chip, p, u)),
         _undecided(chip, p, u),
@@ -71,16 +78,12 @@ def _undecided(chip: LatencyChip, p: int, u: int) -> bool:
     return any(abs(math.log(x / chip.lumped.taken[p, u])) < MARGIN for x in (tap, tap + spoken))
 
 
-def compare(dies: Iterable[int], progress: Progress = lambda _: None) -> list[Beside]:
-    """Return parts on every die at every temperature with every kind of bias, under the full law."""
-    return on_dies(beside, dies, progress)
-
-
 def statements(found: list[Beside]) -> tuple[Statement, ...]:
     """Return how far the model is off, a row a margin."""
     decided = [pair for b in found if not b.undecided for pair in b.detected]
     same = sum(ours == theirs for ours, theirs in decided) / len(decided)
     return judged([
+        enough(len(found)),
         ("detection_share", same, ALIKE),
         ("undecided_share", sum(b.undecided for b in found) / len(found), TIED),
         *((f"{name}_error_max", float(np.abs(errors(found, name)).max()), NEAR)
@@ -102,9 +105,9 @@ def pairs_of(found: list[Beside], name: str) -> tuple[F64, F64]:
     return theirs, ours
 
 
-def run(progress: Progress) -> Report:
+def run(progress: Progress, execution: Execution = ALONE, dies: int = DIES) -> Report:
     """Compare both levels on all dies."""
-    found = compare(DIES, progress)
+    found = kept_on_dies(EXPERIMENT.name, beside, Beside, ("latency_chip",), execution, progress, dies)
     return Report(statements(found), lambda figure: draw(found, figure))
 
 
@@ -113,4 +116,6 @@ def draw(found: list[Beside], figure: Figure) -> None:
     draw_errors({name: pairs_of(found, name) for name in TIMES}, "time", figure)
 
 
-EXPERIMENT = Experiment("latency-law", "the latency chip under the full law against its transistors", run)
+EXPERIMENT = Experiment(
+    "latency-law", "the latency chip under the full law against its transistors", run, {"dies": DIES}
+)

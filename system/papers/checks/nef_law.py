@@ -47,13 +47,12 @@ from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
 from circuits.testbench import Testbench
 from system.experiment import Experiment, Progress, Report, with_progress
-from system.papers.checks.beside import ALIKE, KINDS, NEAR, TEMPERATURES, TIED, TIME_SHARE
+from system.papers.checks.beside import ALIKE, ENOUGH, KINDS, NEAR, TEMPERATURES, TIED, TIME_SHARE
 from system.papers.checks.nef_chip import rate_errors
 from system.rule import at_least, at_most
 from system.statement import Statement
 
 FIRST, DIES, CASES = 3400, 20, 5  # first die, dies, and neurons of a network on each
-ENOUGH = 500  # cases that a model is held to, at least
 CURRENT_SHARE = 0.05  # by which a current may be off; ours
 SURE = 0.016  # of the magnitudes: twice 0.8 %
 TAU = 5e-3  # s, of the filters

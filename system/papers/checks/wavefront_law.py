@@ -123,7 +123,7 @@ def jitter_of(code: int) -> tuple[float, float]:
 
 def compare(dies: Iterable[int], progress: Progress = lambda _: None) -> list[Axons]:
     """Return axons of every die at every temperature with every kind of bias, under the full law."""
-    return on_dies(axons_of, dies, progress)
+    return on_dies(lambda at: axons_of(at.kind, at.silicon), dies, progress)
 
 
 def waves(dies: Iterable[int]) -> list[tuple[F64, F64]]:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 
-from chips.selection.measure import Pair
-from system.papers.checks.choice_law import Heard, statements
+import numpy as np
+
+from system.papers.checks.choice_law import Beside, Decision, statements
 
 
 def test_every_row_can_fail() -> None:
-    pairs = [
-        Pair(0, 3, 1e-5, 4, 1e-5, 0.1),
-        Pair(0, 3, 1e-5, 3, 1.04e-5, 0.1),
-        Pair(0, 3, 1e-5, 3, 1e-5, 0.0),
-    ]
-    wrong = Heard((2, 3), [(1e-3, 1.04e-3)], [(math.inf, 1e-5), (1e-5, 1.1e-5)], hears=True)
-    rows = {row.name: row for row in statements(pairs, [wrong])}
+    decisions = (
+        Decision((3, 4), np.array([1e-5, 1e-5]), 0.1),
+        Decision((3, 3), np.array([1e-5, 1.04e-5]), 0.1),
+        Decision((3, 3), np.array([1e-5, 1e-5]), 0.0),
+    )
+    delays = np.array([(math.nan, 1e-5), (1e-5, 1.1e-5)])
+    wrong = Beside(decisions, (2, 3), np.array([(1e-3, 1.04e-3)]), delays, hears=True)
+    rows = {row.name: row for row in statements([wrong])}
     assert rows["winner_share"].ours == 0.5
     assert rows["hears_share"].ours == 0.5
     assert not any(row.agrees for row in rows.values())

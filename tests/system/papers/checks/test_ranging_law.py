@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from system.papers.checks.ranging_law import Beside, statements
 
 
 def _beside(circuit: str, model: str, t_inh: float = 1.0, best_delay: float = 1.0) -> Beside:
-    return Beside("gate", 27.0, circuit, model, (1.0, t_inh), (1.0, best_delay))
+    return Beside("gate", 27.0, circuit, model, np.array([1.0, t_inh]), np.array([1.0, best_delay]))
 
 
 def test_every_row_can_fail() -> None:
