@@ -45,7 +45,7 @@ def bench_command(asked: Bench) -> None:
 
 
 def _silicon(asked: SiliconChoice) -> Silicon:
-    celsius = parse_quantity(asked.temperature, "degC", "temperature")
+    celsius = parse_quantity(asked.celsius, "degC", "temperature")
     return Silicon(process_under(ROLLS_180, asked.process, asked.law), celsius, read_die(asked))
 
 

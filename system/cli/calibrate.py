@@ -34,7 +34,7 @@ def calibrate_command(asked: Calibrate) -> int:
     calibration = load_calibration(asked.chip)
     silicon = Silicon(
         process_under(calibration.process, asked.silicon.process, asked.silicon.law),
-        parse_quantity(asked.silicon.temperature, "degC", "temperature"),
+        parse_quantity(asked.silicon.celsius, "degC", "temperature"),
         read_die(asked.silicon),
     )
     path = _path(asked, silicon)

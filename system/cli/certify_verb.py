@@ -8,6 +8,7 @@ from typing import Literal
 from system.cli import shared_options as shared
 from system.cli.verb import argument, required
 from system.option import option
+from system.options.silicon import USUAL_CELSIUS
 
 CHANGES = (
     "codes=default", "healed=neurons", "healed=synapses", "healed=filters", "healed=pulses", "area=4",
@@ -26,7 +27,7 @@ class Certify:
     dies: int = option(20, "Number of dies", short="n")
     first_die: int = option(1000, "Number of the first die")
     trials: int = option(1, "Runs of each die, with noise of their own")
-    temperature: tuple[str, ...] = option(("27",), "Degrees Celsius, repeatable", metavar="DEGC")
+    temperature: tuple[str, ...] = option((USUAL_CELSIUS,), "Degrees Celsius, repeatable", metavar="DEGC")
     bias_kind: Literal["ideal", "generator"] = option("generator", "Of the chip's biases")
     change: tuple[str, ...] = option(
         CHANGES, "Tried on the same dies, repeatable; the usual ones unless given", metavar="TEXT"

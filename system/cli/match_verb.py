@@ -17,7 +17,7 @@ class OverDies:
 
     measure: tuple[str, ...] = shared.measure_option()
     variation: SiliconChoice = shared.silicon_part("temperature", "die", "study", "corner")
-    temperature: str = like(SiliconChoice, "temperature")
+    temperature: str | None = like(SiliconChoice, "temperature")
     values: BlockValues = shared.values_part("bias_file", "coupling", "testbench")
     stimulus: tuple[str, ...] = shared.stimulus_option()
     threads: int | None = shared.threads_option()

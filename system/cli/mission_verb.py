@@ -9,7 +9,7 @@ from system.cli import shared_options as shared
 from system.cli.shared_options import Level
 from system.cli.verb import argument, like, required
 from system.option import option
-from system.options.silicon import SiliconChoice
+from system.options.silicon import USUAL_CELSIUS, SiliconChoice
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,7 +24,7 @@ class Mission:
     first_die: int = option(1000, "Number of the first die")
     worlds: int = option(2, "Worlds that each die meets, its own")
     trials: int = option(2, "Runs in each world, with noise of their own")
-    temperature: tuple[str, ...] = option(("27",), "Degrees Celsius, repeatable", metavar="DEGC")
+    temperature: tuple[str, ...] = option((USUAL_CELSIUS,), "Degrees Celsius, repeatable", metavar="DEGC")
     calibrated_at: str | None = option(None, "Where chips were calibrated; 27 unless given", metavar="DEGC")
     bias_kind: tuple[Literal["generator", "ideal", "gate"], ...] = option(
         (), "Of its chips, repeatable; the robot's own unless given"

@@ -33,6 +33,7 @@ from system.notice import say
 from system.options.begin import refuse_beginning
 from system.options.block import read_die
 from system.options.cards import cards_lines, describe_cards
+from system.options.silicon import USUAL_CELSIUS
 from system.options.target import file_of
 from system.options.temperature import COURSE, is_course, read_course, temperature_fields
 from system.plot import check_picture, save_picture
@@ -258,7 +259,7 @@ def prepare(asked: Montecarlo, subject: Subject) -> tuple[Study, tuple[Specifica
             f"--order: {asked.order}, but --until and --require need dies at random; leave one out"
         )
     plan = Plan(asked.plan, asked.seed, asked.first_die, asked.samples)
-    study = Study(subject, plan, _conditions(asked), asked.chunk)
+    study = Study(subject, plan, _conditions(asked, target), asked.chunk)
     _check_target(asked, target)
     if asked.contributions is not None:
         check_breakdown(study, target, asked.contributions)
@@ -292,12 +293,15 @@ def _share(text: str, option: str) -> float:
     return number / 100.0 if text.strip().endswith("%") else number
 
 
-def _conditions(asked: Montecarlo) -> tuple[Condition, ...]:
+def _conditions(asked: Montecarlo, target: Target) -> tuple[Condition, ...]:
     course = _course(asked.temperature) if asked.target in system_names() else ()
     if course:
         celsius = [temperature_fields(course)["temperature_c"]]
+    elif not asked.temperature and isinstance(target, BlockTarget):
+        celsius = [target.choice.silicon.temperature_c]
     else:
-        celsius = [parse_quantity(t, "degC", "--temperature") for t in asked.temperature]
+        texts = asked.temperature or (USUAL_CELSIUS,)
+        celsius = [parse_quantity(t, "degC", "--temperature") for t in texts]
     _check_once("--temperature", [f"{t:g} degC" for t in celsius])
     _check_once("--corner", asked.corner)
     check_samples(asked.samples, len(asked.corner) * len(celsius) * asked.trials)

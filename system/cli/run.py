@@ -19,7 +19,7 @@ from system.cli.verbs import FRAMES, Run
 from system.cli.view import animate, check_page, check_run, leave, this_command
 from system.options.block import describe_die, read_die
 from system.options.die.edited import check_drawn, check_known
-from system.options.silicon import SiliconChoice
+from system.options.silicon import USUAL_CELSIUS, SiliconChoice
 from system.options.temperature import COURSE, read_course, temperature_fields
 from system.plot import check_picture, save_picture
 from system.registry import load_system
@@ -89,7 +89,7 @@ def scenario_of(system: System[Any, Any], asked: Run | Blame, texts: Mapping[str
     drawn = asked.die is None and not asked.ideal
     die = read_die(replace(silicon, die=DRAWN) if drawn else silicon)
     own = {"die": die} if not drawn or die != read_die(SiliconChoice(die=DRAWN)) else {}
-    on_die = {**own, **_temperature(system, silicon.temperature)}
+    on_die = {**own, **_temperature(system, silicon.celsius)}
     known = {key: value for key, value in on_die.items() if key in system.settings}
     scenario = system.on_silicon(ideal=asked.ideal, seed=asked.seed, **known, **given)
     check_known(die, system.circuits())
@@ -97,7 +97,7 @@ def scenario_of(system: System[Any, Any], asked: Run | Blame, texts: Mapping[str
     remedy = system.no_silicon(scenario)
     on_chip = {
         "die": asked.die is not None,
-        "temperature": silicon.temperature != SiliconChoice().temperature,
+        "temperature": silicon.temperature != USUAL_CELSIUS,
     }
     about = {key for key in given if system.settings[key].option.needs_chip}
     for key in sorted(about | {k for k, v in on_chip.items() if v}) if remedy else ():

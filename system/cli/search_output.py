@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from circuits.errors import ParameterError
-from circuits.units import parse_quantity
 from system.cli.option_names import words_of
 from system.cli.output import print_line, print_table, progress_bar, quantity_cell
 from system.cli.study_output import share_document
@@ -25,7 +24,7 @@ from system.study.specification import Specification
 from system.study.statistics.comparison import YieldDifference, compare_yields
 from system.study.statistics.summary import Yield, summarise_yield
 from system.study.table import Condition, Table
-from system.study.target import Subject
+from system.study.target import BlockTarget, Subject
 
 FIRST_FRESH = 1000  # dies before it are tuned on, it and later ones reported on
 CHUNK = 32
@@ -122,7 +121,7 @@ class Searched:
         return {
             "block": block,
             "specifications": [str(s) for s in self.specifications],
-            "temperature_C": parse_quantity(silicon.temperature, "degC", "--temperature"),
+            "temperature_C": BlockTarget(self.start).choice.silicon.temperature_c,
             "lot": silicon.lot,
             "at": silicon.at,
             "level": TRANSISTOR,

@@ -53,7 +53,7 @@ def chip_of(asked: Serve) -> LiveChip:
         noise = silicon_noise(asked.silicon_noise, asked.seed)
         if noise is not None:
             given["noise"] = noise
-        celsius = parse_quantity(asked.silicon.temperature, "degC", "--temperature")
+        celsius = parse_quantity(asked.silicon.celsius, "degC", "--temperature")
         return open_chip(asked.chip, read_die(asked.silicon), celsius, **given)
     if asked.program is not None or asked.silicon != SiliconChoice():
         raise ParameterError(f"{code}: opens a chip with its program on its die; leave these options out")

@@ -74,13 +74,14 @@ def _silicons_of(asked: Simulate) -> list[SiliconChoice]:
     one = asked.silicon
     if asked.dies is not None and one.die is not None:
         raise ParameterError(f"--die: {one.die} beside --dies {asked.dies}, must be one of the two")
-    if asked.temperatures is not None and one.temperature != "27":
+    if asked.temperatures is not None and one.temperature is not None:
         text = f"--temperature: {one.temperature} beside --temperatures {asked.temperatures}"
         raise ParameterError(f"{text}, must be one of the two")
-    temperatures = [one.temperature] if asked.temperatures is None else asked.temperatures.split(",")
+    several = None if asked.temperatures is None else asked.temperatures.split(",")
+    temperatures = [one.temperature] if several is None else [text.strip() for text in several]
     dies = [one.die] if asked.dies is None else read_dies(asked.dies)
     pairs = itertools.product(temperatures, dies)
-    return [replace(one, temperature=t.strip(), die=d) for t, d in pairs]
+    return [replace(one, temperature=t, die=d) for t, d in pairs]
 
 
 def read_dies(text: str) -> list[int]:

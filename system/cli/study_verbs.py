@@ -34,7 +34,9 @@ class Montecarlo:
     lot: str = like(SiliconChoice, "lot")
     corner: tuple[Corner, ...] = option(("random",), "Process corner; n first, then p; repeatable")
     variation: SiliconChoice = shared.silicon_part("temperature", "lot", "die", "study", "corner")
-    temperature: tuple[str, ...] = option(("27",), "Degrees Celsius, repeatable, or a course", metavar="DEGC")
+    temperature: tuple[str, ...] = option(
+        (), "Degrees Celsius, repeatable, or a course; 27, or a netlist's own, unless given", metavar="DEGC"
+    )
     trials: int = option(1, "Runs of a system on each die, with seeds of their own")
     plan: Literal["random", "lhs", "sobol"] = option("random", "How the dies are drawn")
     seed: int = option(0, "Of the plan and of bootstraps; a die has its own key")
@@ -144,7 +146,7 @@ class Centre:
     generations: int = option(10, "Of the search's first stage, by dies")
     seed: int = option(0, "Of the search; a die has its own key")
     variation: SiliconChoice = shared.silicon_part("temperature", "die", "study", "corner")
-    temperature: str = like(SiliconChoice, "temperature")
+    temperature: str | None = like(SiliconChoice, "temperature")
     values: BlockValues = shared.values_part("bias_file", "coupling")
     stimulus: tuple[str, ...] = shared.stimulus_option()
     threads: int | None = shared.threads_option()

@@ -10,7 +10,7 @@ from system.cli.shared_options import BlockValues, Engine, Level
 from system.cli.verb import argument, like, part, required
 from system.option import option
 from system.options.begin import BeginChoice
-from system.options.silicon import SiliconChoice
+from system.options.silicon import USUAL_CELSIUS, SiliconChoice
 
 FRAMES = "960x720@20"  # of moving pictures; `system.animation.movie` reads it
 NOMINAL = "nominal"  # instead of a die's number
@@ -237,7 +237,7 @@ class OnDie:
         metavar="NUMBER|nominal|FILE",
     )
     temperature: str = option(
-        "27", "Degrees Celsius, a course as 0s:27,60s:44, or a CSV of one", metavar="DEGC"
+        USUAL_CELSIUS, "Degrees Celsius, a course as 0s:27,60s:44, or a CSV of one", metavar="DEGC"
     )
 
     @property

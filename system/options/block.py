@@ -119,10 +119,10 @@ def choose(
 
 def _silicon_of(target: Target, block: Block, asked: SiliconChoice) -> Silicon:
     """The silicon that is asked for; what is left as usual is as a netlist states it."""
-    celsius = parse_quantity(asked.temperature, "degC", "temperature")
+    celsius = parse_quantity(asked.celsius, "degC", "temperature")
     made = Silicon(process_under(block.process, asked.process, asked.law), celsius, read_die(asked))
     stated_c, noted = own_silicon(target)
-    if stated_c is not None and asked.temperature == _NOMINAL.temperature:
+    if stated_c is not None and asked.temperature is None:
         made = replace(made, temperature_c=stated_c)
     if noted is None:
         return made

@@ -7,12 +7,14 @@ from typing import Any, Literal
 
 from system.option import option
 
+USUAL_CELSIUS = "27"
+
 
 @dataclass(frozen=True, slots=True)
 class SiliconChoice:
     """What silicon a command is about.
 
-    temperature : a text, degC.
+    temperature : a text, degC; None is that which a netlist states, else the usual one.
     lot, die : key of the die; None is the nominal die. A text is a number, or a file (`die_file`).
     study : that die under the plan of a study, where it is a study's.
     corner : of the process.
@@ -25,7 +27,9 @@ class SiliconChoice:
     allow_implausible : whether sizes pass that no silicon has.
     """
 
-    temperature: str = option("27", "Degrees Celsius, -40 to 125", metavar="DEGC")
+    temperature: str | None = option(
+        None, "Degrees Celsius, -40 to 125; 27, or a netlist's own, unless given", metavar="DEGC"
+    )
     lot: str = option("A", "Lot of dies")
     die: Any = option(
         None, "Die of the lot, or a file that states one; the nominal die unless given", metavar="NUMBER|FILE"
@@ -56,3 +60,8 @@ class SiliconChoice:
     allow_implausible: bool = option(
         default=False, about="Take sizes and currents that are far from any silicon's"
     )
+
+    @property
+    def celsius(self) -> str:
+        """The temperature as a text, degC: the one that is asked for, or the usual one."""
+        return USUAL_CELSIUS if self.temperature is None else self.temperature

@@ -37,7 +37,7 @@ def silicon_of(choice: SiliconChoice) -> Silicon:
     """
     if choice.at is not None:
         raise ParameterError(f"at: {choice.at}, the chip stands by itself; leave it out")
-    celsius = parse_quantity(choice.temperature, "degC", "temperature")
+    celsius = parse_quantity(choice.celsius, "degC", "temperature")
     process = process_under(ROLLS_180, choice.process, choice.law)
     check_supply(process)
     silicon = Silicon(process, celsius, read_die(choice))

@@ -68,7 +68,8 @@ def test_a_sweep_of_two_sources_by_the_signs_of_the_deck(
 def test_the_deck_says_its_temperature_and_the_user_another(
     ours: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for options, degrees in (([], 60.0), (["--temperature", "40"], 40.0)):
+    given = (["--temperature", "40"], 40.0), (["--temperature", "27"], 27.0)  # 27 is the usual one elsewhere
+    for options, degrees in (([], 60.0), *given):
         assert main(["op", ours, *options, "--json"]) == 0
         assert json.loads(capsys.readouterr().out)["temperature_C"] == degrees
 

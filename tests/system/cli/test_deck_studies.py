@@ -44,6 +44,15 @@ def test_a_study_measures_a_deck_s_own_cards(deck: Path, capsys: pytest.CaptureF
     assert "this .measure card is left out" in said.err
 
 
+def test_a_study_is_at_the_temperature_that_the_deck_states(
+    deck: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    written(deck, DECK + ".temp 85\n")
+    for options, degrees in (([], 85.0), (["--temperature", "27"], 27.0)):
+        assert main(["montecarlo", str(deck), "-n", "1", "--json", *options]) == 0
+        assert json.loads(capsys.readouterr().out)["temperature_C"] == degrees
+
+
 def test_a_subcircuit_is_studied_under_its_testbench_and_replayed_from_copies(
     deck: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
