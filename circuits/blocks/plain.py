@@ -142,9 +142,13 @@ def _shown(made: Made) -> list[str]:
     by_port = {p.name: p.elements() for p in circuit.ports}
     chosen = [*(e for name in watched for e in by_port.get(name, [name])), *outputs]
     if not chosen:
-        driven = {s.node for s in made.sources} if isinstance(made, Testbench) else set()
-        fixed = driven | {p.name for p in _inputs(circuit)} | {bias.port for bias in circuit.biases}
-        arrays = {*circuit.shapes()}
+        sources = made.sources if isinstance(made, Testbench) else ()
+        driven = {s.node for s in sources if s.quantity == "voltage"}
+        fed = {
+            s.node for s in sources
+        } - driven  # by a current alone, which leaves the voltage to the circuit
+        fixed = driven | {p.name for p in _inputs(circuit)} - fed | {bias.port for bias in circuit.biases}
+        arrays = {name for name, shape in circuit.shapes().items() if shape}
         chosen = [node for _, node in references(circuit) if node not in {GROUND, *fixed, *arrays}]
     return list(dict.fromkeys(chosen))[:SHOWN]
 

@@ -63,7 +63,8 @@ class Edit:
     Raises
     ------
     ParameterError
-        The kind or the parameter is unknown, there is no path, or the value is not finite.
+        The kind or the parameter is unknown, there is no path, the value is not finite, or a relative one is
+        not above -1.
     """
 
     kind: Kind
@@ -81,6 +82,11 @@ class Edit:
             require_real(f"{self.paths[0]}.{self.parameter}", self.value, DEVIATIONS[self.parameter])
             if not math.isfinite(self.value):
                 raise ParameterError(f"{self.paths[0]}.{self.parameter}: {self.value:g}, must be finite")
+            if not DEVIATIONS[self.parameter] and self.value <= -1.0:  # a current or a size of no device
+                raise ParameterError(
+                    f"{self.paths[0]}.{self.parameter}: changes by {100.0 * self.value:g} %, must be above"
+                    " -100 %; state a smaller deviation"
+                )
 
     def __str__(self) -> str:
         """In words: `healed chip.neuron[2]`, `only chip.m1`, `chip.m1.v_t0 set to 0.01`."""

@@ -16,6 +16,9 @@ from circuits.checks import implausible_allowed
 from circuits.circuit import GROUND
 from circuits.devices.source import Constant
 from circuits.errors import DataError, ParameterError, unknown_name
+from circuits.measure.measure import Reading, read_measures
+from circuits.measure.scope import Scope, TableRecord
+from circuits.measure.unit import unit_named, value_text
 from circuits.solver.operating_point import operating_point
 from circuits.solver.sweep import dc_sweep
 from circuits.testbench import Testbench
@@ -28,17 +31,21 @@ from netlists.read.note import Foreign
 from netlists.read.text.name import circuit_name
 from system.cli.block_choice import choose_block, read_with, refuse_steps
 from system.cli.deadline import deadline_of
+from system.cli.deck_measures import of_analysis, taken
+from system.cli.measure_output import measured_document
 from system.cli.output import print_json, print_line, print_table, quantity_cell, working
 from system.cli.shared_options import BlockValues, Engine
 from system.cli.simulate_verb import Simulate
 from system.cli.verbs import Op
 from system.files.writing import write_text_atomic
+from system.notice import say
 from system.options.block import Choice
 from system.options.target import deck_of
 from system.plot import COLOURS, check_picture, save_picture, sized_axes
 
 _SHOWN = 40  # vectors of a deck that are printed; CSV and JSON have all
 _DRAWN = len(COLOURS)
+_AXES = {"": "", "time": "s", "v-sweep": "V", "i-sweep": "A", "res-sweep": "Ohm", "temp-sweep": "degC"}
 
 
 def is_foreign(target: str, engine: Engine) -> bool:
@@ -85,22 +92,43 @@ def simulate_deck(asked: Simulate) -> None:
     if is_foreign(asked.block, asked.engine):
         _refuse_values(asked.values)
         found = _as_it_stands(asked.block, _ran(asked.analysis), asked.deadline, asked.raw)
+        with implausible_allowed():
+            deck = read_netlist(Path(asked.block), foreign="kept")
+        unit = _AXES[found.axis_name]
     elif asked.engine == "ngspice":
         raise ParameterError(
             "--engine: ngspice, must be native for --analysis dc of our own devices; leave it out"
         )
     else:
         refuse_foreign(asked.block)
-        found = _swept(asked)
-    _tell(asked.block, asked.engine, found, asked.csv, as_json=asked.as_json)
+        found, deck, unit = _swept(asked)
+    measured = _readings(found, unit, of_analysis(deck, found.analysis), asked.measure)
+    _tell(asked.block, asked.engine, found, asked.csv, measured, as_json=asked.as_json)
     save_picture(asked.plot, lambda figure: _draw(found, asked.block, figure))
+
+
+def _readings(found: Waveforms, unit: str, cards: Sequence[str], asked: Sequence[str]) -> list[Reading]:
+    """What the deck's own cards, and what is asked for, measure of a run along an axis of a unit."""
+    if not cards and not asked:
+        return []
+    steps = np.diff(found.axis)
+    if steps.any() and not ((steps >= 0.0).all() or (steps <= 0.0).all()):
+        if asked:
+            raise ParameterError("--measure: of a sweep of two sources, must be of one; sweep one at a time")
+        say(f"{cards[0]}: of a sweep of two sources, which is no curve; .measure cards are left out")
+        return []
+    volts = {n: v for n, v in found.values.items() if _unit(n) == "V"}
+    amps = {n.removesuffix("#branch"): v for n, v in found.values.items() if n.endswith("#branch")}
+    scope = Scope(frozenset(volts), frozenset(amps), axis=unit_named(unit))
+    record = TableRecord(found.axis, volts, amps)
+    return [each.of(record) for each in read_measures((*taken(cards, scope), *asked), scope)]
 
 
 def op_deck(asked: Op) -> None:
     """Solve a deck's operating point in ngspice as it stands."""
     _refuse_values(asked.values)
     found = _as_it_stands(asked.block, "op", None, None)
-    _tell(asked.block, asked.engine, found, asked.csv, as_json=asked.as_json)
+    _tell(asked.block, asked.engine, found, asked.csv, (), as_json=asked.as_json)
 
 
 def with_own_spectrum(asked: Simulate) -> Simulate:
@@ -153,8 +181,11 @@ def _as_it_stands(target: str, analysis: Ran, deadline: str | None, raw: str | N
         return run_deck(deck.path, analysis, deadline_s=deadline_of(deadline, "ngspice"))
 
 
-def _swept(asked: Simulate) -> Waveforms:
-    """The deck's first `.dc` card, solved natively; the innermost source moves first."""
+def _swept(asked: Simulate) -> tuple[Waveforms, Imported, str]:
+    """The deck's first `.dc` card, solved natively, the deck, and the unit of the innermost source.
+
+    That moves first.
+    """
     deck = deck_of(asked.block)
     if deck is None or deck.name:
         raise ParameterError(
@@ -168,9 +199,11 @@ def _swept(asked: Simulate) -> Waveforms:
         raise DataError(f"{deck.path.name}: no .dc card; add one, as .dc vin 0 5 0.1")
     with working(f"sweeping {asked.block}"):
         axis, volts = _curves(found, sweep, choice)
-    names = [*volts]
-    values = {name: np.array(volts[name]) for name in names}
-    return Waveforms("dc", sweep.sources[0], axis, values, axis.size, ())
+    values = {name: np.array(volts[name]) for name in volts}
+    inner = sweep.sources[0]
+    fed = {s.name for s in choice.testbench().sources if s.quantity == "current"}
+    unit = "degC" if inner == TEMPERATURE else "A" if circuit_name(inner) in fed else "V"
+    return Waveforms("dc", inner, axis, values, axis.size, ()), found, unit
 
 
 def _curves(found: Imported, sweep: Sweep, choice: Choice) -> tuple[F64, dict[str, list[float]]]:
@@ -234,7 +267,15 @@ def _unit(name: str) -> str:
     return "A" if name.endswith("#branch") or "[i" in name else "V"
 
 
-def _tell(target: str, engine: Engine, found: Waveforms, csv: str | None, *, as_json: bool) -> None:
+def _tell(
+    target: str,
+    engine: Engine,
+    found: Waveforms,
+    csv: str | None,
+    measured: Sequence[Reading],
+    *,
+    as_json: bool,
+) -> None:
     if csv is not None:
         write_text_atomic(csv, _table(found))
     vectors = [
@@ -243,7 +284,11 @@ def _tell(target: str, engine: Engine, found: Waveforms, csv: str | None, *, as_
     ]
     if as_json:
         head = {"block": target, "engine": engine, "analysis": found.analysis}
-        print_json({**head, "axis": found.axis_name or None, "points": found.steps, "vectors": vectors})
+        readings = [measured_document(each) for each in measured]
+        print_json(
+            {**head, "axis": found.axis_name or None, "points": found.steps, "vectors": vectors,
+             "measured": readings}
+        )  # fmt: skip
         return
     columns = ("last",) if found.analysis == "op" else ("min", "max", "last")
     rows = [(v["name"], *(quantity_cell(_digits(v[c]), str(v["unit"])) for c in columns)) for v in vectors]
@@ -251,6 +296,9 @@ def _tell(target: str, engine: Engine, found: Waveforms, csv: str | None, *, as_
     print_table(title, ("vector", *(f"{c}:" for c in columns)), rows[:_SHOWN])
     if len(rows) > _SHOWN:
         print_line(f"{len(rows) - _SHOWN} more vectors; --csv FILE or --json has all")
+    if measured:
+        told = ((each.name, each.reason or value_text(each.value, each.unit)) for each in measured)
+        print_table("measures", ("measure", "value"), [*told])
 
 
 def _digits(value: Any) -> float:

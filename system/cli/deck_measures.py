@@ -1,18 +1,21 @@
-"""The cards `.measure tran` of a deck, as what a command measures of it besides what it is asked for."""
+"""The cards `.measure` of a deck, as what a command measures of it besides what it is asked for."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from circuits.checks import implausible_allowed
 from circuits.errors import ParameterError
+from circuits.measure.measure import read_measures
+from circuits.measure.scope import Scope
+from netlists.read import Imported
 from system.cli.block_choice import read_with
 from system.notice import say
 from system.options.block import Choice
 from system.options.code import Code
 from system.options.silicon import SiliconChoice
 from system.options.target import deck_of
-from system.study.metrics.measure import measures_of
+from system.study.metrics.measure import measurable
 
 
 def own_measures(
@@ -41,19 +44,32 @@ def own_measures(
             for text in (each for each in texts if each not in there):
                 say(f"{text}: follows {name}, which is swept; this .measure card is left out")
             texts = [text for text in texts if text in there]
-    return _taken(choice, texts) if texts else ()
+    return taken(texts, measurable(choice)) if texts else ()
 
 
-def _texts(deck: Code, choice: Choice, moved: Mapping[str, float] | None = None) -> list[str]:
-    found = read_with(deck, choice, moved)
-    return [each.text for each in found.measures if each.analysis == "tran"]
+def own_cards(target: str, choice: Choice, analysis: str) -> list[str]:
+    """Give the measures of a whole deck's cards of an analysis, as `ac`; none of any other target."""
+    deck = deck_of(target)
+    return [] if deck is None or deck.name else _texts(deck, choice, analysis=analysis)
 
 
-def _taken(choice: Choice, texts: Sequence[str]) -> tuple[str, ...]:
+def _texts(
+    deck: Code, choice: Choice, moved: Mapping[str, float] | None = None, analysis: str = "tran"
+) -> list[str]:
+    return of_analysis(read_with(deck, choice, moved), analysis)
+
+
+def of_analysis(found: Imported, analysis: str) -> list[str]:
+    """Give the measures of a deck that has been read, of an analysis."""
+    return [each.text for each in found.measures if each.analysis == analysis]
+
+
+def taken(texts: Iterable[str], scope: Scope) -> tuple[str, ...]:
+    """Give the texts of cards that a scope has the names of; others are told and left out."""
     found: tuple[str, ...] = ()
     for text in texts:
         try:
-            measures_of(choice, (*found, text))
+            read_measures((*found, text), scope)
         except ParameterError as error:
             say(f"{error}; this .measure card is left out")
         else:

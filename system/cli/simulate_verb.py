@@ -68,7 +68,7 @@ TAKEN_BY: dict[str, tuple[str, ...]] = {  # options that not every analysis has
     **dict.fromkeys(
         ("rtol", "raw", "spikes", "at_rest", "current", "verilog_a", "view", "output"), ("tran",)
     ),
-    "measure": ("tran", "ac"),
+    "measure": ("tran", "dc", "ac"),
     **dict.fromkeys(("ic", "uic"), ("tran", "tran-noise")),
     "engine": ("tran", "dc", "ac"),
 }

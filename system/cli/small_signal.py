@@ -9,13 +9,14 @@ import numpy as np
 
 from circuits.arrays import C128, F64
 from circuits.errors import ParameterError
-from circuits.measure.measure import Reading, read_measures
+from circuits.measure.measure import Measure, Reading, read_measures
 from circuits.measure.scope import Scope, TableRecord
 from circuits.measure.unit import PLAIN, unit_named, value_text
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.small_signal import Response, ac, source_column
 from netlists.ngspice import small_signal as ngspice
 from system.cli.deadline import deadline_of
+from system.cli.deck_measures import own_cards, taken
 from system.cli.measure_output import measured_document
 from system.cli.output import plain, print_json, print_table
 from system.cli.simulate_verb import Simulate
@@ -59,12 +60,13 @@ def ac_command(asked: Simulate) -> None:
         write_text_atomic(asked.csv, _ac_csv(found))
     if asked.netcdf is not None:
         write_netcdf_atomic(asked.netcdf, _ac_dataset(runs))
-    shown = nodes or found[0][0].choice.block.plotted
+    shown = nodes or found[0][0].choice.block.plotted or found[0][1].nodes
     save_picture(asked.plot, lambda figure: draw_bode([(label_of(r), a) for r, a in found], shown, figure))
+    measures = _measures(asked, *found[0])
     document = {
         **head_of(asked, runs), "engine": asked.engine, "source": source,
         "unit": found[0][1].unit, "frequency_Hz": found[0][1].frequency,
-        "runs": [_ac_run(run, _readings(asked, run.answer)) for run in runs],
+        "runs": [_ac_run(run, _readings(measures, run.answer)) for run in runs],
     }  # fmt: skip
     if asked.as_json:
         print_json(document)
@@ -73,24 +75,30 @@ def ac_command(asked: Simulate) -> None:
         rows = [
             (label_of(run), each.name, each.reason or value_text(each.value, each.unit))
             for run, answer in found
-            for each in _readings(asked, answer)
+            for each in _readings(measures, answer)
         ]
         if rows:
             print_table("measures", ("run", "measure", "value"), rows)
         print_failures(runs)
 
 
-def _readings(asked: Simulate, answer: Response | None) -> list[Reading]:
-    """What is measured of a response, whose axis is the frequency."""
-    if answer is None or not asked.measure:
-        return []
+def _measures(asked: Simulate, run: Run[Response], answer: Response) -> tuple[Measure, ...]:
+    """Measures of responses, whose axis is the frequency: a deck's own cards, and what is asked for."""
     unit = PLAIN if answer.unit == "V/V" else unit_named("Ohm")
     scope = Scope(
         frozenset(answer.nodes), frozenset(), axis=unit_named("Hz"), voltage=unit, transfer=True
     )  # fmt: skip
+    own = taken(own_cards(asked.block, run.choice, "ac"), scope)
+    return read_measures((*own, *asked.measure), scope)
+
+
+def _readings(measures: Sequence[Measure], answer: Response | None) -> list[Reading]:
+    """What is measured of a response."""
+    if answer is None:
+        return []
     transfer: Any = dict(zip(answer.nodes, answer.transfer.T, strict=True))
     record = TableRecord(answer.frequency, transfer, {})
-    return [each.of(record) for each in read_measures(asked.measure, scope)]
+    return [each.of(record) for each in measures]
 
 
 def _by_ngspice(point: OperatingPoint, source: str, asked: Simulate, nodes: Sequence[str] | None) -> Response:

@@ -15,7 +15,7 @@ uncrossed.*.high_V       number    V  highest one
 uncrossed.*.threshold_V  number    V  threshold that it did not cross
 """
 MEASURED_KEYS = """
-measured         object[]  -  what `--measure` asked for
+measured         object[]  -  what `--measure` asked for, and a deck's own cards
 measured.name    string    -  its name
 measured.value   number?   -  its value in SI units; null where it does not occur
 measured.unit    string    -  the unit of its expression; empty for a plain number
@@ -114,7 +114,7 @@ trials.spikes_s  number[]{}  s  times of the spikes of each port
 """),
     **meanings(TOLD_KEYS, "trials"),
 }
-DECK = meanings("""
+DECK = meanings(f"""
 block         string    -  the deck
 engine        string    -  what solved it
 analysis      string    -  `dc`, or another of the deck's own in ngspice as it stands: `tran` or `op`
@@ -126,4 +126,5 @@ vectors.unit  string    -  `V` or `A`
 vectors.min   number    -  its lowest value
 vectors.max   number    -  its highest
 vectors.last  number    -  that at the last point
+{MEASURED_KEYS.strip()}
 """)

@@ -13,7 +13,7 @@ from circuits.blocks.metric import Metric
 from circuits.circuit import Circuit
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.measure.measure import Measure, Reading, read_measures
-from circuits.measure.scope import TransientRecord, scope_of
+from circuits.measure.scope import Scope, TransientRecord, scope_of
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from system.options.block import Choice
@@ -45,7 +45,12 @@ def _begins_with_name(text: str) -> bool:
 
 def measures_of(choice: Choice, texts: Sequence[str]) -> tuple[Measure, ...]:
     """Read measures of the testbench of a block; raises `ParameterError` for one that it cannot have."""
-    return read_measures(texts, scope_of(to_kernel(choice.testbench(), choice.silicon))) if texts else ()
+    return read_measures(texts, measurable(choice)) if texts else ()
+
+
+def measurable(choice: Choice) -> Scope:
+    """Give the names that measures of the testbench of a block can use."""
+    return scope_of(to_kernel(choice.testbench(), choice.silicon))
 
 
 def measure_metrics(choice: Choice, texts: Sequence[str]) -> dict[str, Metric]:

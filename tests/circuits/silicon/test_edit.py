@@ -130,6 +130,7 @@ def test_edits_hold_in_an_order_of_their_own():
         (DIE.healed, "no path"),
         (lambda: DIE.with_("a", "kappa", 0.1), "a.parameter: 'kappa', must be v_t0"),
         (lambda: DIE.with_("a", "v_t0", float("nan")), "must be finite"),
+        (lambda: DIE.with_("a", "beta", -2.0), "a.beta: changes by -200 %, must be above -100 %"),
     ],
 )
 def test_refusals(make, text):

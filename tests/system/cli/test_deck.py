@@ -36,6 +36,7 @@ re e 0 1k
 .op
 .dc vb 1 3 0.5
 .tran 10u 2m
+.measure tran top max v(e)
 .end
 """
 
@@ -88,6 +89,39 @@ def test_a_deck_s_own_measures_are_told_and_one_of_no_node_is_left_out(
     assert said.err.count("\n") == 1
 
 
+@pytest.mark.parametrize("analysis", ["dc", "ac"])
+def test_a_deck_s_measures_of_its_sweep_and_of_small_signals_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], analysis: str
+) -> None:
+    cards = (
+        ".dc v1 0 3 0.1\n.ac dec 10 1 1meg\n.measure dc at when v(out)=0.5\n.measure ac low max vdb(out)\n"
+    )
+    parts = "v1 in 0 dc 1 ac 1\nr1 in out 1k\nr2 out 0 1k\nc1 out 0 1p\n"
+    path = written(tmp_path / "divider.cir", f"a divider\n{parts}{cards}.measure dc lost max v(nowhere)\n")
+    peak = "peak = max(mag(v(out)))" if analysis == "ac" else "peak = max(v(out))"
+    assert main(["simulate", str(path), "--analysis", analysis, "--measure", peak, "--json"]) == 0
+    said = capsys.readouterr()
+    document = json.loads(said.out)
+    measured = document["measured"] if analysis == "dc" else document["runs"][0]["measured"]
+    found = {each["name"]: (each["value"], each["unit"]) for each in measured}
+    half = {"dc": {"at": (1.0, "V"), "peak": (1.5, "V")}, "ac": {"low": (-6.0206, "dB"), "peak": (0.5, "")}}
+    assert {name: unit for name, (_, unit) in found.items()} == {n: u for n, (_, u) in half[analysis].items()}
+    for name, (value, _) in half[analysis].items():
+        assert found[name][0] == pytest.approx(value, rel=1e-4)
+    assert said.err.count("this .measure card is left out") == (analysis == "dc")
+
+
+def test_a_node_that_a_current_feeds_is_an_answer_of_the_deck(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    parts = "vin in 0 dc 1 ac 1\nr1 in out 1k\nr2 out 0 1k\nib 0 out 1m\n.ac dec 1 1 10\n.tran 1u 1m\n"
+    path = written(tmp_path / "fed.cir", f"a fed divider\n{parts}")
+    assert main(["simulate", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["measures"]["out_last_V"] == pytest.approx(1.0)
+    assert main(["simulate", str(path), "--analysis", "ac"]) == 0
+    assert "out" in capsys.readouterr().out.split("largest")[1]
+
+
 def test_a_deck_of_other_devices_is_refused_natively_and_runs_in_ngspice(
     theirs: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -101,6 +135,8 @@ def test_a_deck_of_other_devices_is_refused_natively_and_runs_in_ngspice(
         document = json.loads(capsys.readouterr().out)
         emitter = {v["name"]: v for v in document["vectors"]}["e"]
         assert 0.2 < emitter["max"] < 2.6
+        transient = document["analysis"] == "tran"
+        assert [m["value"] for m in document["measured"]] == [emitter["max"]] * transient
     assert document["axis"] == "v-sweep"
     picture = tmp_path / "a.png"
     assert main(["simulate", theirs, "--engine", "ngspice", "--plot", str(picture)]) == 0
