@@ -176,7 +176,7 @@ def _cells(result: Result, table: Table, quantity: Quantity) -> tuple[object, ..
 
     s = summary(result, table, quantity)
     ends = s.mean.interval
-    between = f"{cell(ends.low)} to {cell(ends.high)}" if s.defined > 1 else ""
+    between = f"{cell(ends.low)} to {cell(ends.high)}" if math.isfinite(ends.low) else ""
     quantiles = [cell(q.estimate.value) for q in s.quantiles if q.p in SHOWN]
     counts = (s.defined, s.undefined + s.infinite)
     return quantity.name, *counts, cell(s.mean.value), between, cell(s.sigma.value), *quantiles

@@ -141,10 +141,17 @@ def summarise(
         undefined=undefined,
         infinite=len(values) - len(x) - undefined,
         mean=Estimate(float(x.mean()) if len(x) else math.nan, mean),
-        sigma=Estimate(float(x.std(ddof=1)) if len(x) > 1 else math.nan, sigma),
+        sigma=Estimate(_sigma(x), sigma),
         skew=Estimate(_skew(x), skew_interval(x, rng, level)),
         quantiles=tuple(Quantile(p, _quantile(x, p, level)) for p in probabilities),
     )
+
+
+def _sigma(x: F64) -> float:
+    """Standard deviation, 0 of equal values, whose mean may be a rounding beside them; NaN below two."""
+    if len(x) < 2:
+        return math.nan
+    return float(x.std(ddof=1)) if np.ptp(x) > 0.0 else 0.0
 
 
 def summarise_share(values: F64, interval: Callable[[int, int], Interval] = clopper_pearson) -> Summary:
