@@ -165,8 +165,9 @@ class Running:
                 state[f] += self._outer[f][come].sum(axis=0)
         each = (f.current(s) for f, s in zip(self._filters, state, strict=True))
         drive = sum(each, np.zeros(cells.tau.size)) / cells.unit
-        self._fired, share = _step(cells, self._v, self._wait, drive)
-        return share
+        spiked, share = move(cells, self._v, self._wait, drive)
+        self._fired = np.flatnonzero(spiked)
+        return np.asarray(share[self._fired])
 
 
 def run(dynamics: Dynamics, events: Events, duration: float) -> Trains:
@@ -174,31 +175,34 @@ def run(dynamics: Dynamics, events: Events, duration: float) -> Trains:
     return Running(dynamics).advance(events, duration)
 
 
-def _step(cells: Cells, v: F64, wait: F64, drive: F64) -> tuple[I64, F64]:
-    """Move v and wait by a step; the neurons that spiked, and when, in shares of the step."""
-    free = np.clip(1.0 - wait / STEP, 0.0, 1.0)  # share of the step in which a neuron listens
-    after, part = _plain(cells, v, free, drive) if cells.slope is None else _rising(cells, v, free, drive)
-    wait[:] = np.maximum(wait - STEP, 0.0)
-    fired = np.flatnonzero(part <= free)
-    share = 1.0 - free[fired] + part[fired]
-    wait[fired] = np.maximum(cells.refractory[fired] - (1.0 - share) * STEP, 0.0)
-    after[fired] = 0.0
-    v[:] = after
+def move(cells: Cells, v: F64, wait: F64, drive: F64, step: float = STEP) -> tuple[Bools, F64]:
+    """Move v and wait by a step of `step` s; which neurons spiked, and when, in shares of the step.
+
+    Arrays are of neurons, of several runs at once too, on axes before.
+    """
+    free = np.clip(1.0 - wait / step, 0.0, 1.0)  # share of the step in which a neuron listens
+    rule = _plain if cells.slope is None else _rising
+    after, part = rule(cells, v, free, drive, step)
+    fired = part <= free
+    share = np.where(fired, 1.0 - free + part, 1.0)
+    held = np.maximum(cells.refractory - (1.0 - share) * step, 0.0)
+    wait[...] = np.where(fired, held, np.maximum(wait - step, 0.0))
+    v[...] = np.where(fired, 0.0, after)
     return fired, share
 
 
-def _plain(cells: Cells, v: F64, free: F64, drive: F64) -> tuple[F64, F64]:
+def _plain(cells: Cells, v: F64, free: F64, drive: F64, step: float) -> tuple[F64, F64]:
     """Voltage after a step, and the share of a step until it comes to 1, infinite where it does not."""
-    straight = np.maximum(v + (drive - 1.0) * free * STEP / cells.tau, 0.0)
-    after = np.where(cells.constant, straight, drive + (v - drive) * np.exp(-free * STEP / cells.tau))
+    straight = np.maximum(v + (drive - 1.0) * free * step / cells.tau, 0.0)
+    after = np.where(cells.constant, straight, drive + (v - drive) * np.exp(-free * step / cells.tau))
     moved = np.where(after >= 1.0, after - v, 1.0)
     return after, np.where((after >= 1.0) & (free > 0.0), free * (1.0 - v) / moved, np.inf)
 
 
-def _rising(cells: Cells, v: F64, free: F64, drive: F64) -> tuple[F64, F64]:
+def _rising(cells: Cells, v: F64, free: F64, drive: F64, step: float) -> tuple[F64, F64]:
     """Likewise, with an upstroke."""
     slope = np.ones(1) if cells.slope is None else cells.slope
-    pace = STEP / (slope * cells.tau)
+    pace = step / (slope * cells.tau)
     over = np.where(np.abs(drive - 1.0) < _STILL, _STILL, drive - 1.0)
     y = np.exp((1.0 - v) / slope)
     left = 1.0 + over * y  # below 0 the spike never comes

@@ -172,17 +172,30 @@ def _middle(network: Network, neurons: Neurons) -> float:
     return float(np.exp(np.average(each, weights=sizes)))
 
 
-def _asked(network: Network, neurons: Neurons) -> Iterator[Asked]:
-    """What is asked of each filter that is in use; weights of one pair add up."""
+def asked_charges(
+    network: Network, currents: Mapping[str, float], matrices: Sequence[F64]
+) -> tuple[F64, F64]:
+    """Return what an event is to bring from neurons and from channels, A s, float64[n, sources] each.
+
+    Weights of one pair add up. currents: A that stand for 1, by population; matrices: of the connections.
+    """
     at, channels = spans(network.populations), spans(network.inputs)
     inside = np.zeros((network.neurons, network.neurons))
     outside = np.zeros((network.neurons, network.channels))
-    sizes: dict[str, list[tuple[float, float]]] = {name: [] for name in FILTERS}
-    for one in network.connections:
-        weights, inner = matrix_of(network, one), one.source in at
+    for one, weights in zip(network.connections, matrices, strict=True):
+        inner = one.source in at
         where = np.ix_(at[one.target], (at if inner else channels)[one.source])
-        (inside if inner else outside)[where] += neurons.currents[one.target] * one.tau * weights
-        for name in FILTERS[:2] if inner else FILTERS[2:]:
+        (inside if inner else outside)[where] += currents[one.target] * one.tau * weights
+    return inside, outside
+
+
+def _asked(network: Network, neurons: Neurons) -> Iterator[Asked]:
+    """What is asked of each filter that is in use."""
+    at, matrices = spans(network.populations), [matrix_of(network, c) for c in network.connections]
+    inside, outside = asked_charges(network, neurons.currents, matrices)
+    sizes: dict[str, list[tuple[float, float]]] = {name: [] for name in FILTERS}
+    for one, weights in zip(network.connections, matrices, strict=True):
+        for name in FILTERS[:2] if one.source in at else FILTERS[2:]:
             sizes[name].append((np.log(one.tau), float(np.maximum(SIGN[name] * weights, 0.0).sum())))
     for name in FILTERS:
         charge = np.maximum(SIGN[name] * (inside if name in FILTERS[:2] else outside), 0.0)
@@ -199,8 +212,12 @@ def _usual_current(asked: Asked, usual: Usual, middle: float) -> float:
 
 
 def _chosen(asked: Asked, law: Law) -> Levels | Repeats:
-    charge = asked.charge / law.gain
-    return repeats_of(charge) if asked.name in FILTERS[2:] else levels_of(charge)
+    return chosen_of(asked.name, asked.charge / law.gain)
+
+
+def chosen_of(name: str, charge: F64) -> Levels | Repeats:
+    """Return the levels, or the repeats, of a filter that charges of 0 or above are brought by."""
+    return repeats_of(charge) if name in FILTERS[2:] else levels_of(charge)
 
 
 def _steps(name: str, charges: F64) -> dict[str, float]:

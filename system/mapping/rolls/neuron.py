@@ -73,8 +73,13 @@ class Curve:
         return np.asarray(self.rheobase * (1.0 + np.interp(rate, rates, _OVER)))
 
     def _period(self, over: F64) -> F64:
-        way = 1.0 + self.slope * np.log(over + np.exp(-1.0 / self.slope))
-        return np.asarray(self.refractory + self.tau / over * way)
+        return period(over, self.tau, self.slope, self.refractory)
+
+
+def period(over: F64, tau: float | F64, slope: float | F64, refractory: float | F64) -> F64:
+    """Time between two spikes (s) at currents beyond the rheobase, in rheobases; T and t_ref in s."""
+    way = 1.0 + slope * np.log(over + np.exp(-1.0 / slope))
+    return np.asarray(refractory + tau / over * way)
 
 
 @dataclass(frozen=True, slots=True)
