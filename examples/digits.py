@@ -1,4 +1,4 @@
-"""Digits in a grid of 5 x 7 points, and a network that tells them apart: for noctule map and certify."""
+"""Digits in a grid of 5 x 7 points, and a network that tells them apart: for noctule map, train, certify."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ GLYPHS = (
     "01110 10001 10001 01110 10001 10001 01110", "01110 10001 10001 01111 00001 00010 01100",
 )  # fmt: skip
 NOISE, FLIPPED, HIGHEST = 0.25, 0.08, 400.0  # of a point's brightness; share of points; Hz of a bright one
-CELLS, DRIVE = 6, 0.6  # neurons an output; weight of the strongest point
+CELLS, DRIVE, WINDOW = 6, 0.6, 0.1  # neurons an output; weight of the strongest point; s a sample
 
 
 def samples(count, rng):
@@ -35,8 +35,10 @@ def trained(points, labels):
 
 
 def main():
-    """Write digits.toml, and digits.npz with samples that it was not trained on."""
-    weights = trained(*samples(2000, np.random.default_rng(0)))
+    """Write digits.toml, digits-training.npz, and digits.npz with samples that it was not trained on."""
+    points, labels = samples(2000, np.random.default_rng(0))
+    np.savez_compressed("digits-training.npz", inputs=HIGHEST * points, labels=labels, window_s=WINDOW)
+    weights = trained(points, labels)
     outputs = [f"digit{k}" for k in range(len(GLYPHS))]
     connections = [
         Connection("points", name, rule="matrix", tau=20e-3, matrix=np.tile(DRIVE * row, (CELLS, 1)))
@@ -52,7 +54,7 @@ def main():
         ),
     )
     points, labels = samples(60, np.random.default_rng(1000))
-    np.savez_compressed("digits.npz", inputs=HIGHEST * points, labels=labels, window_s=0.1)
+    np.savez_compressed("digits.npz", inputs=HIGHEST * points, labels=labels, window_s=WINDOW)
     print(f"linear classifier: {(np.argmax(points @ weights.T, axis=1) == labels).mean():.1%} right")
 
 

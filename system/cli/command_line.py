@@ -37,6 +37,7 @@ from system.cli.serve_verb import Serve
 from system.cli.simulate_verb import Simulate
 from system.cli.study_verbs import Centre, Gradient, Montecarlo, Replay
 from system.cli.sweep_verb import Sweep
+from system.cli.train_verb import Train
 from system.cli.verb import verb
 from system.cli.verbs import (
     Calibrate,
@@ -114,6 +115,7 @@ _VERBS = {
     "worst": verb("worst:worst_command", Worst),
     "corners": verb("corners:corners_command", Corners),
     "certify": verb("certify:certify_command", Certify),
+    "train": verb("train:train_command", Train),
     "mission": verb("mission:mission_command", Mission),
     "merge": verb("mission:merge_command", Merge),
     "replay": verb("replay:replay_command", Replay),

@@ -38,6 +38,7 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
         "noctule certify PROGRAM --task digits.npz --dies 20 -o silicon",
         "noctule certify PROGRAM --task CartPole-v1 --reach 1,1.5,0.2,2",
     ),
+    ("train",): ("noctule train NETWORK --task digits-training.npz -o trained.toml",),
     ("mission",): ("noctule mission approach --dies 8 --worlds 1 -o mission",),
     ("merge",): (
         "noctule mission approach --dies 2 --chunk 1 --shard 1/2 -o one",

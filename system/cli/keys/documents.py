@@ -28,6 +28,7 @@ from system.cli.keys.mapping import (
     RUN_PROGRAM_NEF,
     SHOW_PROGRAM,
     SHOW_PROGRAM_NEF,
+    TRAIN,
 )
 from system.cli.keys.mission import CERTIFY, MISSION
 from system.cli.keys.netlist import COMPARE, EXPORT, EXPORT_ROLLS, IMPORT
@@ -73,6 +74,7 @@ DOCUMENTS: dict[str, Meanings] = {
     "corners": CORNERS,
     "mission": MISSION,
     "certify": CERTIFY,
+    "train": TRAIN,
     "merge": MISSION,
     "replay": REPLAY,
     "centre": CENTRE,

@@ -52,6 +52,19 @@ nodes.note   string    -  what it becomes
 """)
 _SHOWN = meanings("file  string  -  the program")
 MAP, MAP_NEF = {**_WRITTEN, **_MAPPED}, {**_WRITTEN, **_VALUES}
+TRAIN = meanings("""
+network      string    -  file of the network
+file         string    -  network that was written
+dies         integer   -  drawn dies in the loop; 0 for the nominal one
+seed         integer   -  of what was drawn
+weights      integer   -  weights that were trained
+loss_first   number    -  mean loss of the first tenth of the steps, on the differentiable form
+loss_last    number    -  that of the last tenth
+right_first  number    -  mean share of samples that are right there, of the first tenth
+right_last   number    -  that of the last tenth
+losses       number[]  -  of each step
+right        number[]  -  of each step
+""")
 SHOW_PROGRAM, SHOW_PROGRAM_NEF = {**_SHOWN, **_MAPPED}, {**_SHOWN, **_VALUES}
 _RUN = """
 program                           string    -     the program

@@ -66,6 +66,7 @@ FORMS = {
         "mission car --param pings=3 --dies 2 --worlds 1 --chunk 1 --change codes=default -o mission"
     ],
     "certify": [],
+    "train": [],
     "merge": ["merge mission -o merged"],
     "replay": ["replay study --die 1000"],
     "centre": [],
@@ -108,6 +109,7 @@ MORE = {
         "montecarlo rolls --samples 2",
     ],
     "certify": ["certify p.toml --task task.npz --dies 2 --change area=4"],
+    "train": ["train sides.toml --task sides.npz --dies 1 --steps 2 -o trained.toml"],
     "montecarlo --rare": [
         "montecarlo rebound-neuron --samples 400 --rare scaled-sigma --spec 'class is works'"
     ],
@@ -129,6 +131,11 @@ MORE = {
     "run bug": ["run bug --brain ideal --duration 0.05s", "run bug --brain chip --duration 0.05s"],
     "run pushbot": ["run pushbot"],
 }  # which take seconds to minutes
+SIDES = """population = [{name = "a", size = 2}]
+input = [{name = "in", size = 2}]
+probe = [{name = "is a", population = "a"}]
+connection = [{from = "in", to = "a", rule = "matrix", matrix = [[0.6, 0.3], [0.4, -0.2]]}]
+"""
 UNITS = {"C": "degC", "V2_per_Hz": "V^2/Hz", "m_per_s": "m/s", "per_V": "1/V", "per_m": "1/m"}
 OTHERS = {
     "weights.charge_C": "C",
@@ -165,6 +172,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (found / name).write_bytes((ROOT / "examples" / example).read_bytes())
     (found / "in.csv").write_text("time_s,address\n0.01,0\n", encoding="utf-8")
     np.savez(found / "task.npz", inputs=np.full((2, 64), 200.0), labels=[0, 1])
+    (found / "sides.toml").write_text(SIDES, encoding="utf-8")
+    np.savez(found / "sides.npz", inputs=[[400.0, 300.0]], labels=[0])
     keep(str(found / "run.nc"), film())
     table(points(sizes=((2.0, 1.0),), celsius=(27.0,)), found / "currents.csv")
     return found
