@@ -1,7 +1,8 @@
 # make run     the main job, on a fresh machine with python3
 # make test    its own set-up, then lint, types, import layers and tests
 # make lint    the checks alone
-# make wheel   the wheel in new environments: the main job, and an export on other Pythons that are here
+# make wheel   the wheel in dist, with its kernels' machine code, and in new environments: the main job, and an
+#              export on other Pythons that are here
 # make docs    the site in build/docs, with every notebook and command of its pages run; docs-pages: without
 # make bench   every benchmark (BENCH_FLAGS=--quick for the short ones)
 # make clean   remove everything that make made
@@ -55,7 +56,7 @@ lint: $(TEST_READY)
 	$(BIN)/lint-imports
 
 wheel: $(TEST_READY)
-	$(BIN)/python benchmarks/wheel.py --ci
+	$(BIN)/python benchmarks/wheel.py --ci --output dist
 
 # A path that the user set is the user's: apt would not mend it.
 ngspice: $(TEST_READY)
@@ -90,7 +91,7 @@ bench: $(TEST_READY)
 		echo "== $$script"; $(BIN)/python $$script $(BENCH_FLAGS) || exit 1; done
 
 clean:
-	rm -rf $(VENV) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache $(PICTURE)
+	rm -rf $(VENV) build dist circuits/machine_code/shipped .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache $(PICTURE)
 	find $(wildcard $(PACKAGES) tests benchmarks examples) -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(RUN_READY): pyproject.toml | $(BIN)/pip

@@ -3,14 +3,20 @@
 The wheel is built and installed with all that it needs into a virtual environment outside of the repository;
 then the main job, a study, an export and a short reproduction run in another folder, without `HOME`, where
 neither the installation nor the user's home can be written.
+Before it is built, commands are run (`KERNELS`) whose machine code goes with it, for this version of Python,
+numba and LLVM and the processors of `circuits.machine_code.target`. `--output FOLDER` leaves the wheel there.
 `--quick` takes what the wheel needs from the environment that runs this script, and leaves the study out.
-`--ci` is for each change: the main job on the Python that runs this script, and an export on every other of
-`OTHERS` that is here, each with all that it needs and from another folder. One that is not here is named.
+`--ci` is for each change: the main job on the Python that runs this script, which may compile nothing, and an
+export on every other of `OTHERS` that is here, each with all that it needs and from another folder. One that
+is not here is named. In a continuous integration (`CI`) the wheel carries the kernels of the main job alone.
+`--first` measures instead: processor time of the first run of each of `FIRST` in a new environment with empty
+caches, beside that of the second, and the size of the wheel.
 """
 
 from __future__ import annotations
 
 import os
+import resource
 import shutil
 import stat
 import subprocess
@@ -18,10 +24,15 @@ import sys
 import sysconfig
 import tempfile
 import time
+from argparse import Namespace
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from importlib.metadata import version as version_of
 from pathlib import Path
 
 from _report import Row, parser_of, report
+from circuits.machine_code.cache import SHIPPED
+from circuits.machine_code.target import is_portable
 
 ROOT = Path(__file__).resolve().parents[1]
 COMMANDS = {
@@ -37,8 +48,24 @@ LEFT = {
     "reproduction": "fig10.png",
 }
 QUICK = ("export", "reproduction")
+# What is run so that its kernels go with the wheel; the first is all that a check of a change needs.
+KERNELS = (
+    "run approach --duration 0.05s --plot a.png", "run approach --level behavioural --plot a.png",
+    "simulate rebound-neuron", "simulate rolls-neuron", "op ranging-chip", "show rebound-neuron",
+    "montecarlo rebound-neuron -n 20 -o study", "sweep transamp --over v_plus=0V..1.8V:11",
+    "run rolls --duration 0.2s", "run pushbot --duration 0.3s", "run forest --pings 30", "run car --pings 20",
+    "run head --duration 0.2s", "run rover --trips 1", "run bug --duration 1s", "run spiking-bat --pings 5",
+)  # fmt: skip
+FIRST = (
+    "list", "show rebound-neuron", "simulate rebound-neuron", "run approach --beside nominal --plot a.png",
+    "run approach --level behavioural --plot a.png", "run rolls --duration 0.2s",
+    "run pushbot --duration 0.3s",
+)  # fmt: skip
+AT_MOST = 2.5  # of a first run, times the second
 OTHERS = ("3.12", "3.13")  # Pythons that the wheel is also for
 WHOLE = "import ctypes, ensurepip, ssl, venv"  # what a Python must have; a name of pyenv's may lead to none
+# The compiler for which kernels come with the wheel.
+SAME = [f"{name}=={version_of(name)}" for name in ("numba", "llvmlite")]
 PIP = [sys.executable, "-m", "pip", "-q", "--disable-pip-version-check"]
 # For root, whom modes do not bind: two folders are mounted read-only over themselves before the command.
 READ_ONLY = (
@@ -47,9 +74,8 @@ READ_ONLY = (
 )
 
 
-def install(folder: Path, *, quick: bool) -> Path:
-    """Build the wheel and install it into `folder`; returns the command `noctule`."""
-    wheel = built(folder)
+def install(folder: Path, wheel: Path, *, quick: bool) -> Path:
+    """Install the wheel into `folder`; returns the command `noctule`."""
     python = new_environment(folder / "environment", sys.executable)
     if quick:
         here = sysconfig.get_path("purelib")
@@ -60,6 +86,18 @@ def install(folder: Path, *, quick: bool) -> Path:
         [*PIP, "--python", str(python), "install", *(["--no-deps"] if quick else []), str(wheel)], check=True
     )
     return python.parent / "noctule"
+
+
+def make_kernels(folder: Path, commands: Iterable[str]) -> None:
+    """Have the machine code that commands take in the package, and no other."""
+    shutil.rmtree(SHIPPED, ignore_errors=True)
+    work = folder / "kernels"
+    work.mkdir()
+    noctule = Path(sys.executable).with_name("noctule")
+    for command in commands:
+        environment = {**os.environ, "NOCTULE_SHIP_KERNELS": "1"}
+        words = [str(noctule), *command.split()]
+        subprocess.run(words, check=True, capture_output=True, cwd=work, env=environment)
 
 
 def built(folder: Path) -> Path:
@@ -86,9 +124,8 @@ def other_python(version: str) -> str | None:
     return None
 
 
-def checked(folder: Path) -> list[Row]:
+def checked(folder: Path, wheel: Path) -> list[Row]:
     """A row a Python: what it does with the wheel that is installed with all that it needs."""
-    wheel = built(folder)
     pythons = {f"{sys.version_info.major}.{sys.version_info.minor}": (sys.executable, "main job")}
     for version in OTHERS:
         found = other_python(version)
@@ -101,13 +138,16 @@ def checked(folder: Path) -> list[Row]:
         python, name = pythons[version]
         start = time.perf_counter()
         made = new_environment(folder / version, python)
-        subprocess.run([*PIP, "--python", str(made), "install", str(wheel)], check=True)
-        work = folder / f"work-{version}"
+        wanted = SAME if python == sys.executable else []
+        subprocess.run([*PIP, "--python", str(made), "install", str(wheel), *wanted], check=True)
+        work, kernels = folder / f"work-{version}", folder / f"kernels-{version}"
         work.mkdir()
-        good, told = carried_out(
-            name, [str(made.parent / "noctule"), *COMMANDS[name]], work, dict(os.environ)
-        )
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(kernels)}
+        good, told = carried_out(name, [str(made.parent / "noctule"), *COMMANDS[name]], work, environment)
+        compiled = len(list(kernels.rglob("*.nbc")))
+        good &= not (wanted and compiled and is_portable())
         seconds = time.perf_counter() - start
+        told = f"{compiled} kernels compiled; {told}"
         return Row(f"Python {version}, {name}", seconds, None, float(good), told, 1, 1.0)
 
     with ThreadPoolExecutor() as threads:
@@ -139,9 +179,36 @@ def set_writable(folder: Path, bit: int) -> None:
             path.chmod(path.stat().st_mode & ~everybody | bit)
 
 
-def measured(folder: Path, *, quick: bool) -> list[Row]:
+def first_runs(folder: Path, wheel: Path) -> Iterator[Row]:
+    """A row a command: processor time of its first run in a new environment, and of its second."""
+    yield Row(
+        "size of the wheel, MB", wheel.stat().st_size / 1e6, None, None, f"{_shipped():.1f} MB of kernels"
+    )
+    command = install(folder, wheel, quick=True)
+    work = folder / "work"
+    work.mkdir()
+    for number, text in enumerate(FIRST):
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / f"kernels-{number}")}
+        first, second = (_processor_time([str(command), *text.split()], work, environment) for _ in range(2))
+        count = len(list((folder / f"kernels-{number}").rglob("*.nbc")))
+        yield Row(text, first, second, first / second, f"{count} kernels compiled", most=AT_MOST)
+
+
+def _shipped() -> float:
+    """Machine code that goes with the wheel, MB."""
+    return sum(path.stat().st_size for path in SHIPPED.rglob("*.nb?")) / 1e6
+
+
+def _processor_time(words: list[str], work: Path, environment: dict[str, str]) -> float:
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(words, check=True, capture_output=True, cwd=work, env=environment)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def measured(folder: Path, wheel: Path, *, quick: bool) -> list[Row]:
     """A row a command: done or not, and how long it took."""
-    command = install(folder, quick=quick)
+    command = install(folder, wheel, quick=quick)
     before = unwritable(folder)
     work = folder / "work"
     work.mkdir()
@@ -161,11 +228,26 @@ def main() -> int:
     """Install and run; the exit status is 1 where a command fails."""
     parser = parser_of(__doc__, "two commands, with the libraries of this environment")
     parser.add_argument("--ci", action="store_true", help="the main job, and an export on other Pythons")
+    parser.add_argument("--first", action="store_true", help="first and second runs, and the size")
+    parser.add_argument("--output", type=Path, metavar="FOLDER", help="leave the wheel there")
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        rows = checked(Path(folder)) if options.ci else measured(Path(folder), quick=options.quick)
-        set_writable(Path(folder), stat.S_IWUSR)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        make_kernels(folder, KERNELS[:1] if os.environ.get("CI") else KERNELS)
+        wheel = built(folder)
+        if options.output:
+            options.output.mkdir(parents=True, exist_ok=True)
+            shutil.copy(wheel, options.output)
+        rows = rows_of(folder, wheel, options)
+        set_writable(folder, stat.S_IWUSR)
     return report(rows, options, lambda r: f"{r.ours:6.1f} s")
+
+
+def rows_of(folder: Path, wheel: Path, options: Namespace) -> list[Row]:
+    """What is asked for."""
+    if options.first:
+        return list(first_runs(folder, wheel))
+    return checked(folder, wheel) if options.ci else measured(folder, wheel, quick=options.quick)
 
 
 if __name__ == "__main__":

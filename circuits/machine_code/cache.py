@@ -4,6 +4,9 @@ numba itself keeps a cached function for as long as the file that it stands in d
 code also holds the functions that it calls in other files, and the constants of their modules. So here the
 cached code has the stamp of `circuits.compiled`, which is of the contents of all of them.
 
+Code that Python calls is looked for among what came with the package first (`SHIPPED`), where nothing is
+written unless `NOCTULE_SHIP_KERNELS` is set: then all code that a run takes is put there, for a wheel.
+
 Nothing in the cache's folder can break a run. What cannot be read, or is not what was written, is compiled
 again; where nothing can be written, nothing is kept. Machine code is accepted only with its digest, since a
 flipped bit in it would be run.
@@ -15,22 +18,28 @@ and load the result. Two functions that call each other could wait for each othe
 from __future__ import annotations
 
 import fcntl
+import gc
 import os
 import pickle
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, final
+from typing import Any, cast, final
 
+import llvmlite  # type: ignore[import-untyped]
 import numba as nb
-from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, _CacheLocator
 from numba.core.registry import cpu_target
 from numba.extending import intrinsic
 
-import circuits.machine_code.structure  # noqa: F401 - registers the types
+import circuits.machine_code.structure
+import circuits.machine_code.target  # noqa: F401 - chooses the processor
 from circuits.machine_code import linked, machine
 from circuits.machine_code.linked import LinkedCompiler
 from circuits.seal import sealed, unsealed
+
+SHIPPED = Path(__file__).with_name("shipped")
+"""Machine code that came with the package, a folder a module."""
 
 # Of code that only other kernels call: Python cannot call it, and numba need not make how it would.
 _CALLED_BY_KERNELS = {
@@ -63,24 +72,32 @@ def _kept(dispatcher: Any, stamp: Callable[[], bytes], suffix: str) -> Any:
     """Keep what numba compiles of a function whose code, with all that it calls, has the stamp."""
     if os.environ.get("NUMBA_DISABLE_JIT"):
         return dispatcher
-    try:
-        cache = _KernelCache(dispatcher.py_func)
-    except RuntimeError:  # no folder may be written
-        dispatcher._cache = NullCache()  # noqa: SLF001 - no other way
-        return dispatcher
+    dispatcher._cache = cache = _KernelCache(dispatcher.py_func)  # noqa: SLF001 - no other way
     cache.begin(stamp(), suffix)
-    dispatcher._cache = cache  # noqa: SLF001 - no other way
     compiles = dispatcher.compile
 
     def compile_once(signature: Any) -> Any:
         depth = cache.lock.depth
         try:
-            return compiles(signature)
+            with _uncollected():
+                return compiles(signature)
         finally:
             cache.lock.release(depth)
 
     dispatcher.compile = compile_once
     return dispatcher
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Have Python look for no garbage inside: what numba compiles with is much and lives long."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
 
 
 @final
@@ -117,7 +134,6 @@ class _Lock:
                 os.close(file)
 
 
-@final
 class _File(IndexDataCacheFile):
     """Data with their digest."""
 
@@ -137,18 +153,72 @@ class _File(IndexDataCacheFile):
 
 
 @final
+class _ShippedFile(_File):
+    """Data that came with the package, which stay as they are unless they are being made."""
+
+    def save(self, key: Any, data: Any) -> None:
+        """Put data there, where a package is being made."""
+        Path(self._cache_path).mkdir(parents=True, exist_ok=True)
+        super().save(key, data)
+
+    def discard(self) -> None:
+        """Nothing."""
+
+
+@final
+class _Nowhere(_CacheLocator):
+    """Where code is kept if no folder can be written."""
+
+    def __init__(self, line: int) -> None:
+        self._line = line
+
+    def get_cache_path(self) -> str:
+        """What can have no files in it."""
+        return os.devnull
+
+    def get_source_stamp(self) -> None:
+        """Nothing, since the cache has a stamp of its own."""
+
+    def get_disambiguator(self) -> str:
+        """What numba names files of code by."""
+        return str(self._line)
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> _Nowhere:  # noqa: ARG003 - as numba calls it
+        """The place of a function's code."""
+        return cls(py_func.__code__.co_firstlineno)
+
+
+@final
+class _Kept(CompileResultCacheImpl):
+    """Where code is kept, and in what form."""
+
+    def __init__(self, function: Any) -> None:
+        try:
+            super().__init__(function)
+        except RuntimeError:  # no folder may be written
+            nowhere: Any = _Nowhere
+            self._locator_classes = [nowhere]
+            super().__init__(function)
+
+
+@final
 class _KernelCache(FunctionCache):
     """A cache that compiles again where it fails."""
 
+    _impl_class = _Kept
+
     def begin(self, stamp: bytes, suffix: str) -> None:
         """Take the stamp for the cached function's own file, and a suffix for the names of its files."""
-        make: Any = _File
-        name = f"{self._impl.filename_base}{suffix}"
-        self._cache_file: Any = make(self._cache_path, name, stamp)
+        own, shipped, impl = cast("Any", _File), cast("Any", _ShippedFile), cast("Any", self._impl)
+        name = f"{impl.filename_base}{suffix}"
+        self._cache_file: Any = own(self._cache_path, name, stamp)
+        self._shipped = []
         if suffix:
-            self._impl.rebuild = linked.rebuilt
+            impl.rebuild = linked.rebuilt
         else:
-            self._impl.reduce, self._impl.rebuild = machine.reduced, machine.rebuilt
+            impl.reduce, impl.rebuild = machine.reduced, machine.rebuilt
+            self._shipped = [shipped(str(SHIPPED / self._py_func.__module__), name, stamp)]
         self.lock = _Lock(Path(self._cache_path) / f"{name}.lock")
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -160,13 +230,32 @@ class _KernelCache(FunctionCache):
         return found
 
     def _believed(self, sig: Any, target_context: Any) -> Any:
-        try:
-            return self._load_overload(sig, target_context)
-        except Exception:  # noqa: BLE001 - contents that are none raise anything
-            self._cache_file.discard()
-            return None
+        key = self._index_key(sig, target_context.codegen())
+        for file in (*self._shipped, self._cache_file):
+            try:
+                kept = file.load(key)
+                found = None if kept is None else self._impl.rebuild(target_context, kept)
+            except Exception:  # noqa: BLE001 - contents that are none raise anything
+                file.discard()
+                continue
+            if found is not None:
+                self._ship(key)
+                return found
+        return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep machine code, where that is possible."""
         with suppress(Exception):  # a full or read-only disk, or an index that cannot be replaced
             super().save_overload(sig, data)
+            self._ship(self._index_key(sig, data.codegen))
+
+    def _ship(self, key: Any) -> None:
+        """Put what is kept among what comes with the package, where that is being made."""
+        if os.environ.get("NOCTULE_SHIP_KERNELS"):
+            for file in self._shipped:
+                if file.load(key) is None:
+                    file.save(key, self._cache_file.load(key))
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        """What tells numba's code for one signature and processor from others, with the version of LLVM."""
+        return *super()._index_key(sig, codegen), llvmlite.__version__

@@ -37,6 +37,7 @@ class Work(NamedTuple):
     jacobian: F64
     residual: F64
     rate: F64
+    rest: F64  # what the search for a rest state remembers, float64[4, columns]
 
 
 def allocate(kernel: Kernel) -> Work:
@@ -61,7 +62,7 @@ def allocate(kernel: Kernel) -> Work:
         current, slope, transistor, current[3 * n : after].reshape(5, m),
         slope[7 * n : behind].reshape(5, 5, m), current[after:].reshape(2, d), slope[behind:].reshape(2, d),
         np.zeros(kernel.factor.entries), np.zeros(kernel.factor.entries), np.zeros(kernel.unknowns),
-        np.zeros(kernel.columns),
+        np.zeros(kernel.columns), np.zeros((4, kernel.columns)),
     )  # fmt: skip
 
 

@@ -175,7 +175,7 @@ def solve_dense(a: F64, b: F64) -> bool:  # noqa: C901 - Gaussian elimination as
     return True
 
 
-@compiled(_nrt=True)
+@compiled()
 def _settle(k: Kernel, v: F64, w: Work, history: F64, growth: float) -> bool:
     """Backward Euler with steps that grow by `growth` from v until a step of 1000 s succeeds.
 
@@ -183,7 +183,8 @@ def _settle(k: Kernel, v: F64, w: Work, history: F64, growth: float) -> bool:
     tau. Until then the mode has had about tau / (1 - 1/growth), so that slow growth lets it leave.
     """
     store_charges(k, v, w)
-    h, old = 1e-12, v.copy()
+    h, old = 1e-12, w.rest[0]
+    put(old, v)
     for _ in range(2000):
         for i in range(k.columns):
             history[i] = -old[i] / h
@@ -203,13 +204,13 @@ def _settle(k: Kernel, v: F64, w: Work, history: F64, growth: float) -> bool:
     return False
 
 
-@compiled(_nrt=True)
+@compiled()
 def settled(k: Kernel, v: F64, w: Work, history: F64, matrix: F64, right: F64) -> bool:
     """Follow the circuit's own dynamics from v to a rest state, in place; false where they find none."""
     return _settle(k, v, w, history, GROWTH) and _direct(k, v, v, 0.0, w, matrix, right, np.int64(60))
 
 
-@compiled(_nrt=True)
+@compiled()
 def _is_rounded(k: Kernel, v: F64, w: Work, update: F64) -> bool:
     """Whether the currents at every node cancel but for rounding, where the updates do not get smaller.
 
@@ -220,8 +221,9 @@ def _is_rounded(k: Kernel, v: F64, w: Work, update: F64) -> bool:
         if not abs(update[i]) < _SAME_STATE:
             return False
     evaluate(k, v, w)
-    total = np.zeros(k.unknowns)
+    total = w.rest[0]
     for i in range(k.unknowns):
+        total[i] = 0.0
         for p in range(k.conductance.start[i], k.conductance.start[i + 1]):
             total[i] += abs(k.conductance.value[p] * v[k.conductance.column[p]])
     for p in range(k.stamps.row.size):
@@ -232,11 +234,12 @@ def _is_rounded(k: Kernel, v: F64, w: Work, update: F64) -> bool:
     return True
 
 
-@compiled(_nrt=True)
+@compiled()
 def rest_state(k: Kernel, v: F64, w: Work, matrix: F64, decades: F64) -> bool:
     """Solve for a rest state near `v`, in place; false where none is found."""
     store_charges(k, v, w)
-    anchor, history, right = v.copy(), np.zeros_like(v), np.zeros(k.unknowns)
+    anchor, history, right = w.rest[1], w.rest[2], w.rest[3, : k.unknowns]
+    put(anchor, v)
     if _direct(k, v, anchor, 0.0, w, matrix, right, np.int64(200)):
         return True
     put(v, anchor)

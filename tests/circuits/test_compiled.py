@@ -2,6 +2,7 @@
 
 import errno
 import fcntl
+import gc
 import importlib
 import subprocess
 import sys
@@ -13,6 +14,8 @@ import pytest
 
 from chips.ranging.kernel import on_call
 from circuits.compiled import compiled, source_stamp
+from circuits.machine_code import target
+from circuits.machine_code.target import PORTABLE, PortableCodegen, is_portable
 from circuits.solver.integrate import integrate
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -107,6 +110,7 @@ def test_a_compiled_function_computes() -> None:
         return 2.0 * x
 
     assert twice(1.5) == 3.0
+    assert gc.isenabled()
 
 
 @pytest.fixture
@@ -166,6 +170,47 @@ def test_where_nothing_can_be_written_kernels_are_compiled_each_time(
 ) -> None:
     monkeypatch.setattr("numba.core.caching.CacheImpl._locator_classes", [])
     assert compiled()(lambda x: 2.0 * x)(21.0) == 42.0
+
+
+@pytest.fixture
+def shipped(kept: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of kernels that came with a package, in which one is; nothing else is kept or can be."""
+    monkeypatch.setattr("circuits.machine_code.cache.SHIPPED", kept.parent / "shipped")
+    monkeypatch.setenv("NOCTULE_SHIP_KERNELS", "1")
+    assert doubled() == (42.0, 0)
+    monkeypatch.delenv("NOCTULE_SHIP_KERNELS")
+    monkeypatch.setattr("numba.core.caching.CacheImpl._locator_classes", [])
+    return kept.parent / "shipped"
+
+
+def test_a_kernel_that_came_with_the_package_is_loaded(shipped: Path) -> None:
+    assert [path.parent.name for path in shipped.rglob("*.nbc")] == ["small_kernel"]
+    assert doubled() == (42.0, 0)
+
+
+def test_a_kernel_that_came_with_another_processor_or_was_spoilt_is_compiled_and_stays_as_it_is(
+    shipped: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as other:
+        other.setattr("numba.core.codegen.CPUCodegen.magic_tuple", lambda _: ("another",))
+        assert doubled() == (42.0, 1)
+    for path in shipped.rglob("*.nbc"):
+        path.write_bytes(b"no" + path.read_bytes())
+    before = {path: path.read_bytes() for path in shipped.rglob("*.nb?")}
+    assert doubled() == (42.0, 1)
+    assert {path: path.read_bytes() for path in shipped.rglob("*") if path.is_file()} == before
+
+
+def test_kernels_are_for_the_portable_processor_where_all_that_it_has_is_here(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert PortableCodegen("test").magic_tuple()[1:] == (PORTABLE, "")
+    monkeypatch.setattr("llvmlite.binding.get_process_triple", lambda: "x86_64-unknown-linux-gnu")
+    features: Any = dict.fromkeys(target._NEEDED, True)
+    monkeypatch.setattr("llvmlite.binding.get_host_cpu_features", lambda: features)
+    assert is_portable()
+    features["fma"] = False
+    assert not is_portable()
 
 
 def test_a_disk_that_takes_nothing_leaves_a_kernel_usable(
