@@ -52,7 +52,7 @@ QUICK = ("export", "reproduction")
 KERNELS = (
     "run approach --duration 0.05s --plot a.png", "run approach --level behavioural --plot a.png",
     "simulate rebound-neuron", "simulate rolls-neuron", "op ranging-chip", "show rebound-neuron",
-    "montecarlo rebound-neuron -n 20 -o study", "sweep transamp --over v_plus=0V..1.8V:11",
+    "montecarlo rebound-neuron -n 20 -o study", "sweep transamp-p --over v_plus=0V..1.8V:11",
     "run rolls --duration 0.2s", "run pushbot --duration 0.3s", "run forest --pings 30", "run car --pings 20",
     "run head --duration 0.2s", "run rover --trips 1", "run bug --duration 1s", "run spiking-bat --pings 5",
 )  # fmt: skip
