@@ -4,7 +4,8 @@ The wheel is built and installed with all that it needs into a virtual environme
 then the main job, a study, an export and a short reproduction run in another folder, without `HOME`, where
 neither the installation nor the user's home can be written.
 Before it is built, commands are run (`KERNELS`) whose machine code goes with it, for this version of Python,
-numba and LLVM and the processors of `circuits.machine_code.target`. `--output FOLDER` leaves the wheel there.
+numba and LLVM and the kinds of `circuits.machine_code.target` that this processor is. `--output FOLDER` keeps
+the wheel.
 `--quick` takes what the wheel needs from the environment that runs this script, and leaves the study out.
 `--ci` is for each change: the main job on the Python that runs this script, which may compile nothing, and an
 export on every other of `OTHERS` that is here, each with all that it needs and from another folder. One that
@@ -25,14 +26,15 @@ import sysconfig
 import tempfile
 import time
 from argparse import Namespace
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version as version_of
+from itertools import islice, product
 from pathlib import Path
 
 from _report import Row, parser_of, report
 from circuits.machine_code.cache import SHIPPED
-from circuits.machine_code.target import is_portable
+from circuits.machine_code.target import kinds_here
 
 ROOT = Path(__file__).resolve().parents[1]
 COMMANDS = {
@@ -88,16 +90,18 @@ def install(folder: Path, wheel: Path, *, quick: bool) -> Path:
     return python.parent / "noctule"
 
 
-def make_kernels(folder: Path, commands: Iterable[str]) -> None:
-    """Have the machine code that commands take in the package, and no other."""
+def make_kernels(folder: Path, *, few: bool) -> None:
+    """Have the machine code of `KERNELS` in the package, for each kind that this processor is."""
     shutil.rmtree(SHIPPED, ignore_errors=True)
     work = folder / "kernels"
     work.mkdir()
     noctule = Path(sys.executable).with_name("noctule")
-    for command in commands:
-        environment = {**os.environ, "NOCTULE_SHIP_KERNELS": "1"}
+    environment = {**os.environ, "NOCTULE_SHIP_KERNELS": "1"}
+    named = [{"NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""} for kind in kinds_here()]
+    runs = product(named or [{}], KERNELS)
+    for target, command in islice(runs, 1) if few else runs:
         words = [str(noctule), *command.split()]
-        subprocess.run(words, check=True, capture_output=True, cwd=work, env=environment)
+        subprocess.run(words, check=True, capture_output=True, cwd=work, env=environment | target)
 
 
 def built(folder: Path) -> Path:
@@ -145,7 +149,7 @@ def checked(folder: Path, wheel: Path) -> list[Row]:
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(kernels)}
         good, told = carried_out(name, [str(made.parent / "noctule"), *COMMANDS[name]], work, environment)
         compiled = len(list(kernels.rglob("*.nbc")))
-        good &= not (wanted and compiled and is_portable())
+        good &= not (wanted and compiled and kinds_here())
         seconds = time.perf_counter() - start
         told = f"{compiled} kernels compiled; {told}"
         return Row(f"Python {version}, {name}", seconds, None, float(good), told, 1, 1.0)
@@ -229,11 +233,11 @@ def main() -> int:
     parser = parser_of(__doc__, "two commands, with the libraries of this environment")
     parser.add_argument("--ci", action="store_true", help="the main job, and an export on other Pythons")
     parser.add_argument("--first", action="store_true", help="first and second runs, and the size")
-    parser.add_argument("--output", type=Path, metavar="FOLDER", help="leave the wheel there")
+    parser.add_argument("--output", type=Path, metavar="FOLDER", help="keep the wheel there")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        make_kernels(folder, KERNELS[:1] if os.environ.get("CI") else KERNELS)
+        make_kernels(folder, few=bool(os.environ.get("CI")))
         wheel = built(folder)
         if options.output:
             options.output.mkdir(parents=True, exist_ok=True)

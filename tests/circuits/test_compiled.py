@@ -14,8 +14,7 @@ import pytest
 
 from chips.ranging.kernel import on_call
 from circuits.compiled import compiled, source_stamp
-from circuits.machine_code import target
-from circuits.machine_code.target import PORTABLE, PortableCodegen, is_portable
+from circuits.machine_code.target import KINDS, PortableCodegen, kinds_here
 from circuits.solver.integrate import integrate
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -201,16 +200,17 @@ def test_a_kernel_that_came_with_another_processor_or_was_spoilt_is_compiled_and
     assert {path: path.read_bytes() for path in shipped.rglob("*") if path.is_file()} == before
 
 
-def test_kernels_are_for_the_portable_processor_where_all_that_it_has_is_here(
+def test_kernels_are_for_the_widest_kind_of_which_the_processor_has_all(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    assert PortableCodegen("test").magic_tuple()[1:] == (PORTABLE, "")
-    monkeypatch.setattr("llvmlite.binding.get_process_triple", lambda: "x86_64-unknown-linux-gnu")
-    features: Any = dict.fromkeys(target._NEEDED, True)
+    assert PortableCodegen("test", "x86-64-v3").magic_tuple()[1:] == ("x86-64-v3", "")
+    features = dict.fromkeys(KINDS["x86-64-v4"], True)
     monkeypatch.setattr("llvmlite.binding.get_host_cpu_features", lambda: features)
-    assert is_portable()
+    assert kinds_here() == ["x86-64-v4", "x86-64-v3"]
+    features["avx512dq"] = False
+    assert kinds_here() == ["x86-64-v3"]
     features["fma"] = False
-    assert not is_portable()
+    assert not kinds_here()
 
 
 def test_a_disk_that_takes_nothing_leaves_a_kernel_usable(
