@@ -3,7 +3,8 @@
 A calibration does what a laboratory can do with one chip on its bench: it sends events, counts spikes and
 times them, and reads nodes that have a pad; it moves codes of the chip's bias generator, trims of its board,
 and leaves out neurons or cells by their address. It never sees a deviation. What it found holds for that chip
-on that silicon with that kind of biases, and is refused by any other (`Codes.check`).
+on that silicon with that kind of biases, and is refused by any other, and where the law of transistors, units
+or bias generator is no longer that by which it was found (`Codes.check`).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from chips.law_lattice import key_changed, law_key
 from chips.validity import OutsideBoxError
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
@@ -119,6 +121,8 @@ class Codes:
         What stays off, a sentence each.
     failed : str
         Why the chip cannot be used at all; empty where it can.
+    law : mapping
+        Key of the law by which it was found (`chips.law_lattice.law_key`), numbers by family.
     """
 
     chip: str
@@ -131,6 +135,7 @@ class Codes:
     bench_s: float = 0.0
     unmended: tuple[str, ...] = ()
     failed: str = ""
+    law: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     def current(self, name: str) -> float | tuple[float, ...]:
         """Return the nominal current of a bias at 27 degC, A: one number, or one an element."""
@@ -148,7 +153,8 @@ class Codes:
         Raises
         ------
         ParameterError
-            They are of another chip, die, process, law or kind of biases, or the calibration failed.
+            They are of another chip, die, process, law or kind of biases, or the calibration failed, or the
+            law of the process has changed since.
         """
         if self.chip != chip:
             raise ParameterError(f"codes: of {self.chip}, must be of {chip}; calibrate that")
@@ -160,6 +166,9 @@ class Codes:
                     f"codes of {chip}: {name} {own or 'none'}, the run has {other or 'none'}; calibrate the"
                     " chip on that silicon"
                 )
+        other = key_changed(self.law, silicon.process)
+        if other:
+            raise ParameterError(f"codes of {chip}: of {other}; calibrate the chip on that silicon again")
         self.require_usable()
 
     def require_usable(self) -> None:
@@ -196,6 +205,12 @@ class Calibration:
     setup: Hashable = None
 
 
+def codes_begun(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable = None) -> Codes:
+    """Return codes of which name, key, temperature and today's law stand; arguments as of `attempted`."""
+    key, law = key_of(silicon, kind, setup), law_key(silicon.process)
+    return Codes(name, key, silicon.temperature_c, law=law)
+
+
 def attempted(
     name: str, silicon: Silicon, kind: BiasKind, setup: Hashable, find: Callable[[Codes], Codes]
 ) -> Codes:
@@ -213,21 +228,21 @@ def attempted(
     kind, setup
         Kind of the chip's biases, and what it is set up for.
     find
-        Fills in codes of which only name, key and temperature stand; it raises `ParameterError`, whose text
-        is the reason, where it cannot.
+        Fills in codes as `codes_begun` makes them; it raises `ParameterError`, whose text is the reason,
+        where it cannot.
 
     Raises
     ------
     OutsideBoxError
         Of `find`, as it is.
     """
-    begun = Codes(name, key_of(silicon, kind, setup), silicon.temperature_c)
+    made = codes_begun(name, silicon, kind, setup)
     try:
-        return find(begun)
+        return find(made)
     except OutsideBoxError:
         raise
     except ParameterError as error:
-        return replace(begun, failed=str(error))
+        return replace(made, failed=str(error))
 
 
 def codes_near(currents: Mapping[str, object]) -> dict[str, tuple[Code, ...]]:

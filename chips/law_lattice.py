@@ -21,11 +21,17 @@ All of it is for the process's own parameters, and from temperature to junction 
 can be off (`_with_effects`). The numbers of the lattice are ours: from off to strong inversion, forward and
 reverse, and with junctions forward biased. None is a difference of nearly equal numbers, which another
 processor's rounding would move.
+
+Codes of a chip carry their law too, as a key (`law_key`): two sums for each family, which move by more than
+`TOLERANCE` where any number of it does. No record is measured with the bias generator's circuit, but codes
+are found with it. So their key has one more family, `generator`: the voltages of its masters and of lines for
+`CURRENTS` on `DIE`, V.
 """
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -40,8 +46,9 @@ from circuits.devices import Transistor
 from circuits.devices.ekv import argument, interpolation, of_weak, steepness, weak_over
 from circuits.devices.pinch_off import pinch_off
 from circuits.devices.transistor import capacitances, drain_currents, transistor_arrays, transistor_work
-from circuits.errors import DataError
+from circuits.errors import DataError, ParameterError, SolverError
 from circuits.event import EDGE, HALF_WIDTH, LENGTH, WIDTH
+from circuits.generator.voltage import Line, line_voltages, masters_at_rest, resistor_of
 from circuits.silicon.die import Die, shared
 from circuits.silicon.process import (
     POLARITIES,
@@ -71,6 +78,7 @@ CURRENTS = (10e-12, 1e-9, 0.3e-6)  # A
 _UNTOLD = {"components", "cards"}  # of a process, in a record: they move no number of the law
 DRIVES = (-20.0, -3.0, 0.5, 10.0)  # arguments of the interpolation
 KINDS: tuple[BiasKind, ...] = ("gate", "ideal")
+_STEPS = (0.6180339887, 0.4142135623)  # of weights, irrational so that few coincide
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,8 +129,28 @@ def changed(kept: Law) -> str:
     if kept.solver != now.solver:
         return f"solvers of version {kept.solver}, not {now.solver}"
     families = {**kept.values, **now.values}
-    other = [name for name in families if not _same(kept.values.get(name), now.values.get(name))]
-    return f"another law of {', '.join(other)}" if other else ""
+    return _told([name for name in families if not _same(kept.values.get(name), now.values.get(name))])
+
+
+@cache
+def law_key(process: Process) -> dict[str, tuple[float, ...]]:
+    """Return today's law of a process as codes carry it: two sums a family, and the solvers' version.
+
+    Each sum is of logarithms of the family's numbers with weights from 1 to 2, so that a number that is
+    larger by a small share moves it by that share or more.
+    """
+    law = law_of(process)
+    families = {**law.values, "generator": _generator(law.process)}
+    return {"solver": (float(law.solver),)} | {name: _sums(values) for name, values in families.items()}
+
+
+def key_changed(kept: Mapping[str, tuple[float, ...]], process: Process) -> str:
+    """Return what of a process's law codes were found by that is no longer so, empty where nothing is."""
+    if not kept:
+        return "a law that they do not tell"
+    now = law_key(process)
+    apart = {name: np.subtract(now.get(name, math.nan), kept.get(name, math.nan)) for name in {**kept, **now}}
+    return _told([name for name, x in apart.items() if not (np.abs(x) <= TOLERANCE).all()])
 
 
 def law_text(law: Law) -> tuple[str, F64]:
@@ -158,6 +186,35 @@ def _model_of(numbers: dict[str, Any]) -> TransistorModel:
     """A model of its numbers, with the terms of its size where it has some."""
     size = numbers.pop("size", None)
     return TransistorModel(**numbers, size=None if size is None else SizeTerms(**size))
+
+
+def _told(families: list[str]) -> str:
+    return f"another law of {', '.join(families)}" if families else ""
+
+
+def _sums(values: F64) -> tuple[float, float]:
+    """Two sums of the logarithms of numbers, of which 0 counts as e, and negative ones as e-fold."""
+    size = np.log(np.abs(values), where=values != 0.0, out=np.ones(values.shape)) + (values < 0.0)
+    weights = (1.0 + np.arange(values.size) * step % 1.0 for step in _STEPS)
+    one, other = (math.fsum(weight * size) for weight in weights)
+    return one, other
+
+
+def _generator(process: Process) -> F64:
+    """Voltages of masters and lines, V; 0 where the process has no room for the generator."""
+    place = (("law", ()),)
+    found: list[F64] = []
+    try:
+        resistance = resistor_of(process)
+        for silicon in (Silicon(process, t, DIE, place) for t in TEMPERATURES):
+            found += masters_at_rest(silicon, resistance).voltages.values()
+            for polarity in POLARITIES:
+                device = Transistor("m", polarity, "out", "gate", "0", "0", *SIZES[1])
+                line = Line(place, "line", (len(CURRENTS),), None, device)
+                found.append(line_voltages(line, np.array(CURRENTS), silicon))
+    except (SolverError, ParameterError):
+        return np.zeros(1)
+    return np.concatenate(found)
 
 
 def _same(one: F64 | None, other: F64 | None) -> bool:

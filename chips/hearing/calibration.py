@@ -9,7 +9,9 @@ together as well.
 
 from __future__ import annotations
 
-from chips.codes import Calibration, Codes, Measured, key_of
+from dataclasses import replace
+
+from chips.codes import Calibration, Codes, Measured, codes_begun
 from chips.hearing.mismatch import LEVEL
 from chips.hearing.model import check_hearing, rest_margin_on
 from chips.measured.search import narrowed
@@ -39,7 +41,7 @@ def calibrate(silicon: Silicon, kind: BiasKind, setup: None = None) -> Codes:
         Nothing: the hearing is always the same.
     """
     check_hearing(silicon)
-    key, celsius, trials = key_of(silicon, kind), silicon.temperature_c, 0
+    codes, trials = codes_begun(NAME, silicon, kind), 0
 
     def hears(level: float) -> bool:
         nonlocal trials
@@ -47,11 +49,11 @@ def calibrate(silicon: Silicon, kind: BiasKind, setup: None = None) -> Codes:
         return rest_margin_on(silicon, level) >= 0.0
 
     if not hears(LEVELS[1]):
-        return Codes(NAME, key, celsius, bench_s=TRIAL, failed="its onset neuron hears at no level")
+        return replace(codes, bench_s=TRIAL, failed="its onset neuron hears at no level")
     _, edge = narrowed(hears, *LEVELS, WITHIN)
     before = Measured("rest_margin", "V", RESERVE, LEVEL - edge, RESERVE)
     bench = TRIAL * trials
-    return Codes(NAME, key, celsius, trims={"v_level": (edge + RESERVE,)}, measured=(before,), bench_s=bench)
+    return replace(codes, trims={"v_level": (edge + RESERVE,)}, measured=(before,), bench_s=bench)
 
 
 def level_of(codes: Codes | None) -> float:

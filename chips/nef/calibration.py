@@ -30,7 +30,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from chips.codes import Calibration, Codes, Measured, attempted, codes_near, key_of, left_off
+from chips.codes import Calibration, Codes, Measured, attempted, codes_begun, codes_near, left_off
 from chips.nef.circuit import NEURONS, chip_biases
 from chips.nef.devices import TAUS, Biases
 from chips.nef.model import (
@@ -226,7 +226,7 @@ def usual_codes(silicon: Silicon, kind: BiasKind) -> Codes:
     kind
         Kind of the biases.
     """
-    return Codes(NAME, key_of(silicon, kind), silicon.temperature_c, codes_near(usual_currents({})))
+    return replace(codes_begun(NAME, silicon, kind), biases=codes_near(usual_currents({})))
 
 
 def usual_currents(values: Values) -> Lines:

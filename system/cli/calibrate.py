@@ -19,7 +19,7 @@ from system.cli.mend import require_checkout
 from system.cli.output import print_json, print_line, print_table, working
 from system.cli.verbs import Calibrate
 from system.codes.file import write_codes
-from system.codes.find import calibrated_anew, codes_found, shipped_file
+from system.codes.find import calibrated_anew, codes_found, kept_anew, shipped_file
 from system.files.writing import check_folder
 from system.options.block import describe_silicon, read_die, silicon_line
 from system.options.die.edited import check_drawn
@@ -40,7 +40,8 @@ def calibrate_command(asked: Calibrate) -> int:
     path = _path(asked, silicon)
     start = time.perf_counter()
     with working(f"calibrate {asked.chip}"):
-        made = calibrated_anew if asked.anew or asked.update_package else codes_found
+        anew = kept_anew if asked.anew else codes_found
+        made = calibrated_anew if asked.update_package else anew
         codes = made(asked.chip, silicon, asked.bias_kind)
     seconds = time.perf_counter() - start
     check_drawn(silicon.die)
@@ -70,7 +71,7 @@ def _path(asked: Calibrate, silicon: Silicon) -> Path | None:
 
 def _document(codes: Codes, silicon: Silicon, path: Path | None, seconds: float) -> dict[str, object]:
     document = msgspec.to_builtins(codes)
-    del document["key"], document["calibrated_c"]
+    del document["key"], document["calibrated_c"], document["law"]
     document["measured"] = [{n: _number(v) for n, v in each.items()} for each in document["measured"]]
     return {
         **document,

@@ -20,7 +20,7 @@ from system.cli.option_names import option_of
 # slow to import, and every command waits for this module
 metadata, request = later("importlib.metadata"), later("urllib.request")
 
-_CHARACTERISE = re.compile(r"(; run noctule characterise [a-z0-9-]+)((?: [a-z]+=\S+)*)")
+_AGAIN = re.compile(r"(; run noctule (characterise|calibrate) [a-z0-9-]+)((?: [a-z]+=\S+)*)")
 # Who installs ngspice's library, in the order in which they are looked for.
 _NGSPICE_FROM = {
     "apt-get": "apt-get install libngspice0",
@@ -48,19 +48,22 @@ def require_checkout(path: Path) -> None:
 
 
 def measured_again(refusal: str) -> str:
-    """Return the refusal of a stale record with the options of the command that measures it again.
+    """Return the refusal of a stale record, or of stale codes, with the options of the command that mends it.
 
-    A record of the package's own asks for one more. In an installed package the record goes to the user's
-    caches, as it does where one is there already, and a record of another process does so anywhere.
+    One of the package's own asks for one more. In an installed package the record goes to the user's caches,
+    as it does where one is there already, and a record of another process does so anywhere; codes go there
+    where they are found anew.
     """
-    found = _CHARACTERISE.search(refusal)
+    found = _AGAIN.search(refusal)
     if found is None:
         return refusal
-    fields = [field.partition("=") for field in found[2].split()]
+    fields = [field.partition("=") for field in found[3].split()]
     words = [found[1], *(f"{option_of(name)} {value}" for name, _, value in fields)]
     shipped = found.end() == len(refusal) and not any(name == "process" for name, _, _ in fields)
     if shipped and checkout() is not None:
         words.append("--update-package")
+    elif found[2] == "calibrate":
+        words.append("--anew")
     return refusal[: found.start()] + " ".join(words) + refusal[found.end() :]
 
 

@@ -3,7 +3,8 @@
 What a calibration finds is kept in the user's cache folder, by all that it depends on: the silicon, the kind
 of the biases, the temperature of the bench, and the sources of circuits, chips and the calibration itself. So
 a die is calibrated once, and anew after any of these has changed. A calibration is announced in a line on
-stderr, since it takes seconds to minutes.
+stderr, since it takes seconds to minutes. Codes that ship for a die are refused where the law that they were
+found by has changed since.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import os
 from collections.abc import Hashable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
+from dataclasses import replace
 from functools import cache, lru_cache
 from hashlib import sha256
 from importlib.resources import files
@@ -19,10 +21,12 @@ from pathlib import Path
 from sys import modules
 
 from chips.codes import Codes, Key, key_of
+from chips.law_lattice import key_changed, law_key
 from chips.record import record_key
 from chips.record_file import cache_folder
 from circuits.circuit import BiasKind
 from circuits.errors import DataError
+from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
 from system.codes.file import read_codes, write_codes
 from system.notice import say
@@ -62,6 +66,8 @@ def codes_on(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable = None
         No calibration has the name.
     ParameterError
         The chip cannot be calibrated there; the text says which part and why.
+    DataError
+        The codes that ship are of another law.
     """
     found = codes_found(name, silicon, kind, setup)
     found.check(name, silicon, kind, setup_of(name, setup))
@@ -75,7 +81,16 @@ def setup_of(name: str, setup: Hashable = None) -> Hashable:
 
 def calibrated_anew(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable = None) -> Codes:
     """Calibrate a chip on a silicon, whatever was found before; arguments and errors as of `codes_on`."""
-    return load_calibration(name).calibrate(silicon, kind, setup_of(name, setup))
+    found = load_calibration(name).calibrate(silicon, kind, setup_of(name, setup))
+    return found if found.law else replace(found, law=law_key(silicon.process))
+
+
+def kept_anew(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable = None) -> Codes:
+    """As `calibrated_anew`; what it finds of a chip that can be used is kept for later."""
+    codes = calibrated_anew(name, silicon, kind, setup)
+    if not codes.failed:
+        _keep(cached_file(name, key_of(silicon, kind, setup_of(name, setup)), silicon.temperature_c), codes)
+    return codes
 
 
 def codes_found(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable = None) -> Codes:
@@ -101,20 +116,37 @@ class _FailedError(Exception):
 @lru_cache(maxsize=_KEPT)
 def _usable(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable) -> Codes:
     key = key_of(silicon, kind, setup_of(name, setup))
-    shipped = shipped_file(name, silicon)
-    if shipped.is_file():
-        codes = read_codes(shipped)
-        if codes.key == key and codes.calibrated_c == silicon.temperature_c:
-            return codes
+    shipped = _shipped(name, silicon, key)
+    other = "" if shipped is None else key_changed(shipped.law, silicon.process)
+    if shipped is not None and not other:
+        return shipped
     kept = cached_file(name, key, silicon.temperature_c)
     if kept.is_file():
         return read_codes(kept)
+    if other:
+        raise _stale(name, silicon.die, other)
     if not _quiet.get():
         say(f"calibrating {name} on {silicon.die} at {silicon.temperature_c:g} degC, once")
-    codes = calibrated_anew(name, silicon, kind, setup)
+    codes = kept_anew(name, silicon, kind, setup)
     if codes.failed:
         raise _FailedError(codes)
-    _keep(kept, codes)
+    return codes
+
+
+def _stale(name: str, die: Die, reason: str) -> DataError:
+    """The error for codes of another law, with the command that finds them anew, its options as fields."""
+    words = [f"run noctule calibrate {name}"]
+    words += [] if die.number is None else [f"die={die.number}"]
+    words += [] if die.lot == NOMINAL.lot else [f"lot={die.lot}"]
+    return DataError(f"codes of {name}, {die}: of {reason}; {' '.join(words)}")
+
+
+def _shipped(name: str, silicon: Silicon, key: Key) -> Codes | None:
+    """The codes with a key that ship, at the silicon's temperature; None without such."""
+    path = shipped_file(name, silicon)
+    codes = read_codes(path) if path.is_file() else None
+    if codes is None or codes.key != key or codes.calibrated_c != silicon.temperature_c:
+        return None
     return codes
 
 

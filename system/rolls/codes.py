@@ -17,11 +17,12 @@ of what is driven are ours.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import lru_cache, partial
 
 import numpy as np
 
-from chips.codes import Calibration, Codes, Measured, key_of, left_off
+from chips.codes import Calibration, Codes, Measured, codes_begun, left_off
 from chips.rolls.calibration import MEASURE, SETTLE, Knob, Target, Task, calibrate, neuron_rates
 from chips.rolls.chip import RollsChip
 from chips.rolls.program.bias_file import BiasTable, default_biases
@@ -62,12 +63,15 @@ def calibrate_rolls(silicon: Silicon, kind: BiasKind, table: BiasTable) -> Codes
     left = np.delete(rates, list(bad))
     measured = (Measured("rate", "Hz", wanted, before, float(left.mean()) if left.size else 0.0),)
     told = tuple(f"{NEURON}[{k}]: {why}, switched off" for k, why in bad.items())
-    return Codes(
-        NAME, key_of(silicon, kind, table), silicon.temperature_c, {KNOB: (found.code(KNOB),)},
-        {NEURON: tuple(bad)} if bad else {}, measured=measured, bench_s=(runs + 2) * (SETTLE + MEASURE),
+    return replace(
+        codes_begun(NAME, silicon, kind, table),
+        biases={KNOB: (found.code(KNOB),)},
+        off={NEURON: tuple(bad)} if bad else {},
+        measured=measured,
+        bench_s=(runs + 2) * (SETTLE + MEASURE),
         unmended=(*told, *left_off(measured, OFF)),
         failed="" if left.size >= LEAST else f"{len(bad)} of {len(ALL)} neurons cannot be used",
-    )  # fmt: skip
+    )
 
 
 def table_at(table: BiasTable, codes: Codes | None) -> BiasTable:

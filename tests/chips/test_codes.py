@@ -7,14 +7,18 @@ from dataclasses import replace
 
 import pytest
 
-from chips.codes import Codes, Measured, attempted, codes_near, key_of, left_off
+from chips.codes import Codes, Measured, attempted, codes_begun, codes_near, key_of, left_off
+from chips.law_lattice import TOLERANCE, law_key
 from chips.validity import OutsideBoxError
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
 
 SILICON = Silicon(die=Die(number=1003))
-CODES = Codes("chip", key_of(SILICON, "generator"), 27.0, {"i_one": ((5, 128),), "i_two": ((5, 64), (4, 1))})
+CODES = Codes(
+    "chip", key_of(SILICON, "generator"), 27.0, {"i_one": ((5, 128),), "i_two": ((5, 64), (4, 1))},
+    law=law_key(SILICON.process),
+)  # fmt: skip
 
 
 def test_currents_are_those_of_the_codes() -> None:
@@ -52,6 +56,22 @@ def test_codes_of_another_chip_kind_or_setup_are_refused() -> None:
             CODES.check(*given)
 
 
+def test_codes_of_another_law_are_refused_by_its_families() -> None:
+    bias = CODES.law["bias"]
+    replace(CODES, law={**CODES.law, "bias": (bias[0] + 0.5 * TOLERANCE, bias[1])}).check(
+        "chip", SILICON, "generator"
+    )
+    without = {name: sums for name, sums in CODES.law.items() if name != "unit"}
+    for law, says in (
+        ({**CODES.law, "bias": (bias[0], bias[1] - 2.0 * TOLERANCE)}, "of another law of bias; calibrate"),
+        (without, "of another law of unit;"),
+        ({**CODES.law, "solver": (0.0,)}, "of another law of solver;"),
+        ({}, "of a law that they do not tell; calibrate the chip on that silicon again"),
+    ):
+        with pytest.raises(ParameterError, match=says):
+            replace(CODES, law=law).check("chip", SILICON, "generator")
+
+
 def test_a_chip_that_could_not_be_calibrated_says_why() -> None:
     with pytest.raises(ParameterError, match=r"die A/1003 could not be calibrated, all neurons are deaf;"):
         replace(CODES, failed="all neurons are deaf").check("chip", SILICON, "generator")
@@ -64,7 +84,7 @@ def test_a_calibration_fails_for_its_reason_but_not_outside_of_a_models_box() ->
 
         return attempted("chip", SILICON, "generator", None, find)
 
-    begun = Codes("chip", CODES.key, 27.0)
+    begun = codes_begun("chip", SILICON, "generator")
     assert attempted("chip", SILICON, "generator", None, lambda codes: codes) == begun
     assert ends(ParameterError("deaf")) == replace(begun, failed="deaf")
     with pytest.raises(OutsideBoxError, match="too cold"):

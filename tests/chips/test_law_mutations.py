@@ -1,4 +1,4 @@
-"""A law that is changed in its source makes every measured record refuse by name, before any run.
+"""A law that is changed in its source makes all records and codes of chips refuse by name, before any run.
 
 A mutation is a text of a module and what stands there instead. The changed module is executed, and the code
 of its functions takes the place of theirs; constants are replaced wherever they were imported. Machine code
@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 import pytest
 
 from chips import law_lattice, record
-from chips.law_lattice import changed, law_of
+from chips.codes import Codes
+from chips.law_lattice import changed, key_changed, law_key, law_of
 from chips.measured.table_record import _kept
 from chips.model import MODELS
 from chips.ranging.chip import shipped_model
@@ -27,19 +28,34 @@ from chips.record_file import shipped_file
 from circuits.compiled import Kernel
 from circuits.devices import transistor
 from circuits.errors import DataError
+from circuits.generator.voltage import lines_at_rest, masters_at_rest, resistor_of
+from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
+from circuits.silicon.silicon import Silicon
 from system.cli.command_line import main
+from system.codes import find
+from system.codes.file import read_codes
+from system.registry import calibration_names, load_calibration
+from system.system import DRAWN
 
 
 class Mutation(NamedTuple):
-    """What is changed: a module's text, what stands there instead, and the families that move at least."""
+    """What is changed: a module's text, what stands there instead, and the families that move at least.
+
+    spares: names of processes whose full law it leaves as it is, and so the codes of their chips.
+    """
 
     module: str
     text: str
     instead: str
     moves: tuple[str, ...]
+    spares: tuple[str, ...] = ()
 
 
+JUNCTION, BIAS = ("junction",), ("bias",)
+FAR = ("rolls-180",)  # whose supply forward biases no junction of the lattice by 20 U_T
+BENT = ("ami-1500", "rolls-180")  # kappa is not constant
+GENERATOR = "circuits.generator.circuit"
 TRANSISTOR, PROCESS, DIE = "circuits.devices.transistor", "circuits.silicon.process", "circuits.silicon.die"
 OVERLAP = Mutation(
     TRANSISTOR,
@@ -52,7 +68,7 @@ MUTATIONS = (
     Mutation(TRANSISTOR, "gate_bulk = model", "gate_bulk = 1.01 * model", ("capacitance",)),
     Mutation(TRANSISTOR, "(ff - fr) * (ff + fr)", "(ff - fr) * (ff + 1.001 * fr)", ("current",)),
     Mutation(TRANSISTOR, "kappa[i] * (forward", "(forward", ("slope",)),
-    Mutation(TRANSISTOR, "= s * leakage * (1.0 - e - extra)", "= s * leakage * (1.0 - e)", ("junction",)),
+    Mutation(TRANSISTOR, "= s * leakage * (1.0 - e - extra)", "= s * leakage * (1.0 - e)", JUNCTION, FAR),
     Mutation(TRANSISTOR, "-early * mobility * mobility", "-early * mobility", ("slope",)),
     Mutation(TRANSISTOR, "a.induced_per_volt[i] * (1.0", "(1.0", ("junction_slope",)),
     Mutation(TRANSISTOR, "v_t0=law.v_t0 + delta_v_t", "v_t0=law.v_t0 - delta_v_t", ("current",)),
@@ -66,12 +82,16 @@ MUTATIONS = (
     Mutation(DIE, 'person=b"noctule-die"', 'person=b"die"', ("mismatch", "bias")),
     Mutation(DIE, "v_t0 * variation", "1.1 * v_t0 * variation", ("mismatch", "bias")),
     Mutation("circuits.silicon.silicon", "pair_a_vt / root", "pair_a_vt / area", ("mismatch",)),
-    Mutation("circuits.devices.channel", "dtype=np.float64) / law.kappa", "dtype=np.float64)", ("bias",)),
+    Mutation("circuits.devices.channel", "dtype=np.float64) / law.kappa", "dtype=np.float64)", BIAS, BENT),
     Mutation("circuits.bias", "kelvin(silicon.temperature_c) / kelvin(reference)", "1.0", ("bias",)),
     Mutation("circuits.devices.ekv", "0.5 * np.asarray(u,", "0.51 * np.asarray(u,", ("closed_form",)),
     Mutation("circuits.devices.pinch_off", "* height)", "+ height)", ("closed_form",)),
     Mutation("circuits.event", "WIDTH = 10e-6", "WIDTH = 11e-6", ("event",)),
     Mutation("circuits.units", '"f": -15', '"f": -16', ("unit",)),
+    Mutation(GENERATOR, "ratio = tap * sum", "ratio = 1.0001 * tap * sum", ("generator",)),
+    Mutation(GENERATOR, "MASTER_CURRENT = 0.4e-6", "MASTER_CURRENT = 0.4001e-6", ("generator",)),
+    Mutation(GENERATOR, "_CORE_P, total)", "_CORE_P, 1.0001 * total)", ("generator",)),
+    Mutation(GENERATOR, '"mfe1", "n", ("vdd", "vdd"', '"mfe1", "n", ("vdd", "0"', ("generator",)),
 )  # fmt: skip
 
 
@@ -82,14 +102,40 @@ def shipped() -> dict[Path, record.Record]:
     return {path: read_record(path) for path in paths}
 
 
+@pytest.fixture(scope="module")
+def coded() -> dict[tuple[str, Silicon], Codes]:
+    """Shipped codes by chip and silicon, which are read from their files once."""
+    chips = [name for name in calibration_names() if name != "pushbot-modified"]  # whose codes do not ship
+    wanted = [
+        (name, Silicon(load_calibration(name).process, die=Die(number=number)))
+        for name in chips
+        for number in (None, DRAWN)
+    ]
+    found = {each: read_codes(find.shipped_file(*each)) for each in wanted}
+    for _, silicon in found:
+        law_key(silicon.process)  # the generator's machine code, which stays, is that of the law as it is
+    return found
+
+
 @pytest.fixture
-def in_python(shipped: dict[Path, record.Record], monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """The law is evaluated by Python, nothing of it is remembered, and records come from memory."""
+def in_python(
+    shipped: dict[Path, record.Record],
+    coded: dict[tuple[str, Silicon], Codes],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> Iterator[None]:
+    """The law is evaluated by Python, nothing of it is remembered, and records and codes come from memory."""
+    files = {find.shipped_file(*each): codes for each, codes in coded.items()}
+    monkeypatch.setattr(find, "read_codes", files.__getitem__)
+    monkeypatch.setattr(find, "cached_file", lambda *_: tmp_path / "none")
     monkeypatch.setattr(record, "read_record", shipped.__getitem__)
     monkeypatch.setattr(law_lattice, "drain_currents", _python(transistor.drain_currents))
     for name in ("_reduce", "_junction_currents"):
         monkeypatch.setattr(transistor, name, _python(getattr(transistor, name)))
-    caches = (law_of, kept_record, _kept, shipped_model)
+    caches = (
+        law_of, law_key, kept_record, _kept, shipped_model, find._usable,
+        lines_at_rest, masters_at_rest, resistor_of,
+    )  # fmt: skip
     for each in caches:
         each.cache_clear()
     yield
@@ -98,7 +144,9 @@ def in_python(shipped: dict[Path, record.Record], monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.usefixtures("in_python")
-def test_the_law_in_python_is_that_of_the_machine_code() -> None:
+def test_the_law_in_python_is_that_of_the_machine_code(coded: dict[tuple[str, Silicon], Codes]) -> None:
+    for (_, silicon), codes in coded.items():
+        assert key_changed(codes.law, silicon.process) == ""
     for name in MODELS:
         law = kept_record(name.replace("-", "_")).law
         assert law is not None
@@ -107,16 +155,26 @@ def test_the_law_in_python_is_that_of_the_machine_code() -> None:
 
 @pytest.mark.usefixtures("in_python")
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda m: f"{m.module}: {m.text}")
-def test_a_mutation_makes_every_record_stale(mutation: Mutation, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mutation_makes_every_record_and_all_codes_stale(
+    mutation: Mutation, coded: dict[tuple[str, Silicon], Codes], monkeypatch: pytest.MonkeyPatch
+) -> None:
     mutate(mutation, monkeypatch)
-    for name in MODELS:
+    for name, silicon in coded:
+        if silicon.process.name in mutation.spares:
+            find.codes_on(name, silicon, "generator")
+            continue
+        with pytest.raises(DataError, match=f"codes of {name}, .* of another law of ") as told:
+            find.codes_on(name, silicon, "generator")
+        assert set(mutation.moves) <= set(families_of(told.value))
+        die = "" if silicon.die.number is None else f" die={DRAWN}"
+        assert str(told.value).endswith(f"; run noctule calibrate {name}{die}")
+    for name in MODELS if mutation.module != GENERATOR else ():  # by whose circuit no record is measured
         block = name.replace("-", "_")
         with pytest.raises(
             DataError, match=f"{block}: its record is of another law of .*run noctule"
         ) as told:
             kept_record(block)
-        families = str(told.value).partition("another law of ")[2].partition(";")[0].split(", ")
-        assert set(mutation.moves) <= set(families)
+        assert set(mutation.moves) <= set(families_of(told.value))
         assert str(told.value).endswith(f"characterise {name}")
 
 
@@ -125,12 +183,23 @@ def test_a_mutation_is_told_before_a_run(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     mutate(OVERLAP, monkeypatch)
-    assert main(["run", "approach", "--level", "behavioural", "--json"]) == 2
+    assert main(["run", "approach", "--level", "behavioural", "--codes", "default", "--json"]) == 2
     out, err = capsys.readouterr()
     assert "another law of capacitance; run noctule characterise" in err
     assert not out
-    assert main(["run", "forest", "--ranges", "exact", "--json"]) == 2  # a closed form, whose errors are kept
+    assert main(["run", "forest", "--ranges", "exact", "--codes", "default", "--json"]) == 2
+    # a closed form, whose errors are kept
     assert "winner_take_all_full: its record is of another law of capacitance" in capsys.readouterr().err
+    assert main(["run", "rolls", "--json"]) == 2  # a closed form, which has no record
+    out, err = capsys.readouterr()
+    said = "codes of rolls, die A/1000: of another law of capacitance; run noctule calibrate rolls"
+    assert err.endswith(f"{said} --die 1000 --update-package\n")
+    assert not out
+
+
+def families_of(error: DataError) -> list[str]:
+    """What an error says of which there is another law."""
+    return str(error).partition("another law of ")[2].partition(";")[0].split(", ")
 
 
 def mutate(mutation: Mutation, monkeypatch: pytest.MonkeyPatch) -> None:

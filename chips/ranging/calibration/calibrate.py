@@ -14,12 +14,13 @@ address: its spikes reach no board. Look-up tables are trimmed to the middles th
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from chips.codes import Calibration, Codes, Measured, codes_near, key_of
+from chips.codes import Calibration, Codes, Measured, codes_begun, codes_near
 from chips.measured.search import narrowed, narrowed_by_share
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.calibration import setting
@@ -91,15 +92,16 @@ def calibrate(silicon: Silicon, kind: BiasKind, setup: float | None = None) -> C
     after = windows(bench.answers(found, delays()), delays())
     bad = _useless(bench, found, after)
     working = len(bad) <= ranging_chip.NEURONS - setting.LEAST
-    return Codes(
-        NAME, key_of(silicon, kind, setup), silicon.temperature_c,
-        codes_near({name: i for name, i in found.items() if name not in PADS}),
-        {"neuron": tuple(bad)} if bad else {},
-        {name: tuple(np.ravel(found[name]).tolist()) for name in PADS} | {"delays": _lookup(after)},
-        tuple(_measured(before, after)), bench.seconds,
-        tuple(f"neuron[{k}]: {why}, switched off" for k, why in bad.items()),
-        "" if working else f"{len(bad)} of {ranging_chip.NEURONS} neurons cannot be used",
-    )  # fmt: skip
+    return replace(
+        codes_begun(NAME, silicon, kind, setup),
+        biases=codes_near({name: i for name, i in found.items() if name not in PADS}),
+        off={"neuron": tuple(bad)} if bad else {},
+        trims={name: tuple(np.ravel(found[name]).tolist()) for name in PADS} | {"delays": _lookup(after)},
+        measured=tuple(_measured(before, after)),
+        bench_s=bench.seconds,
+        unmended=tuple(f"neuron[{k}]: {why}, switched off" for k, why in bad.items()),
+        failed="" if working else f"{len(bad)} of {ranging_chip.NEURONS} neurons cannot be used",
+    )
 
 
 @lru_cache(maxsize=8)

@@ -106,5 +106,8 @@ def test_a_missing_record_is_told_with_the_options_that_measure_it(monkeypatch: 
     assert mend.measured_again(f"{asked}, or delete it") == f"{told}, or delete it"
     assert mend.measured_again(f"{asked} process=FILE") == f"{told} --process FILE"
     assert mend.measured_again("no such thing") == "no such thing"
+    calibrated = "codes of a-b: of another law; run noctule calibrate a-b"
+    assert mend.measured_again(f"{calibrated} die=3") == f"{calibrated} --die 3 --update-package"
     monkeypatch.setattr(mend, "checkout", lambda: None)
     assert mend.measured_again(asked) == told
+    assert mend.measured_again(calibrated) == f"{calibrated} --anew"

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from chips.codes import Calibration, Codes, key_of
+from chips.codes import Calibration, Codes, codes_begun
 from circuits.circuit import BiasKind
-from circuits.errors import ParameterError, UnknownNameError
+from circuits.errors import DataError, ParameterError, UnknownNameError
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from system.codes import find
+from system.codes.file import write_codes
 from system.registry import calibration_line, calibration_names, load_calibration
 
 
@@ -26,18 +27,15 @@ class Bench:
 
     def __call__(self, silicon: Silicon, kind: BiasKind, setup: object) -> Codes:
         self.chips.append((silicon, kind, setup))
-        key = key_of(silicon, kind, ("setup", setup))
-        return Codes("mine", key, silicon.temperature_c, {"i_one": ((5, 128),)}, failed=self.failed)
+        codes = codes_begun("mine", silicon, kind, setup)  # type: ignore[arg-type]
+        return replace(codes, biases={"i_one": ((5, 128),)}, failed=self.failed)
 
 
 @pytest.fixture
 def bench(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Bench:
     made = Bench()
 
-    def calibrate(silicon: Silicon, kind: BiasKind, setup: object) -> Codes:
-        return replace(made(silicon, kind, setup), key=key_of(silicon, kind, setup))  # type: ignore[arg-type]
-
-    calibration = Calibration("mine", "a chip", AMI_1500, calibrate, "usual")
+    calibration = Calibration("mine", "a chip", AMI_1500, made, "usual")
     monkeypatch.setattr(find, "load_calibration", lambda _: calibration)
     monkeypatch.setattr(find, "codes_folder", lambda: tmp_path)
     find._usable.cache_clear()
@@ -62,6 +60,22 @@ def test_another_die_temperature_kind_or_setup_is_calibrated_by_itself(bench: Be
     find.codes_on("mine", SILICON, "ideal")
     find.codes_on("mine", SILICON, "generator", "another")
     assert len(bench.chips) == 5
+
+
+def test_shipped_codes_of_another_law_are_refused_until_the_die_is_calibrated_anew(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    shipped = tmp_path / "shipped.toml"
+    monkeypatch.setattr(find, "shipped_file", lambda *_: shipped)
+    codes = find.calibrated_anew("mine", SILICON, "generator")
+    write_codes(shipped, codes)
+    assert find.codes_on("mine", SILICON, "generator") == codes
+    write_codes(shipped, replace(codes, law={**codes.law, "generator": (0.0, 0.0)}))
+    find._usable.cache_clear()
+    says = "mine, die A/1003: of another law of generator; run noctule calibrate mine die=1003$"
+    with pytest.raises(DataError, match=says):
+        find.codes_on("mine", SILICON, "generator")
+    assert find.kept_anew("mine", SILICON, "generator") == find.codes_on("mine", SILICON, "generator")
 
 
 def test_a_chip_that_cannot_be_calibrated_is_refused_and_tried_each_time(bench: Bench) -> None:
