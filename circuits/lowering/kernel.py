@@ -16,9 +16,9 @@ conserved, and what is made of G, C and i(v) holds for it as for a node.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import singledispatch
+from functools import lru_cache, singledispatch
 from typing import NamedTuple
 
 import numpy as np
@@ -484,15 +484,10 @@ def _assemble(flat: FlatCircuit, parts: _Parts, unknowns: int, columns: int) -> 
     )
     value = np.concatenate([np.zeros((3, 0)), *parts.amplifier_value], axis=1)
     diodes = _diode_table(flat, parts.column, parts.silicon)
-    stamped = _stamps(transistors, terminal, diodes, unknowns)
     charge, conductance = (_merge(m, 0, unknowns) for m in (parts.charge, parts.conductance))
-    pattern = {(int(r), int(c)) for r, c in zip(stamped[3], stamped[4], strict=True)}
-    for rows, cols, _ in (charge, conductance):
-        pattern |= {(int(r), int(c)) for r, c in zip(rows, cols, strict=True) if c < unknowns}
-    factor, position = factor_program(unknowns, pattern)
-    entry = np.array(
-        [position[int(r), int(c)] for r, c in zip(stamped[3], stamped[4], strict=True)], dtype=np.int32
-    )
+    places = transistors.terminal, terminal, diodes.terminal, diodes.charge, *charge[:2], *conductance[:2]
+    second_order = transistors.leaks, transistors.induces
+    pattern = _pattern(unknowns, second_order, *(each.astype(np.int64).tobytes() for each in places))
     dynamic = np.zeros(unknowns, dtype=np.bool_)
     dynamic[charge[0][(charge[2] > 0.0) & (charge[0] == charge[1])]] = True
     ends = diodes.terminal[:, diodes.charge >= 0]
@@ -502,22 +497,58 @@ def _assemble(flat: FlatCircuit, parts: _Parts, unknowns: int, columns: int) -> 
         curvature = min(curvature, float(parts.silicon.process.v_dd / value[0].max()))
     curvature = min(curvature, 2.0 * float(np.min([diodes.slope, diodes.breakdown_slope], initial=np.inf)))
     return Kernel(
-        unknowns, columns, transistors, terminal, value, _rows(charge, unknowns, position),
-        _rows(conductance, unknowns, position),
-        Stamps(stamped[0], stamped[1], stamped[2], entry, stamped[5], stamped[6]), factor, dynamic,
-        diodes, parts.charges, curvature,
+        unknowns, columns, transistors, terminal, value, _rows(charge, unknowns, pattern.charge),
+        _rows(conductance, unknowns, pattern.conductance), pattern.stamps, pattern.factor, dynamic, diodes,
+        parts.charges, curvature,
     )  # fmt: skip
 
 
+class _Pattern(NamedTuple):
+    """What follows from the nodes of a circuit's devices, whatever their values.
+
+    charge, conductance: positions of a matrix's entries in the Jacobian, as of `Rows`.
+    """
+
+    stamps: Stamps
+    factor: Factor
+    charge: I32
+    conductance: I32
+
+
+@lru_cache(maxsize=32)
+def _pattern(unknowns: int, second_order: tuple[bool, bool], *places: bytes) -> _Pattern:
+    """Lay out the Jacobian once for all circuits of the same nodes, whatever their sizes, die and process.
+
+    second_order: as of `_stamps`. places: terminals of transistors, amplifiers and diodes, columns of the
+    diodes' charges, and rows and columns of the charges and of the conductances, as bytes of int64.
+    """
+    columns = [np.frombuffer(each, np.int64) for each in places]
+    nodes = [each.reshape(terminals, -1) for terminals, each in zip((4, 5, 2), columns[:3], strict=True)]
+    stamped = _stamps(second_order, nodes, columns[3], unknowns)
+    nonlinear = list(zip(stamped[3].tolist(), stamped[4].tolist(), strict=True))
+    linear = [list(zip(r.tolist(), c.tolist(), strict=True)) for r, c in (columns[4:6], columns[6:])]
+    inside = ((r, c) for each in linear for r, c in each if c < unknowns)
+    factor, position = factor_program(unknowns, {*nonlinear, *inside})
+    entry, charge, conductance = (
+        np.array([position.get(each, -1) for each in entries], dtype=np.int32)
+        for entries in (nonlinear, *linear)
+    )
+    stamps = Stamps(stamped[0], stamped[1], stamped[2], entry, stamped[5], stamped[6])
+    return _Pattern(stamps, factor, charge, conductance)
+
+
 def _stamps(
-    t: TransistorArrays, amplifier: I32, diodes: DiodeArrays, unknowns: int
+    second_order: tuple[bool, bool], nodes: Sequence[I64], charge: I64, unknowns: int
 ) -> tuple[I32, I32, F64, I64, I64, I32, F64]:
     """Residual (row, current, sign) and Jacobian (row, column, slope, sign) entries of nonlinear devices.
 
+    second_order: whether transistors leak, and whether the gate induces leakage. nodes: of transistors,
+    amplifiers and diodes. charge: column of each diode's.
     Currents are laid out [drain n | junction 2n | amplifier 5m | diode d | charge d], slopes [transistor 3n |
     junction 2n | junction by gate 2n | amplifier 25m | diode d | charge d].
     """
-    n, m = t.sign.size, amplifier.shape[1]
+    (leaks, induces), (transistor, amplifier, diode) = second_order, nodes
+    n, m = transistor.shape[1], amplifier.shape[1]
     residual: list[tuple[int, int, float]] = []
     jacobian: list[tuple[int, int, int, float]] = []
 
@@ -527,29 +558,29 @@ def _stamps(
             jacobian.extend((row, c, k, sign * s) for c, k, s in slopes if c < unknowns)
 
     for i in range(n):
-        d, g, s, b = (int(x) for x in t.terminal[:, i])
+        d, g, s, b = transistor[:, i].tolist()
         slopes = [(d, i, 1.0), (g, n + i, 1.0), (s, 2 * n + i, 1.0)]
         slopes += [(b, k * n + i, -1.0) for k in range(3)]
         flow(d, 1.0, i, slopes)
         flow(s, -1.0, i, slopes)
-        for side, node in enumerate((d, s) if t.leaks else ()):
+        for side, node in enumerate((d, s) if leaks else ()):
             own, by_gate = 3 * n + side * n + i, 5 * n + side * n + i
             leak = [(node, own, 1.0), (b, own, -1.0)]
-            leak += [(g, by_gate, 1.0), (b, by_gate, -1.0)] if t.induces else []
+            leak += [(g, by_gate, 1.0), (b, by_gate, -1.0)] if induces else []
             flow(node, 1.0, n + side * n + i, leak)
             flow(b, -1.0, n + side * n + i, leak)
     for k in range(m):
-        nodes = [int(x) for x in amplifier[:, k]]
+        at = amplifier[:, k].tolist()
         for i in (2, 3, 4):
             flow(
-                nodes[i],
+                at[i],
                 1.0,
                 3 * n + i * m + k,
-                [(nodes[j], 7 * n + (i * 5 + j) * m + k, 1.0) for j in range(5)],
+                [(at[j], 7 * n + (i * 5 + j) * m + k, 1.0) for j in range(5)],
             )
-    count = diodes.saturation.size
+    count = diode.shape[1]
     for k in range(count):
-        a, c, own = int(diodes.terminal[0, k]), int(diodes.terminal[1, k]), int(diodes.charge[k])
+        (a, c), own = diode[:, k].tolist(), int(charge[k])
         i, g = 3 * n + 5 * m + k, 7 * n + 25 * m + k
         flow(a, 1.0, i, [(a, g, 1.0), (c, g, -1.0)])
         flow(c, -1.0, i, [(a, g, 1.0), (c, g, -1.0)])
@@ -575,8 +606,7 @@ def _merge(triplets: list[Triplets], first: int, stop: int) -> Triplets:
     return keys // wide, keys % wide, sums
 
 
-def _rows(merged: Triplets, unknowns: int, position: dict[tuple[int, int], int]) -> Rows:
+def _rows(merged: Triplets, unknowns: int, entry: I32) -> Rows:
     rows, columns, values = merged
     start = np.searchsorted(rows, np.arange(unknowns + 1)).astype(np.int32)
-    entry = [position[int(r), int(c)] if c < unknowns else -1 for r, c in zip(rows, columns, strict=True)]
-    return Rows(start, columns.astype(np.int32), values, np.array(entry, dtype=np.int32))
+    return Rows(start, columns.astype(np.int32), values, entry)

@@ -208,11 +208,13 @@ class DieDevices(NamedTuple):
         device's; the source is at the bulk unless given.
         """
         fet = self.fet[device]
-        sizes = (fet.width, fet.length, fet.current, fet.threshold)
-        every = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (*sizes, drain, gate, source)))
-        found = np.empty(every[0].shape)
-        flat = [x.ravel() for x in every]
-        _currents(terms_of(fet.law, 1.0, 1.0, 0.0, 0.0), np.stack(flat), found.reshape(-1))
+        numbers = (fet.width, fet.length, fet.current, fet.threshold, drain, gate, source)
+        found = np.empty(np.broadcast_shapes(*map(np.shape, numbers)))
+        devices = np.empty((len(numbers), *found.shape))
+        for k, each in enumerate(numbers):
+            devices[k] = each
+        flat = devices.reshape(len(numbers), -1)
+        _currents(terms_of(fet.law, 1.0, 1.0, 0.0, 0.0), flat, found.reshape(-1))
         return found
 
     def idle(self, *devices: str, drain: float) -> F64 | float:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields, replace
+from functools import lru_cache
 from typing import Any, Literal, TypedDict, get_args
 
 import numpy as np
@@ -276,7 +277,12 @@ class Process:
     @property
     def effects(self) -> Effects:
         """`ideal` where no transistor has a second-order effect, else `full`."""
-        return "ideal" if self == self.ideal() else "full"
+        return _effects_of(self)
+
+
+@lru_cache(maxsize=64)
+def _effects_of(process: Process) -> Effects:
+    return "ideal" if process == process.ideal() else "full"
 
 
 # AMI 1.5 um: V_T0, kappa, mu Cox and capacitances of the rebound neuron's feasibility study; pair figures
