@@ -28,6 +28,7 @@ from system.rule import Estimated
 if TYPE_CHECKING:
     import networkx as nx
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 else:
     nx = later("networkx")
@@ -58,6 +59,7 @@ _TICKS = 3  # steps of an axis of volts, at most
 _LONG = 9  # letters of a name whose unit has a line of its own
 _LETTER, _OVER = 0.55, 1.15  # mean width of a letter over its size; of a title over its axes
 
+_DECADES = 2.0  # of a logarithmic axis on which 1, 2 and 5 are labelled; on a longer one decades are
 _PASSES = 4  # of the layout at most
 _STILL = 1e-4  # of the figure: axes that move by less stand still; a tenth of a pixel
 
@@ -109,9 +111,26 @@ def save_picture(path: str | None, draw: Callable[[Figure], None]) -> None:
         figure = figures.Figure(figsize=(7.0, 4.5), dpi=STYLE["savefig.dpi"], layout="constrained")
         agg.FigureCanvasAgg(figure)
         draw(figure)
+        for ax in figure.axes:
+            _space(ax.xaxis)
+            _space(ax.yaxis)
         settle(figure)
         with replace_atomic(path) as temporary:
             figure.savefig(temporary, format=suffix, metadata=_UNDATED[suffix])
+
+
+def _space(axis: Axis) -> None:
+    """Label few ticks of a logarithmic axis whose ticks nobody chose: matplotlib's own run together."""
+    if axis.get_scale() != "log" or not axis.isDefault_majloc or not axis.isDefault_minfmt:
+        return
+    axis.set_minor_formatter(ticker.NullFormatter())
+    low, high = sorted(np.log10(axis.get_view_interval()))
+    if high - low >= _DECADES:
+        return
+    few = ticker.LogLocator(subs=(1.0, 2.0, 5.0), numticks=15)
+    axis.set_major_locator(few if high - low >= 0.5 * _DECADES else ticker.MaxNLocator(5))
+    if low > -3.5 and high < 5.5:
+        axis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
 
 
 def sized_axes(figure: Figure, width: float, height: float) -> Axes:

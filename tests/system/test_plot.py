@@ -140,3 +140,20 @@ def test_labels_stay_in_the_figure_whatever_their_ticks() -> None:
     draw_waveforms(waves, tuple(waves), figure, "calling")  # type: ignore[arg-type]
     for _ in range(4):
         assert leaving(figure) == []
+
+
+def test_labels_of_a_short_logarithmic_axis_stand_apart(tmp_path: Path) -> None:
+    drawn = []
+
+    def draw(figure: Figure) -> None:
+        left, right = figure.subplots(1, 2)
+        left.loglog([1.8, 3.0], [0.06, 0.11])
+        right.loglog([0.7, 7.0], [1e-9, 1e-3])
+        drawn.extend([left, right])
+
+    save_picture(str(tmp_path / "log.png"), draw)
+    for axis in (each for ax in drawn for each in (ax.xaxis, ax.yaxis)):
+        shown = [t.get_window_extent() for t in axis.get_ticklabels(which="both") if t.get_text()]
+        inside = [box for box in shown if box.width]
+        assert len(inside) >= 2
+        assert not any(one.overlaps(other) for one, other in combinations(inside, 2))

@@ -175,9 +175,9 @@ def _draw(found: Found, figure: Figure) -> None:
         left.loglog(1e3 * times[:, 0], times[:, 0] / times[:, 1], "o", ms=3, color=colour, label=name)
         errors = np.sort([one.error for one in each if one.error is not None])
         right.semilogx(errors, np.linspace(0.0, 1.0, errors.size), color=colour)
-    left.set(xlabel="inhibition of the first neuron, ms", ylabel="over that of the last")
+    left.set(xlabel="inhibition of the first neuron (ms)", ylabel="over that of the last")
     left.legend(fontsize=7)
-    right.set(xlabel="mean error of range, m", ylabel="share of dies")
+    right.set(xlabel="mean error of range (m)", ylabel="share of dies")
 
 
 EXPERIMENT = Experiment(
