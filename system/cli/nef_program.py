@@ -65,7 +65,7 @@ def run_value_program(path: str, asked: RunProgram, mapped: MappedValues, silico
     with working(f"running {path}"):
         run = run_values(mapped, rows, silicon, duration, kind=asked.bias_kind, codes=asked.codes)
     title = f"{path}, {silicon_line(silicon)}, {asked.codes} codes"
-    save_picture(asked.plot, partial(draw_value_run, run, title))
+    save_picture(asked.plot, partial(draw_value_run, run, title.replace("degC", "°C")))
     if asked.as_json:
         print_json(_document(path, asked, silicon, run))
     else:

@@ -53,7 +53,7 @@ def run_program(path: str, asked: RunProgram) -> None:
             temperature=None if followed is None else followed.at,
         )  # fmt: skip
     title = f"{path}, {silicon_line(silicon)}, {asked.codes} codes"
-    save_picture(asked.plot, partial(draw_mapped_run, mapped, run, title))
+    save_picture(asked.plot, partial(draw_mapped_run, mapped, run, title.replace("degC", "°C")))
     if asked.spikes is not None:
         trains = trains_of("neuron", mapped.network.neurons, run.chip.times, run.chip.neurons)
         write_spikes(asked.spikes, trains, max(run.duration, float(run.chip.times.max(initial=0.0))))

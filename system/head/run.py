@@ -31,7 +31,7 @@ from system.options.block import describe_run
 from system.options.codes import described
 from system.options.on_silicon import IDEAL_CHIP
 from system.options.outside import inside_boxes
-from system.options.temperature import temperature_text
+from system.plot import silicon_text
 from system.spikes.output import spikes_output, trains_of
 from system.system import PROGRAMS, Account, RunTrace, System
 from system.view.film import Film, Group, Line, Panel, Raster, Shape, Stage, Track
@@ -184,7 +184,7 @@ def draw(trace: Trace, figure: Figure) -> None:
     """Fill an empty figure with angles and rasters over time."""
     s, found = trace.scenario, summarise(trace)
     title = (
-        f"{s.motion}, {s.wiring}, {s.die}, {temperature_text(s.temperature_c, s.course)} degC:"
+        f"{s.motion}, {s.wiring}, {silicon_text(s.die, s.temperature_c, course=s.course, law=s.law)}:"
         f" error {found['error_rms_deg']:.1f} deg rms,"
         f" {found['lost']:.0f} of {len(trace.log.time)} pings lost\n{account(trace).headline}"
     )

@@ -40,7 +40,7 @@ from system.options.block import describe_run
 from system.options.codes import described
 from system.options.noise import NOISELESS, device_noise
 from system.options.outside import inside_boxes
-from system.options.temperature import temperature_text
+from system.plot import silicon_text
 from system.spikes.output import spikes_output, trains_of
 from system.spiking_bat.brain import Brain, check_timing, network_brain
 from system.spiking_bat.chip_brain import EMERGENCY, ChipBrain, brain_with, design_of
@@ -241,8 +241,8 @@ def draw(trace: Trace, figure: Figure) -> None:
     s, said = trace.scenario, account(trace)
     heading = f"{title(trace)}: {trace.flown.avoided} avoided"
     if s.brain == "chip":
-        warmth = temperature_text(s.temperature_c, s.course)
-        heading += f"\n{s.die}, {warmth} degC, biases by {s.bias_kind}, {s.codes}"
+        on = silicon_text(s.die, s.temperature_c, s.bias_kind, s.course, s.law)
+        heading += f"\n{on}, {described(s)['codes']} codes"
     heading += f"\n{said.headline}"
     place, path = trace.forest.place, trace.flown.path
     draw_view_of_run(place, s.bat.zone, path, figure, heading, succeeded=said.succeeded)

@@ -107,4 +107,4 @@ def test_the_picture_has_angles_and_rasters() -> None:
     assert [ax.get_ylabel().split("\n")[0] for ax in figure.axes] == [
         "azimuth (deg)", "range (m)", "LSO spikes", "level units",
     ]  # fmt: skip
-    assert "lso, die nominal, 27 degC" in figure.get_suptitle()
+    assert "lso, die nominal, 27 °C" in figure.get_suptitle()

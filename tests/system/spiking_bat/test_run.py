@@ -1,6 +1,9 @@
 """Scenarios of flights by spikes: the forests of the analog model, and a die of one's own."""
 
+from dataclasses import replace
+
 import numpy as np
+from matplotlib.figure import Figure
 
 from circuits.errors import CircuitError
 from circuits.silicon.die import Die
@@ -26,6 +29,9 @@ def test_a_chip_flies_and_says_what_was_lost() -> None:
     found = summarise(trace)
     assert found["pings"] <= 20.0
     assert {"lost", "overflowed", "undecided"} <= set(found)
+    figure = Figure(layout="constrained")
+    SYSTEM.draw(replace(trace, scenario=replace(trace.scenario, codes=None)), figure)
+    assert "die A/1000, 27 °C, biases of kind ideal, calibrated codes" in figure.axes[0].get_title()
 
 
 def test_a_chip_flies_under_the_full_law_with_every_kind_of_bias() -> None:
