@@ -196,7 +196,7 @@ def _kernel_cache() -> dict[str, Any]:
     choices = [[Path(chosen)]] if chosen else [beside, [home]]
     folders = next((c for c in choices if all(_is_writable(folder) for folder in c)), None)
     if folders is None:
-        cost = "kernel cache: not writable, so every run compiles; set NUMBA_CACHE_DIR to a folder of yours"
+        cost = "kernel cache: not writable, so each run compiles what came with no wheel; set NUMBA_CACHE_DIR"
         shown, mend = [str(folder) for folder in choices[0]], set_folder("NUMBA_CACHE_DIR", "kernels")
         return {"folders": shown, "writable": False, "kernels": 0, "cost": cost, "mend": mend}
     kernels = sum(1 for folder in folders if folder.is_dir() for _ in folder.rglob("*.nbc"))
