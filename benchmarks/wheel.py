@@ -244,7 +244,14 @@ def main() -> int:
             shutil.copy(wheel, options.output)
         rows = rows_of(folder, wheel, options)
         set_writable(folder, stat.S_IWUSR)
-    return report(rows, options, lambda r: f"{r.ours:6.1f} s")
+    return report(rows, options, beside if options.first else lambda r: f"{r.ours:6.1f} s")
+
+
+def beside(row: Row) -> str:
+    """Both figures, and their ratio."""
+    if row.peer is None:
+        return f"{row.ours:6.2f}"
+    return f"{row.ours:6.2f} s, then {row.peer:.2f} s, ratio {row.ratio:.2f}"
 
 
 def rows_of(folder: Path, wheel: Path, options: Namespace) -> list[Row]:
