@@ -5,8 +5,8 @@
 
 The table is that of `noctule reproduce EXPERIMENT --json`, run by `make docs` alone and kept as a `command`
 is. Of a campaign it is either what a file in `evidence/` says (`:kept: milde2017-table1.jsonl`), which the
-build refuses if a run is missing in it, or a form with fewer runs (`:short: dies=2`), named so, or, where
-that is long too, the command alone (`:long:`).
+build refuses if a run is missing in it, or a form with fewer runs (`:short: dies=2`), named so, or both, or,
+where that is long too, the command alone (`:long:`).
 
 A claim links to its row by {row}`its words <EXPERIMENT/ROW>`. Without the run there are no rows, and the
 link leads to the experiment.
@@ -70,11 +70,11 @@ class RowsDirective(SphinxDirective):
 
     def _line(self) -> str:
         """The command for a reader."""
-        name = self.arguments[0]
+        words = [f"noctule reproduce {self.arguments[0]}"]
+        words += [f"--param {count}" for count in self.options.get("short", "").split()]
         if "kept" in self.options:
-            return f"noctule reproduce {name} --output evidence/{self.options['kept']} --resume"
-        counts = self.options.get("short", "").split()
-        return " ".join([f"noctule reproduce {name}", *(f"--param {count}" for count in counts)])
+            words.append(f"--output evidence/{self.options['kept']} --resume")
+        return " ".join(words)
 
     def _found(self, name: str) -> list[nodes.Node]:
         """The rows, and what is said of them."""

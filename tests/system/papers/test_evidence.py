@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from circuits.errors import ParameterError
-from system.papers.checks import latency_forests, mission_yield, random_circuits
+from system.papers.checks import latency_forests, mission_yield, random_circuits, ranging_law
+from system.papers.checks.beside import Condition
 from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017 import table1 as milde2017_table1
 from system.pushbot import campaign as pushbot_campaign
@@ -104,6 +105,18 @@ def test_the_random_circuits_that_are_kept_are_of_the_present_solver_and_agree(t
     # far below what is allowed, and far above what another machine's rounding does
     assert again["point"] == pytest.approx(kept["point"], abs=1e-6)
     assert again["edge"] == pytest.approx(kept["edge"], abs=1e-5)
+
+
+def test_cases_beside_transistors_that_are_kept_are_of_the_present_records(tmp_path: Path) -> None:
+    copy = tmp_path / "ranging-law.jsonl"
+    shutil.copy(EVIDENCE / copy.name, copy)
+    report = load_experiment("ranging-law").run(lambda _: None, Execution(file=copy, resume=True))
+    assert copy.read_bytes() == (EVIDENCE / copy.name).read_bytes()
+    assert report.agrees
+    kept = json.loads(copy.read_text().splitlines()[1])
+    again = ranging_law.beside(Condition(*kept["key"]))
+    assert (again.circuit, again.model) == (kept["found"]["circuit"], kept["found"]["model"])
+    assert again.t_inh == pytest.approx(kept["found"]["t_inh"], rel=1e-6)
 
 
 def test_a_drive_driven_again_is_the_one_that_is_kept() -> None:
