@@ -7,8 +7,9 @@ Its parts are:
 * threshold: an nFET at v_mem stands against the I_buf of a pFET. `v_o1` falls where `I_n(v_mem) = I_buf`, and
   pulls the membrane up by a pFET, so that the spike is whole; an inverter makes `spike`.
 * reset: `spike` fills C_ref to the supply. While `v_ref` is above the threshold V_inv of an inverter, the
-  membrane is held at `v_reset`, above 4 U_T up to 40 degC. I_rfr empties C_ref: `t_ref = C_ref (V_dd - V_inv)
-  / I_rfr`. `v_reset` is the gate voltage at which a transistor like that of the threshold carries I_reset, so
+  membrane is held at `v_reset`, above 4 U_T up to 40 degC. The reset ends the spike, the sooner the larger
+  the input is, so C_k holds it back until C_ref is full. I_rfr empties C_ref: `t_ref = C_ref (V_dd - V_inv) /
+  I_rfr`. `v_reset` is the gate voltage at which a transistor like that of the threshold carries I_reset, so
   that V_th - v_reset is PTAT where both currents are. So is I_leak, and Q / I_leak follows no temperature: by
   0.2 % over 40 degrees.
 
@@ -52,7 +53,7 @@ class Params(Sizes):
 
     membrane_capacitance: float = quantity(2e-12, "F")
     refractory_capacitance: float = quantity(0.5e-12, "F")
-    hold_capacitance: float = quantity(20e-15, "F")  # holds the reset back until C_ref is full
+    hold_capacitance: float = quantity(200e-15, "F")  # holds the reset back until C_ref is full
     leak_width: float = um(0.5)
     leak_length: float = um(4.0)
     # of the transistor that senses the membrane: long, so that V_th is high

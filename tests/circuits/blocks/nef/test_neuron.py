@@ -8,7 +8,7 @@ from circuits.blocks.nef.neuron import BLOCK, LEAK, Params, build
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL, Die
-from circuits.silicon.process import ROLLS_180_IDEAL
+from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from tests.circuits.blocks.values import number
@@ -39,6 +39,16 @@ def test_below_the_leak_it_is_silent() -> None:
     result = simulate(bench, Silicon(ROLLS_180_IDEAL))
     assert BLOCK.outcome(result) == "none"
     assert result["v_mem"][-1] < 0.2  # at rest, below where a spike leaves it
+
+
+def test_a_large_input_s_reset_does_not_end_the_spike_before_c_ref_is_full() -> None:
+    # a slow die in the warm: with a tenth of C_k, C_ref would be 110 mV short of the supply
+    silicon = Silicon(ROLLS_180, 60.0, Die(number=0))
+    stimuli = {"current": 160.0 * LEAK, "duration": 6e-3}
+    result = simulate(BLOCK.testbench(build(), stimuli, ROLLS_180.v_dd), silicon)
+    spikes = result.spikes["spike"]
+    assert spikes.size > 2
+    assert result["v_ref"][result.time > spikes[1]].max() > ROLLS_180.v_dd - 20e-3
 
 
 def test_fixed_gates_speed_up_in_the_warm_and_generators_do_not() -> None:
