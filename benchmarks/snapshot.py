@@ -18,7 +18,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -82,13 +82,7 @@ REPRODUCTIONS = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """What a command left: its exit status, stdout, stderr."""
-
-    status: int
-    out: str
-    err: str
+Answer = subprocess.CompletedProcess[str]  # what a command left
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +96,7 @@ class Difference:
 
 def commands(checkout: Path) -> list[str]:
     """All commands, those on blocks, chips and systems from the registries of a checkout."""
-    listed = json.loads(answer("list --json", checkout).out)
+    listed = json.loads(answer("list --json", checkout).stdout)
     found = ["list --json"]
     for entry in (*listed["blocks"], *listed["chips"]):
         name = entry["name"]
@@ -126,19 +120,18 @@ def answer(command: str, checkout: Path) -> Answer:
     environment = {**os.environ, "PYTHONPATH": str(checkout), "MPLBACKEND": "Agg"}
     with tempfile.TemporaryDirectory() as place:
         try:
-            done = subprocess.run(
+            return subprocess.run(
                 [sys.executable, "-c", code, *command.split()], check=False, capture_output=True, text=True,
                 env=environment, cwd=place, timeout=DEADLINE, stdin=subprocess.DEVNULL,
             )  # fmt: skip
         except subprocess.TimeoutExpired:
-            return Answer(-1, "", f"not done after {DEADLINE:g} s")
-    return Answer(done.returncode, done.stdout, done.stderr)
+            return Answer(command, -1, "", f"not done after {DEADLINE:g} s")
 
 
 def answers(checkout: Path, only: str, workers: int) -> dict[str, Answer]:
     """What each command leaves, the commands whose text has `only` in it."""
     chosen = [c for c in commands(checkout) if re.search(only, c)]
-    former = "spiking-bat" not in answer("list --json", checkout).out
+    former = "spiking-bat" not in answer("list --json", checkout).stdout
     with ThreadPoolExecutor(workers) as pool:
         found = pool.map(lambda c: answer(former_of(c) if former else c, checkout), chosen)
         return dict(zip(chosen, found, strict=True))
@@ -160,14 +153,21 @@ def present_of(command: str) -> str:
 
 def write(found: dict[str, Answer], path: Path) -> None:
     """Keep answers in a compressed JSON file."""
-    data = json.dumps({command: asdict(each) for command, each in found.items()}).encode()
+    data = json.dumps({command: _kept(each) for command, each in found.items()}).encode()
     path.write_bytes(gzip.compress(data, mtime=0))
 
 
 def read(path: Path) -> dict[str, Answer]:
     """What `write` kept."""
     document = json.loads(gzip.decompress(path.read_bytes()))
-    return {present_of(command): Answer(**each) for command, each in document.items()}
+    return {
+        present_of(command): Answer(command, each["status"], each["out"], each["err"])
+        for command, each in document.items()
+    }
+
+
+def _kept(one: Answer) -> dict[str, int | str]:
+    return {"status": one.returncode, "out": one.stdout, "err": one.stderr}
 
 
 def differences(before: dict[str, Answer], after: dict[str, Answer]) -> Iterator[Difference]:
@@ -177,7 +177,10 @@ def differences(before: dict[str, Answer], after: dict[str, Answer]) -> Iterator
             yield Difference(command, 0.0, ("only before" if command in before else "only after",))
             continue
         old, new = before[command], after[command]
-        largest, texts = 0.0, [] if old.status == new.status else [f"status {old.status}, now {new.status}"]
+        largest, texts = (
+            0.0,
+            [] if old.returncode == new.returncode else [f"status {old.returncode}, now {new.returncode}"],
+        )
         for place, was, now in [*_compared(_leaves(old), _leaves(new))]:
             if isinstance(was, float) and isinstance(now, float):
                 largest = max(largest, abs(now - was) / max(abs(was), abs(now)))
@@ -190,10 +193,10 @@ def differences(before: dict[str, Answer], after: dict[str, Answer]) -> Iterator
 def _leaves(one: Answer) -> dict[str, float | str]:
     """Numbers and texts of an answer by place; of a document that is no JSON, by line."""
     try:
-        document = json.loads(one.out)
+        document = json.loads(one.stdout)
     except ValueError:
-        document = one.out.splitlines()
-    return {**dict(_walk(document, "")), "stderr": one.err.strip()}
+        document = one.stdout.splitlines()
+    return {**dict(_walk(document, "")), "stderr": one.stderr.strip()}
 
 
 def _walk(value: Any, place: str) -> Iterator[tuple[str, float | str]]:

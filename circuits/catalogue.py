@@ -3,7 +3,7 @@
 What belongs to noctule stands in a literal table, which says where each thing is as `"module:attribute"`.
 Users register their own under an entry point of their package. Nothing is imported before it is asked for, so
 that names can be listed at once. Libraries that are slow to import, and that many a run does not reach, are
-named likewise. This is the one place that imports a module by its name, besides the optional extras.
+named likewise, and so are the optional extras. Few others import a module by its name.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, final
 
-from circuits.errors import ParameterError, unknown_name
+from circuits.errors import ParameterError, SimulatorError, unknown_name
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint, EntryPoints
@@ -126,6 +126,14 @@ def later(module: str) -> Any:
     by runs that do not need them.
     """
     return _Later(module)
+
+
+def extra(module: str, missing: str) -> Any:
+    """An optional library; raises `SimulatorError` with the text `missing` where it is not installed."""
+    try:
+        return import_module(module)
+    except ImportError:
+        raise SimulatorError(missing) from None
 
 
 @final

@@ -101,7 +101,7 @@ def test_modules_are_imported_by_name_in_the_catalogue_and_at_extras_alone() -> 
     for name, tree in trees().items():
         calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
         for node in calls:
-            if called(node) in {"import_module", "__import__"}:
+            if called(node) in {"import_module", "__import__", "extra"}:
                 argument = node.args[0]
                 found[name] = argument.value if isinstance(argument, ast.Constant) else None
     assert found == IMPORTS_BY_NAME

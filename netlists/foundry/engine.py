@@ -38,13 +38,10 @@ def simulate(
 
     Parameters
     ----------
-    testbench, silicon
-        As for the solver.
-    reltol, tmax, method
-        Relative tolerance, `RELTOL` on a foundry's cards unless given, largest step (s) and method of
-        ngspice.
-    deadline_s
-        Wall-clock time after which a run is halted, s; None for as long as it takes.
+    testbench, silicon, tmax, method, deadline_s
+        As of `netlists.ngspice.engine.simulate`.
+    reltol
+        Relative tolerance of ngspice; `RELTOL` on a foundry's cards unless given, else as there.
 
     Raises
     ------

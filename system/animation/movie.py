@@ -6,13 +6,13 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from PIL import Image
 
-from circuits.errors import DataError, ParameterError, SimulatorError
+from circuits.catalogue import extra
+from circuits.errors import DataError, ParameterError
 from system.animation.frame import Pixels, begin_reel
 from system.files.writing import check_folder, checked_suffix, replace_atomic
 from system.system import Progress
@@ -122,9 +122,5 @@ def _write_video(path: Path, pictures: Iterator[Pixels], frames: Frames) -> None
 
 
 def _ffmpeg(path: str) -> Any:
-    try:
-        return import_module("imageio_ffmpeg")
-    except ImportError:
-        raise SimulatorError(
-            f"imageio-ffmpeg: not installed, {path} needs it; pip install imageio-ffmpeg, or write a .gif"
-        ) from None
+    told = f"imageio-ffmpeg: not installed, {path} needs it; pip install imageio-ffmpeg, or write a .gif"
+    return extra("imageio_ffmpeg", told)

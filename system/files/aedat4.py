@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import zipfile
 import zlib
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from circuits.arrays import F64, I64
-from circuits.errors import DataError, ParameterError, SimulatorError
+from circuits.catalogue import extra
+from circuits.errors import DataError, ParameterError
 from system.files.writing import replace_atomic
 
 SUFFIX = ".aedat4"
@@ -80,9 +80,4 @@ def read_aedat4(path: str, other: str) -> tuple[I64, I64, I64, int]:
 
 
 def _faery(other: str) -> Any:
-    try:
-        return import_module("faery")
-    except ImportError:
-        raise SimulatorError(
-            f"faery: not installed, AEDAT4 needs it; pip install faery, or write {other}"
-        ) from None
+    return extra("faery", f"faery: not installed, AEDAT4 needs it; pip install faery, or write {other}")

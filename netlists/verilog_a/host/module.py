@@ -12,14 +12,14 @@ import re
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.errors import DataError, ParameterError, SimulatorError, unknown_name
+from circuits.catalogue import extra
+from circuits.errors import DataError, ParameterError, unknown_name
 
 ZERO_CELSIUS = 273.15  # K
 _TYPE, _INTEGER, _TEXT = 3, 1, 2  # of a parameter, in the flags of OSDI's descriptor
@@ -185,9 +185,6 @@ def _ends(branch: str) -> tuple[str, str | None]:
 
 
 def _compiler() -> Any:
-    try:
-        return import_module("openvaf_py")
-    except ImportError:
-        raise SimulatorError(
-            "openvaf_py: not installed, models in Verilog-A need it; pip install openvaf-py"
-        ) from None
+    return extra(
+        "openvaf_py", "openvaf_py: not installed, models in Verilog-A need it; pip install openvaf-py"
+    )

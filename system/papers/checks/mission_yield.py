@@ -19,14 +19,14 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from circuits.errors import CircuitError, DataError
+from circuits.errors import CircuitError
 from circuits.silicon.die import Die
-from system.codes.find import quietly
 from system.experiment import Experiment, Progress, Report
 from system.plot import COLOURS
 from system.registry import load_system
 from system.rule import Rule, above, at_least, at_most, unjudged
 from system.statement import Statement
+from system.study.blame.trial import outcome_of
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.share import Share, share_where
 from system.verdict.null import nulls_of
@@ -128,13 +128,9 @@ def run_one(key: Numbered) -> Outcome:
     options = {**robot.options, **WAYS[way], "seed": key.number}
     if way != "ideal":
         options["die"] = Die(number=key.number)
-    try:
-        with quietly():
-            found = system.summarise(system.run(system.on_silicon(**options)))
-    except DataError:  # of a record: it would be that of every die
-        raise
-    except CircuitError as error:
-        return Outcome(succeeded=False, failed=str(error))
+    found = outcome_of(lambda: system.summarise(system.run(system.on_silicon(**options))))
+    if isinstance(found, CircuitError):
+        return Outcome(succeeded=False, failed=str(found))
     return Outcome(
         bool(found["succeeded"]), _number(found.get(robot.number)), _number(found["emergency_share"]),
         _number(found.get("spikes")),

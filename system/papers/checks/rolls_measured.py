@@ -73,10 +73,8 @@ def reproduce(
 
     Parameters
     ----------
-    progress
-        Is told the share that is done.
-    execution
-        Who makes the drives, and where they are kept.
+    progress, execution
+        Is told the share that is done; who makes the drives, and where they are kept.
     drives, dies
         How many of a cell, and on how many dies.
     names

@@ -29,17 +29,17 @@ from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import BiasKind
-from circuits.errors import CircuitError, DataError
+from circuits.errors import CircuitError
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
-from system.codes.find import quietly
 from system.experiment import Experiment, Progress, Report
 from system.papers.checks.beside import KINDS
 from system.plot import COLOURS
 from system.registry import load_system
 from system.rule import unjudged
 from system.statement import Statement
+from system.study.blame.trial import outcome_of
 from system.study.campaign import ALONE, Campaign, Execution, Numbered
 from system.study.statistics.share import Share, share_where
 
@@ -95,13 +95,9 @@ def flown(kind: BiasKind, die: Die, seed: int) -> Outcome:
     )
     system = load_system("approach")
     asked: dict[str, Any] = {"level": "behavioural", "die": die, "seed": seed, "bias_kind": kind}
-    try:
-        with quietly():
-            told = system.summarise(system.run(system.on_silicon(**asked)))
-    except DataError:  # of a record: it would be that of every die
-        raise
-    except CircuitError as error:
-        return Outcome((first, last), succeeded=False, failed=str(error))
+    told = outcome_of(lambda: system.summarise(system.run(system.on_silicon(**asked))))
+    if isinstance(told, CircuitError):
+        return Outcome((first, last), succeeded=False, failed=str(told))
     return Outcome((first, last), bool(told["succeeded"]), float(told["range_error_mean_m"]))
 
 

@@ -6,13 +6,7 @@ import pytest
 
 from chips.ranging import circuit as ranging_chip
 from circuits.solver.operating_point import OperatingPoint
-from system.papers.cheely2003.power import (
-    ONE_CASE,
-    REST_CASE,
-    Case,
-    at_rest,
-    interval_power,
-)
+from system.papers.cheely2003.power import ONE_CASE, REST_CASE, Case, at_rest, interval_power
 
 
 @pytest.fixture(scope="module")
