@@ -124,14 +124,16 @@ def load_record(path: Path) -> Contents:
                 check_sealed(contents)
         with h5py.File(path, "r") as file:
             return _contents(file)
-    except (OSError, KeyError, ValueError, RuntimeError, TypeError) as error:
+    except (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError) as error:
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise DataError(f"{path}: no record, {reason}; delete it, or {_MEASURE}") from None
 
 
 def _contents(file: Any) -> Contents:
     """What an open file holds; raises `ValueError`, or what h5py raises, for one of other contents."""
-    count = sum(item.size for item in file.values())
+    if not all(isinstance(item, h5py.Dataset) for item in file.values()):
+        raise ValueError("it holds what is no array")
+    count = sum(item.size or 0 for item in file.values())
     if count > _MOST:
         raise ValueError(f"{count} numbers, must be at most {_MOST}")
     axes, tables = {}, {}
