@@ -75,7 +75,7 @@ from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY
 from chips.rolls.program.program import Program
 from chips.rolls.state import converted, zeta_of
 from chips.rolls.tables import Built, build_tables, spikes_a_step
-from chips.rolls.validity import cautions_of, check_box, check_supply, restless_cautions
+from chips.rolls.validity import cautions_of, check_box, check_supply, check_temperature_of, restless_cautions
 from circuits.arrays import F32, F64, I64, Bools
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
@@ -250,9 +250,10 @@ class RollsChip:
 
         Raises `ParameterError` outside the box of its model (`chips.rolls.validity`).
         """
-        built = self.built()
         check_supply(self.silicon.process)
-        check_box(self.program, built, self.silicon.temperature_c)
+        check_temperature_of(self.program, self.silicon.temperature_c)  # before tables are built in vain
+        built = self.built()
+        check_box(built)
         values = np.zeros((STATE_ROWS, NEURONS))
         rest_filters(values, built, built.tables.banks, self.step)
         resting = np.zeros((NEURONS, 3))
@@ -273,8 +274,9 @@ class RollsChip:
         Raises `ParameterError` outside the box of its model.
         """
         at = state.temperature_c
+        check_temperature_of(self.program, at)
         old, new = before.built(at), self.built(at)
-        check_box(self.program, new, at)
+        check_box(new)
         spent = depressing_of(old.depression, state.depression)
         spent = converted_depression(old.depression, new.depression, spent, round(state.time / self.step))
         plastic, kept = before._array(state, np.empty(0), np.empty(0, np.int64)), state.plastic
@@ -384,8 +386,9 @@ class RollsChip:
         while done < steps:
             wanted = self._temperature(temperature, now)
             if wanted != at:
+                check_temperature_of(self.program, wanted)
                 old, new = self.built(at), self.built(wanted)
-                check_box(self.program, new, wanted)
+                check_box(new)
                 values, at = converted(values, old, new), wanted
                 depressing = converted_depression(
                     old.depression, new.depression, depressing, round(now / self.step)

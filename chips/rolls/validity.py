@@ -33,13 +33,14 @@ FASTEST_INPUT = 1e3  # Hz, of events at a synapse
 _NO_OTHER = "stay within"
 
 
-def check_box(program: Program, built: Built, temperature_c: float) -> None:
-    """Raise `ParameterError`, as `chips.validity` says, for a program outside the box.
-
-    built: its tables at `temperature_c`, degC.
-    """
+def check_temperature_of(program: Program, temperature_c: float) -> None:
+    """Raise `ParameterError`, as `chips.validity` says, for a temperature (degC) outside the box."""
     limits = TEMPERATURES if program.plastic is None else LEARNING_TEMPERATURES
     require_inside(f"{PATH}.temperature", temperature_c, limits, "degC", _NO_OTHER)
+
+
+def check_box(built: Built) -> None:
+    """Raise `ParameterError`, as `chips.validity` says, for a program whose tables are outside the box."""
     for level in built.levels:
         strength = inversion(built, level)
         side = f"{PATH}.synapse.level[{level}].inversion"
