@@ -98,6 +98,9 @@ def _print(found: Gradients, k: int, choice: Choice) -> None:
         print_line(f"{name}: {found.notes[k]}")
         return
     told, spread = (format_quantity(x, unit) for x in (value, float(found.spread[k])))
+    if not np.isfinite(found.by[k]).any():
+        print_line(f"{name} {told}, at {silicon_line(choice.silicon)}; no gradient: {found.notes[k]}")
+        return
     order, share = _order(found, k)
     rows = [
         (found.labels[i], _slope(found, k, i), _moved(found, k, i), f"{100.0 * share[i]:.1f} %")

@@ -162,6 +162,6 @@ def _told(error: BaseException, path: Path) -> str:
     frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)]
     where = f"{path}:{frames[-1].lineno}" if frames else str(path)
     text = " ".join(str(error).split())
-    if isinstance(error, CircuitError):
-        return f"{where}: {text}"
+    if isinstance(error, CircuitError):  # one that a function of the file has told already stays as it is
+        return text if text.startswith(f"{path}:") else f"{where}: {text}"
     return f"{where}: {type(error).__name__}{f': {text}' if text else ''}; mend the file"

@@ -141,6 +141,8 @@ def _edges(x: F64) -> F64:
     """Edges of the bars: one for each of a few whole numbers, even on a logarithmic axis too."""
     if _whole(x) and np.ptp(x) < MOST_BINS:
         return np.arange(x.min() - 0.5, x.max() + 1.0)
+    if np.ptp(x) == 0.0:  # as wide as matplotlib shows about a line; numpy's bar is 1 wide, whatever the unit
+        return np.sort(x[0] * np.array([0.95, 1.05]))
     logs = is_log_normal(x)
     y = np.log(x) if logs else x
     found = np.histogram_bin_edges(y, "auto") if y.size > 1 else np.histogram_bin_edges(y, 1)

@@ -225,19 +225,19 @@ def _waveforms(result: Result, condition: Condition, part: Table) -> dict[str, A
 
 
 def _statistics(s: Summary, unit: str) -> list[tuple[str, str, str]]:
+    unknown = "values are equal" if s.sigma.value == 0.0 else "too few samples"
     rows = [
-        ("mean", *_estimate(s.mean, unit)),
-        ("sigma", *_estimate(s.sigma, unit)),
-        ("skew", *_estimate(s.skew, "")),
+        ("mean", *_estimate(s.mean, unit, unknown)),
+        ("sigma", *_estimate(s.sigma, unit, unknown)),
+        ("skew", *_estimate(s.skew, "", unknown)),
     ]
     return rows + [(f"quantile {100.0 * q.p:g} %", *_estimate(q.estimate, unit)) for q in s.quantiles]
 
 
-def _estimate(estimate: Estimate, unit: str) -> tuple[str, str]:
+def _estimate(estimate: Estimate, unit: str, unknown: str = "too few samples") -> tuple[str, str]:
     low, high = (_number(end, unit) for end in (estimate.interval.low, estimate.interval.high))
-    return _number(
-        estimate.value, unit
-    ) or "not defined", f"{low} to {high}" if low and high else "too few samples"
+    between = f"{low} to {high}" if low and high else unknown
+    return _number(estimate.value, unit) or "not defined", between
 
 
 def _number(value: float, unit: str) -> str:

@@ -6,7 +6,7 @@ import pytest
 from PySpice.Spice.Netlist import Circuit as TheirCircuit
 
 from circuits.circuit import Circuit
-from circuits.errors import CircuitError
+from circuits.errors import CircuitError, ParameterError
 from circuits.registry import load_block
 from circuits.silicon.process import ROLLS_180
 from circuits.solver.operating_point import operating_point
@@ -112,3 +112,13 @@ test_what_is_no_target_is_refused = refusals(
         (3, "int: is of type int, must be a Circuit"),
     ],
 )
+
+
+def test_an_error_of_a_file_names_it_once(tmp_path: Path) -> None:
+    (tmp_path / "load.py").write_text(
+        "from circuits.api import Circuit, Port, Resistor\n"
+        "def f(ohm=1e3):\n"
+        '    return Circuit("f", (Port("a", "analog"),), (Resistor("r", "a", "0", ohm),))\n'
+    )
+    with pytest.raises(ParameterError, match=r"^load\.py:3: r\.resistance: -1 Ohm, must be > 0"):
+        choose("load.py:f", ["ohm=-1"])

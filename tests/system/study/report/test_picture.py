@@ -78,3 +78,10 @@ def test_one_whole_number_has_one_tick() -> None:
     ax = figure.axes[1]
     low, high = ax.get_xlim()
     assert [tick for tick in ax.get_xticks() if low <= tick <= high] == [1.0]
+
+
+def test_equal_values_have_one_bar_about_them() -> None:
+    figure = figure_of_files()
+    draw_study(table(np.full(5, 1.04e-6)), [Quantity("it", "s")], [], figure)
+    (bar,) = figure.axes[1].patches
+    assert (bar.get_x(), bar.get_width()) == pytest.approx((0.988e-6, 0.104e-6))

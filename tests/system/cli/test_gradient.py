@@ -1,0 +1,12 @@
+"""What `noctule gradient` says of a metric that has no gradient."""
+
+import pytest
+
+from system.cli.command_line import main
+
+
+def test_a_metric_without_a_gradient_has_no_table_of_none(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["gradient", "differential-pair", "--metric", "offset_V"]) == 0
+    said = capsys.readouterr().out
+    assert "no gradient: reads devices beside the run's voltages" in said
+    assert "nan" not in said
