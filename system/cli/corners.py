@@ -8,7 +8,8 @@ from typing import Any
 from circuits.units import format_quantity
 from system.cli.match_verb import Corners
 from system.cli.output import print_json, print_line, print_table
-from system.cli.over_dies import by_what, slopes_of, target_of
+from system.cli.over_dies import by_what, quantity_of, slopes_of, target_of
+from system.study.metrics.measure import measure_name, named_measures
 from system.study.search.corner import StatisticalCorner, corners, write_dies
 from system.study.search.slope import Slopes
 
@@ -17,7 +18,8 @@ def corners_command(asked: Corners) -> None:
     """Print the statistical corners of metrics, and write their dies."""
     target = target_of(asked.block, asked.metric, asked.over, "corners")
     found: list[tuple[Slopes, StatisticalCorner, Path | None]] = []
-    for quantity in target.quantities:
+    names = (*asked.metric, *map(measure_name, named_measures(asked.over.measure)))
+    for quantity in dict.fromkeys(quantity_of(target, name) for name in names):
         slopes = slopes_of(target, quantity.name, asked.over)
         own = corners(slopes, asked.sigma)
         found += [(slopes, each, _written(asked, slopes, each)) for each in own]

@@ -11,7 +11,7 @@ from circuits.errors import ParameterError
 from circuits.units import format_quantity, parse_quantity
 from system.cli.match_verb import Match
 from system.cli.output import print_json, print_line, print_table, working
-from system.cli.over_dies import by_what, slopes_of, target_of
+from system.cli.over_dies import by_what, quantity_of, slopes_of, target_of
 from system.study.search.area import Matched, matched, order, scaled_rows
 from system.study.search.slope import Slope, Slopes
 from system.study.statistics.interval import Estimate, sigma_interval
@@ -23,7 +23,7 @@ SQUARE_MICROMETRE = 1e-12  # m^2
 def match_command(asked: Match) -> None:
     """Print what each device adds to the spread of a metric, and the areas for a wanted one."""
     target = target_of(asked.block, (asked.metric,), asked.over, "match")
-    (quantity,) = target.quantities
+    quantity = quantity_of(target, asked.metric)
     slopes = slopes_of(target, quantity.name, asked.over)
     with working(f"gradient of {quantity.name}"):
         slope = slopes.at(np.zeros(len(slopes.labels)))
@@ -89,7 +89,7 @@ def _spread(values: F64) -> Estimate:
 def _document(
     asked: Match, slopes: Slopes, slope: Slope, found: Matched, checks: dict[str, Estimate]
 ) -> dict[str, Any]:
-    (quantity,) = slopes.target.quantities
+    quantity = quantity_of(slopes.target, slopes.metric)
     total = found.spread_now**2
     return {
         "block": asked.block,

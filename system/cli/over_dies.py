@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from functools import partial
 
 from circuits.errors import ParameterError
+from system.cli.block_choice import choose_block
+from system.cli.deck_measures import own_measures
 from system.cli.match_verb import OverDies
 from system.options.block import read_die
 from system.registry import system_names
-from system.study.metrics.measure import named_measures
+from system.study.metrics.measure import measure_name, named_measures
 from system.study.metrics.metric import with_named
 from system.study.search.slope import Slopes
 from system.study.table import Condition
-from system.study.target import BlockTarget, Subject, hashed
+from system.study.target import BlockTarget, Quantity, Subject, hashed
+
+_WORD = re.compile(r"\w+")
 
 
 def target_of(block: str, metrics: Sequence[str], over: OverDies, verb: str) -> BlockTarget:
@@ -27,18 +33,36 @@ def subject_of(block: str, metrics: Sequence[str], over: OverDies, verb: str) ->
     """
     if block in system_names():
         raise ParameterError(f"{verb}: {block} is a system, must be a block or chip; name one of its chips")
-    names = with_named(named_measures(over.measure), [name.replace("-", "_") for name in metrics])
+    values, named = over.values, [name.replace("-", "_") for name in metrics]
+    chosen = partial(choose_block, block, values, over.silicon, over.stimulus)
+    own = needed(own_measures(block, over.silicon, chosen), (*named, *over.measure))
+    names = with_named(named_measures((*own, *over.measure)), named)
     if not names:
         raise ParameterError(
             f"{verb}: no metric, must name one, as t_inh_s; see noctule show BLOCK --metrics"
         )
-    values = over.values
     return hashed(
         Subject(
             block, names, values.param, values.bias, values.bias_set, values.bias_kind, over.stimulus,
             over.silicon,
         )
     )  # fmt: skip
+
+
+def needed(cards: Sequence[str], named: Sequence[str]) -> tuple[str, ...]:
+    """Give the measures of a deck's cards that metrics or other measures name, and those that these name."""
+    words, found = set(_WORD.findall(" ".join(named))), []
+    for text in reversed(cards):
+        if measure_name(text) in words:
+            found.append(text)
+            words.update(_WORD.findall(text))
+    return tuple(reversed(found))
+
+
+def quantity_of(target: BlockTarget, metric: str) -> Quantity:
+    """Give what is measured by the name of a metric, as `t_inh_s` or `MODULE:FUNCTION`."""
+    name = metric.rpartition(":")[2].replace("-", "_")
+    return next((q for q in target.quantities if q.name == name), target.quantities[-1])
 
 
 def slopes_of(target: BlockTarget, metric: str, over: OverDies) -> Slopes:

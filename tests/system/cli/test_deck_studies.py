@@ -94,3 +94,14 @@ def test_biases_and_sizes_of_a_deck_are_none_to_move(
     assert "centre: needs a bias to move" in capsys.readouterr().err
     assert main(["montecarlo", str(deck), "--testbench", "bench.toml", "-n", "2"]) == 2
     assert "is for deck.cir:SUBCIRCUIT" in capsys.readouterr().err
+
+
+def test_searches_over_dies_take_a_deck_s_cards_and_several_measures(
+    deck: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    written(deck, DECK + ".measure tran t_half param='t_fall/2'\n")
+    beside = ["--measure", "v_end = value(out, at=4us)", "--measure", "v_most = max(out)"]
+    assert main(["match", str(deck), "--metric", "t_half", *beside, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["metric"], found["unit"]) == ("t_half", "s")
+    assert 0.0 < found["spread"] < found["value"] < 1e-6
