@@ -72,10 +72,12 @@ def with_named(asked: Sequence[str], named: Sequence[str]) -> tuple[str, ...]:
     """Give the names of the metrics that are asked for, and then those that only other options name.
 
     asked: metrics that are asked for. named: metrics in specifications and other options, where `FUNCTION`
-    stands for a metric that is asked for as `MODULE:FUNCTION`.
+    stands for a metric that is asked for as `MODULE:FUNCTION`, and the name of a measure for the measure.
     """
-    known = {_short(name) for name in asked}
-    return (*asked, *dict.fromkeys(name for name in named if _short(name) not in known))
+    measures = {_short(name) for name in asked if is_measure(name)}
+    own = [name for name in asked if is_measure(name) or _short(name) not in measures]
+    known = {_short(name) for name in own}
+    return (*own, *dict.fromkeys(name for name in named if _short(name) not in known))
 
 
 def _short(name: str) -> str:

@@ -40,6 +40,7 @@ vq, special = later("scipy.cluster.vq"), later("scipy.special")
 LEAST_EFFECTIVE = 50.0
 NOMINAL_PART = 0.1
 _FEWEST = 500
+_LEFT = 100  # samples of the third stage at least: about a shift to the boundary half of them fail
 _STAGE = 0.2  # part of the samples, of the first and of the second stage
 _SCALES = (1.5, 2.0, 2.5, 3.0, 4.0)
 _PILOT = 0.1  # part of the first stage at each scale that is tried
@@ -78,7 +79,7 @@ def mean_shift(
     ParameterError
         There are too few samples, or the nominal die fails, so that failures are not rare.
     SolverError
-        No failure was found, or the effective sample size is below 50.
+        No failure was found, the search left too few samples, or the effective sample size is below 50.
     """
     check_budget(dimensions, samples, _FEWEST)
     counter = _Counter(fails)
@@ -94,7 +95,13 @@ def mean_shift(
     shifts = (
         _shifts(counter, [first, *second], _regions(counter, failing, _DEPTH)) if len(failing) else starts
     )
-    return _estimate(counter, shifts, samples - counter.count, rng, level)
+    left = samples - counter.count
+    if left < _LEFT:
+        raise SolverError(
+            f"mean-shift: the search for failing dies took {counter.count} of {samples} samples, must leave"
+            f" {_LEFT} for the estimate; take more samples"
+        )
+    return _estimate(counter, shifts, left, rng, level)
 
 
 def about(

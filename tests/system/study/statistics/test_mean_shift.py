@@ -77,6 +77,14 @@ def test_a_small_effective_size_is_refused() -> None:
         mean_shift(fails, 20, 1000, np.random.default_rng(0))
 
 
+def test_a_search_that_leaves_too_few_samples_is_refused() -> None:
+    normal = np.array([0.81, 0.57, 0.1, 0.0, 0.0, 0.0])
+    with pytest.raises(
+        SolverError, match=r"the search for failing dies took 6\d\d of 600 samples, must leave"
+    ):
+        mean_shift(lambda rows: rows @ normal > 2.94, 6, 600, np.random.default_rng(0))
+
+
 def test_no_failure_is_refused() -> None:
     with pytest.raises(SolverError, match=r"mean-shift: 0 failures of .* at 4 sigma"):
         mean_shift(lambda z: z[:, 0] > 99.0, 3, 1000, np.random.default_rng(0))
