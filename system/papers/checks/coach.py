@@ -186,10 +186,17 @@ def draw(curves: list[Curve], figure: Figure) -> None:
     for axes, curve in zip(grid, curves, strict=False):
         x = np.arange(curve.measured.size)
         low, high = curve.predicted - curve.half, curve.predicted + curve.half
-        axes.fill_between(x, low, high, color=PALE, linewidth=0)
-        axes.plot(x, curve.predicted, "-", color=COLOURS[0], linewidth=0.8)
-        axes.plot(x, curve.measured, ".", color=COLOURS[1], markersize=2.5)
+        if x.size == 1:  # a number, of which neither a band nor a line would be seen
+            axes.errorbar(
+                x, curve.predicted, curve.half, color=COLOURS[0], ecolor=PALE, elinewidth=6, marker="_"
+            )
+            axes.set_xticks([0])
+        axes.fill_between(x, low, high, color=PALE, linewidth=0, label="95 % band")
+        axes.plot(x, curve.predicted, "-", color=COLOURS[0], linewidth=0.8, label="predicted without it")
+        axes.plot(x, curve.measured, ".", color=COLOURS[1], markersize=2.5, label="measured")
         entitle(curve.name, axes)
+        axes.set_xlabel("point")
+    grid[0].legend(fontsize="small", frameon=False)
     for axes in grid[len(curves) :]:
         axes.set_axis_off()
 

@@ -34,7 +34,8 @@ def deck(tmp_path: Path) -> Path:
 
 
 def test_a_study_measures_a_deck_s_own_cards(deck: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    command = ["montecarlo", str(deck), "-n", "4", "--metric", "t_fall", "--spec", "t_fall in 0s:1us", "--json"]
+    metric = ["--metric", "t_fall", "--spec", "t_fall in 0s:1us"]
+    command = ["montecarlo", str(deck), "-n", "4", *metric, "--json"]
     assert main(command) == 0
     said = capsys.readouterr()
     found = json.loads(said.out)
