@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,11 +40,12 @@ from chips.rolls.noise.layout import NoiseTables
 from chips.rolls.parts import devices_at, extenders_at, gate_voltages, part_gates, row_place
 from chips.rolls.plastic.tables import BuiltPlastic
 from chips.rolls.program.address import NEURONS
+from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.program import Program, level_current
 from chips.rolls.synapse.charge import WEIGHT_DEVICES, charge_of, draw_of, idle_draw, pulse_length
 from chips.rolls.synapse.model import SynapseModel
 from chips.rolls.synapse.model import model_of as synapse_model_of
-from circuits.arrays import F64
+from circuits.arrays import F64, I8
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.blocks.rolls.neuron import RESTING
@@ -56,6 +58,7 @@ from circuits.silicon.silicon import Silicon
 
 STILL = 1e-3  # V, ours: kick of v_ahp below which adaptation counts as off
 NO_SYNAPSE = 1e-9  # A, ours: taken for filters that nothing reaches
+SHARED = 4  # tables that are kept beside those of the chips that are there, 15 MiB each
 COLUMNS = 8  # of virtual synapses: four excitatory, four inhibitory
 LONGEST_PART = 50e-6  # s, ours: of a step's parts
 FEWEST = 6.0  # steps in which a neuron that takes them whole spikes once at most; ours
@@ -110,14 +113,39 @@ def _filter_capacitance(params: Params, process: Process, name: str) -> F64:
     return capacitance_matrix(make(params.synapse), process, ("v_syn", "line"))
 
 
+class _Written(NamedTuple):
+    """What tables follow from of a program.
+
+    levels, latches: its levels and leak latches, int8 and bool, as bytes; live: whether an input excites, and
+    whether one inhibits.
+    """
+
+    levels: bytes
+    latches: bytes
+    biases: BiasTable
+    live: tuple[bool, bool]
+
+
 def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Silicon, step: float) -> Built:
-    """Return all tables of a chip on a silicon for steps of `step` s."""
+    """Return all tables of a chip on a silicon for steps of `step` s; the last few are kept."""
+    signs = {i.inhibitory for i in program.inputs}
+    written = _Written(
+        program.levels.tobytes(),
+        program.slow_leak().tobytes(),
+        program.biases,
+        (False in signs, True in signs),
+    )
+    return _built(params, written, kind, silicon, step)
+
+
+@lru_cache(maxsize=SHARED)
+def _built(params: Params, written: _Written, kind: BiasKind, silicon: Silicon, step: float) -> Built:
     ready = prepare(params, silicon.process)
-    gates = gate_voltages(chip(params, program.biases, kind), silicon)
-    latches = program.slow_leak().tobytes()
-    neurons, membranes, unit = _neurons(params, silicon, _gates_of("neuron", gates), latches)
+    gates = gate_voltages(chip(params, written.biases, kind), silicon)
+    neurons, membranes, unit = _neurons(params, silicon, _gates_of("neuron", gates), written.latches)
     filters = [_filter(params, silicon, k, _gates_of(name, gates)) for k, name in enumerate(FILTERS)]
-    given = _Given(params, ready, program, gates, silicon, filters)
+    levels = np.frombuffer(written.levels, dtype=np.int8)
+    given = _Given(params, ready, levels, written.biases, gates, silicon, filters)
     draws, virtual = _draws(given), _virtual(given)
     charges = np.zeros((NEURONS, NEURONS))
     loads: list[Load] = []
@@ -132,12 +160,7 @@ def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Sili
         rows = slice(4 * sign, 4 * sign + 4)
         loads.append(Load(_mean_current(virtual.current[rows].T, virtual.charge[rows].T), virtual.idle[sign]))
         units.append(virtual.charge[rows] / f.unit[None, :])
-    live = (
-        True,
-        True,
-        any(not i.inhibitory for i in program.inputs),
-        any(i.inhibitory for i in program.inputs),
-    )
+    live = (True, True, *written.live)
     shapes = tuple(shape_of(f, load) for f, load in zip(filters, loads, strict=True))
     banks = _banks(filters, loads, shapes, step)
     membranes = membranes._replace(
@@ -256,11 +279,12 @@ def _gates_of(part: str, gates: Mapping[str, float]) -> tuple[tuple[str, float],
 
 @dataclass(frozen=True, slots=True)
 class _Given:
-    """What the currents of a die's synapses follow from; gates in V."""
+    """What the currents of a die's synapses follow from; levels: int8[post times pre]; gates in V."""
 
     params: Params
     models: Prepared
-    program: Program
+    levels: I8
+    biases: BiasTable
     gates: Mapping[str, float]
     silicon: Silicon
     filters: Sequence[Filter]
@@ -284,7 +308,7 @@ class _Draws:
 def _draws(given: _Given) -> _Draws:
     d = _gated(synapse_devices(given.params, given.silicon), "synapse", given.gates)
     lengths = given.pulse_lengths((("extender", (NEURONS,)),))
-    levels = np.asarray(given.program.levels).ravel()
+    levels = given.levels
     pre = np.tile(np.arange(NEURONS), NEURONS)
     current, charge = np.zeros((2, levels.size)), np.zeros((2, levels.size))
     means = {}
@@ -293,7 +317,7 @@ def _draws(given: _Given) -> _Draws:
         if index.size == 0:
             continue
         sign = 0 if level > 0 else 1
-        line = line_voltage(given.filters[sign], level_current(given.program.biases, level), d.u_t)
+        line = line_voltage(given.filters[sign], level_current(given.biases, level), d.u_t)
         drawn = draw_of(given.models.synapse, d.taken(index), level, line)
         current[sign, index] = drawn.current
         charge[sign, index] = charge_of(drawn, lengths[pre[index]])
@@ -324,7 +348,7 @@ def _virtual(given: _Given) -> _Virtual:
             continue
         d = _gated(_virtual_devices(given.params, given.silicon, name, count), name, given.gates)
         lengths = given.pulse_lengths(row_place(NEURONS, (f"{name}_extender", (count,))))
-        weight = given.program.biases.current(("VA_EXC_N", "VA_INH_P")[sign])
+        weight = given.biases.current(("VA_EXC_N", "VA_INH_P")[sign])
         line = line_voltage(given.filters[2 + sign], weight, d.u_t)
         drawn = draw_of(given.models.synapse, d, -1 if sign else 1, line)
         rows = slice(4 * sign, 4 * sign + count)
