@@ -58,7 +58,6 @@ from circuits.silicon.silicon import Silicon
 
 STILL = 1e-3  # V, ours: kick of v_ahp below which adaptation counts as off
 NO_SYNAPSE = 1e-9  # A, ours: taken for filters that nothing reaches
-SHARED = 4  # tables that are kept beside those of the chips that are there, 15 MiB each
 COLUMNS = 8  # of virtual synapses: four excitatory, four inhibitory
 LONGEST_PART = 50e-6  # s, ours: of a step's parts
 FEWEST = 6.0  # steps in which a neuron that takes them whole spikes once at most; ours
@@ -127,7 +126,7 @@ class _Written(NamedTuple):
 
 
 def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Silicon, step: float) -> Built:
-    """Return all tables of a chip on a silicon for steps of `step` s; the last few are kept."""
+    """Return all tables of a chip on a silicon for steps of `step` s; the last ones are kept."""
     signs = {i.inhibitory for i in program.inputs}
     written = _Written(
         program.levels.tobytes(),
@@ -138,7 +137,7 @@ def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Sili
     return _built(params, written, kind, silicon, step)
 
 
-@lru_cache(maxsize=SHARED)
+@lru_cache(maxsize=1)  # 15 MiB, which mostly a chip has too
 def _built(params: Params, written: _Written, kind: BiasKind, silicon: Silicon, step: float) -> Built:
     ready = prepare(params, silicon.process)
     gates = gate_voltages(chip(params, written.biases, kind), silicon)

@@ -38,10 +38,13 @@ def simulate(
 
     Parameters
     ----------
-    testbench, silicon, tmax, method, deadline_s
-        As of `netlists.ngspice.engine.simulate`.
-    reltol
-        Relative tolerance of ngspice; `RELTOL` on a foundry's cards unless given, else as there.
+    testbench, silicon
+        As for the solver.
+    reltol, tmax, method
+        Relative tolerance, `RELTOL` on a foundry's cards unless given, largest step (s) and method of
+        ngspice.
+    deadline_s
+        Wall-clock time after which a run is halted, s; None for as long as it takes.
 
     Raises
     ------

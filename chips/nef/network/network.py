@@ -235,8 +235,17 @@ class Probe:
         f, of the ensemble's vector; the vector itself if None.
     transform : number or array
         T, dimensionless: a number, or float64[size, size of f].
-    synapse, points, regularisation, solver, decoders
-        As of `Connection`.
+    synapse : float
+        Time constant of the low-pass, s; 0 for none.
+    points : array or None
+        Where f is fitted, in the unit of x, float64[n, dimensions]; drawn evenly in the ensemble's ball
+        unless given.
+    regularisation : float
+        Regularisation of the fit, a share of the highest rate.
+    solver : function or None
+        Makes decoders, as of `Connection`.
+    decoders : array or None
+        Value for each Hz, float64[neurons, k], in the place of a function.
     """
 
     name: str
