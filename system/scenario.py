@@ -8,7 +8,7 @@ a part's option is in the option's unit, one under a field's name in SI units. A
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import is_dataclass
+from dataclasses import fields, is_dataclass
 from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -145,4 +145,5 @@ def _check_kind(path: str, hint: Any, value: Any) -> None:
 
 @cache
 def _hints(scenario: type) -> dict[str, Any]:
-    return get_type_hints(scenario)
+    hints = get_type_hints(scenario)  # of what belongs to the class too, which no scenario is given
+    return {field.name: hints[field.name] for field in fields(scenario)}

@@ -103,6 +103,7 @@ def test_a_name_that_is_not_taken_is_refused_with_those_that_are(name: str) -> N
         system.scenario(sensors=3)
     said = str(caught.value).partition(" taken are ")[2].split(", ")
     assert {f.name for f in fields(system.scenario())} <= set(said)
+    assert not [word for word in said if word.isupper()]
 
 
 @pytest.mark.parametrize("name", SYSTEMS)
