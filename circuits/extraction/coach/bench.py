@@ -51,6 +51,7 @@ MODEL: tuple[tuple[str, float, str], ...] = (
     ("early_field", 0.7, "ln"), ("early_rise", 0.15, ""), ("surface_potential", 0.05, "V"),
 )  # fmt: skip
 """Numbers of a transistor model that are fitted, their spread before and its unit; spreads are ours."""
+_NOT_BELOW_ZERO = tuple(name for name, _, _ in MODEL if name not in _LOGARITHMS)
 SIZE: tuple[tuple[str, int, float, float, str], ...] = (
     ("v_t0", 0, _UM, 0.03, "V um"), ("v_t0", 2, _UM, 0.01, "V um"), ("kappa", 0, _UM, 0.03, "um"),
     ("early_field", 0, _UM, 0.3e6, "V"),
@@ -95,9 +96,17 @@ def process_of(
     return replace(base, **models)
 
 
+def bounded(name: str, value: F64) -> F64:
+    """Values of an unknown as a process has them: what is below zero is zero where no process can be below.
+
+    Of a normal spread about a small number, as that of the mobility reduction, a part is below zero.
+    """
+    return np.maximum(value, 0.0) if name.partition(".")[2] in _NOT_BELOW_ZERO else value
+
+
 def _model(theta: Mapping[str, float], polarity: Polarity, base: TransistorModel) -> TransistorModel:
     plain = {name: theta[f"{polarity}.{name}"] for name, _, _ in MODEL}
-    plain = {n: math.exp(x) if n in _LOGARITHMS else max(x, 0.0) for n, x in plain.items()}
+    plain = {n: max(x, 0.0) if n in _NOT_BELOW_ZERO else math.exp(x) for n, x in plain.items()}
     size = base.size or SizeTerms(*_BOX)
     terms: dict[str, Any] = {}
     for name, place, length, _, _ in SIZE:

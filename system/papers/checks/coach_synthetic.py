@@ -19,6 +19,7 @@ from scipy.stats import binomtest
 
 from circuits.arrays import F64, Bools
 from circuits.errors import DataError
+from circuits.extraction.coach.bench import bounded
 from circuits.extraction.coach.conditions import read_conditions
 from circuits.extraction.coach.left_out import SIGMAS
 from circuits.extraction.coach.models import unknowns_of
@@ -125,11 +126,15 @@ def reproduce(
 
 
 def _fixed(condition: str, found: Sequence[Found]) -> Iterator[tuple[str, F64]]:
-    """Numbers that the fits fix, and how far each die's is off, in its standard errors."""
+    """Numbers that the fits fix, and how far each die's is off, in its standard errors.
+
+    A number that was drawn below zero where no process can be was zero on the die, and so it is compared.
+    """
     mean, sd, truth = (np.array([getattr(f, name) for f in found]) for name in ("mean", "sd", "truth"))
     for k, unknown in enumerate(unknowns(condition)):
         if unknown.kind == KINDS[condition] and np.median(sd[:, k]) <= FREE * unknown.sd:
-            yield unknown.name, (mean[:, k] - truth[:, k]) / sd[:, k]
+            found_there, there = (bounded(unknown.name, each[:, k]) for each in (mean, truth))
+            yield unknown.name, (found_there - there) / sd[:, k]
 
 
 def _coverage(condition: str, found: Sequence[Found]) -> Iterator[Statement]:
