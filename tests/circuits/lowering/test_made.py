@@ -163,7 +163,7 @@ def test_a_diode_is_set_healed_and_refused_by_hand() -> None:
     plain = Silicon(AMI_1500_IDEAL, die=Die().with_("pair.large", "saturation_current", -0.5))
     assert to_kernel(two_diodes(), plain).kernel.diodes.saturation[1] == pytest.approx(4.5e-15)
     with pytest.raises(
-        ParameterError, match=r"pair.large.saturation_current: changes by -120 % on die nominal"
+        ParameterError, match=r"pair.large.saturation_current: changes by -120 %, must be above -100 %"
     ):
         saturations(NOMINAL.with_("pair.large", "saturation_current", -1.2))
     with pytest.raises(ParameterError, match=r"diodes\.sigma_saturation: -1, must be >= 0"):
