@@ -327,8 +327,16 @@ class Conditions:
     def standing(self, first: int, bias: I64, stages: Iterable[I64]) -> tuple[F64, F64]:
         """Return what neurons get whatever their signals, and what of it mirrors draw, float64[n] each.
 
-        They are in units of the threshold. `bias` are the codes of column 0 from the neuron number `first`
-        on, int64[n], and `stages` those of the columns that follow, int64[n] each.
+        They are in units of the threshold.
+
+        Parameters
+        ----------
+        first
+            Number of the first neuron.
+        bias
+            Codes of column 0, int64[n].
+        stages
+            Codes of the columns that follow, int64[n] each.
         """
         own, rest = slice(first, first + len(bias)), self.lines.rest
         current, sunk = self.column(BIAS_COLUMN).bias(own, bias)

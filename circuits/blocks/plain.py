@@ -144,9 +144,8 @@ def _shown(made: Made) -> list[str]:
     if not chosen:
         sources = made.sources if isinstance(made, Testbench) else ()
         driven = {s.node for s in sources if s.quantity == "voltage"}
-        fed = {
-            s.node for s in sources
-        } - driven  # by a current alone, which leaves the voltage to the circuit
+        # by a current alone, which leaves the voltage to the circuit
+        fed = {s.node for s in sources} - driven
         fixed = driven | {p.name for p in _inputs(circuit)} - fed | {bias.port for bias in circuit.biases}
         arrays = {name for name, shape in circuit.shapes().items() if shape}
         chosen = [node for _, node in references(circuit) if node not in {GROUND, *fixed, *arrays}]

@@ -182,10 +182,7 @@ def _as_it_stands(target: str, analysis: Ran, deadline: str | None, raw: str | N
 
 
 def _swept(asked: Simulate) -> tuple[Waveforms, Imported, str]:
-    """The deck's first `.dc` card, solved natively, the deck, and the unit of the innermost source.
-
-    That moves first.
-    """
+    """The deck's first `.dc` card, solved natively, the deck, and the unit of the source that moves first."""
     deck = deck_of(asked.block)
     if deck is None or deck.name:
         raise ParameterError(

@@ -165,7 +165,8 @@ def assumed(report: Report) -> None:
     rows = {row.name: row for row in report.rows}
     assert rows["kappa_p_4_um"].paper == 0.66
     assert rows["kappa_n_4_um"].shown == pytest.approx(0.74, abs=0.02)
-    assert 1.4 * rows["pulse_length_cv"].paper < rows["pulse_length_cv"].shown < 2.0 * 0.036
+    # A_VT alone makes 1.53 of it
+    assert 1.65 * rows["pulse_length_cv"].paper < rows["pulse_length_cv"].shown < 1.85 * 0.036
 
 
 def covered(report: Report) -> None:
