@@ -199,7 +199,7 @@ def _remedy(number: str, rest: str, unit: str) -> str:
     base = _IN_BASE.get(unit, (unit, 0))[0]
     prefixes = [""] if unit in UNSCALED else list(PREFIXES)
     meant = [p for p in prefixes if rest.lower() in {(p + base).lower(), p.lower()}]
-    if meant:
+    if meant and (rest in meant or rest not in UNITS):  # a bare A is amperes, not atto
         spelt = (_MEGA if p == "M" and not base else p for p in meant)
         return "write " + " or ".join(f"{number}{p}{base}" for p in spelt)
     alone = "the number alone" if unit in MAY_BE_BARE else "a number and its unit"

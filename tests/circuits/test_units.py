@@ -115,6 +115,7 @@ def test_reads(text: str, unit: str, value: float) -> None:
         ("12mS", "s", "a time in s; write 12ms or 12Ms"),
         ("5v", "V", "a voltage in V; write 5V"),
         ("1FF", "F", "a capacitance in F; write 1fF"),
+        ("0.75A", "V", "a voltage in V; write a number and its unit, such as 0.75V"),
         ("40V", "A", "a current in A; write a number and its unit, such as 40pA"),
         ("12mV", "s", "a time in s; write a number and its unit, such as 12s"),
         ("12min", "s", "a time in s; write a number and its unit, such as 12s"),

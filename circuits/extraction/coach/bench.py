@@ -16,7 +16,7 @@ from circuits.circuit import Circuit
 from circuits.devices import Source, Transistor
 from circuits.devices.source import Constant, polyline
 from circuits.errors import SolverError
-from circuits.extraction.coach.conditions import BiasSetting, Condition
+from circuits.extraction.coach.conditions import V_DD, BiasSetting, Condition
 from circuits.extraction.coach.unknown import Theta, Unknown
 from circuits.lowering.kernel import Machine, on_silicon, to_kernel
 from circuits.measure.current import static_currents
@@ -30,7 +30,6 @@ from circuits.solver.operating_point import operating_point, rest_state
 from circuits.solver.sweep.continuation import with_source
 from circuits.testbench import Testbench
 
-V_DD = 1.8  # V
 ADC = 3.3 / 4096  # V, a step of the 12-bit converter
 BUFFER_LOW, BUFFER_HIGH = 0.013, 1.781  # V, what the buffer reads at the rails
 SECONDS = 0.1  # s, for which events are counted

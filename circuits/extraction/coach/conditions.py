@@ -24,7 +24,8 @@ CIRCUITS = (
 )  # fmt: skip
 """Circuits that a condition may name."""
 MASTERS = ("60 pA", "460 pA", "3.8 nA", "30 nA", "240 nA")
-_CODES = 256
+CODES = 256
+V_DD = 1.8  # V, the chip's supply, between which and ground all is set
 _OWN = ("file", "split", "circuit", "points", "voltages", "biases")
 
 
@@ -125,9 +126,19 @@ def _condition(path: Path, number: int, entry: Mapping[str, Any]) -> Condition:
     biases = tuple(_bias(where, each) for each in entry.get("biases", []))
     settings = {name: value for name, value in entry.items() if name not in _OWN}
     voltages = {name: float(value) for name, value in entry.get("voltages", {}).items()}
+    for name, value in voltages.items():
+        check_set(f"{where}: voltages.{name}", "V", value)
     return Condition(
         entry["file"], entry["split"], entry["circuit"], int(entry["points"]), voltages, biases, settings
     )
+
+
+def check_set(where: str, unit: str, value: float) -> None:
+    """Raise `DataError` for a voltage, `V`, that leaves the supply, or a fine code, `code`, that is none."""
+    if unit == "V" and not 0.0 <= value <= V_DD:
+        raise DataError(f"{where}: {value:g} V, must be within 0 V and the supply of {V_DD:g} V; correct it")
+    if unit == "code" and not (0.0 <= value < CODES and value.is_integer()):
+        raise DataError(f"{where}: {value:g}, must be a whole number from 0 to {CODES - 1}; correct it")
 
 
 def _bias(where: str, given: Mapping[str, Any]) -> BiasSetting:
@@ -138,6 +149,6 @@ def _bias(where: str, given: Mapping[str, Any]) -> BiasSetting:
         raise DataError(f"{where}: {name}.master: {master}, must be one of {', '.join(MASTERS)}")
     if fine == "swept":
         return BiasSetting(str(name), kind, master, None)
-    if not isinstance(fine, int) or not 0 <= fine < _CODES:
-        raise DataError(f"{where}: {name}.fine: {fine}, must be a whole number from 0 to {_CODES - 1}")
+    if not isinstance(fine, int) or not 0 <= fine < CODES:
+        raise DataError(f"{where}: {name}.fine: {fine}, must be a whole number from 0 to {CODES - 1}")
     return BiasSetting(str(name), kind, master, fine)

@@ -12,7 +12,7 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.errors import DataError
-from circuits.extraction.coach.conditions import CIRCUITS, DATA, Condition, read_conditions
+from circuits.extraction.coach.conditions import CIRCUITS, DATA, Condition, check_set, read_conditions
 
 SET_AND_MEASURED: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "nfet": (("v_g_V",), ("i_s_A",)), "pfet": (("v_g_V",), ("i_d_A",)),
@@ -64,7 +64,8 @@ def read_table(path: Path, condition: Condition) -> Table:
     path: its file. condition: what was set at it, which says what columns there must be.
 
     Raises `DataError` where the file cannot be read, lacks a column or has one in another unit, has a field
-    that is no number or another number of rows than its condition says.
+    that is no number, a voltage or code that cannot be set or is not stated, or another number of rows than
+    its condition says.
     """
     try:
         with path.open(encoding="utf-8", newline="") as stream:
@@ -74,13 +75,16 @@ def read_table(path: Path, condition: Condition) -> Table:
     except UnicodeDecodeError:
         raise DataError(f"{path}: no UTF-8 text; save it as CSV") from None
     header = rows[0] if rows else []
-    _check_header(path, header, (*columns_of(condition)[0], *columns_of(condition)[1]))
+    given, measured = columns_of(condition)
+    _check_header(path, header, (*given, *measured))
     columns: list[list[float]] = [[] for _ in header]
     for line, row in enumerate(rows[1:], 2):
         if len(row) != len(header):
             raise DataError(f"{path}: line {line}: {len(row)} fields, must be {len(header)}; correct it")
         for name, text, column in zip(header, row, columns, strict=True):
             column.append(_number(path, line, name, text))
+            if name in given:
+                _check_given(path, line, name, column[-1])
     if len(rows) - 1 != condition.points:
         raise DataError(
             f"{path}: {len(rows) - 1} rows, must be {condition.points} as in its condition; correct either"
@@ -111,6 +115,12 @@ def _number(path: Path, line: int, name: str, text: str) -> float:
     if not math.isfinite(value):
         raise DataError(f"{path}: line {line}: {name}: {text!r}, must be a finite number; correct it")
     return value
+
+
+def _check_given(path: Path, line: int, name: str, value: float) -> None:
+    if math.isnan(value):
+        raise DataError(f"{path}: line {line}: {name}: empty, must be what was set; fill it in")
+    check_set(f"{path}: line {line}: {name}", name.rpartition("_")[2], value)
 
 
 def format_table(columns: Mapping[str, F64]) -> str:

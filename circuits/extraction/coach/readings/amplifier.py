@@ -13,8 +13,8 @@ from circuits.blocks.drive import powered
 from circuits.blocks.mos import mos
 from circuits.circuit import Circuit
 from circuits.devices import Transistor
-from circuits.extraction.coach.bench import ADC, V_DD, Bench, lowered, swept
-from circuits.extraction.coach.conditions import Condition
+from circuits.extraction.coach.bench import ADC, Bench, lowered, swept
+from circuits.extraction.coach.conditions import V_DD, Condition
 from circuits.extraction.coach.readings.converter import DRIFT, count_noise, counts, current_of, weighted
 from circuits.extraction.coach.table import Table
 from circuits.extraction.coach.unknown import Unknown

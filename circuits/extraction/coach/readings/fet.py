@@ -16,8 +16,8 @@ from circuits.arrays import F64, Bools
 from circuits.blocks.bench.transistor import Params, nfet, pfet
 from circuits.blocks.drive import current_into, driven
 from circuits.devices import Source
-from circuits.extraction.coach.bench import V_DD, Bench, solved
-from circuits.extraction.coach.conditions import Condition
+from circuits.extraction.coach.bench import Bench, solved
+from circuits.extraction.coach.conditions import V_DD, Condition
 from circuits.extraction.coach.table import Table, columns_of
 from circuits.extraction.coach.unknown import Unknown
 from circuits.silicon.process import Polarity

@@ -12,8 +12,8 @@ from circuits.blocks.bench.follower_integrator import Params, build
 from circuits.blocks.drive import Wave, powered
 from circuits.blocks.mos import mos
 from circuits.devices.source import PiecewiseLinear
-from circuits.extraction.coach.bench import V_DD, Bench, code_name, code_unknowns, lowered
-from circuits.extraction.coach.conditions import Condition
+from circuits.extraction.coach.bench import Bench, code_name, code_unknowns, lowered
+from circuits.extraction.coach.conditions import V_DD, Condition
 from circuits.extraction.coach.table import Table
 from circuits.extraction.coach.unknown import Unknown
 from circuits.lowering.on_die import transistor_names, transistor_of

@@ -18,8 +18,8 @@ from circuits.blocks.mos import mos
 from circuits.catalogue import later
 from circuits.devices import Transistor
 from circuits.errors import SolverError
-from circuits.extraction.coach.bench import ADC, V_DD, Bench, code_name, code_unknowns, lowered
-from circuits.extraction.coach.conditions import DATA, Condition, read_conditions
+from circuits.extraction.coach.bench import ADC, Bench, code_name, code_unknowns, lowered
+from circuits.extraction.coach.conditions import DATA, V_DD, Condition, read_conditions
 from circuits.extraction.coach.metrics import Metric, metrics_of
 from circuits.extraction.coach.table import Table, read_table
 from circuits.extraction.coach.unknown import Unknown

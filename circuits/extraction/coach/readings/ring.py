@@ -16,8 +16,8 @@ from circuits.blocks.bench.winner_take_all_ring import build
 from circuits.blocks.drive import Wave, powered
 from circuits.blocks.mos import mos
 from circuits.devices.transistor import drain_current
-from circuits.extraction.coach.bench import ADC, V_DD, Bench, lowered
-from circuits.extraction.coach.conditions import Condition
+from circuits.extraction.coach.bench import ADC, Bench, lowered
+from circuits.extraction.coach.conditions import V_DD, Condition
 from circuits.extraction.coach.readings.converter import (
     DEAD,
     DEAD_SPREAD,

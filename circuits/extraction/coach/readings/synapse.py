@@ -12,8 +12,8 @@ from circuits.blocks.bench.dpi_synapse import OUT_AT, Params, build
 from circuits.blocks.drive import Wave, powered
 from circuits.blocks.mos import mos
 from circuits.event import pulse
-from circuits.extraction.coach.bench import ADC, V_DD, Bench, code_name, code_unknowns, lowered
-from circuits.extraction.coach.conditions import Condition
+from circuits.extraction.coach.bench import ADC, Bench, code_name, code_unknowns, lowered
+from circuits.extraction.coach.conditions import V_DD, Condition
 from circuits.extraction.coach.readings.converter import DARK
 from circuits.extraction.coach.table import Table
 from circuits.extraction.coach.unknown import Unknown

@@ -43,6 +43,8 @@ def test_a_table_comes_back_from_its_text(tmp_path: Path) -> None:
         (TEXT.replace(",v_s_V", ",other_V"), "line 1: no column v_s_V"),
         (TEXT.replace("0.06,", "much,"), "line 3: v_g_V: 'much', must be a finite number"),
         (TEXT.replace("0.06,0.04", "0.06"), "line 3: 1 fields, must be 2"),
+        (TEXT.replace("0.06,", "2.4,"), "line 3: v_g_V: 2.4 V, must be within 0 V and the supply of 1.8 V"),
+        (TEXT.replace("0.06,", ","), "line 3: v_g_V: empty, must be what was set"),
         (TEXT + "1.8,1.0\n", "31 rows, must be 30"),
         ("", "line 1: no column v_g_V"),
     ],
