@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chips.aer import IDLE, MAGIC, Bus, Events, read_events, send, send_on, write_events
+from chips.aer import ALIKE, IDLE, MAGIC, Bus, Events, read_events, send, send_on, write_events
 from circuits.errors import DataError, ParameterError
 
 events = st.lists(st.tuples(st.integers(0, 40), st.integers(0, 9)), max_size=60)
@@ -51,6 +51,12 @@ def test_simultaneous_events_leave_one_after_another_lowest_address_first() -> N
 def test_ideal_bus_changes_nothing() -> None:
     found = send(Bus(0.0, 1), np.array([2.0, 1.0, 1.0]), np.array([5, 7, 6]))
     assert (found.times.tolist(), found.addresses.tolist(), found.dropped) == ([1.0, 1.0, 2.0], [6, 7, 5], 0)
+
+
+def test_many_events_at_one_instant_leave_in_the_order_of_their_addresses() -> None:
+    addresses = np.random.default_rng(0).permutation(3 * ALIKE)
+    found = send(Bus(0.0, 1), np.zeros(addresses.size), addresses)
+    np.testing.assert_array_equal(found.addresses, np.arange(addresses.size))
 
 
 def test_impossible_buses_are_refused() -> None:

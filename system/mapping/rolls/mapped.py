@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,13 +19,14 @@ from chips.rolls.circuit import FILTERS
 from chips.rolls.program.address import VIRTUAL_LINES
 from chips.rolls.program.program import Program, VirtualInput
 from circuits.arrays import F64, I64
+from circuits.compiled import compiled
 from system.mapping.dynamics import Cells, Dynamics, Filter
 from system.mapping.network import Network
 from system.mapping.report import Finding
-from system.mapping.rolls.filters import together
 
 SPACING = 0.2e-3  # s, two and a half times a pulse; ours
 SERVICE = 0.2e-6  # s between two events of one that reaches many: twice what the bus takes; ours
+_compiled = compiled()
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,11 +107,13 @@ class Mapped:
 
     def events(self, events: Events) -> Inputs:
         """Return the chip's events that stand for those of the network's channels."""
-        virtual, at = self.program.virtual, self.neurons
-        return together(
-            _spread(events, counts, virtual.columns(inhibitory=inhibitory).start, at)
-            for counts, inhibitory in ((self.excite, False), (self.inhibit, True))
-        )
+        burst = _burst(self)
+        count = int(np.diff(burst.begin)[events.addresses].sum())
+        times, words = np.empty(count), np.empty(count, np.int64)
+        _spread(events.times, events.addresses, *burst, times, words)
+        order = np.argsort(times, kind="stable")
+        times, words = times[order], words[order]
+        return Inputs(times, words & 255, words >> 8)
 
     def _filter(self, one: PlacedFilter) -> Filter:
         n, at = self.network.neurons, self.neurons
@@ -142,15 +147,48 @@ def fan_out(mapped: Mapped) -> Mapping[str, int]:
     return found
 
 
-def _spread(events: Events, counts: I64, column: int, at: I64) -> tuple[F64, I64, I64]:
-    """Times, neurons and columns of one sign's events."""
+class _Burst(NamedTuple):
+    """What one event of each channel becomes: those of channel c stand from `begin[c]` to `begin[c + 1]`.
+
+    begin : int64[channels + 1]; later : s after the event, rising; words : neuron + (column << 8), int64.
+    """
+
+    begin: I64
+    later: F64
+    words: I64
+
+
+@lru_cache(maxsize=8)
+def _burst(mapped: Mapped) -> _Burst:
+    virtual, signs = mapped.program.virtual, ((mapped.excite, False), (mapped.inhibit, True))
+    parts = [
+        _sign(counts, virtual.columns(inhibitory=inhibitory).start, mapped.neurons)
+        for counts, inhibitory in signs
+    ]
+    channel, later, words = (np.concatenate(each) for each in zip(*parts, strict=True))
+    order = np.lexsort((later, channel))
+    begin = np.searchsorted(channel[order], np.arange(mapped.network.channels + 1))
+    return _Burst(begin, later[order], words[order])
+
+
+def _sign(counts: I64, column: int, at: I64) -> tuple[I64, F64, I64]:
+    """Channels, times after it and words of what one sign makes of one event of each channel."""
     channel, neuron = np.nonzero(counts)
     repeats = counts[channel, neuron]
     channel, neuron = np.repeat(channel, repeats), np.repeat(neuron, repeats)
     place = np.arange(channel.size) - np.repeat(np.cumsum(repeats) - repeats, repeats)  # of an event's own
     begin = np.searchsorted(channel, np.arange(counts.shape[0] + 1))
     later = (place // VIRTUAL_LINES) * SPACING + (np.arange(channel.size) - begin[channel]) * SERVICE
-    size = np.diff(begin)[events.addresses]
-    rows = np.repeat(begin[events.addresses] - (np.cumsum(size) - size), size) + np.arange(size.sum())
-    times = np.repeat(events.times, size) + later[rows]
-    return times, at[neuron[rows]], column + place[rows] % VIRTUAL_LINES
+    return channel, later, at[neuron] + ((column + place % VIRTUAL_LINES) << 8)
+
+
+@_compiled
+def _spread(
+    times: F64, channels: I64, begin: I64, later: F64, words: I64, all_times: F64, all_words: I64
+) -> None:
+    """Fill `all_times` and `all_words` with what events of channels become, one event's after the other's."""
+    at = 0
+    for k in range(times.size):
+        for j in range(begin[channels[k]], begin[channels[k] + 1]):
+            all_times[at], all_words[at] = times[k] + later[j], words[j]
+            at += 1
