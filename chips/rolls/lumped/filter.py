@@ -169,13 +169,16 @@ def bank_of(f: Filter, load: Load, shape: Shape, step: float) -> FilterBank:
 
 def _resting(f: Filter, load: Load, shape: Shape) -> F64:
     """The ln u, float64[n], at which `C U_T / (kappa_n tau) (1 + v) (1 - r)` is what idle synapses bring."""
-    found = np.empty(f.tau.size)
-    for k in range(found.size):
-        above = np.maximum(_LOGARITHMS - f.start[k], 0.0)
-        leak = (1.0 + shape.ratio) * -np.expm1(-1.5 * f.power * above)
-        at = int(np.argmax(leak >= load.idle[k] * f.tau[k] / f.unit[k]))
-        found[k] = max(_LOGARITHMS[at], f.start[k])
-    return found
+    needed = load.idle * f.tau / f.unit
+    # the leak rises with u: halved until nothing is left, as `bisect` does
+    low, high = np.zeros(f.tau.size, np.int64), np.full(f.tau.size, _LOGARITHMS.size)
+    while (low < high).any():
+        middle = np.minimum((low + high) // 2, _LOGARITHMS.size - 1)
+        above = np.maximum(_LOGARITHMS[middle] - f.start, 0.0)
+        enough = (1.0 + shape.ratio[middle]) * -np.expm1(-1.5 * f.power * above) >= needed
+        low, high = np.where(enough, low, middle + 1), np.where(enough, middle, high)
+    at = np.where(low < _LOGARITHMS.size, low, 0)
+    return np.asarray(np.maximum(_LOGARITHMS[at], f.start))
 
 
 def settled(f: Filter, load: Load, step: float) -> tuple[F64, F64]:

@@ -13,10 +13,11 @@ import numpy as np
 
 from chips.rolls.layout import BENT, DRAWN, LINE_COLUMNS, OCTAVE_BITS, REACH
 from chips.rolls.layout import STATIC as OWN
-from chips.rolls.lumped.grid import edges, integral
+from chips.rolls.lumped.grid import edges, integral, interpolated
 from chips.rolls.lumped.network import pair as pair_shares
 from chips.rolls.neuron.kernel import INJECTED, REVERSE, STATIC, Neurons, weak_share
-from circuits.arrays import F64
+from circuits.arrays import F64, I64
+from circuits.compiled import compiled
 from circuits.devices.ekv import weak_over
 
 REFERENCE_INPUT = 1e-9  # A, ours: at which the share's correction for strong inversion is taken
@@ -56,16 +57,27 @@ def lines_of(m: Neurons) -> Lines:
     )
     rows = (int(math.frexp(float(zeta[:, -1].max()))[1]) << OCTAVE_BITS) + 1
     grid = edges(rows - 1)
-    centres = 0.5 * (grid[1:] + grid[:-1])
     lines = np.zeros((n, rows - 1, LINE_COLUMNS))
-    for k in range(n):
-        for j, column in enumerate(columns):
-            value, middle = np.interp(grid, zeta[k], column[k]), np.interp(centres, zeta[k], column[k])
-            slope = np.diff(value) / np.diff(grid)
-            # a chord is above what bends upwards: shifted to the same mean (Simpson)
-            shift = 0.0 if column is v else (2.0 * middle - value[:-1] - value[1:]) / 3.0
-            lines[k, :, 2 * j], lines[k, :, 2 * j + 1] = value[:-1] - slope * grid[:-1] + shift, slope
+    for j, column in enumerate(columns):
+        _chords(zeta, column, grid, column is not v, lines[:, :, 2 * j : 2 * j + 2])
     return Lines(lines, unit, zeta[:, -1].copy(), _rise(columns[0], y, zeta, grid))
+
+
+@compiled(_nrt=True)
+def _chords(zeta: F64, column: F64, grid: F64, shifted: bool, lines: F64) -> None:  # noqa: FBT001 - a kernel's
+    """Fill `lines` with the chords of a column over zeta: intercept and slope, float64[n, rows, 2].
+
+    shifted: whether each is put to the column's mean along it (Simpson): a chord is above what bends upwards.
+    """
+    centres = 0.5 * (grid[1:] + grid[:-1])
+    value, middle = np.empty(grid.size), np.empty(centres.size)
+    for k in range(zeta.shape[0]):
+        interpolated(grid, zeta[k], column[k], value)
+        interpolated(centres, zeta[k], column[k], middle)
+        for i in range(centres.size):
+            slope = (value[i + 1] - value[i]) / (grid[i + 1] - grid[i])
+            shift = (2.0 * middle[i] - value[i] - value[i + 1]) / 3.0 if shifted else 0.0
+            lines[k, i, 0], lines[k, i, 1] = value[i] - slope * grid[i] + shift, slope
 
 
 def with_reach(lines: F64, charge: F64, step: float) -> F64:
@@ -74,42 +86,53 @@ def with_reach(lines: F64, charge: F64, step: float) -> F64:
     Half a line behind its ends at least, and as far as the other lines differ from it by less than
     `LESS_SURE` of their distance in a step.
     """
-    grid = edges(lines.shape[1])
-    width, centre = np.diff(grid), 0.5 * (grid[1:] + grid[:-1])
-    allowed = LESS_SURE * charge[:, None] / step
     found = lines.copy()
-    for column, sign in ((REACH, -1), (REACH + 1, 1)):
-        start = grid[:-1] if sign < 0 else grid[1:]
-        reach = np.broadcast_to(start + 0.5 * sign * width, lines.shape[:2]).copy()
-        sure = np.ones(lines.shape[:2], dtype=np.bool_)
-        for far in range(1, FARTHEST + 1):
-            own = np.arange(lines.shape[1])
-            other = np.clip(own + sign * far, 0, own.size - 1)
-            end = grid[other] if sign < 0 else grid[other + 1]
-            off = np.zeros(lines.shape[:2])
-            for at, by in ((OWN, 1.0), (BENT, _BENT_BY), (DRAWN, _DRAWN_BY)):
-                less = lines[:, other, at : at + 2] - lines[:, :, at : at + 2]
-                off += by * np.abs(less[:, :, 0] + less[:, :, 1] * end)
-            sure &= (off <= allowed * np.abs(end - centre)) & (other == own + sign * far)
-            reach = np.where(sure, end, reach)
-        found[:, :, column] = reach
+    _reach(edges(lines.shape[1]), LESS_SURE * charge / step, found)
     return found
+
+
+@compiled()
+def _reach(grid: F64, allowed: F64, lines: F64) -> None:
+    """Fill the last two columns of lines; allowed: by how much a slope may be off, A, float64[n]."""
+    count = lines.shape[1]
+    for k in range(lines.shape[0]):
+        for own in range(count):
+            width, centre = grid[own + 1] - grid[own], 0.5 * (grid[own + 1] + grid[own])
+            for column, sign in ((REACH, -1), (REACH + 1, 1)):
+                reach = (grid[own] if sign < 0 else grid[own + 1]) + 0.5 * sign * width
+                for far in range(1, FARTHEST + 1):
+                    other = own + sign * far
+                    if not 0 <= other < count:
+                        break
+                    end = grid[other] if sign < 0 else grid[other + 1]
+                    if not _apart(lines[k, other], lines[k, own], end) <= allowed[k] * abs(end - centre):
+                        break
+                    reach = end
+                lines[k, own, column] = reach
+
+
+@compiled(forceinline=True)
+def _apart(other: F64, own: F64, zeta: float) -> float:
+    """By how much two lines of a neuron differ at zeta, A, static, bent and drawn together."""
+    off = abs((other[OWN] - own[OWN]) + (other[OWN + 1] - own[OWN + 1]) * zeta)
+    off += _BENT_BY * abs((other[BENT] - own[BENT]) + (other[BENT + 1] - own[BENT + 1]) * zeta)
+    off += _DRAWN_BY * abs((other[DRAWN] - own[DRAWN]) + (other[DRAWN + 1] - own[DRAWN + 1]) * zeta)
+    return float(off)
 
 
 def _rise(own: F64, y: F64, zeta: F64, grid: F64) -> F64:
     """Lines of T_0 = int dy / a and of T_1 / T_0, T_1 = int dy / a^2, from zeta to the top."""
-    n = own.shape[0]
-    found = np.zeros((n, grid.size - 1, 4))
-    for k in range(n):
-        # below the last point that does not rise nothing is sure
-        still = np.flatnonzero(own[k] <= 0.0)
-        first = int(still[-1]) + 1 if still.size else 0
-        at, a = y[k, first:], own[k, first:]
-        for j, power in enumerate((1.0, 2.0)):
-            left = integral(at[None, ::-1], a[None, ::-1] ** -power)[0, ::-1]
-            value = np.interp(grid, zeta[k, first:], -left)
-            found[k, :, 2 * j] = value[:-1]
-            found[k, :, 2 * j + 1] = value[1:]
+    # below the last point that does not rise nothing is sure
+    first = np.array([int(np.flatnonzero(a <= 0.0).max(initial=-1)) + 1 for a in own])
+    density = np.ones((2, *own.shape))
+    for k, begin in enumerate(first):
+        # a row at a time: the last bit of numpy's powers hangs on how many there are
+        for j, power in enumerate((-1.0, -2.0)):
+            density[j, k, begin:] = (own[k, begin:][None, ::-1] ** power)[0, ::-1]
+    found = np.zeros((own.shape[0], grid.size - 1, 4))
+    for j in range(2):
+        left = -integral(y[:, ::-1], density[j, :, ::-1])[:, ::-1]
+        _ends(zeta, left, first, grid, found[:, :, 2 * j : 2 * j + 2])
     low = np.where(found[:, :, 0::2] > 0.0, found[:, :, 0::2], 1e-30)
     high = np.where(found[:, :, 1::2] > 0.0, found[:, :, 1::2], 1e-30)
     for end in (low, high):
@@ -117,6 +140,16 @@ def _rise(own: F64, y: F64, zeta: F64, grid: F64) -> F64:
     slope = (high - low) / np.diff(grid)[None, :, None]
     found[:, :, 1::2], found[:, :, 0::2] = slope, low - slope * grid[None, :-1, None]
     return found
+
+
+@compiled(_nrt=True)
+def _ends(zeta: F64, left: F64, first: I64, grid: F64, ends: F64) -> None:
+    """Fill `ends` with `left` at both ends of each line, float64[n, rows, 2]; first: point that counts."""
+    value = np.empty(grid.size)
+    for k in range(zeta.shape[0]):
+        interpolated(grid, zeta[k, first[k] :], left[k, first[k] :], value)
+        for i in range(grid.size - 1):
+            ends[k, i, 0], ends[k, i, 1] = value[i], value[i + 1]
 
 
 def _bend(m: Neurons, share: F64) -> F64:

@@ -10,8 +10,10 @@ from chips.rolls.lumped.network import (
     degenerated_sum,
     diode,
     pair,
+    pair_share,
     sink_over_line,
     stack,
+    stack_current,
 )
 
 F64 = np.ndarray
@@ -84,3 +86,37 @@ def test_sink_is_that_of_its_devices_behind_a_wide_switch() -> None:
     sink_over_line(np.array([1e-1]), np.array([80.0]), lines, grid, out)
     expected = [sum(5e-7 * (law(np.array(p)) - law(p - y)) for p in (2.0, 4.0, -30.0)) for y in grid]
     assert out[0] == pytest.approx(expected, rel=1e-4)
+
+
+def test_a_network_has_the_bits_that_it_has_by_itself() -> None:
+    draw = np.random.default_rng(1000)
+    n = 150  # more than a team
+    i1, i2, i3 = 10.0 ** draw.uniform(-8.0, -6.0, (3, n))
+    p1, p2, p3, p4 = draw.uniform(-20.0, 15.0, (4, n))
+    total, drain = 10.0 ** draw.uniform(-14.0, -6.0, n), draw.uniform(-1.0, 70.0, n)
+    lines = np.stack((i1, p2, i2, p3, i3, p4))
+    for solve in (
+        lambda k, out: stack(i1[k], p1[k], i2[k], p2[k], drain[k], out),
+        lambda k, out: diode(i1[k], 20.0 + 0.1 * p1[k], 0.7, total[k], 70.0, out),
+        lambda k, out: amplifier(i1[k], p1[k], i2[k], p2[k], 70.0, out),
+        lambda k, out: pair(i1[k], p1[k], i2[k], p2[k], total[k], out),
+        lambda k, out: degenerated_sum(i3[k], p1[k], np.ascontiguousarray(lines[:, k]), 70.0, out),
+    ):
+        together, alone = np.empty(n), np.empty((n, 1))
+        solve(slice(None), together)
+        for k in range(n):
+            solve(slice(k, k + 1), alone[k])
+        np.testing.assert_array_equal(together, alone[:, 0])
+
+
+def test_a_team_of_series_is_each_by_the_scalar_law() -> None:
+    draw = np.random.default_rng(1001)
+    i1, i2 = 10.0 ** draw.uniform(-8.0, -6.0, (2, 100))
+    p1, p2 = draw.uniform(-20.0, 15.0, (2, 100))
+    drain, out = draw.uniform(-1.0, 70.0, 100), np.empty(100)
+    stack(i1, p1, i2, p2, drain, out)
+    each = [stack_current(*x) for x in zip(i1, p1, i2, p2, drain, strict=True)]
+    assert out == pytest.approx(each, rel=1e-13, abs=0.0)  # laws that differ in their last place
+    pair(i1, p1, i2, p2, i1, out)
+    each = [pair_share(*x) for x in zip(i1, p1, i2, p2, i1, strict=True)]
+    assert out == pytest.approx(each, rel=1e-13, abs=0.0)
