@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.part import Analog, Event, Output
+from chips.part import Analog, Event, Output, Unforeseen
 from circuits.arrays import F64
 from circuits.circuit import Circuit, Port
 from circuits.devices import Source
@@ -38,7 +38,7 @@ class CellState:
     merged: int = 0
 
 
-class Cell:
+class Cell(Unforeseen):
     """A circuit that is simulated while a system runs, with its supply and biases, its other inputs driven.
 
     Parameters
@@ -136,10 +136,6 @@ class Cell:
         other.runner, solver = moved(self.runner, state.solver, machine)
         other.machine = other.runner.machine
         return other, replace(state, solver=solver)
-
-    def next_time(self, state: CellState) -> float:
-        """Return inf (s) for every `state`: a circuit does not know its next event before it is simulated."""
-        return np.inf
 
     def voltages(self, state: CellState) -> F64:
         """Return the voltages of the analog ports in `state`, V, float64[ports]."""

@@ -95,6 +95,16 @@ class Part(Protocol[State]):
         """
 
 
+class Unforeseen:
+    """A part that cannot know when it next acts: whoever advances it finds out."""
+
+    __slots__ = ()
+
+    def next_time(self, state: object) -> float:
+        """Return inf (s) for every `state`."""
+        return math.inf
+
+
 def quiet(time: float, events: tuple[Event, ...] = ()) -> Output:
     """Return the output of a part without analog ports at `time` s."""
     return Output(events, np.array([time]), np.zeros((1, 0)))

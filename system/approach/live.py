@@ -7,14 +7,13 @@ reward is less by the error (m) of the range that the action's voltage stands fo
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chips.part import Analog, Event, Output, Part
+from chips.part import Analog, Event, Output, Part, Unforeseen
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.calibration.found import off_of
 from circuits.arrays import F64, I64
@@ -54,7 +53,7 @@ class HandState:
     held: float | None = None
 
 
-class Hand:
+class Hand(Unforeseen):
     """A wire of a voltage that another can hold: a part between two others."""
 
     analog: tuple[str, ...] = ("proximity",)
@@ -62,10 +61,6 @@ class Hand:
     def begin(self, time: float = 0.0) -> HandState:
         """Return the state in which what comes in goes out."""
         return HandState(time)
-
-    def next_time(self, state: HandState) -> float:
-        """Return that it never acts by itself."""
-        return math.inf
 
     def advance(
         self, state: HandState, until: float, events: Sequence[Event] = (), analog: Analog = None

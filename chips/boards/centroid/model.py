@@ -17,7 +17,7 @@ import numpy as np
 
 from chips.boards.centroid.kernel import Centroid, centroid_run
 from chips.measured.table_record import all_on_silicon, tables_on
-from chips.part import Analog, Event, Output
+from chips.part import Analog, Event, Output, Unforeseen
 from circuits.arrays import F64
 from circuits.blocks.sonar import centroid_board
 from circuits.circuit import Circuit
@@ -52,7 +52,7 @@ def circuits() -> tuple[Circuit, ...]:
     return (centroid_board.build(),)
 
 
-class CentroidModel:
+class CentroidModel(Unforeseen):
     """A centroid board on a silicon.
 
     lookup: voltage for which each neuron stands, V, the board's own unless given; path: the instance path
@@ -82,10 +82,6 @@ class CentroidModel:
         """Return the state at `time` s, with the hold node where it leaks to."""
         far = self.numbers.far
         return CentroidState(np.array([time, far, far, far]), np.full(self.numbers.entry.size, -math.inf))
-
-    def next_time(self, state: CentroidState) -> float:
-        """Return inf, as the board makes no events."""
-        return math.inf
 
     def advance(
         self, state: CentroidState, until: float, events: Sequence[Event] = (), analog: Analog = None

@@ -19,7 +19,7 @@ from functools import cache
 import numpy as np
 
 from chips.measured.table_record import all_on_silicon, tables_on
-from chips.part import Analog, Event, Output
+from chips.part import Analog, Event, Output, Unforeseen
 from circuits.blocks.sonar import first_target_isolation
 from circuits.circuit import Circuit
 from circuits.event import LENGTH
@@ -51,7 +51,7 @@ def circuits() -> tuple[Circuit, ...]:
     return (first_target_isolation.build(),)
 
 
-class IsolationModel:
+class IsolationModel(Unforeseen):
     """A first-target isolation board on a silicon.
 
     v_ex_max: voltage to which its open output is set, V, the board's own unless given, of which the record
@@ -74,10 +74,6 @@ class IsolationModel:
     def begin(self, time: float = 0.0) -> IsolationState:
         """Return the state at `time` s, open for echoes."""
         return IsolationState(time)
-
-    def next_time(self, state: IsolationState) -> float:
-        """Return inf, as the board makes no events."""
-        return math.inf
 
     def advance(
         self, state: IsolationState, until: float, events: Sequence[Event] = (), analog: Analog = None

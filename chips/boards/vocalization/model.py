@@ -20,7 +20,7 @@ from chips.boards.vocalization.kernel import Vocalization, vocalization_run
 from chips.boards.vocalization.noise import oscillator_noise, phase_after_call
 from chips.measured.table_record import all_on_silicon, tables_on, temperature_weights
 from chips.noise import SiliconNoise
-from chips.part import Analog, Event, Output
+from chips.part import Analog, Event, Output, Unforeseen
 from circuits.arrays import F64
 from circuits.blocks.sonar import vocalization_controller
 from circuits.circuit import Circuit
@@ -52,7 +52,7 @@ def circuits() -> tuple[Circuit, ...]:
     return (vocalization_controller.build(),)
 
 
-class VocalizationModel:
+class VocalizationModel(Unforeseen):
     """A vocalization controller on a silicon, with the mismatch of its current mirror alone.
 
     path: the instance path named in errors; noise: of its devices, none unless given. Raises `ParameterError`
@@ -79,10 +79,6 @@ class VocalizationModel:
     def begin(self, time: float = 0.0) -> VocalizationState:
         """Return the state of a controller that is enabled at `time` s."""
         return VocalizationState(time, -self.numbers.first, time)
-
-    def next_time(self, state: VocalizationState) -> float:
-        """Return inf, as the next call depends on the proximity voltage to come."""
-        return math.inf
 
     def advance(
         self, state: VocalizationState, until: float, events: Sequence[Event] = (), analog: Analog = None

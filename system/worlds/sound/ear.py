@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chips.part import Analog, Event
+from chips.part import Analog, Event, Unforeseen
 from circuits.arrays import F64
 from circuits.devices.source import Polyline
 from system.worlds.sound import microphone as mic
@@ -50,7 +50,7 @@ class EarState:
 
 
 @dataclass(frozen=True, slots=True)
-class Ear:
+class Ear(Unforeseen):
     """Speaker and microphone among `targets`: a `call` event sounds with the voltage at `amplitude`.
 
     parameters : of transducers and amplifier.
@@ -64,10 +64,6 @@ class Ear:
     def begin(self, time: float = 0.0) -> EarState:
         """Return the state of silence at `time` s."""
         return EarState(mic.MicrophoneState(time=time))
-
-    def next_time(self, state: EarState) -> float:
-        """The ear makes no events."""
-        return math.inf
 
     def advance(
         self, state: EarState, until: float, events: Sequence[Event] = (), analog: Analog = None
