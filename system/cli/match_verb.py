@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from system.cli import shared_options as shared
-from system.cli.shared_options import BlockValues
+from system.cli.shared_options import BlockValues, OnBlock
 from system.cli.verb import like, part, required
 from system.option import option
 from system.options.silicon import SiliconChoice
@@ -29,10 +29,9 @@ class OverDies:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Match:
+class Match(OnBlock):
     """Show what spreads a metric, and what area helps. By one gradient; sampling checks it."""
 
-    block: str = shared.block_argument()
     metric: str = required("What is matched, as t_inh_s", metavar="NAME")
     spread: str | None = option(
         None, "Wanted standard deviation over dies, as 5% of the metric or in its unit", metavar="SHARE"
@@ -45,10 +44,9 @@ class Match:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Size:
+class Size(OnBlock):
     """Find the least area for a yield; judge on fresh dies."""
 
-    block: str = shared.block_argument()
     spec: tuple[str, ...] = option((), 'As "offset_V in -5mV:5mV", repeatable', metavar="TEXT")
     move_param: tuple[str, ...] = option(
         (), "A size that moves; every length and width unless given; repeatable", metavar="NAME"
@@ -64,10 +62,9 @@ class Size:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Worst:
+class Worst(OnBlock):
     """Find the most probable failing die of each specification. It tells the yield without sampling."""
 
-    block: str = shared.block_argument()
     spec: tuple[str, ...] = option((), 'As "t_inh_s in 5ms:8ms", repeatable', metavar="TEXT")
     check: int = option(0, "Dies drawn about the worst points to check the yield", metavar="DIES")
     seed: int = option(0, "Of that check's draws")
@@ -77,10 +74,9 @@ class Worst:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Corners:
+class Corners(OnBlock):
     """Find the dies at k sigma of a metric, low and high. They stand for ss and ff."""
 
-    block: str = shared.block_argument()
     metric: tuple[str, ...] = option((), "Of the testbench, as t_inh_s, repeatable", metavar="NAME")
     sigma: float = option(3.0, "Distance of the dies", metavar="K")
     output: str | None = option(None, "Write the dies there, for --die", short="o", metavar="FOLDER")

@@ -20,6 +20,16 @@ Level = Literal["transistor", "behavioural"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class OnBlock:
+    """What every verb on a block is asked for first."""
+
+    block: str = argument(
+        "BLOCK", "A block or chip: see noctule list; or FILE.py:NAME, or a netlist",
+        names="system.registry:block_and_chip_names",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class BlockValues:
     """Sizes and biases of a block, as texts of the command line."""
 
@@ -45,15 +55,6 @@ class _BeginOptions:
     )
     uic: bool = option(default=False, about="Begin with --ic and 0 V elsewhere, without an operating point")
     at_rest: bool = option(default=False, about="Stay in an operating point that is not stable")
-
-
-def block_argument() -> Any:
-    """Make the field for the name of a verb's block."""
-    return argument(
-        "BLOCK",
-        "A block or chip: see noctule list; or FILE.py:NAME, or a netlist",
-        names="system.registry:block_and_chip_names",
-    )
 
 
 def values_part(*without: str) -> Any:

@@ -8,7 +8,7 @@ from typing import Literal
 from circuits.errors import ParameterError
 from system.cli import shared_options as shared
 from system.cli.option_names import option_of
-from system.cli.shared_options import BlockValues, Engine
+from system.cli.shared_options import BlockValues, Engine, OnBlock
 from system.option import option
 from system.options.begin import BeginChoice
 from system.options.silicon import SiliconChoice
@@ -18,10 +18,9 @@ ANALYSES: tuple[Analysis, ...] = ("tran", "dc", "ac", "noise", "tran-noise")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Simulate:
+class Simulate(OnBlock):
     """Simulate a block: a transient, small signals, or noise."""
 
-    block: str = shared.block_argument()
     analysis: Analysis = option("tran", "What is simulated; dc is a deck's own sweep")
     stimulus: tuple[str, ...] = shared.stimulus_option()
     measure: tuple[str, ...] = shared.measure_option()

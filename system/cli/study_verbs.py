@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 from system.cli import shared_options as shared
-from system.cli.shared_options import BlockValues, Engine, Level
+from system.cli.shared_options import BlockValues, Engine, Level, OnBlock
 from system.cli.verb import argument, like, required
 from system.cli.verbs import OnDie
 from system.option import option
@@ -105,10 +105,9 @@ class Replay:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Gradient:
+class Gradient(OnBlock):
     """Show what each device moves a metric by: one run backwards."""
 
-    block: str = shared.block_argument()
     metric: tuple[str, ...] = option(
         (), "Of the testbench, or as spike_time(spike,1), voltage(v_mem,5ms); the first spikes unless given",
         metavar="NAME",
@@ -123,10 +122,9 @@ class Gradient:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Centre:
+class Centre(OnBlock):
     """Move biases so that more dies pass; judge on fresh dies."""
 
-    block: str = shared.block_argument()
     spec: tuple[str, ...] = option((), 'What should pass, as "class is works", repeatable', metavar="TEXT")
     metric: tuple[str, ...] = option(
         (), "Measured besides those of the specs, repeatable", metavar="NAME", names=METRICS

@@ -6,17 +6,16 @@ from dataclasses import dataclass
 from typing import Literal
 
 from system.cli import shared_options as shared
-from system.cli.shared_options import BlockValues, Engine
+from system.cli.shared_options import BlockValues, Engine, OnBlock
 from system.option import option
 from system.options.begin import BeginChoice
 from system.options.silicon import SiliconChoice
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sweep:
+class Sweep(OnBlock):
     """Sweep sources, biases, sizes, temperature, corners or dies. Operating points, or a transient each."""
 
-    block: str = shared.block_argument()
     over: tuple[str, ...] = option(
         (), "As v_in=0V..5V:101 or i_tau=1pA..1uA:61log; the first is the innermost; repeatable",
         metavar="NAME=VALUES",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from system.cli import shared_options as shared
-from system.cli.shared_options import BlockValues, Engine, Level
+from system.cli.shared_options import BlockValues, Engine, Level, OnBlock
 from system.cli.verb import argument, like, part, required
 from system.option import option
 from system.options.begin import BeginChoice
@@ -25,10 +25,9 @@ class List:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Show:
+class Show(OnBlock):
     """Show what a block or chip is made of, or draw its graph. Of rolls, show what a die is like."""
 
-    block: str = shared.block_argument()
     values: BlockValues = shared.values_part()
     silicon: SiliconChoice = shared.silicon_part()
     stimulus: tuple[str, ...] = shared.stimulus_option()
@@ -40,10 +39,9 @@ class Show:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Op:
+class Op(OnBlock):
     """Solve for the operating point. Devices have current, inversion and headroom."""
 
-    block: str = shared.block_argument()
     values: BlockValues = shared.values_part("bias_file")
     silicon: SiliconChoice = shared.silicon_part()
     stimulus: tuple[str, ...] = shared.stimulus_option()
@@ -54,10 +52,9 @@ class Op:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Export:
+class Export(OnBlock):
     """Write a block, a chip or a row of rolls as a netlist. Its testbench is part of it."""
 
-    block: str = shared.block_argument()
     output: str = required("File, or - for stdout", short="o", metavar="FILE")
     stimulus: tuple[str, ...] = shared.stimulus_option()
     values: BlockValues = shared.values_part()
@@ -115,10 +112,9 @@ class Compare:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Characterise:
+class Characterise(OnBlock):
     """Measure a block's behavioural model; takes minutes."""
 
-    block: str = shared.block_argument()
     output: str | None = shared.file_option("Record to write; in the caches unless given", short="o")
     bias_set: str | None = like(BlockValues, "bias_set")
     process: str | None = like(SiliconChoice, "process")
