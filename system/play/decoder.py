@@ -14,7 +14,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol, final
+from typing import Generic, Protocol, TypeVar, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +24,7 @@ from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
 
 Groups = Sequence[Sequence[int]]
+T = TypeVar("T")
 
 
 class Decoder(Protocol):
@@ -84,88 +85,87 @@ class RateDecoder:
 
 
 @dataclass(slots=True)
-class _Choice(ABC):
-    """The number of one of the groups, and the last one again where the events choose none.
+class _Lasting(ABC, Generic[T]):
+    """What the events of a window tell, and what was told last where they tell nothing.
 
-    groups : addresses of each group.
+    groups : addresses of each group; silent : how often what was told last was told again.
     """
 
     groups: Groups
-    _last: int = field(default=0, init=False)
+    silent: int = field(default=0, init=False)
+    _last: T | None = field(default=None, init=False)
 
     def begin(self) -> None:
-        """Forget the last choice."""
-        self._last = 0
+        """Forget what was told."""
+        self._last = None
 
-    def action(self, events: Events, start: float, window: float) -> int:
-        """Return the number of the group that is chosen.
+    def action(self, events: Events, start: float, window: float) -> T:
+        """Return what is told, or was last; before anything was, what stands for 0.
 
         events: what the chip sent in the window; start, window: its begin and length, s.
         """
-        chosen = self._chosen(events)
-        self._last = self._last if chosen is None else chosen
-        return self._last
+        told = self._told(events)
+        if told is None:
+            self.silent += 1
+            return self._first() if self._last is None else self._last
+        self._last = told
+        return told
 
     @abstractmethod
-    def _chosen(self, events: Events) -> int | None:
-        """Number of the group that the events choose; None, which is counted, where they choose none."""
+    def _first(self) -> T:
+        """What is told before the events tell anything."""
+
+    @abstractmethod
+    def _told(self, events: Events) -> T | None:
+        """What the events tell, None where they tell nothing."""
+
+
+class _Choice(_Lasting[int]):
+    """The number of one of the groups."""
+
+    __slots__ = ()
+
+    def _first(self) -> int:
+        return 0
 
 
 @final
-@dataclass(slots=True)
 class VoteDecoder(_Choice):
-    """The number of the group that is most active.
+    """The number of the group that is most active."""
 
-    Attributes
-    ----------
-    ties : int
-        How often the last choice was taken, for want of a winner.
-    """
+    __slots__ = ()
 
-    ties: int = 0
+    @property
+    def ties(self) -> int:
+        """How often the last choice was taken, for want of a winner."""
+        return self.silent
 
-    def _chosen(self, events: Events) -> int | None:
+    def _told(self, events: Events) -> int | None:
         counts = counts_of(self.groups, events)
         winners = np.flatnonzero(counts == counts.max())
-        if winners.size == 1:
-            return int(winners[0])
-        self.ties += 1
-        return None
+        return int(winners[0]) if winners.size == 1 else None
+
+
+@final
+class LatencyDecoder(_Choice):
+    """The number of the group that is the first; `silent` counts windows in which none came."""
+
+    __slots__ = ()
+
+    def _told(self, events: Events) -> int | None:
+        first = [events.times[np.isin(events.addresses, list(g))].min(initial=math.inf) for g in self.groups]
+        return int(np.argmin(first)) if math.isfinite(min(first)) else None
 
 
 @final
 @dataclass(slots=True)
-class LatencyDecoder(_Choice):
-    """The number of the group that is the first.
+class PopulationDecoder(_Lasting[F64]):
+    """The mean of the values for which groups stand, float64[1].
 
     Attributes
     ----------
-    silent : int
-        How often none came.
-    """
-
-    silent: int = 0
-
-    def _chosen(self, events: Events) -> int | None:
-        first = [events.times[np.isin(events.addresses, list(g))].min(initial=math.inf) for g in self.groups]
-        if math.isfinite(min(first)):
-            return int(np.argmin(first))
-        self.silent += 1
-        return None
-
-
-@dataclass(slots=True)
-class PopulationDecoder:
-    """The mean of the values for which groups stand.
-
-    Attributes
-    ----------
-    groups : sequence of sequence of int
-        Addresses of each group.
     values : array
         What each group stands for, float64[groups], in the action's unit.
-    silent : int
-        How often none came.
 
     Raises
     ------
@@ -173,10 +173,7 @@ class PopulationDecoder:
         There are not as many values as groups.
     """
 
-    groups: Groups
     values: F64
-    silent: int = 0
-    _last: float = 0.0
 
     def __post_init__(self) -> None:
         if len(self.values) != len(self.groups):
@@ -184,21 +181,14 @@ class PopulationDecoder:
                 f"decoder: {len(self.values)} values and {len(self.groups)} groups, must be as many"
             )
 
-    def begin(self) -> None:
-        """Forget the last value."""
-        self._last = 0.0
+    def _first(self) -> F64:
+        return np.zeros(1)
 
-    def action(self, events: Events, start: float, window: float) -> F64:
-        """Return the value, float64[1], in the unit of the values.
-
-        events: what the chip sent in the window; start, window: its begin and length, s.
-        """
+    def _told(self, events: Events) -> F64 | None:
         counts = counts_of(self.groups, events)
-        if counts.sum() > 0.0:
-            self._last = float(np.average(np.asarray(self.values), weights=counts))
-        else:
-            self.silent += 1
-        return np.array([self._last])
+        if counts.sum() == 0.0:
+            return None
+        return np.array([np.average(np.asarray(self.values), weights=counts)])
 
 
 def counts_of(groups: Groups, events: Events) -> F64:
