@@ -261,6 +261,16 @@ def check_options(scenario: Any, no_silicon: str = "", but: Collection[str] = ()
             raise ParameterError(f"{name}: {value}, no chip is in the loop; {no_silicon}, or leave it out")
 
 
+class Checked:
+    """A dataclass whose fields are options, all of which are checked when one is made."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        """Raise `ParameterError` naming the field that breaks its rule."""
+        check_options(self)
+
+
 def listed(choices: tuple[str, ...]) -> str:
     """Return words as a sentence has them: `a, b or c`."""
     return f"{', '.join(choices[:-1])} or {choices[-1]}" if len(choices) > 1 else choices[0]

@@ -19,7 +19,7 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.errors import ParameterError, unknown_name
-from system.option import check_options, option, required
+from system.option import Checked, check_options, option, required
 
 Rule = Literal["all", "one-to-one", "random", "matrix"]
 Leak = Literal["membrane", "constant"]
@@ -28,7 +28,7 @@ MOST = 1_000_000  # neurons or channels of a group; ours
 
 
 @dataclass(frozen=True, slots=True)
-class Population:
+class Population(Checked):
     """Neurons that are alike.
 
     Attributes
@@ -56,12 +56,9 @@ class Population:
     refractory: float = option(2e-3, "Time after a spike in which it does not listen", unit="s", least=0.0)
     leak: Leak = option("membrane", "Grows with the membrane's voltage, or is constant")
 
-    def __post_init__(self) -> None:
-        check_options(self)
-
 
 @dataclass(frozen=True, slots=True)
-class Input:
+class Input(Checked):
     """Channels on which events come from outside.
 
     Attributes
@@ -79,9 +76,6 @@ class Input:
 
     name: str = required("Its name")
     size: int = required("How many channels it has", least=1, most=MOST)
-
-    def __post_init__(self) -> None:
-        check_options(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +137,7 @@ class Connection:
 
 
 @dataclass(frozen=True, slots=True)
-class Probe:
+class Probe(Checked):
     """What of a network is an output: the mean rate of a population, as a filter sees it.
 
     Attributes
@@ -164,9 +158,6 @@ class Probe:
     name: str = required("Its name")
     population: str = required("Name of the population")
     tau: float = option(50e-3, "Time constant of the filter", unit="s", above=0.0)
-
-    def __post_init__(self) -> None:
-        check_options(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,15 @@ from circuits.silicon.course import Points, beginning_of
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process import AMI_1500, EFFECTS, Effects, Process
 from circuits.silicon.silicon import Silicon
-from system.option import bias_kind_option, course_option, die_option, option, seed_option, temperature_option
+from system.option import (
+    Checked,
+    bias_kind_option,
+    course_option,
+    die_option,
+    option,
+    seed_option,
+    temperature_option,
+)
 from system.options.noise import ripple_option
 from system.options.outside import outside_option
 
@@ -30,7 +38,7 @@ IDEAL_CHIP: Mapping[str, Any] = MappingProxyType(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OnSilicon:
+class OnSilicon(Checked):
     """The part of a scenario that says on which silicon it runs.
 
     Attributes

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from system.option import check_options, option
+from system.option import Checked, option
 
 UNSEEN = 1000  # the first die that is kept for judging
 
 
 @dataclass(frozen=True, slots=True)
-class Recipe:
+class Recipe(Checked):
     """How a network is trained.
 
     Attributes
@@ -42,6 +42,3 @@ class Recipe:
         0.03, "Of the first steps, as a share of the largest weight", unit="", above=0.0, most=1.0
     )
     seed: int = option(0, "Of what is drawn", least=0)
-
-    def __post_init__(self) -> None:
-        check_options(self)

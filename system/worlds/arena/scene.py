@@ -19,7 +19,7 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
-from system.option import check_options, option, required
+from system.option import Checked, check_options, option, required
 from system.worlds.arena.keys import from_zero, length, share, whole
 
 Point = tuple[float, float]
@@ -46,7 +46,7 @@ _TRIES = 10_000  # draws until what is scattered counts as too much
 
 
 @dataclass(frozen=True, slots=True)
-class Led:
+class Led(Checked):
     """A light on top of a body that blinks.
 
     A luminance of 5e4 lux is that of a light of 5 mm and 0.3 cd: L = 0.3 cd / (pi (2.5 mm)^2) = 1.5e4 cd/m^2,
@@ -58,10 +58,6 @@ class Led:
     luminance: float = option(5e4, "As of a white floor on which so much light falls", unit="lux", above=0.0)
     period: float = option(_BLINK_PERIOD, "From one flash to the next", unit="s", above=0.0)
     on: float = share(_BLINK_ON, "Share of the period for which it is lit")
-
-    def __post_init__(self) -> None:
-        """Raise `ParameterError` naming the field that breaks its rule."""
-        check_options(self)
 
 
 @dataclass(frozen=True, slots=True)

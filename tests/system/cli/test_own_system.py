@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from system.option import check_options, option
+from system.option import option
 from system.options.on_silicon import OnSilicon
 from system.system import SUCCEEDED, Account, System, metrics_with
 
@@ -27,9 +27,6 @@ class Scenario(OnSilicon):
     pace: float = option(1.0, "Of its walk", unit="m/s", above=0.0, below=3.0, study=True)
     gait: str = option("walk", "How it goes", choices=("walk", "trot"))
     load: bool = option(default=False, about="Whether it carries something")
-
-    def __post_init__(self) -> None:
-        check_options(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
-from system.option import check_options, option
+from system.option import option
 from system.options.on_silicon import OnSilicon
 from system.system import Account, System, metrics_with
 
@@ -27,10 +27,6 @@ class Scenario(OnSilicon):
     """A drive."""
 
     blur: float = option(0.0, "Noise of the sum", unit="V", least=0.0)
-
-    def __post_init__(self) -> None:
-        """Check the options."""
-        check_options(self)
 
 
 @dataclass(frozen=True, slots=True)
