@@ -49,6 +49,16 @@ def _into(t: Terms, gate: float, drain: float, source: float) -> tuple[float, fl
     return channel(t, drain, gate, source)[0], leaked(t, drain, gate)[0]
 
 
+@compiled(forceinline=True)
+def _nearer(y: float, current: float, carried: float, slope: float) -> tuple[float, float]:
+    """The step (V) from a gate at `y` V, which brings `carried`, to one that brings `current` (A); its end.
+
+    It is of the currents' logarithm, which is nearly a line; slope: of the carried one, A/V.
+    """
+    step = math.log(max(current, 1e-30) / max(carried, 1e-30)) * carried / slope
+    return step, y + min(max(step, -_WIDEST), _WIDEST)
+
+
 @compiled()
 def _mirror_gate(t: Terms, current: float, diode: float, far: float, y: float) -> float:
     """Gate of a mirror's device that brings `current` (A), V below the supply, from `y` V on.
@@ -60,8 +70,7 @@ def _mirror_gate(t: Terms, current: float, diode: float, far: float, y: float) -
         carried, by_drain, by_gate, _ = channel(t, drain, y, 0.0)
         carried += leaked(t, drain, y)[0]
         slope = by_gate + diode * by_drain
-        step = math.log(max(current, 1e-30) / max(carried, 1e-30)) * carried / slope
-        y += min(max(step, -_WIDEST), _WIDEST)
+        step, y = _nearer(y, current, carried, slope)
         if abs(step) < _EXACT:
             break
     return y
@@ -72,8 +81,7 @@ def _pair_gate(t: Terms, current: float, drain: float, source: float, y: float) 
     """Gate at which a device of the pair carries `current` (A), V, from `y` V on."""
     for _ in range(_ITERATIONS):
         carried, _, by_gate, _ = channel(t, drain, y, source)
-        step = math.log(max(current, 1e-30) / max(carried, 1e-30)) * carried / by_gate
-        y += min(max(step, -_WIDEST), _WIDEST)
+        step, y = _nearer(y, current, carried, by_gate)
         if abs(step) < _EXACT:
             break
     return y
