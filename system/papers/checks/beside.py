@@ -22,11 +22,11 @@ from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.version import VERSION
-from system.experiment import Progress, with_progress
+from system.experiment import Experiment, Progress, Report, with_progress
 from system.plot import COLOURS
 from system.rule import Rule, at_least, at_most
 from system.statement import Statement
-from system.study.campaign import Campaign, Execution, thread_count
+from system.study.campaign import ALONE, Campaign, Execution, thread_count
 
 TEMPERATURES = (-10.0, 27.0, 60.0)  # degC
 KINDS: tuple[BiasKind, ...] = ("gate", "generator")
@@ -36,6 +36,7 @@ TIME_SHARE = 0.03  # by which a time may be off; ours
 NEAR = at_most(TIME_SHARE)
 ALIKE, TIED = at_least(0.99), at_most(0.02)  # share of answers that are alike, and that are undecided; ours
 
+Times = Mapping[str, tuple[F64, F64]]  # of the circuit and of the model, s, by what a legend calls them
 T = TypeVar("T")
 
 
@@ -57,37 +58,43 @@ def conditions(dies: Iterable[int]) -> list[Condition]:
     return [Condition(kind, celsius, number) for number in dies for kind in KINDS for celsius in TEMPERATURES]
 
 
-def kept_on_dies(
+def beside_experiment(
     name: str,
+    summary: str,
     one: Callable[[Condition], T],
     result: type[T],
     records: Sequence[str],
-    execution: Execution,
-    progress: Progress,
-    dies: int,
-) -> list[T]:
-    """Return what a campaign finds at every condition of `dies` dies from `FIRST` on.
+    statements: Callable[[list[T]], tuple[Statement, ...]],
+    times: Callable[[list[T]], Times],
+    what: str = "time",
+) -> Experiment:
+    """Make the experiment that holds both levels beside each other at all conditions of dies from `FIRST` on.
 
     Parameters
     ----------
-    name
+    name, summary
         Of the experiment.
     one, result
         Holds both levels beside each other at a condition, and the type of what it finds.
     records
         Names of the records of the models: what is kept is refused when one of them is another.
-    execution
-        Where it is kept, and who makes it.
-    progress
-        Is told the share that is done.
-    dies
-        How many.
+    statements
+        Tell what was found, in the order of the conditions, after how many they are.
+    times, what
+        Gives the times that are drawn (`draw_errors`), and what they are, in a word.
     """
-    digests = tuple(record_digest(current_record(each, AMI_1500)) for each in records)
-    campaign = Campaign(name, one, Condition, result, (VERSION, *digests))
-    keys = conditions(range(FIRST, FIRST + dies))
-    with closing(execution.results(campaign, keys)) as results:
-        return [next(results) for _ in with_progress(keys, progress)]
+
+    def run(progress: Progress, execution: Execution = ALONE, dies: int = DIES) -> Report:
+        """Compare both levels on `dies` dies."""
+        digests = tuple(record_digest(current_record(each, AMI_1500)) for each in records)
+        campaign = Campaign(name, one, Condition, result, (VERSION, *digests))
+        keys = conditions(range(FIRST, FIRST + dies))
+        with closing(execution.results(campaign, keys)) as results:
+            found = [next(results) for _ in with_progress(keys, progress)]
+        rows = judged([("cases", float(len(found)), at_least(ENOUGH))]) + statements(found)
+        return Report(rows, lambda figure: draw_errors(times(found), what, figure))
+
+    return Experiment(name, summary, run, {"dies": DIES})
 
 
 def on_dies(
@@ -102,11 +109,6 @@ def on_dies(
         executor.shutdown(cancel_futures=True)
 
 
-def enough(cases: int) -> tuple[str, float, Rule]:
-    """Return the row of how many cases there are."""
-    return "cases", float(cases), at_least(ENOUGH)
-
-
 def judged(rows: Iterable[tuple[str, float, Rule]]) -> tuple[Statement, ...]:
     """Return a statement of each number by its name and the margin that it is held to."""
     return tuple(Statement(name, None, value, rule) for name, value, rule in rows)
@@ -117,7 +119,7 @@ def largest_error(circuit: F64, model: F64) -> float:
     return float(np.abs(model / circuit - 1.0).max(initial=0.0))
 
 
-def draw_errors(times: Mapping[str, tuple[F64, F64]], what: str, figure: Figure) -> None:
+def draw_errors(times: Times, what: str, figure: Figure) -> None:
     """Draw the error of each time over the circuit's, beside the margin.
 
     Parameters

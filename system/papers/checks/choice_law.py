@@ -14,7 +14,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from chips.lso.errors import AT, RAMPS, inputs, level_delays, neuron_spikes
 from chips.lso.measure import FROM, LEVELS
@@ -22,21 +21,17 @@ from chips.lso.model import SIDES, head_on
 from chips.selection.measure import UNDECIDED, measure_pairs
 from chips.selection.model import MARGIN
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report
 from system.papers.checks.beside import (
     ALIKE,
-    DIES,
     NEAR,
     TIED,
     Condition,
-    draw_errors,
-    enough,
+    Times,
+    beside_experiment,
     judged,
-    kept_on_dies,
     largest_error,
 )
 from system.statement import Statement
-from system.study.campaign import ALONE, Execution
 
 PROFILES = 2  # a die, temperature and kind
 
@@ -109,7 +104,6 @@ def statements(found: list[Beside]) -> tuple[Statement, ...]:
     counts = [a == b for a, b in (each.counts for each in found)]
     return judged(
         (
-            enough(len(found)),
             ("winner_share", len(same) / len(certain), ALIKE),
             ("tie_share", 1.0 - len(certain) / len(decisions), TIED),
             ("decision_error_max", _largest([d.times for d in same if d.winners[0] != UNDECIDED]), NEAR),
@@ -131,23 +125,21 @@ def _columns(pairs: list[F64]) -> tuple[F64, F64]:
     return circuit, model
 
 
-def run(progress: Progress, execution: Execution = ALONE, dies: int = DIES) -> Report:
-    """Compare both levels on all dies."""
-    records = "winner_take_all", "lso_neuron"
-    found = kept_on_dies(EXPERIMENT.name, beside, Beside, records, execution, progress, dies)
-    return Report(statements(found), lambda figure: draw(found, figure))
-
-
-def draw(found: list[Beside], figure: Figure) -> None:
-    """Draw the error of each decision, spike and level unit over its time."""
+def times(found: list[Beside]) -> Times:
+    """Return those of each decision, spike and level unit."""
     decisions = [d.times for each in found for d in each.decisions if d.same and d.winners[0] != UNDECIDED]
     spikes = [t for each in found for t in each.spikes]
     delays = [t for each in found for t in each.delays if np.isfinite(t[0])]
     named = {"decisions": decisions, "spikes of neurons": spikes, "level units": delays}
-    draw_errors({name: _columns(times) for name, times in named.items()}, "time", figure)
+    return {name: _columns(pairs) for name, pairs in named.items()}
 
 
-EXPERIMENT = Experiment(
-    "choice-law", "selection and head's neurons under the full law against their transistors", run,
-    {"dies": DIES},
-)  # fmt: skip
+EXPERIMENT = beside_experiment(
+    "choice-law",
+    "selection and head's neurons under the full law against their transistors",
+    beside,
+    Beside,
+    ("winner_take_all", "lso_neuron"),
+    statements,
+    times,
+)

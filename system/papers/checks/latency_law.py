@@ -18,29 +18,24 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from chips.latency.chip import LatencyChip
 from chips.latency.errors import decisions_at, times_at, usual_design
 from chips.latency.kernel import MARGIN
 from chips.latency.model import usual_biases
 from circuits.arrays import F64
-from system.experiment import Experiment, Progress, Report
 from system.papers.checks.beside import (
     ALIKE,
-    DIES,
     NEAR,
     TIED,
     TIME_SHARE,
     Condition,
-    draw_errors,
-    enough,
+    Times,
+    beside_experiment,
     judged,
-    kept_on_dies,
 )
 from system.rule import unjudged
 from system.statement import Statement
-from system.study.campaign import ALONE, Execution
 
 TIMES = ("tap", "integrating", "release", "hold", "race")
 
@@ -83,7 +78,6 @@ def statements(found: list[Beside]) -> tuple[Statement, ...]:
     decided = [pair for b in found if not b.undecided for pair in b.detected]
     same = sum(ours == theirs for ours, theirs in decided) / len(decided)
     return judged([
-        enough(len(found)),
         ("detection_share", same, ALIKE),
         ("undecided_share", sum(b.undecided for b in found) / len(found), TIED),
         *((f"{name}_error_max", float(np.abs(errors(found, name)).max()), NEAR)
@@ -105,17 +99,17 @@ def pairs_of(found: list[Beside], name: str) -> tuple[F64, F64]:
     return theirs, ours
 
 
-def run(progress: Progress, execution: Execution = ALONE, dies: int = DIES) -> Report:
-    """Compare both levels on all dies."""
-    found = kept_on_dies(EXPERIMENT.name, beside, Beside, ("latency_chip",), execution, progress, dies)
-    return Report(statements(found), lambda figure: draw(found, figure))
+def times(found: list[Beside]) -> Times:
+    """Return each time by its name."""
+    return {name: pairs_of(found, name) for name in TIMES}
 
 
-def draw(found: list[Beside], figure: Figure) -> None:
-    """Draw the error of each time over the circuit's time."""
-    draw_errors({name: pairs_of(found, name) for name in TIMES}, "time", figure)
-
-
-EXPERIMENT = Experiment(
-    "latency-law", "the latency chip under the full law against its transistors", run, {"dies": DIES}
+EXPERIMENT = beside_experiment(
+    "latency-law",
+    "the latency chip under the full law against its transistors",
+    beside,
+    Beside,
+    ("latency_chip",),
+    statements,
+    times,
 )

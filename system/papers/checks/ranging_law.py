@@ -13,7 +13,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from chips.ranging.model import model_of, neurons_on
 from chips.ranging.response import UNDECIDED, tune
@@ -21,22 +20,18 @@ from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.sonar import rebound_neuron, tuning
 from circuits.circuit import BiasKind
-from system.experiment import Experiment, Progress, Report
 from system.papers.checks.beside import (
     ALIKE,
-    DIES,
     KINDS,
     NEAR,
     TIED,
     Condition,
-    draw_errors,
-    enough,
+    Times,
+    beside_experiment,
     judged,
-    kept_on_dies,
     largest_error,
 )
 from system.statement import Statement
-from system.study.campaign import ALONE, Execution
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +69,6 @@ def statements(found: list[Beside]) -> tuple[Statement, ...]:
     delay = _largest([b.best_delay for b in decided if b.circuit == b.model == "works"])
     return judged(
         (
-            enough(len(found)),
             ("class_share", same, ALIKE),
             ("undecided_share", 1.0 - len(decided) / len(found), TIED),
             ("t_inh_error_max", inhibition, NEAR),
@@ -89,19 +83,19 @@ def _largest(pairs: list[F64]) -> float:
     return largest_error(circuit, model)
 
 
-def run(progress: Progress, execution: Execution = ALONE, dies: int = DIES) -> Report:
-    """Compare both levels on all dies."""
-    found = kept_on_dies(EXPERIMENT.name, beside, Beside, ("rebound_neuron",), execution, progress, dies)
-    return Report(statements(found), lambda figure: draw(found, figure))
-
-
-def draw(found: list[Beside], figure: Figure) -> None:
-    """Draw the error of each inhibition over its length."""
+def inhibitions(found: list[Beside]) -> Times:
+    """Return how long each inhibition is, by the kind of bias."""
     pairs = {kind: np.array([b.t_inh for b in found if b.kind == kind]) for kind in KINDS}
-    draw_errors({kind: (each[:, 0], each[:, 1]) for kind, each in pairs.items()}, "inhibition", figure)
+    return {kind: (each[:, 0], each[:, 1]) for kind, each in pairs.items()}
 
 
-EXPERIMENT = Experiment(
-    "ranging-law", "the ranging chip's neuron under the full law against its transistors", run,
-    {"dies": DIES},
-)  # fmt: skip
+EXPERIMENT = beside_experiment(
+    "ranging-law",
+    "the ranging chip's neuron under the full law against its transistors",
+    beside,
+    Beside,
+    ("rebound_neuron",),
+    statements,
+    inhibitions,
+    "inhibition",
+)
