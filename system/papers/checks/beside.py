@@ -58,7 +58,7 @@ def conditions(dies: Iterable[int]) -> list[Condition]:
     return [Condition(kind, celsius, number) for number in dies for kind in KINDS for celsius in TEMPERATURES]
 
 
-def beside_experiment(
+def compared(
     name: str,
     summary: str,
     one: Callable[[Condition], T],

@@ -21,16 +21,7 @@ from chips.lso.model import SIDES, head_on
 from chips.selection.measure import UNDECIDED, measure_pairs
 from chips.selection.model import MARGIN
 from circuits.arrays import F64
-from system.papers.checks.beside import (
-    ALIKE,
-    NEAR,
-    TIED,
-    Condition,
-    Times,
-    beside_experiment,
-    judged,
-    largest_error,
-)
+from system.papers.checks.beside import ALIKE, NEAR, TIED, Condition, Times, compared, judged, largest_error
 from system.statement import Statement
 
 PROFILES = 2  # a die, temperature and kind
@@ -134,7 +125,7 @@ def times(found: list[Beside]) -> Times:
     return {name: _columns(pairs) for name, pairs in named.items()}
 
 
-EXPERIMENT = beside_experiment(
+EXPERIMENT = compared(
     "choice-law",
     "selection and head's neurons under the full law against their transistors",
     beside,

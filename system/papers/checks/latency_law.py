@@ -24,16 +24,7 @@ from chips.latency.errors import decisions_at, times_at, usual_design
 from chips.latency.kernel import MARGIN
 from chips.latency.model import usual_biases
 from circuits.arrays import F64
-from system.papers.checks.beside import (
-    ALIKE,
-    NEAR,
-    TIED,
-    TIME_SHARE,
-    Condition,
-    Times,
-    beside_experiment,
-    judged,
-)
+from system.papers.checks.beside import ALIKE, NEAR, TIED, TIME_SHARE, Condition, Times, compared, judged
 from system.rule import unjudged
 from system.statement import Statement
 
@@ -104,7 +95,7 @@ def times(found: list[Beside]) -> Times:
     return {name: pairs_of(found, name) for name in TIMES}
 
 
-EXPERIMENT = beside_experiment(
+EXPERIMENT = compared(
     "latency-law",
     "the latency chip under the full law against its transistors",
     beside,

@@ -20,17 +20,7 @@ from circuits.arrays import F64
 from circuits.bias import rebias
 from circuits.blocks.sonar import rebound_neuron, tuning
 from circuits.circuit import BiasKind
-from system.papers.checks.beside import (
-    ALIKE,
-    KINDS,
-    NEAR,
-    TIED,
-    Condition,
-    Times,
-    beside_experiment,
-    judged,
-    largest_error,
-)
+from system.papers.checks.beside import ALIKE, NEAR, TIED, Condition, Times, compared, judged, largest_error
 from system.statement import Statement
 
 
@@ -85,11 +75,12 @@ def _largest(pairs: list[F64]) -> float:
 
 def inhibitions(found: list[Beside]) -> Times:
     """Return how long each inhibition is, by the kind of bias."""
-    pairs = {kind: np.array([b.t_inh for b in found if b.kind == kind]) for kind in KINDS}
+    kinds = dict.fromkeys(b.kind for b in found)
+    pairs = {kind: np.array([b.t_inh for b in found if b.kind == kind]) for kind in kinds}
     return {kind: (each[:, 0], each[:, 1]) for kind, each in pairs.items()}
 
 
-EXPERIMENT = beside_experiment(
+EXPERIMENT = compared(
     "ranging-law",
     "the ranging chip's neuron under the full law against its transistors",
     beside,
