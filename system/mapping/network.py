@@ -28,15 +28,27 @@ MOST = 1_000_000  # neurons or channels of a group; ours
 
 
 @dataclass(frozen=True, slots=True)
-class Population(Checked):
-    """Neurons that are alike.
+class Group(Checked):
+    """Neurons of a population, or channels of an input.
 
     Attributes
     ----------
     name : str
         Its name, by which connections and probes call it.
     size : int
-        How many neurons it has.
+        How many neurons or channels it has.
+    """
+
+    name: str = required("Its name")
+    size: int = required("How many neurons or channels it has", least=1, most=MOST)
+
+
+@dataclass(frozen=True, slots=True)
+class Population(Group):
+    """Neurons that are alike.
+
+    Attributes
+    ----------
     tau : float
         Time constant of the membrane, s.
     refractory : float
@@ -50,32 +62,20 @@ class Population(Checked):
         A value is outside of its limits.
     """
 
-    name: str = required("Its name")
-    size: int = required("How many neurons it has", least=1, most=MOST)
     tau: float = option(20e-3, "Time constant of the membrane", unit="s", above=0.0)
     refractory: float = option(2e-3, "Time after a spike in which it does not listen", unit="s", least=0.0)
     leak: Leak = option("membrane", "Grows with the membrane's voltage, or is constant")
 
 
 @dataclass(frozen=True, slots=True)
-class Input(Checked):
+class Input(Group):
     """Channels on which events come from outside.
-
-    Attributes
-    ----------
-    name : str
-        Name of the input.
-    size : int
-        How many channels it has.
 
     Raises
     ------
     ParameterError
         The size is not above 0.
     """
-
-    name: str = required("Its name")
-    size: int = required("How many channels it has", least=1, most=MOST)
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,7 +209,6 @@ class Network:
         return sum(p.size for p in self.inputs)
 
 
-Group = Population | Input
 G = TypeVar("G", bound=Group)
 
 

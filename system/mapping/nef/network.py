@@ -17,7 +17,7 @@ import numpy as np
 from chips.nef.network import network as nef
 from circuits.errors import unknown_name
 from system.mapping.network import Input, Matrix
-from system.option import check_options, option, required
+from system.option import Checked, check_options, option, required
 from system.options.code import code_of, guarded, load_code
 
 FUNCTIONS: Mapping[str, nef.Function] = {
@@ -75,7 +75,7 @@ class Ensemble:
 
 
 @dataclass(frozen=True, slots=True)
-class Connection:
+class Connection(Checked):
     """What an ensemble gets of an ensemble or an input.
 
     Attributes
@@ -101,9 +101,6 @@ class Connection:
     transform: float | Matrix = option(1.0, "A number, or rows of numbers, one each result", unit="")
     synapse: float = option(5e-3, "Time constant of the low-pass", unit="s", least=0.0)
 
-    def __post_init__(self) -> None:
-        check_options(self)
-
     def lowered(self) -> nef.Connection:
         """Return what the chip builds; raises as `function_of`."""
         function = function_of(self.function)
@@ -111,7 +108,7 @@ class Connection:
 
 
 @dataclass(frozen=True, slots=True)
-class Probe:
+class Probe(Checked):
     """What of a network is an output: a function of an ensemble, low-passed.
 
     Attributes
@@ -133,9 +130,6 @@ class Probe:
     ensemble: str = required("Name of the ensemble")
     function: str = option(IDENTITY, "As of a connection")
     synapse: float = option(20e-3, "Time constant of the low-pass", unit="s", least=0.0)
-
-    def __post_init__(self) -> None:
-        check_options(self)
 
     def lowered(self) -> nef.Probe:
         """Return what the chip builds; raises as `function_of`."""
