@@ -71,7 +71,7 @@ from chips.rolls.plastic.state import (
     voltages,
 )
 from chips.rolls.plastic.tables import BuiltPlastic, build_plastic
-from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY
+from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY, VIRTUAL_LINES
 from chips.rolls.program.program import Program
 from chips.rolls.state import converted, zeta_of
 from chips.rolls.tables import Built, build_tables, spikes_a_step
@@ -112,6 +112,9 @@ class Inputs:
     columns: I64
 
 
+_KERNEL_COLUMN: I64 = np.concatenate(  # as the kernel counts them: 0 to 7 virtual ones, then non-plastic ones
+    (np.arange(VIRTUAL_EXCITATORY) - NONPLASTIC + 2 * VIRTUAL_LINES, np.arange(2 * VIRTUAL_LINES))
+)
 NO_INPUTS = Inputs(np.empty(0), np.empty(0, np.int64), np.empty(0, np.int64))
 
 
@@ -372,16 +375,14 @@ class RollsChip:
         Times (s, float64[m]) and neurons (int64[m]) of the spikes before they go out over the bus, the new
         state, and `Spikes.held`.
         """
-        times = np.concatenate((state.waiting.times, arrived.times))
-        words = np.concatenate((state.waiting.neurons + (state.waiting.columns << 8), arrived.addresses))
-        order = np.argsort(times, kind="stable")
-        times, words = times[order], words[order]
+        times, words = _in_turn(state.waiting, arrived)
         found: list[tuple[F64, I64]] = []
         values, senders, now = state.values.copy(), state.senders, state.time
         at, done, cursor, held = state.temperature_c, 0, 0, 0
-        mine = words >> 8 >= NEURONS
-        events = times[mine], _kernel_columns(words[mine] >> 8), words[mine] & 255
-        plastic = self._array(state, times[~mine], words[~mine])
+        learns = words >> 8 < NEURONS
+        mine = ~learns if learns.any() else slice(None)  # a view, where all are
+        events = times[mine], _KERNEL_COLUMN[words[mine] >> 8], words[mine] & 255
+        plastic = self._array(state, times[learns], words[learns])
         depressing = depressing_of(self.built(at).depression, state.depression)
         while done < steps:
             wanted = self._temperature(temperature, now)
@@ -408,10 +409,10 @@ class RollsChip:
             done += int(out.counts[DONE])
             held += int(out.counts[HELD])
             now = state.time + done * self.step
-        late = np.flatnonzero(mine)[cursor:]
+        late = np.flatnonzero(~learns)[cursor:]
         kept = None
         if plastic is not None:
-            late = np.sort(np.concatenate((late, np.flatnonzero(~mine)[plastic.arrays.read[0] :])))
+            late = np.sort(np.concatenate((late, np.flatnonzero(learns)[plastic.arrays.read[0] :])))
             kept, held = state_of(plastic.arrays), held + int(plastic.arrays.held[0])
         waiting = Inputs(times[late], words[late] & 255, words[late] >> 8)
         after = ChipState(now, values, senders, at, waiting, kept, depression_state(depressing))
@@ -455,7 +456,11 @@ class RollsChip:
         return traffic
 
 
-def _kernel_columns(columns: I64) -> I64:
-    """Columns as the kernel counts them: virtual ones first, 0 to 7, then 8 + presynaptic neuron."""
-    virtual = columns - VIRTUAL_EXCITATORY
-    return np.where(virtual >= 0, virtual, columns - NONPLASTIC + 8)
+def _in_turn(waiting: Inputs, arrived: Events) -> tuple[F64, I64]:
+    """Times and words of events that wait and of those that have arrived, both in order."""
+    if not waiting.times.size:
+        return arrived.times, arrived.addresses
+    times = np.concatenate((waiting.times, arrived.times))
+    words = np.concatenate((waiting.neurons + (waiting.columns << 8), arrived.addresses))
+    order = np.argsort(times, kind="stable")
+    return times[order], words[order]
