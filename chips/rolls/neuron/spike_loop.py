@@ -1,18 +1,35 @@
-"""The run of a ROLLS neuron's spike, under either law, by linearly implicit Euler on each node by itself."""
+"""The run of a ROLLS neuron's spike, under either law, by linearly implicit Euler on each node by itself.
+
+Neurons are run side by side in lanes, each with its own step; what adaptation gets is summed afterwards, over
+v_o1 in the middle of all steps.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from chips.rolls.neuron.spike_nodes import SpikeCircuit, adaptation, rate
-from chips.rolls.neuron.whole_spike_nodes import WholeSpike, whole_adaptation, whole_rate
+from chips.rolls.neuron.spike_lanes import (
+    FIRED,
+    GOING,
+    LANES,
+    LET_GO,
+    NOW,
+    NUDGE,
+    NUDGED,
+    RATE,
+    ROOM,
+    SPIKED,
+    V,
+)
+from chips.rolls.neuron.spike_nodes import SpikeCircuit, adaptation, fill_rates, take_lanes
+from chips.rolls.neuron.whole_spike_nodes import WholeSpike, fill_whole_rates, whole_adaptation
 from circuits.arrays import F64
 from circuits.compiled import compiled
 
 STEP = 2e-2  # V; ours
 APPROACH = 50e-6  # V, of v_mem before the spike
 _LONGEST = 20_000  # steps of one spike
-_NUDGE = 1e-6  # V, of the numerical slopes
+_FIRST = 1e-5  # s, longest step
 
 # by which the run is compiled for either law
 _Ideal = SpikeCircuit | None
@@ -22,21 +39,19 @@ _allocating = compiled(_nrt=True)
 
 
 @_inlined
-def _rate(c: _Ideal, w: _Whole, k: int, node: int, v: F64) -> float:
+def _rates(c: _Ideal, w: _Whole, first: int, count: int, s: F64) -> None:
     if c is not None:
-        return rate(c, k, node, v)
+        fill_rates(c, count, s)
     if w is not None:
-        return whole_rate(w, k, node, v)
-    return 0.0
+        fill_whole_rates(w, first, count, s)
 
 
-@_inlined
-def _adaptation(c: _Ideal, w: _Whole, k: int, v_o1: float) -> float:
+@_allocating
+def _adaptation(c: _Ideal, w: _Whole, first: int, v_o1: F64, out: F64) -> None:
     if c is not None:
-        return adaptation(c, k, v_o1)
+        adaptation(c, first, v_o1, out)
     if w is not None:
-        return whole_adaptation(w, k, v_o1)
-    return 0.0
+        whole_adaptation(w, first, v_o1, out)
 
 
 @_inlined
@@ -65,38 +80,82 @@ def spikes_of(c: _Ideal, w: _Whole, parts: int, out: F64) -> None:
 
     c, w: the neurons, of which one is None; parts: 1 up to the spike, 2 to its end; out: delay from `start`
     to the spike, s; from there to its end, s; v_ref then, V; charge that the adaptation's pair gets above its
-    rest, C.
+    rest, C, 0 for one part.
     """
-    v, rates, slope = np.empty(4), np.empty(4), np.empty(4)
-    for k in range(out.shape[1]):
-        begin, low, v_dd = _begun(c, w, k)
-        fired, let_go = _thresholds(c, w, k)
-        v[0], v[1], v[2], v[3] = begin, low, 0.0, v_dd
-        quiet = _adaptation(c, w, k, v_dd)
-        now, spiked, charge = 0.0, -1.0, 0.0
-        for _ in range(_LONGEST):
-            h = 1e-5
-            for i in range(4):
-                rates[i] = _rate(c, w, k, i, v)
-                kept = v[i]
-                v[i] = kept + _NUDGE
-                slope[i] = min((_rate(c, w, k, i, v) - rates[i]) / _NUDGE, 0.0)
-                v[i] = kept
-                # so that |h rate / (1 - h slope)| <= STEP
-                most = APPROACH if i == 0 and spiked < 0.0 else STEP
-                room = abs(rates[i]) + most * slope[i]
-                if room > 0.0:
-                    h = min(h, most / room)
-            before = v[1]
-            for i in range(4):
-                v[i] += h * rates[i] / (1.0 - h * slope[i])
-            charge += h * (_adaptation(c, w, k, 0.5 * (before + v[1])) - quiet)
-            now += h
-            if spiked < 0.0 and v[1] < fired:
-                spiked = now
-            if spiked >= 0.0 and parts == 1:
-                break
-            if spiked >= 0.0 and v[3] < let_go and v[1] > 0.99 * v_dd:
-                break
-        out[0, k], out[1, k] = max(spiked, 0.0), now - max(spiked, 0.0)
-        out[2, k], out[3, k] = v[2], charge
+    s, between, spent = np.zeros(ROOM), np.empty((_LONGEST + 1, LANES)), np.empty((_LONGEST + 1, LANES))
+    for first in range(0, out.shape[1], LANES):
+        count = min(LANES, out.shape[1] - first)
+        v_dd = _begin(c, w, first, count, s)
+        between[0], steps, going = v_dd, 0, count
+        while going > 0 and steps < _LONGEST:
+            steps += 1
+            _rates(c, w, first, count, s)
+            going = _moved(s, count, v_dd, parts, between[steps], spent[steps])
+        charge = np.zeros(count)
+        if parts > 1:
+            given = np.empty((steps + 1, count))
+            _adaptation(c, w, first, between[: steps + 1, :count].copy(), given)
+            for i in range(1, steps + 1):
+                for j in range(count):
+                    charge[j] += spent[i, j] * (given[i, j] - given[0, j])
+        for j in range(count):
+            spiked = max(s[SPIKED + j], 0.0)
+            out[0, first + j], out[1, first + j] = spiked, s[NOW + j] - spiked
+            out[2, first + j], out[3, first + j] = s[V + 2 * LANES + j], charge[j]
+
+
+@compiled()
+def _begin(c: _Ideal, w: _Whole, first: int, count: int, s: F64) -> float:
+    """Put neurons from `first` on where their spike begins; the supply, V."""
+    if c is not None:
+        take_lanes(c, first, count, s)
+    v_dd = 0.0
+    for j in range(count):
+        s[V + j], s[V + LANES + j], v_dd = _begun(c, w, first + j)
+        s[V + 2 * LANES + j], s[V + 3 * LANES + j] = 0.0, v_dd
+        s[FIRED + j], s[LET_GO + j] = _thresholds(c, w, first + j)
+        s[NOW + j], s[SPIKED + j], s[GOING + j] = 0.0, -1.0, 1.0
+    return v_dd
+
+
+@_inlined
+def _slope(s: F64, j: int, node: int) -> float:
+    return float(min((s[NUDGED + node * LANES + j] - s[RATE + node * LANES + j]) / NUDGE, 0.0))
+
+
+@_inlined
+def _shorter(s: F64, j: int, node: int, most: float, h: float) -> float:
+    """Step (s) in which a node moves by `most` (V) at most: |h rate / (1 - h slope)| <= most."""
+    room = abs(s[RATE + node * LANES + j]) + most * _slope(s, j, node)
+    return min(h, most / room) if room > 0.0 else h
+
+
+@_inlined
+def _next(s: F64, j: int, node: int, h: float) -> float:
+    """A node's voltage after a step of h s."""
+    moved = h * s[RATE + node * LANES + j] / (1.0 - h * _slope(s, j, node))
+    return float(s[V + node * LANES + j] + moved)
+
+
+@compiled()
+def _moved(s: F64, count: int, v_dd: float, parts: int, between: F64, spent: F64) -> int:
+    """Take a step in all lanes that go on; how many go on still.
+
+    between, spent: v_o1 in the middle of it, V, and its length, s, 0 where a lane has ended.
+    """
+    going = 0
+    for j in range(min(count, LANES)):
+        goes = s[GOING + j] > 0.0
+        h = _shorter(s, j, 0, APPROACH if s[SPIKED + j] < 0.0 else STEP, _FIRST)
+        h = _shorter(s, j, 3, STEP, _shorter(s, j, 2, STEP, _shorter(s, j, 1, STEP, h)))
+        h = h if goes else 0.0
+        before, after = s[V + LANES + j], _next(s, j, 1, h)
+        end, now = _next(s, j, 3, h), s[NOW + j] + h
+        between[j], spent[j] = 0.5 * (before + after), h
+        s[V + j], s[V + LANES + j] = _next(s, j, 0, h), after
+        s[V + 2 * LANES + j], s[V + 3 * LANES + j] = _next(s, j, 2, h), end
+        spiked = now if (s[SPIKED + j] < 0.0) & (after < s[FIRED + j]) else s[SPIKED + j]
+        done = (spiked >= 0.0) & ((parts == 1) | ((end < s[LET_GO + j]) & (after > 0.99 * v_dd)))
+        s[NOW + j], s[SPIKED + j], s[GOING + j] = now, spiked, 1.0 if goes & (not done) else 0.0
+        going += 1 if goes & (not done) else 0
+    return going

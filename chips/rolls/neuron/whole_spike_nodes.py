@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 from chips.rolls.lumped.whole import series_current, terms_at
+from chips.rolls.neuron.spike_lanes import LANES, NODES, NUDGE, NUDGED, OWN, RATE, V
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.channel import Terms, channel, leaked
@@ -42,7 +43,7 @@ def _into(t: Terms, gate: float, drain: float) -> float:
 
 
 @_compiled
-def whole_rate(c: WholeSpike, k: int, node: int, v: F64) -> float:
+def _rate(c: WholeSpike, k: int, node: int, v: F64) -> float:
     """dv/dt of one node, V/s; v: the four voltages."""
     dd, rows = c.v_dd, c.rows
     if node == 0:
@@ -65,7 +66,25 @@ def whole_rate(c: WholeSpike, k: int, node: int, v: F64) -> float:
 
 
 @_compiled
-def whole_adaptation(c: WholeSpike, k: int, v_o1: float) -> float:
-    """What ma1 and ma2 give with v_o1 on ma1's gate, A."""
-    lower, upper = terms_at(c.rows[MA1], k), terms_at(c.rows[MA2], k)
-    return float(series_current(lower, upper, c.v_dd - v_o1, c.gates[3, k], 0.6 * c.v_dd))
+def fill_whole_rates(c: WholeSpike, first: int, count: int, w: F64) -> None:
+    """Fill how fast all nodes of the lanes move, and how fast where the node itself is NUDGE higher."""
+    v = w[OWN : OWN + NODES]
+    for j in range(count):
+        for node in range(NODES):
+            v[node] = w[V + node * LANES + j]
+        for node in range(NODES):
+            kept = v[node]
+            w[RATE + node * LANES + j] = _rate(c, first + j, node, v)
+            v[node] = kept + NUDGE
+            w[NUDGED + node * LANES + j] = _rate(c, first + j, node, v)
+            v[node] = kept
+
+
+@_compiled
+def whole_adaptation(c: WholeSpike, first: int, v_o1: F64, out: F64) -> None:
+    """Fill what ma1 and ma2 give with v_o1 (V) on ma1's gate, A, float64[times, neurons from `first` on]."""
+    for j in range(v_o1.shape[1]):
+        k = first + j
+        lower, upper = terms_at(c.rows[MA1], k), terms_at(c.rows[MA2], k)
+        for i in range(v_o1.shape[0]):
+            out[i, j] = series_current(lower, upper, c.v_dd - v_o1[i, j], c.gates[3, k], 0.6 * c.v_dd)
