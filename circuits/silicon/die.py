@@ -31,17 +31,15 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from circuits.arrays import F64, U32
-from circuits.catalogue import later
+from circuits.arrays import F64, I64, U32
 from circuits.checks import require_choice, require_type
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
 from circuits.silicon.components import DIES_A_WAFER, EXTENTS, Components, Extent
 from circuits.silicon.edit import SHARED, Edit, edited, edits_of, ordered
+from circuits.silicon.normal import fill_normals, philox_words
 from circuits.silicon.process import Polarity, Process
 from circuits.silicon.sampling import Sampling
-
-special = later("scipy.special")
 
 Path = tuple[tuple[str, tuple[int, ...]], ...]  # ((name, shape), ...): all places of an array
 Place = tuple[tuple[str, tuple[int, ...]], ...]  # ((name, index), ...): one place
@@ -475,10 +473,11 @@ def _whole(number: object) -> int:
 
 
 class _Places(NamedTuple):
-    """Counters of all places of some paths, uint32[4, places], and how many each path has."""
+    """All places of some paths, as `normal.fill_normals` takes them, and how many there are."""
 
-    counters: U32
-    counts: list[int]
+    fixed: U32
+    shapes: I64
+    total: int
 
 
 def _names(place: Place, path: Path) -> str:
@@ -489,22 +488,14 @@ def _names(place: Place, path: Path) -> str:
 def _places(place: Place, paths: Sequence[Path]) -> _Places:
     fixed = [i for _, index in place for i in index]
     shapes = [[n for _, shape in path for n in shape] for path in paths]
-    for path, shape in zip(paths, shapes, strict=True):
+    found = np.full((len(paths), _COUNTERS), -1)
+    for k, (path, shape) in enumerate(zip(paths, shapes, strict=True)):
         if len(fixed) + len(shape) > _COUNTERS:
             label = ".".join(name for name, _ in (*place, *path))
             dimensions = len(fixed) + len(shape)
             raise ParameterError(f"{label}: {dimensions} index dimensions, must be at most {_COUNTERS}")
-    counts = [math.prod(shape) for shape in shapes]
-    counters = np.zeros((_COUNTERS, sum(counts)), dtype=np.uint32)
-    for row, index in enumerate(fixed):
-        counters[row] = index
-    start = 0
-    for shape, count in zip(shapes, counts, strict=True):
-        if shape:
-            rows = slice(len(fixed), len(fixed) + len(shape))
-            counters[rows, start : start + count] = np.unravel_index(np.arange(count), shape)
-        start += count
-    return _Places(counters, counts)
+        found[k, : len(shape)] = shape
+    return _Places(np.array(fixed, dtype=np.uint32), found, sum(map(math.prod, shapes)))
 
 
 def _normals(before: str, names: Sequence[str], places: _Places, parameter: str) -> F64:
@@ -521,13 +512,9 @@ def _normals_of(owners: Sequence[str], names: Sequence[str], places: _Places, pa
         for each in after
     ]
     keys = np.frombuffer(b"".join(digests), dtype="<u4").astype(np.uint32).reshape(-1, 2).T
-    counters = np.tile(places.counters, len(owners))
-    words = np.empty((2, counters.shape[1]), dtype=np.uint32)
-    philox(np.repeat(keys, places.counts * len(owners), axis=1), counters, words)
-    # 53 bits, centred in their cells so that neither 0 nor 1 occurs
-    bits = (words[0].astype(np.uint64) << np.uint64(21)) ^ (words[1].astype(np.uint64) >> np.uint64(11))
-    drawn = special.ndtri((bits.astype(np.float64) + 0.5) * 2.0**-53)
-    return np.asarray(drawn, dtype=np.float64).reshape(len(owners), -1)
+    drawn = np.empty((len(owners), places.total))
+    fill_normals(keys, places.fixed, np.tile(places.shapes, (len(owners), 1)), drawn.reshape(-1))
+    return drawn
 
 
 @compiled()
@@ -536,15 +523,9 @@ def philox(keys: U32, counters: U32, words: U32) -> None:
 
     keys: uint32[2, n]. counters: uint32[4, n].
     """
-    mask, shift = np.uint64(0xFFFFFFFF), np.uint64(32)
     for i in range(counters.shape[1]):
         c0, c1 = np.uint64(counters[0, i]), np.uint64(counters[1, i])
         c2, c3 = np.uint64(counters[2, i]), np.uint64(counters[3, i])
-        k0, k1 = np.uint64(keys[0, i]), np.uint64(keys[1, i])
-        for _ in range(10):
-            p0, p1 = np.uint64(0xD2511F53) * c0, np.uint64(0xCD9E8D57) * c2
-            c0, c1, c2, c3 = (p1 >> shift) ^ c1 ^ k0, p1 & mask, (p0 >> shift) ^ c3 ^ k1, p0 & mask
-            k0, k1 = (k0 + np.uint64(0x9E3779B9)) & mask, (k1 + np.uint64(0xBB67AE85)) & mask
-        out = (c0, c1, c2, c3)
+        out = philox_words(c0, c1, c2, c3, np.uint64(keys[0, i]), np.uint64(keys[1, i]))
         for w in range(words.shape[0]):
             words[w, i] = np.uint32(out[w])
