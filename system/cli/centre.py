@@ -14,8 +14,7 @@ from circuits.units import parse_quantity
 from system.cli.block_choice import choose_block, target_of
 from system.cli.deck_measures import own_measures
 from system.cli.exit_status import DONE, NO
-from system.cli.option_names import words_of
-from system.cli.output import json_text, print_json, print_line, progress_bar
+from system.cli.output import print_line, progress_bar
 from system.cli.search_output import (
     TRANSISTOR,
     FreshDies,
@@ -25,7 +24,6 @@ from system.cli.search_output import (
     reports_on,
 )
 from system.cli.study_verbs import Centre
-from system.files.writing import write_text_atomic
 from system.notice import say
 from system.options.block import Value, read_die
 from system.plot import COLOURS, INK, check_picture, save_picture
@@ -34,9 +32,9 @@ from system.study.metrics.measure import named_measures
 from system.study.metrics.metric import with_named
 from system.study.search.behavioural_target import BehaviouralTarget, has_model
 from system.study.search.centre import Budget, Centred, Problem, centre
-from system.study.search.knob import knobs_of, moved_subject, options_of
+from system.study.search.knob import knobs_of, moved_subject
 from system.study.search.linear import centre_by_gradient
-from system.study.specification import limited_metrics, parse_spec
+from system.study.specification import limited_metrics
 from system.study.table import Condition
 from system.study.target import BlockTarget, Subject, Target, hashed
 
@@ -69,12 +67,7 @@ def centre_command(asked: Centre) -> int:
     """
     result = run(asked)
     save_picture(asked.plot, partial(draw, result))
-    if asked.output is not None:
-        write_text_atomic(asked.output, json_text(document(result)))
-    if asked.as_json:
-        print_json(document(result))
-    else:
-        _print(result)
+    result.give(asked.output, document(result), None if asked.as_json else lambda: _print(result))
     none = [report.varied for report in result.reports if report.after.passed == 0]
     for varied in none:
         say(f"centre: no fresh die passes where {varied} varies; give it more to move, or other limits")
@@ -114,8 +107,7 @@ def run(asked: Centre) -> Result:
     if subject.stimuli and not target.runs_testbench:
         raise ParameterError("--stimulus: no metric of these runs the testbench; leave it out")
     units = {q.name: q.unit for q in target.quantities}
-    limited = {q.name: q.limit_unit for q in target.quantities}
-    specifications = tuple(parse_spec(text, limited) for text in asked.spec)
+    specifications = target.specified(asked.spec)
     knobs = knobs_of(target.choice, asked.move, asked.move_param)
     condition = Condition("random", target.choice.silicon.temperature_c, 0)
     level = _level(asked, target)
@@ -198,22 +190,19 @@ def document(result: Result) -> dict[str, Any]:
 
 def _print(result: Result) -> None:
     asked, found = result.asked, result.found
-    print_line(
-        f"{asked.block}, {' and '.join(map(str, result.specifications))}; tuned on dies"
-        f" {asked.silicon.lot}/0 to {asked.tuning_dies - 1} at {result.level} level\n"
-    )
-    result.print_moved("moved")
+    conditions = " and ".join(map(str, result.specifications))
+    tuned = f"tuned on dies {asked.silicon.lot}/0 to {asked.tuning_dies - 1} at {result.level} level"
+    result.print_moved("moved", f"{asked.block}, {conditions}; {tuned}")
     if not found.coordinates.any():
         print_line("nothing beat the start: nothing is moved")
-    print_line(
-        f"search: {found.candidates} candidates, {found.measurements} dies measured; sigma x {found.scale:g}:"
+    search = (
+        f"{found.candidates} candidates, {found.measurements} dies measured; sigma x {found.scale:g}:"
         f" {percent(found.share_before)} before, {percent(found.share_after)} after; as it is:"
         f" {percent(found.yield_before)} before, {percent(found.yield_after)} after"
     )
-    if found.impossible:
-        print_line(f"{found.impossible} candidates were no circuit, and counted as failing")
-    result.print_reports(fresh_of(asked))
-    print_line(f"{' '.join(words_of(options_of(result.subject)))}")
+    said = "candidates were no circuit, and counted as failing"
+    result.print_found(search, (found.impossible, said), fresh_of(asked))
+    result.print_options()
 
 
 def draw(result: Result, figure: Figure) -> None:

@@ -51,7 +51,7 @@ from system.study.report.report import write_report, write_so_far
 from system.study.report.result import Result, groups, judge_table
 from system.study.search.breakdown import Breakdown, breakdowns, check_breakdown
 from system.study.search.order import worst_first
-from system.study.specification import Classes, Specification, limited_metrics, parse_spec
+from system.study.specification import Classes, Specification, limited_metrics
 from system.study.statistics.confidence_sequence import StopRule, ended, sequence_interval
 from system.study.table import FAILED, Condition, Table, empty, join, place_text, to_csv
 from system.study.target import BlockTarget, Subject, Target, hashed, open_target
@@ -266,9 +266,7 @@ def prepare(asked: Montecarlo, subject: Subject) -> tuple[Study, tuple[Specifica
     check_pareto(asked.pareto, asked.contributions)
     if asked.rare is not None:
         check_rare(asked.rare, study, asked.spec, _only_of_a_study(asked))
-    known = {q.name: q.limit_unit for q in target.quantities}
-    specifications = tuple(parse_spec(text, known) for text in asked.spec)
-    return study, specifications or target.specifications, rule
+    return study, target.specified(asked.spec) or target.specifications, rule
 
 
 def _only_of_a_study(asked: Montecarlo) -> dict[str, object]:

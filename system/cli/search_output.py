@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -10,9 +10,9 @@ import numpy as np
 
 from circuits.errors import ParameterError
 from system.cli.option_names import words_of
-from system.cli.output import print_line, print_table, progress_bar, quantity_cell
+from system.cli.output import json_text, print_json, print_line, print_table, progress_bar, quantity_cell
 from system.cli.study_output import share_document
-from system.files.writing import check_folder
+from system.files.writing import check_folder, write_text_atomic
 from system.options.block import Value
 from system.options.silicon import SiliconChoice
 from system.study.engine import on_threads, run_study
@@ -130,18 +130,38 @@ class Searched:
             "fresh": [_report_document(f) for f in self.reports],
         }
 
-    def print_moved(self, title: str) -> None:
-        """Print what moved, and by how much."""
+    def give(self, output: str | None, document: Mapping[str, Any], show: Callable[[], None] | None) -> None:
+        """Write a document of it into the file that is asked for; print it, or what `show` prints instead."""
+        if output is not None:
+            write_text_atomic(output, json_text(document))
+        if show is None:
+            print_json(document)
+        else:
+            show()
+
+    def print_moved(self, title: str, asked: str) -> None:
+        """Print what was asked for, in words, what moved, and by how much."""
+        print_line(f"{asked}\n")
         rows = [
             (k.name, quantity_cell(k.value, k.unit), quantity_cell(v, k.unit), k.change_text(v))
             for k, v in zip(self.knobs, self.values, strict=True)
         ]
         print_table(title, ("name", "before:", "after:", "change:"), rows)
 
-    def print_reports(self, fresh: FreshDies) -> None:
-        """Print the yields of fresh dies, what the search gained and lost, and the metrics' means."""
+    def print_found(self, search: str, impossible: tuple[int, str], fresh: FreshDies) -> None:
+        """Print how the search went, and what fresh dies tell of what it found.
+
+        search: in words. impossible: how many candidates were no circuit, and the words for them.
+        """
+        print_line(f"search: {search}")
+        if impossible[0]:
+            print_line(f"{impossible[0]} {impossible[1]}")
         for report in self.reports:
             _print_report(fresh, report, self.units)
+
+    def print_options(self) -> None:
+        """Print the options by which other verbs take what it found."""
+        print_line(" ".join(words_of(options_of(self.subject))))
 
 
 def check_search(

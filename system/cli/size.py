@@ -11,8 +11,7 @@ from circuits.errors import ParameterError
 from circuits.units import parse_quantity
 from system.cli.exit_status import DONE, NO
 from system.cli.match_verb import Size
-from system.cli.option_names import words_of
-from system.cli.output import json_text, print_json, print_line, progress_bar
+from system.cli.output import print_line, progress_bar
 from system.cli.over_dies import subject_of
 from system.cli.search_output import (
     FreshDies,
@@ -21,14 +20,13 @@ from system.cli.search_output import (
     percent,
     reports_on,
 )
-from system.files.writing import write_text_atomic
 from system.notice import say
 from system.options.block import Value, read_die
 from system.study.campaign import thread_count
 from system.study.search.centre import Bench, Problem
-from system.study.search.knob import lengths_of, moved_subject, options_of, sizes_of
+from system.study.search.knob import lengths_of, moved_subject, sizes_of
 from system.study.search.size import Sized, size
-from system.study.specification import limited_metrics, parse_spec
+from system.study.specification import limited_metrics
 from system.study.statistics.summary import Yield
 from system.study.table import Condition
 from system.study.target import BlockTarget
@@ -70,12 +68,7 @@ def size_command(asked: Size) -> int:
     Returns the exit status, `NO` where fresh dies tell that fewer pass than are wanted.
     """
     result = run(asked)
-    if asked.output is not None:
-        write_text_atomic(asked.output, json_text(document(result)))
-    if asked.as_json:
-        print_json(document(result))
-    else:
-        _print(result)
+    result.give(asked.output, document(result), None if asked.as_json else lambda: _print(result))
     if result.verdict == "missed":
         share = percent(result.after.estimate.value)
         say(f"size: {share} of fresh dies pass, of {percent(result.wanted)}; let more sizes move, or farther")
@@ -92,8 +85,7 @@ def run(asked: Size) -> Result:
     wanted, fresh = _checked(asked), _fresh_of(asked)
     subject = subject_of(asked.block, limited_metrics(asked.spec), asked.over, "size")
     target = BlockTarget(subject)
-    limited = {q.name: q.limit_unit for q in target.quantities}
-    specifications = tuple(parse_spec(text, limited) for text in asked.spec)
+    specifications = target.specified(asked.spec)
     knobs = tuple(sizes_of(target.choice, asked.move_param or lengths_of(target.choice)))
     condition = Condition("random", target.choice.silicon.temperature_c, 0)
 
@@ -153,23 +145,21 @@ def document(result: Result) -> dict[str, Any]:
 
 def _print(result: Result) -> None:
     asked, found = result.asked, result.found
-    print_line(
-        f"{asked.block}, {' and '.join(map(str, result.specifications))} on {percent(result.wanted)} of dies;"
-        f" tuned on dies {asked.over.silicon.lot}/0 to {asked.tuning_dies - 1}\n"
-    )
-    result.print_moved("sizes")
+    wanted = f"{' and '.join(map(str, result.specifications))} on {percent(result.wanted)} of dies"
+    tuned = f"tuned on dies {asked.over.silicon.lot}/0 to {asked.tuning_dies - 1}"
+    result.print_moved("sizes", f"{asked.block}, {wanted}; {tuned}")
     before, after = (x / SQUARE_MICROMETRE for x in (found.area_before, found.area_after))
     print_line(
         f"area of gates and capacitors {before:.4g} um^2, after {after:.4g} um^2, x {after / before:.3f}"
     )
-    print_line(
-        f"search: gradients of {found.designs} sizes, {found.measurements} dies measured; of the tuning dies"
+    search = (
+        f"gradients of {found.designs} sizes, {found.measurements} dies measured; of the tuning dies"
         f" {percent(found.yield_before)} pass before, {percent(found.yield_after)} after, in the linear"
         f" theory {percent(found.predicted)}"
     )
-    if found.impossible:
-        print_line(f"{found.impossible} sizes were no circuit, and were passed over")
-    result.print_reports(_fresh_of(asked))
+    result.print_found(
+        search, (found.impossible, "sizes were no circuit, and were passed over"), _fresh_of(asked)
+    )
     told = {"met": "passes", "missed": "does not pass", "undecided": "may pass: more dies would tell"}
     print_line(f"{percent(result.wanted)} of fresh dies wanted, which {told[result.verdict]}\n")
-    print_line(" ".join(words_of(options_of(result.subject))))
+    result.print_options()

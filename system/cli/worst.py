@@ -17,7 +17,7 @@ from system.notice import say
 from system.study.search.corner import write_dies
 from system.study.search.slope import Slopes
 from system.study.search.worst_case import WorstCase, checked_there, failure_of, worst_cases
-from system.study.specification import Limits, limited_metrics, parse_spec
+from system.study.specification import Limits, limited_metrics
 from system.study.statistics.rare import RareFailure
 
 
@@ -39,8 +39,7 @@ def worst_command(asked: Worst) -> int:
     if not asked.spec:
         raise ParameterError("worst: of which specification, must come with spec; as `spec=t_inh_s in :8ms`")
     target = target_of(asked.block, limited_metrics(asked.spec), asked.over, "worst")
-    known = {q.name: q.limit_unit for q in target.quantities}
-    specs = [parse_spec(text, known) for text in asked.spec]
+    specs = target.specified(asked.spec)
     for text, spec in zip(asked.spec, specs, strict=True):
         if not isinstance(spec, Limits):
             raise ParameterError(f'spec: "{text}", a class has no gradient; limit a metric')

@@ -49,7 +49,7 @@ from system.study.in_ngspice import Draws, Engine, cards_digest, choice_on_cards
 from system.study.metrics.metric import MEASURED, OUTSIDE, measurements, metrics_of, runs_testbench
 from system.study.plan import seeds_of
 from system.study.source import check_source, digest_of
-from system.study.specification import Specification, Success
+from system.study.specification import Specification, Success, parse_spec
 from system.study.table import FAILED, Condition
 from system.system import SUCCEEDED
 from system.view.film import Film
@@ -154,6 +154,11 @@ class Target(ABC):
     def specifications(self) -> tuple[Specification, ...]:
         """Specifications that samples are judged by unless the user gives others; none for most targets."""
         return ()
+
+    def specified(self, texts: Sequence[str]) -> tuple[Specification, ...]:
+        """Read specifications of its quantities, as a user writes them; raises as `parse_spec`."""
+        known = {q.name: q.limit_unit for q in self.quantities}
+        return tuple(parse_spec(text, known) for text in texts)
 
     @abstractmethod
     def labels(self) -> tuple[str, ...]:
