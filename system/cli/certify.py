@@ -10,7 +10,7 @@ import numpy as np
 
 from circuits.errors import ParameterError
 from circuits.units import parse_quantity
-from system.cli.certify_verb import Certify
+from system.cli.certify_verb import NO_CHANGE, Certify
 from system.cli.mission_output import document, print_mission, status_of
 from system.cli.option_names import replay_of
 from system.cli.output import print_json, print_line, print_table, progress_bar
@@ -70,7 +70,7 @@ def _asked(asked: Certify) -> Asked:
     celsius = tuple(parse_quantity(text, "degC", "temperature") for text in asked.temperature)
     return Asked(
         NAME, None, asked.first_die, asked.dies, 1, asked.trials, celsius, (asked.bias_kind,), options,
-        changes=asked.change,
+        changes=() if asked.change == (NO_CHANGE,) else asked.change,
     )  # fmt: skip
 
 

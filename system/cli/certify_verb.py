@@ -14,6 +14,7 @@ CHANGES = (
     "codes=default", "healed=neurons", "healed=synapses", "healed=filters", "healed=pulses", "area=4",
     "silicon_noise=off",
 )  # fmt: skip
+NO_CHANGE = "none"  # in the place of changes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,7 +31,7 @@ class Certify:
     temperature: tuple[str, ...] = option((USUAL_CELSIUS,), "Degrees Celsius, repeatable", metavar="DEGC")
     bias_kind: Literal["ideal", "generator"] = option("generator", "Of the chip's biases")
     change: tuple[str, ...] = option(
-        CHANGES, "Tried on the same dies, repeatable; the usual ones unless given", metavar="TEXT"
+        CHANGES, "Tried on the same dies, repeatable; none, or the usual ones unless given", metavar="TEXT"
     )
     output: str | None = option(None, "Keep runs and the page there", short="o", metavar="FOLDER")
     resume: bool = option(default=False, about="Go on with what is in --output")

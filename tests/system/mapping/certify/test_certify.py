@@ -112,6 +112,12 @@ def test_a_task_that_is_none_is_refused_in_a_line(
     assert told in error
 
 
+def test_no_change_is_tried_where_none_is_asked(folder: Path) -> None:
+    files = {"program": str(folder / "p.toml"), "task": str(folder / "s.npz")}
+    assert certify._asked(Certify(**files, change=("none",))).changes == ()
+    assert certify._asked(Certify(**files, change=("area=4",))).changes == ("area=4",)
+
+
 def test_the_command_that_is_kept_has_every_option_of_the_runs() -> None:
     asked = Certify(
         program="p.toml", task="t.npz", dies=3, temperature=("17", "37"), change=("area=4",), output="o"
