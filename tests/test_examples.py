@@ -9,6 +9,7 @@ import pytest
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
 SAYS = {
+    "cartpole": "of shares of 1.0, 1.5, 0.2, 2.0",
     "device_noise": "noise analysis 64.2 uV",
     "facilitation": "fires for echoes from 6.5 to 8.0 ms",
     "latch": "unstable",
@@ -28,6 +29,7 @@ def test_the_example_runs(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)  # where some write
+    monkeypatch.syspath_prepend(path.parent)  # as of a script
     runpy.run_path(str(path), run_name="__main__")
     assert SAYS.get(path.stem, "") in capsys.readouterr().out
 
