@@ -17,10 +17,12 @@ from math import isqrt
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from circuits.arrays import F64, I64
 from circuits.catalogue import later
 from circuits.compiled import compiled, instructions
+from circuits.devices.ekv import interpolation
 
 ir, types = later("llvmlite.ir"), later("numba.core.types")
 
@@ -37,6 +39,7 @@ _LOG = (
 _LN2_HIGH, _LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 _HALVED = 0.4142136573791504  # from here on 1 + t is halved: sqrt(2) - 1
 _NEAR_TWO = 1.9999971389770508  # 1 + t from which on what is left has one term
+_FEW = 64  # numbers for which no kernel is called
 _DIGITS = 200  # binary, of the table before it is rounded
 
 
@@ -100,6 +103,22 @@ def _scaled(typingctx: Any, rounded: Any, bits: Any) -> Any:
 
 
 _fma, _place, _scale = instructions(_fused), instructions(_place_of), instructions(_scaled)
+
+
+def interpolation_of(u: ArrayLike) -> F64:
+    """F(u) in the shape of u, which may be large; the same as `ekv.interpolation`."""
+    x = np.asarray(u, dtype=np.float64)
+    if x.size < _FEW:
+        return interpolation(x)
+    found = np.empty(x.shape)
+    _interpolate(np.ravel(x), found.reshape(-1))
+    return found
+
+
+@compiled()
+def _interpolate(u: F64, out: F64) -> None:
+    for k in range(u.size):
+        out[k] = even_interpolation(u[k])
 
 
 @compiled(forceinline=True)

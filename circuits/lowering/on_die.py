@@ -48,7 +48,8 @@ from circuits.devices import Device, Transistor
 from circuits.devices.channel import Terms, early, height_of, mobility, pinch_off_of, terms_of
 from circuits.devices.channel import channel as channel_law
 from circuits.devices.channel import leaked as junction_law
-from circuits.devices.ekv import argument, interpolation, law
+from circuits.devices.ekv import argument, interpolation
+from circuits.devices.packable import even_interpolation, interpolation_of
 from circuits.devices.pinch_off import pinch_off
 from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.die import Path
@@ -56,6 +57,7 @@ from circuits.silicon.process import POLARITIES, TransistorAtTemperature
 from circuits.silicon.silicon import Silicon
 
 _BISECTIONS = 60
+_TOGETHER = 256  # inverters whose bounds are halved together
 _STEP = 1e-3  # V, of a derivative by the gate; ours
 _ROUNDS, _ROUNDING = 200, 1e-14  # of a gate voltage: each round leaves less than half of the error; ours
 
@@ -169,7 +171,8 @@ class DieDevices(NamedTuple):
     @property
     def full(self) -> bool:
         """Whether the law of any transistor has second-order effects."""
-        return any(_has_effects(fet.law) for fet in self.fet.values())
+        laws = {id(fet.law): fet.law for fet in self.fet.values()}  # a polarity's devices share theirs
+        return any(map(_has_effects, laws.values()))
 
     def terms(self, device: str) -> Terms:
         """Numbers of a device that stands alone, as kernels take them; those of arrays go by `current`."""
@@ -196,7 +199,7 @@ class DieDevices(NamedTuple):
         gate, source: V above the bulk (below it for a pFET); the source is at the bulk unless given.
         """
         fet, pinch = self.fet[device], self.pinch(device, gate)
-        carried = fet.current * interpolation(pinch - source / self.u_t)
+        carried = fet.current * interpolation_of(pinch - source / self.u_t)
         return np.asarray(
             carried * mobility(fet.law, pinch * self.u_t) if fet.law.mobility_reduction else carried
         )
@@ -234,7 +237,7 @@ class DieDevices(NamedTuple):
             silent = fet.law.without_leakage()
             return self._replace(fet={device: fet._replace(law=silent)}).current(device, gate, drain)
         pinch = self.pinch(device, gate)
-        carried = interpolation(pinch) - interpolation(pinch - drain / self.u_t)
+        carried = interpolation_of(pinch) - interpolation_of(pinch - drain / self.u_t)
         return np.asarray(self.fet[device].current * carried)
 
     def weak(self, device: str, gate: F64 | float) -> F64:
@@ -538,17 +541,28 @@ def _whole_inverter_threshold(
                 low = found[k]
 
 
-@compiled()
+@compiled(_nrt=True)
 def _inverter_threshold(
     i_n: F64, t_n: F64, k_n: float, i_p: F64, t_p: F64, k_p: float, supply: float, out: F64
 ) -> None:
     """Input of inverters, U_T; i: specific currents, A, t: thresholds, U_T, k: kappa, of either device."""
-    for k in range(out.size):
-        low, high = 0.0, supply
+    for first in range(0, out.size, _TOGETHER):
+        part = slice(first, min(first + _TOGETHER, out.size))
+        bounds = np.zeros((2, out[part].size))
+        bounds[1] = supply
         for _ in range(_BISECTIONS):
-            v = 0.5 * (low + high)
-            if i_n[k] * law(k_n * (v - t_n[k]))[0] > i_p[k] * law(k_p * (supply - v - t_p[k]))[0]:
-                high = v
-            else:
-                low = v
-        out[k] = 0.5 * (low + high)
+            _halve(i_n[part], t_n[part], k_n, i_p[part], t_p[part], k_p, supply, bounds)
+        out[part] = 0.5 * (bounds[0] + bounds[1])
+
+
+@compiled()
+def _halve(
+    i_n: F64, t_n: F64, k_n: float, i_p: F64, t_p: F64, k_p: float, supply: float, bounds: F64
+) -> None:
+    """Halve the bounds of inverters' inputs, U_T, float64[2, inverters]."""
+    low, high = bounds[0], bounds[1]
+    for k in range(low.size):
+        v = 0.5 * (low[k] + high[k])
+        pulled = i_n[k] * even_interpolation(k_n * (v - t_n[k]))
+        held = i_p[k] * even_interpolation(k_p * (supply - v - t_p[k]))
+        low[k], high[k] = low[k] if pulled > held else v, v if pulled > held else high[k]

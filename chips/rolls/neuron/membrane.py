@@ -5,6 +5,8 @@ Everything but v_mem is at rest: each chain of devices is solved with the EKV la
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from chips.rolls.lumped.network import amplifier, diode, pair, stack
@@ -14,7 +16,10 @@ from circuits.lowering.on_die import DieDevices
 
 
 class Membrane:
-    """Static currents of n neurons over a grid of v_mem, A, float64[n, points]; v: the grid, V."""
+    """Static currents of n neurons over a grid of v_mem, A, float64[n, points]; v: the grid, V.
+
+    What several of them are made of is solved once.
+    """
 
     def __init__(self, d: DieDevices, v: F64) -> None:
         """Take the devices `d` of the neurons, and the grid."""
@@ -60,6 +65,10 @@ class Membrane:
 
     def feedback(self) -> F64:
         """Return the sodium feedback: the mirrored current of the nFET whose source is at v_shift."""
+        return self._feedback
+
+    @cached_property
+    def _feedback(self) -> F64:
         drawn = self._over_v.saturated("sodium.mn1", self.v, self._over_v.gate["v_shift"])
         x = self._diode("sodium.mn3", np.ascontiguousarray(drawn.ravel()))
         return self._over_v.saturated("sodium.mn4", x)
@@ -80,6 +89,10 @@ class Membrane:
 
     def drop(self) -> F64:
         """Return how far v_o1 is below the supply as mc1 and mc2 hold it, V."""
+        return self._drop
+
+    @cached_property
+    def _drop(self) -> F64:
         d, out = self.d, self._new()
         amplifier(
             *self._at("reset.mc1", self.v), *self._at("reset.mc2", d.below("v_buf")), d.v_dd / d.u_t, out

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chips.rolls.lumped.grid import crossed
 from chips.rolls.lumped.whole import coupling, rows_of
 from chips.rolls.synapse.kernel import FILTER_COLUMNS, Filters, WholeFilters, follow, rest_of
 from chips.rolls.synapse.weight import Weights, weights_on
@@ -124,9 +125,9 @@ def pulse_of(model: SynapseModel, d: DieDevices) -> tuple[F64, F64]:
     carried = d.columns().saturated("extender.mp1", event)
     passed = np.cumsum(carried, axis=1) * (event[1] / d.v_dd * EDGE)
     needed = c * (d.v_dd - threshold)
-    rising = np.array([np.interp(x, q, event) for q, x in zip(passed, needed, strict=True)])
-    held = np.broadcast_to(i_pwlk, d.copies)
-    falling = np.array([np.interp(i, q, event) for q, i in zip(carried, held, strict=True)])
+    rising, falling = np.empty(d.copies), np.empty(d.copies)
+    crossed(np.broadcast_to(needed, d.copies), passed, event, rising)
+    crossed(np.broadcast_to(i_pwlk, d.copies), carried, event, falling)
     begin = EDGE * rising / d.v_dd
     released = EDGE + WIDTH + EDGE * (1.0 - falling / d.v_dd)
     # v_p starts a little below ground, and p1 draws on it while it falls to the next inverter's threshold
