@@ -27,7 +27,7 @@ from circuits.errors import ParameterError, TopologyError
 from circuits.generator.code import REFERENCE_C
 from circuits.generator.voltage import Line, line_voltages
 from circuits.place import bias_path, chip_and_line
-from circuits.silicon.die import NOMINAL
+from circuits.silicon.die import NOMINAL, Path, Place
 from circuits.silicon.process import TransistorAtTemperature, at_temperature, kelvin
 from circuits.silicon.silicon import Silicon
 
@@ -182,13 +182,9 @@ def _gates(circuit: str, bias: Bias, device: Transistor, current: F64, silicon: 
     if bias.kind == "gate":
         law = at_temperature(process.model(device.polarity), process, reference)
         return _each(lambda i, _: gate_voltage(law, device, i), current)
-    area = device.width * device.length * device.multiplicity
-    if bias.place is None:
-        path = (*bias_path(bias.port, current.shape), (device.name, ()))
-        deviation = silicon.deviation(circuit, path, area, device.polarity)
-    else:
-        there = replace(silicon, place=bias.place)
-        deviation = there.deviation(circuit, ((device.name, ()),), area, device.polarity)
+    place, path = copies_of(circuit, bias, device, current.shape, silicon)
+    there = replace(silicon, place=place)
+    deviation = there.deviation(circuit, path, device.gate_area, device.polarity)
     v_t0, beta = (np.broadcast_to(d, current.size) for d in deviation)
     law = silicon.law(device.polarity)
     scale = kelvin(silicon.temperature_c) / kelvin(reference)
@@ -197,6 +193,18 @@ def _gates(circuit: str, bias: Bias, device: Transistor, current: F64, silicon: 
         return deviating_gate_voltage(law, device, amperes * scale, (float(v_t0[k]), float(beta[k])))
 
     return _each(copy, current)
+
+
+def copies_of(
+    circuit: str, bias: Bias, device: Transistor, shape: tuple[int, ...], silicon: Silicon
+) -> tuple[Place, Path]:
+    """Place from which deviations of an ideal bias's copies are drawn, and their path from there on.
+
+    circuit: its name; device: what is biased; shape: of the bias's port.
+    """
+    if bias.place is not None:
+        return bias.place, ((device.name, ()),)
+    return silicon.place or ((circuit, ()),), (*bias_path(bias.port, shape), (device.name, ()))
 
 
 def _each(gate: Callable[[float, int], float], current: F64) -> F64:

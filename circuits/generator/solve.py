@@ -130,6 +130,7 @@ class Slopes:
     by_current : by a current through each transistor, then each resistor, V/A, float64[copies, devices].
     sources : white noise of these currents, A^2/Hz, float64[copies, devices].
     resistance : by a current into the node itself, Ohm, float64[copies].
+    by_factor : by a relative change of each transistor's current, V, float64[copies, transistors].
     """
 
     by_gate: F64
@@ -137,6 +138,7 @@ class Slopes:
     by_current: F64
     sources: F64
     resistance: F64
+    by_factor: F64
 
     @property
     def white(self) -> F64:
@@ -177,6 +179,7 @@ def slopes_at(rest: AtRest, silicon: Silicon, node: str) -> Slopes:
             [white.reshape(-1, copies).T, np.broadcast_to(thermal, through.shape)], axis=1
         ),
         resistance=np.abs(back[:, unknown.index(node)]),
+        by_factor=channels * made.work.current.reshape(-1, copies).T,
     )
 
 

@@ -28,7 +28,8 @@ from circuits.silicon.silicon import NO_DEVIATION, Deviation, Silicon
 GENERATOR = ("bias generator", ())
 """Part of a place on a die; with its space it cannot be the name of an instance."""
 
-_SHARED = ("shared masters", ())
+SHARED_PATH: Path = (GENERATOR, ("shared masters", ()))
+"""Path of what lines share, from the chip on."""
 OFF = NARROW.off_gate  # of the start-up's diodes, at a third of the supply
 RANGES = tuple(f"range_{k}" for k in range(len(COARSE)))
 _RESISTANCE = 148e3  # Ohm, where the search for a process's resistor begins
@@ -89,19 +90,32 @@ def coded(current: F64) -> Codes:
     return tuple((int(coarse), int(fine)) for coarse, fine in codes_of(current).reshape(-1, 2))
 
 
+def line_network(lines: Line, codes: Codes, process: Process) -> Network:
+    """Lines at codes in a process."""
+    sizes = line_sizes(process)
+    own = [line(fine, lines.device, sizes[coarse]) for coarse, fine in codes]
+    return Network(own, ("0", "vdd", "range_n", OFF))
+
+
+def masters_network(resistance: float, process: Process) -> Network:
+    """What lines share in a process; resistance: of the core's resistor, Ohm."""
+    return Network([masters(resistance, line_sizes(process))], ("0", "vdd"))
+
+
+def where_of(lines: Line) -> tuple[Place, Path]:
+    """Place from which the deviations of lines' devices are drawn, and their path from there on."""
+    if lines.index is None:
+        return lines.place, (GENERATOR, (lines.port, lines.shape))
+    return (*lines.place, GENERATOR, (lines.port, lines.index)), ()
+
+
 @lru_cache(maxsize=4096)
 def lines_at_rest(lines: Line, codes: Codes, silicon: Silicon, resistance: float) -> AtRest:
     """Lines at codes on a silicon whose place is the chip's; arguments as of `line_voltages`."""
     shared = masters_at_rest(silicon, resistance).voltages
-    sizes = line_sizes(silicon.process)
-    own = [line(fine, lines.device, sizes[coarse]) for coarse, fine in codes]
-    network = Network(own, ("0", "vdd", "range_n", OFF))
-    if lines.index is None:
-        path: Path = (GENERATOR, (lines.port, lines.shape))
-        deviation = _deviation(network, silicon, path)
-    else:
-        there = (*lines.place, GENERATOR, (lines.port, lines.index))
-        deviation = _deviation(network, replace(silicon, place=there), ())
+    network = line_network(lines, codes, silicon.process)
+    place, path = where_of(lines)
+    deviation = _deviation(network, replace(silicon, place=place), path)
     given = {
         "vdd": np.full(len(codes), silicon.process.v_dd),
         "range_n": np.array([shared[RANGES[coarse]][0] for coarse, _ in codes]),
@@ -114,8 +128,8 @@ def lines_at_rest(lines: Line, codes: Codes, silicon: Silicon, resistance: float
 @lru_cache(maxsize=256)
 def masters_at_rest(silicon: Silicon, resistance: float) -> AtRest:
     """What lines share on a silicon whose place is the chip's; resistance: of the core's resistor, Ohm."""
-    network = Network([masters(resistance, line_sizes(silicon.process))], ("0", "vdd"))
-    deviation = _deviation(network, silicon, (GENERATOR, _SHARED))
+    network = masters_network(resistance, silicon.process)
+    deviation = _deviation(network, silicon, SHARED_PATH)
     found = _core_state(network, silicon, deviation)
     return AtRest(network, deviation, {**found, "vdd": np.array([silicon.process.v_dd])})
 
@@ -129,7 +143,7 @@ def resistor_of(process: Process) -> float:
     nominal = Silicon(process, REFERENCE_C, NOMINAL)
     resistance = _RESISTANCE
     for _ in range(_ROUNDS):
-        network = Network([masters(resistance, line_sizes(process))], ("0", "vdd"))
+        network = masters_network(resistance, process)
         over = float(_core_state(network, nominal, NO_DEVIATION)["core_r"][0])
         resistance, before = over / MASTER_CURRENT, resistance
         if resistance < _LEAST:

@@ -1,11 +1,11 @@
 """The standard normal draws behind a circuit's transistors on a die, with a label for each.
 
-There are two for each transistor (V_T0 and beta) where the die has mismatch, and two for each polarity where
-its process varies. A die with components of variation has more: four a polarity for its gradients, two for
-what a wafer shares, one for each capacitor, and those of what all its capacitors and all its resistors share.
-A process that states figures of its diodes has one for each diode and one for all of them.
-A lot's draws have no label here: dies of a study are of one lot, so that nothing varies by them. The labels
-are those of `circuits.silicon.sampling`.
+There are two for each transistor (V_T0 and beta) where the die has mismatch, those that biases stand on
+included (`circuits.lowering.bias_moves`), and two for each polarity where its process varies. A die with
+components of variation has more: four a polarity for its gradients, two for what a wafer shares, one for each
+capacitor, and those of what all its capacitors and all its resistors share. A process that states figures of
+its diodes has one for each diode and one for all of them. A lot's draws have no label here: dies of a study
+are of one lot, so that nothing varies by them. The labels are those of `circuits.silicon.sampling`.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from circuits.arrays import F64
 from circuits.devices import Capacitor, Resistor, Transistor
 from circuits.devices.device import Device
 from circuits.devices.diode import Diode
+from circuits.lowering.bias_moves import bias_families
 from circuits.lowering.flatten import FlatCircuit
 from circuits.silicon.components import AMI_1500_COMPONENTS
 from circuits.silicon.die import PARAMETERS, SHARED_PLACE, WAFER_PLACE, Die, Path, Place, standard_normals
@@ -56,11 +57,12 @@ def variation_sigma(flat: FlatCircuit, silicon: Silicon) -> F64:
     """
     process, diodes = silicon.process, silicon.process.diodes or _NO_SPREAD
     area = _areas(flat, Transistor, ("width", "length", "multiplicity"))
+    pair = {"v_t0": process.pair_a_vt, "beta": process.pair_a_beta}
     own = {
-        "v_t0": process.pair_a_vt / np.sqrt(2.0 * area),
-        "beta": process.pair_a_beta / np.sqrt(2.0 * area),
+        **{name: each / np.sqrt(2.0 * area) for name, each in pair.items()},
         QUANTITY["diode"]: diodes.pair_a_saturation / np.sqrt(2.0 * _areas(flat, Diode, ("area",))),
     }
+    behind = {(each.place, each.paths): each.area for each in bias_families(flat.circuit, silicon)}
     shared = {
         "v_t0": process.variation.sigma_v_t0,
         "beta": process.variation.sigma_beta,
@@ -70,7 +72,9 @@ def variation_sigma(flat: FlatCircuit, silicon: Silicon) -> F64:
     for place, paths, parameter in _families(flat, silicon):
         name = parameter.removeprefix("shared.")
         count = len(labels(place, paths, parameter))
-        if parameter in own:
+        if (place, tuple(paths)) in behind:
+            found.append(pair[parameter] / np.sqrt(2.0 * behind[place, tuple(paths)]))
+        elif parameter in own:
             found.append(own[parameter])
         elif silicon.die.variation == "plain" and name in shared:
             found.append(np.full(count, shared[name]))
@@ -99,6 +103,9 @@ def _families(flat: FlatCircuit, silicon: Silicon) -> list[tuple[Place, list[Pat
     found: list[tuple[Place, list[Path], str]] = []
     if die.mismatch and paths:
         found += [(place, paths, parameter) for parameter in PARAMETERS]
+    if die.mismatch:
+        behind = bias_families(flat.circuit, silicon)
+        found += [(each.place, list(each.paths), name) for each in behind for name in PARAMETERS]
     if die.mismatch and paths and die.variation != "plain":
         found += [(GRADIENT_PLACE, [((p, ()),)], name) for p in POLARITIES for name in slope_names()]
     shared: list[tuple[str, str]] = [

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from circuits.lowering.bias_moves import behind_bias
 from circuits.silicon.die import Die
 from system.options.block import read_die
 from system.study.campaign import AHEAD, Workers, in_order, thread_count
@@ -91,7 +92,8 @@ def dies_of(study: Study, numbers: range) -> Iterator[Die]:
     """
     base = read_die(study.subject.silicon)
     plan = study.plan
-    labels = () if plan.method == "random" else open_target(study.subject).labels()
+    every = () if plan.method == "random" else open_target(study.subject).labels()
+    labels = tuple(label for label in every if not behind_bias(label))  # which stay each die's own
     drawn = sampling(plan, labels, numbers.start, numbers.stop)
     for number in numbers:
         yield replace(base, number=number, sampling=drawn)

@@ -16,10 +16,10 @@ label that a study's draws have (`circuits.silicon.sampling`):
 | `process.n.shared.v_t0`, ... | what a polarity shares | its channels, and biases that stand on the die |
 | `process.diode.shared.saturation_current` | what diodes share, relative | all diodes |
 | `bias.NAME` | the bias's current, A, or voltage, V | gates at its line |
+| `bias copy. ...`, `bias generator. ...` | `v_t0`, `beta` of what a bias stands on | gates at its lines |
 | `temperature` | degC | everything but capacitances |
 
 Bias voltages stay as they are where a size moves. A die keeps its draws: a wider device deviates less.
-Devices of a bias generator are no part of the list; what they share with others is in `process`.
 """
 
 from __future__ import annotations
@@ -31,10 +31,11 @@ from typing import NamedTuple
 import numpy as np
 
 from circuits.arrays import F64, I64, Bools
-from circuits.bias import bias_voltages, rebias
+from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, Diode, Resistor, Transistor
 from circuits.devices.transistor import capacitances
 from circuits.errors import ParameterError, SolverError
+from circuits.lowering.bias_moves import bias_moves, voltages_at
 from circuits.lowering.flatten import DeviceGroup
 from circuits.lowering.kernel import Machine, diode_figures, on_die
 from circuits.lowering.made import made
@@ -321,7 +322,8 @@ def _parameters(machine: Machine, way: Way, read: Sequence[Reading]) -> list[_Ro
         *devices, _passive(machine, capacitors, "capacitance", sums.charge[:, first:]),
         _passive(machine, resistors, "resistance", sums.conductance), *_diodes(machine, way, moved),
         *_shared(machine, devices, lines),
-        *_biases(machine, lines), _temperature(machine, way, moved, sums),
+        *_biases(machine, lines), *_behind_biases(machine, lines, len(read)),
+        _temperature(machine, way, moved, sums),
     ]  # fmt: skip
     return [rows for rows in found if len(rows.labels)]
 
@@ -531,24 +533,41 @@ def _biases(machine: Machine, lines: dict[int, F64]) -> list[_Rows]:
         value = np.broadcast_to(np.asarray(bias.value, np.float64), shape)
         by_value = np.ones(shape)
         if bias.kind != "voltage":
-            moved = [
-                rebias(circuit, {bias.name: _plain(s * value)}) for s in (1.0 + RELATIVE, 1.0 - RELATIVE)
-            ]
-            ends = [bias_voltages(each, each.bias(bias.name), machine.silicon) for each in moved]
+            ends = [voltages_at(circuit, bias, 1.0 + s, machine.silicon) for s in (RELATIVE, -RELATIVE)]
             by_value = (ends[0] - ends[1]) / (2.0 * RELATIVE * value)
-        for index in np.ndindex(shape):
-            tail = f"[{','.join(map(str, index))}]" if shape else ""
-            if bias.port + tail in machine.source_names:
-                number = machine.source_names.index(bias.port + tail)
-                if number in lines:
-                    by = lines[number] * float(by_value[index])
-                    unit = "V" if bias.kind == "voltage" else "A"
-                    found.append(_Rows([f"{BIAS}{bias.name}{tail}"], unit, np.zeros(1), by[:, None]))
+        for name, by_one in zip(_elements(circuit, bias), by_value.ravel(), strict=True):
+            number = machine.source_names.index(name) if name in machine.source_names else None
+            if number in lines:
+                by, tail = lines[number] * float(by_one), name.removeprefix(bias.port)
+                unit = "V" if bias.kind == "voltage" else "A"
+                found.append(_Rows([f"{BIAS}{bias.name}{tail}"], unit, np.zeros(1), by[:, None]))
     return found
 
 
-def _plain(value: F64) -> float | tuple[float, ...]:
-    return float(value) if value.ndim == 0 else tuple(float(x) for x in value.ravel())
+def _behind_biases(machine: Machine, lines: dict[int, F64], measures: int) -> list[_Rows]:
+    """Devices that biases stand on; what is behind several lines moves all of them."""
+    circuit, process, none = machine.testbench.circuit, machine.silicon.process, np.zeros(measures)
+    number = {name: k for k, name in enumerate(machine.source_names)}  # none of lines that sources drive
+    found: dict[str, _Rows] = {}
+    for bias in circuit.biases:
+        by_lines = np.array([lines.get(number.get(name, -1), none) for name in _elements(circuit, bias)])
+        for moves in bias_moves(circuit, bias, machine.silicon):
+            family, root = moves.family, np.sqrt(2.0 * moves.family.area)
+            for name, unit, pair, by in (
+                ("v_t0", "V", process.pair_a_vt, moves.by_v_t0),
+                ("beta", "", process.pair_a_beta, moves.by_beta),
+            ):
+                names = labels(family.place, family.paths, name)
+                rows = _Rows(names, unit, pair / root, by_lines.T @ by)
+                before = found.get(names[0])
+                found[names[0]] = rows if before is None else rows._replace(by=rows.by + before.by)
+    return list(found.values())
+
+
+def _elements(circuit: Circuit, bias: Bias) -> list[str]:
+    """Names of a bias's lines, in the order of its port."""
+    shape = circuit.port(bias.port).shape
+    return [bias.port + (f"[{','.join(map(str, i))}]" if shape else "") for i in np.ndindex(shape)]
 
 
 def _temperature(machine: Machine, way: Way, moved: F64, sums: Sums) -> _Rows:

@@ -14,7 +14,7 @@ from circuits.silicon.die import Die, Path
 from circuits.silicon.edit import SHARED, not_met, unmatched
 from circuits.silicon.silicon import Silicon
 
-_COPY = ".bias copy"  # devices that biases stand on, beside those of the circuit
+_COPY, _GENERATOR = ".bias copy", ".bias generator"  # what biases stand on, beside devices of the circuit
 
 
 def check_edits(die: Die, circuits: Iterable[tuple[Circuit, Silicon]]) -> None:
@@ -38,6 +38,10 @@ def check_edits(die: Die, circuits: Iterable[tuple[Circuit, Silicon]]) -> None:
     for path in unmatched(die.edits, families):
         if _COPY not in path and not (path in told and _of_another_block(path, own)):
             asked = told.get(path, "")
+            if _GENERATOR in path and not any(_GENERATOR[1:] in str(paths) for _, paths, _ in families):
+                raise UnknownNameError(
+                    f"die: {path}, no bias stands on a generator here; take the bias kind generator"
+                )
             like = [(p, paths) for p, paths, name in families if asked in {"", name.removeprefix(SHARED)}]
             raise _no_device(path, like, f" with {asked}" if asked else "")
 

@@ -5,6 +5,7 @@
 in the metric's unit a sigma; the log-sensitivity is the same of ln m. Half a sigma averages over the part of
 the response that most dies use and stays above the solver's tolerance. The 2 n + 1 dies are rows of a table
 of draws, so they are measured like any die of a study. A gradient is NaN where either die has no value.
+What stands behind a bias is moved by its line (`system.study.search.direction`).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from circuits.arrays import F64
 from circuits.silicon.die import Die
 from circuits.silicon.sampling import Sampling
 from system.study.campaign import thread_count
+from system.study.search.direction import Directions, directions
 from system.study.statistics.contribution import kind
 from system.study.table import Condition
 from system.study.target import Measurement, Target, measure_safely
@@ -28,25 +30,27 @@ STEP = 0.5  # sigma, ours
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sensitivity:
-    """Metrics of the nominal die, and of dies with one draw moved a step below and above it.
+    """Metrics of the nominal die, and of dies moved a step below and above it along directions.
 
     Attributes
     ----------
     labels : tuple of str
-        Label of each draw that was moved.
+        Label of each draw.
     metrics : tuple of str
         Name of each metric.
     nominal : array
         Values of the nominal die, float64[metrics], in SI units.
     below : array
-        Values with a draw moved by -0.5 sigma, float64[labels, metrics], in SI units.
+        Values with a die moved by -0.5 sigma, float64[directions, metrics], in SI units.
     above : array
-        Values with a draw moved by +0.5 sigma, float64[labels, metrics], in SI units.
+        Values with a die moved by +0.5 sigma, float64[directions, metrics], in SI units.
     failures : tuple of str
-        Reason of each measurement that failed, with the draw that was moved.
+        Reason of each measurement that failed, with what was moved.
     slopes : array or None
         Change of each metric with one sigma of a draw, float64[labels, metrics], in SI units, where that was
         not found by moving draws; None else.
+    moved : Directions or None
+        Along which dies were moved; None for a draw each.
     """
 
     labels: tuple[str, ...]
@@ -56,13 +60,14 @@ class Sensitivity:
     above: F64
     failures: tuple[str, ...]
     slopes: F64 | None = None
+    moved: Directions | None = None
 
     @property
     def gradient(self) -> F64:
         """Change of each metric with one sigma of a draw, float64[labels, metrics]; NaN where not defined."""
         if self.slopes is not None:
             return self.slopes
-        return np.asarray((self.above - self.below) / (2.0 * STEP))
+        return self._by_label((self.above - self.below) / (2.0 * STEP))
 
     @property
     def log_gradient(self) -> F64:
@@ -73,11 +78,14 @@ class Sensitivity:
         if self.slopes is not None:
             return np.asarray(self.slopes / np.where(self.nominal > 0.0, self.nominal, np.nan))
         below, above = (np.where(x > 0.0, x, np.nan) for x in (self.below, self.above))
-        return np.asarray((np.log(above) - np.log(below)) / (2.0 * STEP))
+        return self._by_label((np.log(above) - np.log(below)) / (2.0 * STEP))
+
+    def _by_label(self, along: F64) -> F64:
+        return along if self.moved is None else self.moved.gradient(along)
 
 
 def sensitivity(target: Target, die: Die, condition: Condition, threads: int | None = None) -> Sensitivity:
-    """Measure the nominal die, and two dies for each draw.
+    """Measure the nominal die, and two dies for each direction.
 
     Parameters
     ----------
@@ -96,15 +104,16 @@ def sensitivity(target: Target, die: Die, condition: Condition, threads: int | N
         The target is a system, whose draws are not listed.
     """
     labels = varying_labels(target, condition.corner)
-    steps = STEP * np.eye(len(labels))
+    along = directions(target, labels, condition)
+    steps = STEP * along.rows
     rows = np.vstack([np.zeros((1, len(labels))), -steps, steps])
     found = measure_rows(target, die, condition, labels, rows, threads)
     values = np.array([m.values for m in found]).reshape(len(rows), len(target.quantities))
-    moved = ("nominal", *(f"{label} {sign}{STEP:g} sigma" for sign in "-+" for label in labels))
+    moved = ("nominal", *(f"{label} {sign}{STEP:g} sigma" for sign in "-+" for label in along.names))
     failures = tuple(f"{name}: {m.reason}" for name, m in zip(moved, found, strict=True) if m.reason)
     below, above = np.split(values[1:], 2)
     metrics = tuple(q.name for q in target.quantities)
-    return Sensitivity(labels, metrics, values[0], below, above, failures)
+    return Sensitivity(labels, metrics, values[0], below, above, failures, moved=along)
 
 
 def varying_labels(target: Target, corner: str) -> tuple[str, ...]:

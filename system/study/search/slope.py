@@ -20,6 +20,7 @@ from circuits.solver.adjoint.gradient import gradients_of
 from circuits.solver.adjoint.measure import Measure
 from system.study.metrics.gradient import measured_by
 from system.study.metrics.metric import measurements
+from system.study.search.direction import directions
 from system.study.search.sensitivity import STEP, measure_rows, varying_labels
 from system.study.table import Condition
 from system.study.target import BlockTarget
@@ -124,10 +125,11 @@ class Slopes:
         return Slope(float(found.values[0]), found.by[0, columns] * found.sigma[columns], found.notes[0])
 
     def _by_dies(self, z: F64) -> Slope:
-        steps = STEP * np.eye(len(z))
+        along = directions(self.target, self.labels, self.condition)
+        steps = STEP * along.rows
         values = self.values(np.vstack([z, z - steps, z + steps]))
         below, above = np.split(values[1:], 2)
-        return Slope(float(values[0]), (above - below) / (2.0 * STEP), "")
+        return Slope(float(values[0]), along.gradient((above - below) / (2.0 * STEP)), "")
 
 
 def _sigma(target: BlockTarget, labels: Sequence[str]) -> F64:

@@ -9,11 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from circuits.bias import rebias
 from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
-from circuits.lowering.kernel import to_kernel
+from circuits.lowering.bias_moves import behind_bias
+from circuits.lowering.kernel import on_die, to_kernel
 from circuits.registry import load_block
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
@@ -22,13 +24,14 @@ from circuits.solver.adjoint.measure import Crossing, Extreme, Integral, Measure
 from circuits.testbench import Testbench
 from tests.circuits.solver.adjoint.differences import by_deviation, by_temperature, read
 
+OWN = "rebound_neuron.inhibition.mi5.v_t0"  # the device that sets the first spike's time
 R, C, V, STOP = 1e6, 1e-12, 2.0, 4e-6
 
 
-def neuron(die=NOMINAL, **stimuli):
+def neuron(die=NOMINAL, kind=None, **stimuli):
     block = load_block("rebound-neuron")
     known = {s.name: s.default for s in block.stimuli}
-    bench = block.testbench(block.build(), {**known, **stimuli}, block.process.v_dd)
+    bench = block.testbench(rebias(block.build(), kind=kind), {**known, **stimuli}, block.process.v_dd)
     return to_kernel(bench, Silicon(block.process, 27.0, die))
 
 
@@ -75,6 +78,25 @@ def test_spike_of_the_rebound_neuron(die):
     for k in [*local[:2], local[len(local) // 2]]:
         other = by_deviation(machine, spike, found.labels[k], 0.02 * found.sigma[k])
         assert abs(other - found.by[0, k]) * found.sigma[k] < 0.01 * total
+
+
+@pytest.mark.parametrize("kind", ["ideal", "generator"])
+def test_devices_behind_biases_move_a_spike_and_are_in_its_spread(kind):
+    machine, spike = neuron(kind=kind), SpikeTime("spike")
+    found = gradients_of(machine, (spike,))
+    moved = found.by[0] * found.sigma
+    behind = [k for k, label in enumerate(found.labels) if behind_bias(label)]
+    first = max(behind, key=lambda k: abs(moved[k]))
+    path, _, parameter = found.labels[first].rpartition(".")
+    step = 0.02 * found.sigma[first]
+    ends = [read(on_die(machine, NOMINAL.with_(path, parameter, s)), spike) for s in (step, -step)]
+    other = (ends[0] - ends[1]) / (2.0 * step)
+    assert abs(other - found.by[0, first]) * found.sigma[first] < 0.01 * found.spread[0]
+    local = math.sqrt(sum(moved[k] ** 2 for k, x in enumerate(found.labels) if "process" not in x))
+    own = math.sqrt(local**2 - sum(moved[k] ** 2 for k in behind))
+    assert local > 1.3 * own  # a copy is as large as what it biases
+    if kind == "ideal":
+        assert moved[first] == pytest.approx(-moved[found.labels.index(OWN)], rel=0.02)
 
 
 def test_temperature_of_a_spike_and_of_an_operating_point():
