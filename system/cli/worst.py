@@ -16,7 +16,7 @@ from system.cli.over_dies import by_what, slopes_of, target_of
 from system.notice import say
 from system.study.search.corner import write_dies
 from system.study.search.slope import Slopes
-from system.study.search.worst_case import WorstCase, checked_there, failure_of, worst_cases
+from system.study.search.worst_case import FAR, WorstCase, beyond, checked_there, failure_of, worst_cases
 from system.study.specification import Limits, limited_metrics
 from system.study.statistics.rare import RareFailure
 
@@ -85,6 +85,7 @@ def _document(found: Found) -> dict[str, Any]:
         "by": by_what(found.slopes),
         "runs": found.runs,
         "failing": failure_of(found.cases),
+        "beyond": beyond(found.limits, found.cases),
         "cases": [
             {
                 "side": case.side, "limit": case.limit, "distance": case.distance, "failing": case.failing,
@@ -129,6 +130,8 @@ def _print(found: Sequence[Found]) -> None:
         print_line(
             f"{each.limits}: {100.0 * (1.0 - share):.4g} % of dies pass, {share:.3g} fail, {each.runs} runs"
         )
+        for side in beyond(each.limits, each.cases):
+            print_line(f"{each.limits}: as far as {FAR:g} sigma no die is {side}")
         if each.check is not None:
             ends = each.check.interval
             told = f"{each.check.probability:.3g} fail, 95 % interval {ends.low:.3g} to {ends.high:.3g}"

@@ -39,6 +39,7 @@ specifications.by             string    -  where gradients come from
 specifications.runs           integer   -  runs of the search, one backwards counted as three
 specifications.failing        number    -  probability that a die fails, without sampling
 specifications.cases          object[]  -  the worst die of each limit
+specifications.beyond         string[]  -  sides of limits that no die within 8 sigma fails
 specifications.cases.side     string    -  `below` where lower values fail, `above` where higher ones do
 specifications.cases.limit    number    -  the limit, in the metric's unit
 specifications.cases.distance number    -  worst-case distance in sigma; below 0 where the nominal die fails

@@ -82,7 +82,7 @@ class _Margin:
 
 
 def worst_cases(slopes: Slopes, limits: Limits) -> tuple[WorstCase, ...]:
-    """Find the worst case of each limit of a specification.
+    """Find the worst case of each limit of a specification, but of one that no die within `FAR` sigma fails.
 
     Parameters
     ----------
@@ -94,10 +94,28 @@ def worst_cases(slopes: Slopes, limits: Limits) -> tuple[WorstCase, ...]:
     Raises
     ------
     SolverError
-        The metric is not defined on the nominal die or where the search leads, every die meets a limit as far
-        as `FAR` sigma, or none does, or the search does not settle.
+        The metric is not defined on the nominal die or where the search leads, every die meets all limits as
+        far as `FAR` sigma, or none meets one, or the search does not settle.
     """
-    return tuple(_worst_case(slopes, limits, limit, sign) for limit, sign in _sides(limits))
+    found, met = [], []
+    for limit, sign in _sides(limits):
+        try:
+            found.append(_worst_case(slopes, limits, limit, sign))
+        except _AlwaysMetError as always:
+            met.append(always)
+    if met and not found:
+        raise met[0]
+    return tuple(found)
+
+
+def beyond(limits: Limits, cases: Sequence[WorstCase]) -> tuple[str, ...]:
+    """Sides of the limits that no die within `FAR` sigma fails: those without a worst case."""
+    sides = ("above" if sign > 0.0 else "below" for _, sign in _sides(limits))
+    return tuple(side for side in sides if side not in {case.side for case in cases})
+
+
+class _AlwaysMetError(SolverError):
+    """No die as far as `FAR` sigma fails at a limit."""
 
 
 def _sides(limits: Limits) -> Iterator[tuple[float, float]]:
@@ -153,8 +171,10 @@ def _checked(here: Slope, limits: Limits) -> float:
 
 
 def _refuse_far(begun: Slope, limits: Limits) -> None:
-    who = "every die meets it" if begun.value > 0.0 else "no die meets it"
-    raise SolverError(f"spec: {limits}, {who}, as far as {FAR:g} sigma; give another limit")
+    refusal, who = (
+        (_AlwaysMetError, "every die meets it") if begun.value > 0.0 else (SolverError, "no die meets it")
+    )
+    raise refusal(f"spec: {limits}, {who}, as far as {FAR:g} sigma; give another limit")
 
 
 def _stepped(margin: _Margin, z: F64, aim: F64, here: Slope, slope: float) -> tuple[F64, Slope]:

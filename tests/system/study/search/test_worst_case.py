@@ -6,7 +6,7 @@ from scipy.special import ndtr
 
 from circuits.arrays import F64
 from circuits.errors import SolverError
-from system.study.search.worst_case import checked_there, failure_of, worst_cases
+from system.study.search.worst_case import beyond, checked_there, failure_of, worst_cases
 from system.study.specification import Limits
 from tests.refusals import refusals
 from tests.system.study.search.planned import planned
@@ -30,6 +30,13 @@ def test_a_linear_metric_fails_where_its_slope_says() -> None:
     assert failure_of((low, high)) == pytest.approx(ndtr(-3.0) + ndtr(-2.0))
     assert low.verified
     assert high.value == pytest.approx(20.1)
+
+
+def test_a_limit_that_no_die_reaches_hides_none_that_some_do() -> None:
+    limits = Limits("delay", -5.0, 60.0, "s")
+    (low,) = worst_cases(planned(linear), limits)
+    assert (low.side, low.distance) == ("below", pytest.approx(3.0))
+    assert beyond(limits, (low,)) == ("above",)
 
 
 def test_a_bent_metric_is_found_where_it_is_and_sampling_there_agrees() -> None:
