@@ -74,7 +74,9 @@ class Population(common.Population):  # type: ignore[misc]  # PyNN has no types
         size = len(np.arange(self.size)[places])
         parameter_space.shape = (size,)
         parameter_space.evaluate(simplify=False)
-        for name, values in parameter_space.as_dict().items():
+        given = parameter_space.as_dict()
+        _check(given, self.label)
+        for name, values in given.items():
             self.parameters[name][places] = values
 
     def inject(self, current_source: Any) -> None:
@@ -103,6 +105,7 @@ class Population(common.Population):  # type: ignore[misc]  # PyNN has no types
         space.shape = (self.size,)
         space.evaluate(simplify=False)
         self.parameters = space.as_dict()
+        _check(self.parameters, self.label)
         simulator.state.populations.append(self)
 
     def _get_parameters(self, *names: str) -> ParameterSpace:
@@ -116,6 +119,18 @@ class Population(common.Population):  # type: ignore[misc]  # PyNN has no types
 
     def _get_view(self, selector: Any, label: str | None = None) -> PopulationView:
         return PopulationView(self, selector, label)
+
+
+def _check(parameters: dict[str, Any], label: str) -> None:
+    """Raise `ParameterError` for a rate or an event's time that no source can have."""
+    for name, unit in (("rate", "Hz"), ("spike_times", "ms")):
+        for each in parameters.get(name, ()):
+            values = np.asarray(getattr(each, "value", each), dtype=np.float64)
+            wrong = values[~(np.isfinite(values) & (values >= 0.0))]
+            if wrong.size:
+                raise ParameterError(
+                    f"pynn.{label}.{name}: {wrong.flat[0]:g} {unit}, must be 0 or more and finite"
+                )
 
 
 def _poisson(cell: int, rate: float, begin: float, stop: float) -> F64:

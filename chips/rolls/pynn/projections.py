@@ -44,6 +44,10 @@ class Projection(common.Projection):  # type: ignore[misc]  # PyNN has no types
         self, presynaptic_neurons: Any, postsynaptic_neurons: Any, connector: Any, synapse_type: Any = None,
         source: Any = None, receptor_type: str | None = None, space: Any = None, label: str | None = None,
     ) -> None:  # fmt: skip
+        if not postsynaptic_neurons.receptor_types:
+            raise ParameterError(
+                f"pynn.{postsynaptic_neurons.label}: sources have no synapses; project to neurons"
+            )
         super().__init__(
             presynaptic_neurons, postsynaptic_neurons, connector, synapse_type, source, receptor_type,
             space or Space(), label,

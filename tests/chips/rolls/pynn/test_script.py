@@ -107,6 +107,11 @@ def test_populations_projections_and_their_views_are_pynns() -> None:
         (lambda one: joined(one, weight=0.3), "weight 0.3, must be 1, 2, 3 or 4"),
         (lambda one: joined(one, weight=5), "weight 5, must be 1, 2, 3 or 4"),
         (lambda one: joined(one, weight=1, delay=5.0), "delay 5 ms, must be 0.4 ms, the step"),
+        (lambda one: sim.Projection(one, source(), sim.AllToAllConnector(), sim.StaticSynapse()),
+         r"^pynn\.source: sources have no synapses; project to neurons"),
+        (lambda _: source([1.0, -5.0]), r"^pynn\.source\.spike_times: -5 ms, must be 0 or more"),
+        (lambda _: source().set(spike_times=[-1.0]), "spike_times: -1 ms, must be 0 or more"),
+        (lambda _: sim.Population(2, sim.SpikeSourcePoisson(rate=-5.0)), "rate: -5 Hz, must be 0 or more"),
         (lambda one: [joined(one, weight=w) for w in (1, 2)] + [sim.program()], "2 of a pair that has"),
         (lambda _: sim.run(0.3), r"^pynn\.run: 0\.3 ms, must be whole steps of 0\.4 ms"),
         (lambda _: sim.setup(min_delay=2.0), r"min_delay: 2\.0 ms, must be auto"),
@@ -117,6 +122,10 @@ def test_what_the_chip_lacks_is_refused(asked: Callable[[Any], object], told: st
     one = sim.Population(3, sim.RollsNeuron(), label="one")
     with pytest.raises(CircuitError, match=told):
         asked(one)
+
+
+def source(times: Any = ()) -> Any:
+    return sim.Population(2, sim.SpikeSourceArray(spike_times=list(times)), label="source")
 
 
 def joined(one: Any, **given: float) -> Any:
