@@ -96,6 +96,7 @@ def _document(
         ],
         "events_lost": run.lost_in,
         "spikes_lost": run.lost_out,
+        "events_later": run.later,
         "held": run.held,
         "cautions": run.cautions,
     }  # fmt: skip
@@ -110,7 +111,11 @@ def _print(title: str, run: MappedRun) -> None:
         for name in run.rates["chip"]
     ]  # fmt: skip
     columns = ("population", "asked for:", "as mapped:", "on the die:", "to asked:", "to mapped:")
-    print_table(f"{title}: mean rates (Hz) from {run.begin:g} s, van Rossum distances", columns, rows)
+    print_table(
+        f"{title}: mean rates (Hz) from {run.begin:g} to {run.duration:g} s, van Rossum distances",
+        columns,
+        rows,
+    )
     outputs = [
         (name, f"{off:.1%}", f"{run.from_expected.outputs[name]:.1%}")
         for name, off in run.from_asked.outputs.items()
@@ -118,5 +123,7 @@ def _print(title: str, run: MappedRun) -> None:
     if outputs:
         print_table("outputs, rms over the largest value", ("output", "off asked:", "off mapped:"), outputs)
     print_line(f"events lost on the way in: {run.lost_in}, spikes on the way out: {run.lost_out}")
+    if run.later:
+        print_line(f"events not sent, for times after the end of the run: {run.later}")
     for caution in run.cautions:
         say(caution)

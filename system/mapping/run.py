@@ -39,6 +39,8 @@ class MappedRun:
         When counting begins, and the end, s.
     lost_in, lost_out, held : int
         Events that the buses lost; how often a filter was at the end of its table.
+    later : int
+        Events that were given for times at or after the end, which were not sent.
     cautions : tuple of str
         What the chip tells of itself.
     """
@@ -54,6 +56,7 @@ class MappedRun:
     lost_in: int
     lost_out: int
     held: int
+    later: int
     cautions: tuple[str, ...]
 
 
@@ -115,5 +118,6 @@ def run_mapped(
     away = [distance(network, runs["chip"], runs[k], SETTLING, end) for k in ("asked", "expected")]
     return MappedRun(
         **runs, rates=rates, from_asked=away[0], from_expected=away[1], begin=SETTLING, duration=float(end),
-        lost_in=spikes.lost_in, lost_out=spikes.lost_out, held=spikes.held, cautions=chip.cautions(),
+        lost_in=spikes.lost_in, lost_out=spikes.lost_out, held=spikes.held, later=int((~mine).sum()),
+        cautions=chip.cautions(),
     )  # fmt: skip

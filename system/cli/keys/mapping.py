@@ -90,6 +90,7 @@ populations.trains_from_expected  number    -     likewise
 outputs.from_expected             number?   -     likewise
 events_lost                       integer   -     events that the input bus lost
 spikes_lost                       integer   -     spikes that the output bus lost
+events_later                      integer   -     events for times after the end of the run, not sent
 held                              integer   -     filters times steps at the end of a filter's table
 cautions                          string[]  -     what the chip tells of itself
 """),

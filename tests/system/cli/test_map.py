@@ -52,6 +52,16 @@ def test_a_program_runs_as_the_mapping_expects(folder: Path, capsys: pytest.Capt
     assert np.load(folder / "out.npz")["time_s"].size > 500
 
 
+def test_events_after_the_end_of_a_run_are_counted(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    line = ["run", str(folder / "p.toml"), "--input", str(folder / "in.npz"), "--codes", "default"]
+    assert main([*line, "--duration", "200ms"]) == 0
+    told = capsys.readouterr().out
+    assert "mean rates (Hz) from 0.1 to 0.2 s" in told
+    later = int((np.load(folder / "in.npz")["time_s"] >= 0.2).sum())
+    assert f"events not sent, for times after the end of the run: {later}" in told
+
+
 def test_a_program_is_shown_and_read_for_export(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
     program = str(folder / "p.toml")
