@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Annotated, Any, ClassVar, final
 
@@ -230,7 +230,11 @@ def names_in_study(given: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _options(system: System[Any, Any], *, outputs: bool) -> Iterator[inspect.Parameter]:
-    """Parameters for the options of a system's scenarios, and for the files that its runs leave."""
+    """Parameters for the options of a system's scenarios, and for the files that its runs leave.
+
+    Their help has the defaults of a run, which is on chips.
+    """
+    usual = system.usual({})
     for name, one in system.settings.items():
         if not one.option.run:
             continue
@@ -238,7 +242,8 @@ def _options(system: System[Any, Any], *, outputs: bool) -> Iterator[inspect.Par
         kind: Any = list[str] if several else bool | None if paired else str | None
         flags = flags_of(name, one.option, paired=paired)
         completion = completion_of(one.option.names, one.choices)
-        declared = typer.Option(*flags, metavar=one.metavar or None, help=one.help, autocompletion=completion)
+        about = replace(one, default=usual.get(name, one.default)).help
+        declared = typer.Option(*flags, metavar=one.metavar or None, help=about, autocompletion=completion)
         yield keyword(name, Annotated[kind, declared], [] if several else None)
     for name, output in system.outputs.items() if outputs else ():
         declared = typer.Option(option_of(name), metavar=output.metavar, help=output.help)

@@ -45,3 +45,9 @@ def test_the_table(run: Run, options: str, lines: tuple[str, ...]) -> None:
     status, out, err = run("run", *shlex.split(options))
     assert (status, err) == (0, "")
     assert [line for line in lines if line not in out] == []
+
+
+def test_help_has_the_defaults_of_a_run_on_chips(run: Run) -> None:
+    told = " ".join(run("run", "bug", "--help")[1].split())
+    assert "A program, or neurons: ideal, or chip; chip." in told
+    assert "Of Bug 2's neurons: published or improved; improved." in told
