@@ -131,9 +131,8 @@ class _Line(NamedTuple):
 @lru_cache(maxsize=256)
 def _devices(silicon: Silicon, line: str, polarity: Polarity) -> _Line:
     """The splitter's bits, each of as many unit devices as it is worth, and the output device; kept."""
-    bits = (
-        Transistor(f"bit{k}", "n", "v", "v", "0", "0", _UNIT[0] * 2.0**k, _UNIT[1]) for k in range(len(BITS))
-    )
+    unit = Transistor("unit", "n", "v", "v", "0", "0", *_UNIT)
+    bits = (replace(unit, name=f"bit{k}", multiplicity=2.0**k) for k in range(len(BITS)))
     circuit = Circuit("bias_line", (), (*bits, _output(polarity)))
     place: Path = ((CHIP, ()), ("bias generator", ()), (line, ()))
     return _Line(on_die(circuit, replace(silicon, place=place[:1]), place=place))

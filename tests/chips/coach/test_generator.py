@@ -9,6 +9,7 @@ from circuits.blocks.bench.bias import MASTERS
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
+from circuits.silicon.process_file import process_of
 from circuits.silicon.silicon import Silicon
 
 NOMINAL = Silicon(ROLLS_180)
@@ -70,3 +71,9 @@ def test_what_the_generator_lacks_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"generator.bits: 3, must be eight"):
         Generator((1.0, 1.0, 1.0))
     assert master_named("3.8 nA") == 3.8e-9
+
+
+def test_a_splitter_of_unit_devices_is_in_the_range_of_the_measured_process() -> None:
+    measured = Silicon(process_of("coach-180"), die=Die(number=1000))
+    current = line_current(IDEAL, "X", Code("N", MASTERS[3], 128), measured)
+    assert current == pytest.approx(15e-9, rel=0.1)
