@@ -50,6 +50,7 @@ from circuits.silicon.process import (
     TransistorModel,
     Variation,
 )
+from circuits.silicon.process_file import process_of
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.solver.batch import Sample, map_dies
 from circuits.solver.device_table import TransistorTable, transistor_table_at
@@ -106,6 +107,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "ROLLS_180",
     "ROLLS_180_IDEAL",
     "PROCESSES",
+    "process_of",
     "Die",
     "NOMINAL",
     "CORNERS",

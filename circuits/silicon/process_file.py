@@ -111,9 +111,20 @@ def measured_names() -> list[str]:
 
 
 def process_of(text: str) -> Process:
-    """Give the process of a name, or that of a file; raises `DataError` and `ParameterError`.
+    """Give the process of a name, or that of a file.
 
-    The name of a foundry's process gives our law as it was fitted to it (`foundry_process`).
+    Parameters
+    ----------
+    text
+        A name of `PROCESSES`, of a foundry's or a measured process, or a file `.toml`. A foundry's gives our
+        law as it was fitted to its cards; what runs in ngspice takes the cards themselves.
+
+    Raises
+    ------
+    ParameterError
+        There is no such name.
+    DataError
+        The file is missing, or no process.
     """
     if text in PROCESSES:
         return PROCESSES[text]

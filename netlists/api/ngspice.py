@@ -2,7 +2,7 @@
 
 from netlists.foundry.engine import operating_point, simulate
 from netlists.ngspice.agreement import Agreement, compare
-from netlists.ngspice.library import NoOperatingPointError, version
+from netlists.ngspice.library import version
 from netlists.ngspice.raw import write_raw
 from netlists.ngspice.run import Waveforms, run
 from netlists.ngspice.small_signal import ac, noise
@@ -10,7 +10,6 @@ from netlists.ngspice.small_signal import ac, noise
 __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its headings
     # The library
     "version",
-    "NoOperatingPointError",
     # Decks
     "run",
     "Waveforms",

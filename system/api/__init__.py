@@ -7,7 +7,8 @@ figure of a paper again. The steps of the Pushbot are in `system.api.pushbot`, t
 
 from system.experiment import Experiment, Report
 from system.loop import AnalogWire, EventWire, Loop
-from system.option import Option, bias_kind_option, check_options, option, required
+from system.option import Option, check_options, option, required
+from system.options.die.file import read_die_file
 from system.options.on_silicon import OnSilicon
 from system.plot import draw_circuit, draw_waveforms
 from system.registry import experiment_names, load_experiment, load_system, system_names
@@ -73,7 +74,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "Option",
     "check_options",
     "OnSilicon",
-    "bias_kind_option",
     # The loop
     "Loop",
     "EventWire",
@@ -95,6 +95,7 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     "replay",
     "Replay",
     "die_of",
+    "read_die_file",
     "draw_study",
     # Specifications and yield
     "parse_spec",
