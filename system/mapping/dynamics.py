@@ -24,10 +24,11 @@ import numpy as np
 
 from chips.aer import Events
 from circuits.arrays import F64, I64, Bools
+from system.mapping.kernel import CellArrays, FilterArrays, Found, StateArrays, move_all, run_steps
 from system.mapping.network import Network, matrix_of, spans
 
 STEP = 1e-4  # s; ours
-_STILL, _FAR = 1e-9, 500.0  # drives, or y, that count as none; exponents that no number holds beyond
+MOST = 1000  # steps for whose spikes there is room at once; ours
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,12 +60,6 @@ class Filter:
     channels: F64
     power: float = 1.0
     pivot: float = 1.0
-
-    def current(self, s: F64) -> F64:
-        """Current of its state, in the unit of its weights."""
-        if self.power == 1.0:
-            return self.sign * s
-        return np.asarray(self.sign * self.pivot * (s / self.pivot) ** self.power)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,45 +124,57 @@ class Running:
     """
 
     def __init__(self, dynamics: Dynamics) -> None:
-        cells, filters = dynamics.cells, dynamics.filters
-        self._cells, self._filters, self._done = cells, filters, 0
-        self._v, self._wait = np.zeros((2, cells.tau.size))
-        self._state = np.zeros((len(filters), cells.tau.size))
-        self._fall = np.exp(-STEP / np.array([f.tau for f in filters]))[:, None]
-        self._inner = [np.ascontiguousarray(f.neurons.T) for f in filters]
-        self._outer = [np.ascontiguousarray(f.channels.T) for f in filters]
-        self._fired = np.empty(0, dtype=np.int64)
+        cells, n = dynamics.cells, dynamics.cells.tau.size
+        self._cells, self._filters = _arrays(cells, (n,)), _bank(dynamics)
+        self._state = StateArrays(
+            np.zeros(n), np.zeros(n), np.zeros((len(dynamics.filters), n)), np.zeros(n, np.bool_), np.zeros(n)
+        )
+        self._done = 0
 
     def advance(self, events: Events, duration: float) -> Trains:
         """Go on for `duration` s with events of channels; times are since the start."""
-        steps = range(self._done, self._done + round(duration / STEP))
-        bounds = np.searchsorted(events.times, np.array([*steps, steps.stop]) * STEP - 1e-9)
-        times: list[F64] = [np.empty(0)]
-        who: list[I64] = [np.empty(0, dtype=np.int64)]
-        for k, begin, end in zip(steps, bounds[:-1], bounds[1:], strict=True):
-            share = self._take(events.addresses[begin:end])
-            if self._fired.size:
-                times.append((k + share) * STEP)
-                who.append(self._fired)
-        self._done = steps.stop
-        found, neurons = np.concatenate(times), np.concatenate(who)
+        first, end = self._done, self._done + round(duration / STEP)
+        bounds = np.searchsorted(events.times, np.arange(first, end + 1) * STEP - 1e-9)
+        parts = [self._some(k, events, bounds[k - first :][: MOST + 1]) for k in range(first, end, MOST)]
+        self._done = end
+        found = np.concatenate([np.empty(0), *(p.times for p in parts)])
+        neurons = np.concatenate([np.empty(0, dtype=np.int64), *(p.neurons for p in parts)])
         order = np.argsort(found, kind="stable")
         return Trains(found[order], neurons[order])
 
-    def _take(self, come: I64) -> F64:
-        """Take a step in which events of these channels come; when the neurons spiked, in shares of it."""
-        cells, state, fired = self._cells, self._state, self._fired
-        state *= self._fall
-        for f in range(len(self._filters)):
-            if fired.size:
-                state[f] += self._inner[f][fired].sum(axis=0)
-            if come.size:
-                state[f] += self._outer[f][come].sum(axis=0)
-        each = (f.current(s) for f, s in zip(self._filters, state, strict=True))
-        drive = sum(each, np.zeros(cells.tau.size)) / cells.unit
-        spiked, share = move(cells, self._v, self._wait, drive)
-        self._fired = np.flatnonzero(spiked)
-        return np.asarray(share[self._fired])
+    def _some(self, first: int, events: Events, bounds: I64) -> Found:
+        room = (bounds.size - 1) * self._state.v.size
+        found = Found(np.empty(room), np.empty(room, dtype=np.int64))
+        count = run_steps(
+            self._cells, self._filters, self._state, events.addresses, bounds, first, STEP, found
+        )
+        return Found(found.times[:count].copy(), found.neurons[:count].copy())
+
+
+def _arrays(cells: Cells, shape: tuple[int, ...]) -> CellArrays:
+    def whole(values: F64) -> F64:
+        return np.broadcast_to(values, shape)
+
+    slope = np.zeros(1) if cells.slope is None else cells.slope
+    constant = np.broadcast_to(cells.constant, shape)
+    return CellArrays(whole(cells.tau), whole(cells.refractory), constant, whole(slope))
+
+
+def _bank(dynamics: Dynamics) -> FilterArrays:
+    filters, n = dynamics.filters, dynamics.cells.tau.size
+    channels = max((f.channels.shape[1] for f in filters), default=0)
+    inner, outer = np.zeros((len(filters), n, n)), np.zeros((len(filters), channels, n))
+    for k, f in enumerate(filters):
+        inner[k], outer[k] = f.neurons.T, f.channels.T
+    return FilterArrays(
+        fall=np.exp(-STEP / np.array([f.tau for f in filters])),
+        sign=np.array([f.sign for f in filters]),
+        power=np.array([f.power for f in filters]),
+        pivot=np.array([f.pivot for f in filters]),
+        neurons=inner,
+        channels=outer,
+        unit=dynamics.cells.unit,
+    )
 
 
 def run(dynamics: Dynamics, events: Events, duration: float) -> Trains:
@@ -180,36 +187,9 @@ def move(cells: Cells, v: F64, wait: F64, drive: F64, step: float = STEP) -> tup
 
     Arrays are of neurons, of several runs at once too, on axes before.
     """
-    free = np.clip(1.0 - wait / step, 0.0, 1.0)  # share of the step in which a neuron listens
-    rule = _plain if cells.slope is None else _rising
-    after, part = rule(cells, v, free, drive, step)
-    fired = part <= free
-    share = np.where(fired, 1.0 - free + part, 1.0)
-    held = np.maximum(cells.refractory - (1.0 - share) * step, 0.0)
-    wait[...] = np.where(fired, held, np.maximum(wait - step, 0.0))
-    v[...] = np.where(fired, 0.0, after)
+    fired, share = np.empty(v.shape, np.bool_), np.empty(v.shape)
+    move_all(_arrays(cells, v.shape), v, wait, drive, step, fired, share)
     return fired, share
-
-
-def _plain(cells: Cells, v: F64, free: F64, drive: F64, step: float) -> tuple[F64, F64]:
-    """Voltage after a step, and the share of a step until it comes to 1, infinite where it does not."""
-    straight = np.maximum(v + (drive - 1.0) * free * step / cells.tau, 0.0)
-    after = np.where(cells.constant, straight, drive + (v - drive) * np.exp(-free * step / cells.tau))
-    moved = np.where(after >= 1.0, after - v, 1.0)
-    return after, np.where((after >= 1.0) & (free > 0.0), free * (1.0 - v) / moved, np.inf)
-
-
-def _rising(cells: Cells, v: F64, free: F64, drive: F64, step: float) -> tuple[F64, F64]:
-    """Likewise, with an upstroke."""
-    slope = np.ones(1) if cells.slope is None else cells.slope
-    pace = step / (slope * cells.tau)
-    over = np.where(np.abs(drive - 1.0) < _STILL, _STILL, drive - 1.0)
-    y = np.exp((1.0 - v) / slope)
-    left = 1.0 + over * y  # below 0 the spike never comes
-    part = np.where(left > 0.0, np.log(np.maximum(left, _STILL)) / (over * pace), np.inf)
-    moved = (y + 1.0 / over) * np.exp(-np.clip(over * pace * free, -_FAR, _FAR)) - 1.0 / over
-    after = 1.0 - slope * np.log(np.clip(moved, _STILL, np.exp(1.0 / slope)))
-    return after, np.where(free > 0.0, part, np.inf)
 
 
 def usual_rates(network: Network, events: Events, duration: float) -> Usual:
