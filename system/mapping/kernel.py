@@ -66,11 +66,12 @@ def _rises(tau: float, slope: float, v: float, drive: float, free: float, step: 
     pace = step / (slope * tau)
     over = _STILL if abs(drive - 1.0) < _STILL else drive - 1.0
     y = math.exp((1.0 - v) / slope)
+    moved = (y + 1.0 / over) * math.exp(-min(max(over * pace * free, -_FAR), _FAR)) - 1.0 / over
+    if moved > _STILL:  # y has not come to 0
+        return max(1.0 - slope * math.log(moved), 0.0), math.inf
     left = 1.0 + over * y  # below 0 the spike never comes
     part = math.log(max(left, _STILL)) / (over * pace) if left > 0.0 else math.inf
-    fall = math.exp(-min(max(over * pace * free, -_FAR), _FAR))
-    moved = min(max((y + 1.0 / over) * fall - 1.0 / over, _STILL), math.exp(1.0 / slope))
-    return 1.0 - slope * math.log(moved), part
+    return 1.0 - slope * math.log(_STILL), part
 
 
 @_compiled
