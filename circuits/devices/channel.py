@@ -101,8 +101,22 @@ def _root(x: float) -> tuple[float, float]:
 def channel(t: Terms, v_d: float, v_g: float, v_s: float) -> tuple[float, float, float, float]:
     """Current from drain to source, A, and its derivatives by v_d, v_g and v_s (V), S; no junctions in it."""
     v_p, kappa = pinched(t, v_g)
-    forward, forward_slope = _root((v_p - v_s) * t.half)
-    reverse, reverse_slope = _root((v_p - v_d) * t.half)
+    forward, reverse = _root((v_p - v_s) * t.half), _root((v_p - v_d) * t.half)
+    return channel_between(t, (v_d, v_s), (v_p, kappa), forward, reverse)
+
+
+@compiled(forceinline=True)
+def channel_between(
+    t: Terms, ends: tuple[float, float], pinch: tuple[float, float], at_source: tuple[float, float],
+    at_drain: tuple[float, float],
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """What `channel` gives, of what holds at its ends.
+
+    ends: v_d and v_s, V. pinch: as of `pinched`. at_source, at_drain: `ln(1 + e^x)`, x being
+    `(v_p - v) / (2 U_T)`, and its derivative by x.
+    """
+    (v_d, v_s), (v_p, kappa) = ends, pinch
+    (forward, forward_slope), (reverse, reverse_slope) = at_source, at_drain
     plain = t.specific * (forward - reverse) * (forward + reverse)
     by_forward = 2.0 * t.specific * t.half * forward * forward_slope
     by_reverse = 2.0 * t.specific * t.half * reverse * reverse_slope
@@ -134,12 +148,24 @@ def channel(t: Terms, v_d: float, v_g: float, v_s: float) -> tuple[float, float,
 @compiled(forceinline=True)
 def leaked(t: Terms, v_j: float, v_g: float) -> tuple[float, float, float]:
     """Current of the junction at v_j (V) into the bulk, A, and its derivatives by v_j and v_g (V), S."""
-    u = 2.0 * t.half * v_j
+    u, y = junction_at(t, v_j, v_g)
     e = math.exp(-min(u, 700.0)) if u >= -20.0 else math.exp(20.0)
+    return leaked_at(t, (u, y), e, math.exp(min(y, INDUCED_LIMIT)))
+
+
+@compiled(forceinline=True)
+def junction_at(t: Terms, v_j: float, v_g: float) -> tuple[float, float]:
+    """The junction's voltage in U_T, and the argument of what its gate induces."""
+    return 2.0 * t.half * v_j, t.induced_slope * (v_j - v_g - t.induced_from)
+
+
+@compiled(forceinline=True)
+def leaked_at(t: Terms, at: tuple[float, float], e: float, grown: float) -> tuple[float, float, float]:
+    """What `leaked` gives; at: as of `junction_at`, e, grown: both exponentials, limited."""
+    u, y = at
     extra = e * max(-u - 20.0, 0.0)  # forward bias goes on along the tangent, as in the solver
     taken = 1.0 - e - extra
-    y = t.induced_slope * (v_j - v_g - t.induced_from)
-    induced = t.induced * math.exp(min(y, INDUCED_LIMIT))
+    induced = t.induced * grown
     by_gate = induced * t.induced_slope * taken if y < INDUCED_LIMIT else 0.0
     total = t.leakage + induced
     return total * taken, total * 2.0 * t.half * e + by_gate, -by_gate

@@ -1,4 +1,4 @@
-"""The interpolation of the EKV law without a branch, so that loops are packed, in the bits of `ekv.law`.
+"""The transistor's law without a branch, so that loops are packed, in the bits of `ekv.law` and `channel`.
 
 `math.exp` and `math.log1p` in a loop are calls, one number each. What stands here follows the C library of
 Linux (glibc, on processors with fused products) step for step, so that a kernel's answers are the same with
@@ -22,7 +22,9 @@ from numpy.typing import ArrayLike
 from circuits.arrays import F64, I64
 from circuits.catalogue import later
 from circuits.compiled import compiled, instructions
+from circuits.devices.channel import Terms, channel_between, junction_at, leaked_at, pinched
 from circuits.devices.ekv import interpolation
+from circuits.devices.transistor import INDUCED_LIMIT
 
 ir, types = later("llvmlite.ir"), later("numba.core.types")
 
@@ -161,11 +163,8 @@ def even_log1p(t: float) -> float:
 @compiled(forceinline=True)
 def even_law(u: float) -> tuple[float, float]:
     """F(u) and its derivative; the same bits as `ekv.law`, for use in compiled kernels."""
-    x = 0.5 * u
-    e = even_exp(-min(abs(x), LIMIT))
-    q = max(x, 0.0) + even_log1p(e)
-    s = 1.0 / (1.0 + e)
-    return q * q, q * (s if x >= 0.0 else e * s)
+    q, slope = _root(0.5 * u)
+    return q * q, q * slope
 
 
 @compiled(forceinline=True)
@@ -174,3 +173,27 @@ def even_interpolation(u: float) -> float:
     x = 0.5 * u
     q = max(x, 0.0) + even_log1p(even_exp(-min(abs(x), LIMIT)))
     return q * q
+
+
+@compiled(forceinline=True)
+def _root(x: float) -> tuple[float, float]:
+    """`ln(1 + e^x)` and its derivative."""
+    e = even_exp(-min(abs(x), LIMIT))
+    s = 1.0 / (1.0 + e)
+    return max(x, 0.0) + even_log1p(e), s if x >= 0.0 else e * s
+
+
+@compiled(forceinline=True)
+def even_channel(t: Terms, v_d: float, v_g: float, v_s: float) -> tuple[float, float, float, float]:
+    """What `channel.channel` gives, in the same bits."""
+    pinch = pinched(t, v_g)
+    forward, reverse = _root((pinch[0] - v_s) * t.half), _root((pinch[0] - v_d) * t.half)
+    return channel_between(t, (v_d, v_s), pinch, forward, reverse)
+
+
+@compiled(forceinline=True)
+def even_leaked(t: Terms, v_j: float, v_g: float) -> tuple[float, float, float]:
+    """What `channel.leaked` gives, in the same bits."""
+    u, y = junction_at(t, v_j, v_g)
+    grown = even_exp(max(min(y, INDUCED_LIMIT), -LIMIT))
+    return leaked_at(t, (u, y), even_exp(-min(max(u, -20.0), LIMIT)), grown)

@@ -46,10 +46,8 @@ from circuits.circuit import Circuit, Instance, InstanceArray, Shape
 from circuits.compiled import compiled
 from circuits.devices import Device, Transistor
 from circuits.devices.channel import Terms, early, height_of, mobility, pinch_off_of, terms_of
-from circuits.devices.channel import channel as channel_law
-from circuits.devices.channel import leaked as junction_law
 from circuits.devices.ekv import argument, interpolation
-from circuits.devices.packable import even_interpolation, interpolation_of
+from circuits.devices.packable import even_channel, even_interpolation, even_leaked, interpolation_of
 from circuits.devices.pinch_off import pinch_off
 from circuits.errors import ParameterError, unknown_name
 from circuits.silicon.die import Path
@@ -510,7 +508,7 @@ def _sized(shared: Terms, own: F64, k: int) -> Terms:
 @compiled(forceinline=True)
 def _into(t: Terms, drain: float, gate: float, source: float) -> float:
     """Current into a drain, with its junction's, A."""
-    return channel_law(t, drain, gate, source)[0] + junction_law(t, drain, gate)[0]
+    return even_channel(t, drain, gate, source)[0] + even_leaked(t, drain, gate)[0]
 
 
 @compiled()
@@ -524,21 +522,27 @@ def _currents(shared: Terms, devices: F64, out: F64) -> None:
         out[k] = _into(t, devices[4, k], devices[5, k], devices[6, k])
 
 
-@compiled()
+@compiled(_nrt=True)
 def _whole_inverter_threshold(
     shared_n: Terms, shared_p: Terms, n: F64, p: F64, supply: float, out: F64
 ) -> None:
     """Input of inverters whose output is at half the supply, V; n, p: as of `_numbers_of`."""
-    found = out.reshape(-1)
-    for k in range(found.size):
-        down, up, low, high = _sized(shared_n, n, k), _sized(shared_p, p, k), 0.0, supply
-        for _ in range(_BISECTIONS):
-            found[k] = 0.5 * (low + high)
-            half = 0.5 * supply
-            if _into(down, half, found[k], 0.0) > _into(up, half, supply - found[k], 0.0):
-                high = found[k]
-            else:
-                low = found[k]
+    low, high, found = np.zeros(out.size), np.full(out.size, supply), out.reshape(-1)
+    for _ in range(_BISECTIONS):
+        _halve_whole(shared_n, shared_p, n, p, supply, low, high, found)
+
+
+@compiled()
+def _halve_whole(
+    shared_n: Terms, shared_p: Terms, n: F64, p: F64, supply: float, low: F64, high: F64, middle: F64
+) -> None:
+    """Halve the bounds of inverters' inputs, V, and fill their middles as they were."""
+    half = 0.5 * supply
+    for k in range(low.size):
+        v = 0.5 * (low[k] + high[k])
+        down, up = _sized(shared_n, n, k), _sized(shared_p, p, k)
+        above = _into(down, half, v, 0.0) > _into(up, half, supply - v, 0.0)
+        low[k], high[k], middle[k] = low[k] if above else v, v if above else high[k], v
 
 
 @compiled(_nrt=True)
