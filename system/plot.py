@@ -18,6 +18,7 @@ from circuits.catalogue import later
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.lowering.graph import to_graph, to_instance_graph
+from circuits.measure.branch import waveform
 from circuits.silicon.course import Points
 from circuits.silicon.die import Die
 from circuits.solver.transient import Result
@@ -224,7 +225,8 @@ def draw_waveforms(result: Result, nodes: Sequence[str], figure: Figure, title: 
     figure.set_size_inches(7.0, max(_panel(nodes) * panels + 0.8, 2.2))
     stack = figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0]
     for k, (node, ax) in enumerate(zip(nodes, stack, strict=True)):
-        draw_waveform(result.time, result[node], node, ax, COLOURS[k % 5])
+        told = waveform(result, node)
+        draw_waveform(result.time, told.values, told.name, ax, COLOURS[k % 5], told.unit)
         mark_spikes(result.spikes.get(node, np.zeros(0)), float(result[node].max()), ax)
         ax.tick_params(axis="x", bottom=k == panels - 1)
     stack[-1].set_xlabel("time (ms)")
@@ -239,8 +241,9 @@ def draw_runs(runs: Mapping[str, Result], nodes: Sequence[str], figure: Figure) 
     stack = figure.subplots(len(nodes), 1, sharex=True, squeeze=False)[:, 0]
     for node, ax in zip(nodes, stack, strict=True):
         for (label, run), look in zip(runs.items(), looks(len(runs)), strict=True):
-            ax.plot(1e3 * run.time, run[node], linewidth=1.2, label=label, **look)
-        ax.set_ylabel(_volts(node))
+            told = waveform(run, node)
+            ax.plot(1e3 * run.time, told.values, linewidth=1.2, label=label, **look)
+            ax.set_ylabel(_axis(told.name, told.unit))
         ax.tick_params(axis="x", bottom=ax is stack[-1])
     stack[-1].set_xlabel("time (ms)")
     stack[-1].set_xlim(0.0, 1e3 * max(float(run.time[-1]) for run in runs.values()))
@@ -253,9 +256,9 @@ def _panel(nodes: Sequence[str]) -> float:
     return max(1.05, max(map(len, nodes)) * _LETTER * _TITLE / 72.0 + 0.25)
 
 
-def _volts(node: str) -> str:
+def _axis(name: str, unit: str) -> str:
     """Label of an axis; the unit of a long name has a line of its own."""
-    return f"{node}\n(V)" if len(node) > _LONG else f"{node} (V)"
+    return f"{name}\n({unit})" if len(name) > _LONG else f"{name} ({unit})"
 
 
 def looks(count: int) -> list[dict[str, Any]]:
@@ -265,14 +268,16 @@ def looks(count: int) -> list[dict[str, Any]]:
     return [{"color": COLOURS[k], "linestyle": DASHES[k % len(DASHES)]} for k in range(count)]
 
 
-def draw_waveform(time: F64, voltage: F64, label: str, ax: Axes, colour: str = COLOURS[0]) -> None:
-    """Draw a voltage (V) over time (s, drawn in ms)."""
+def draw_waveform(
+    time: F64, voltage: F64, label: str, ax: Axes, colour: str = COLOURS[0], unit: str = "V"
+) -> None:
+    """Draw a voltage (V), or something else of a unit, over time (s, drawn in ms)."""
     ax.plot(1e3 * time, voltage, color=colour, linewidth=1.2)
-    ax.set_ylabel(_volts(label))
+    ax.set_ylabel(_axis(label, unit))
     # of its own accord the number of ticks follows the layout
     ax.yaxis.set_major_locator(ticker.MaxNLocator(_TICKS))
     low, high = float(voltage.min()), float(voltage.max())
-    room = max(0.08 * (high - low), 0.02)
+    room = max(0.08 * (high - low), 0.02 if unit == "V" else 1e-15)
     ax.set_ylim(low - room, high + 2.0 * room)
 
 

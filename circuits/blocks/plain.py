@@ -6,7 +6,8 @@ other inputs have a knob for their voltage. Output ports of events are watched. 
 sources and its own end, unless the knob `duration` gives another.
 
 What is measured is the same for all: of each node that is shown its lowest, highest, mean and last voltage,
-and of each watched one the number of spikes, the time of the first and the rate by the last two.
+or current where it stands for one (`circuits.measure.branch`), and of each watched one the number of spikes,
+the time of the first and the rate by the last two.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from circuits.circuit import GROUND, Circuit, Port, references, split_reference
 from circuits.devices.source import Constant, Source, Waveform
 from circuits.errors import ParameterError
 from circuits.event import pulse
+from circuits.measure.branch import waveform
 from circuits.silicon.process import AMI_1500, Process
 from circuits.solver.transient import Result
 from circuits.testbench import Testbench
@@ -153,7 +155,7 @@ def _shown(made: Made) -> list[str]:
 
 
 def measures(result: Result) -> dict[str, float | None]:
-    """Numbers of a run by name: voltages of the nodes that are shown, V, and spikes of the watched ones."""
+    """Numbers of a run by name: of the nodes that are shown, V or A, and spikes of the watched ones."""
     numbers: dict[str, float | None] = {}
     for port, spikes in result.spikes.items():
         key = _key(port)
@@ -161,10 +163,11 @@ def measures(result: Result) -> dict[str, float | None]:
         numbers[f"{key}_first_s"] = float(spikes[0]) if spikes.size else None
         numbers[f"{key}_rate_Hz"] = last_rate(spikes)
     for node in _shown(result.machine.testbench):
-        v = result[node]
+        told = waveform(result, node)
+        v = told.values
         mean = float(np.trapezoid(v, result.time) / (result.time[-1] - result.time[0]))
         found = {"min": float(v.min()), "max": float(v.max()), "mean": mean, "last": float(v[-1])}
-        numbers |= {f"{_key(node)}_{word}_V": value for word, value in found.items()}
+        numbers |= {f"{_key(told.key)}_{word}_{told.unit}": value for word, value in found.items()}
     return numbers
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from circuits.arrays import F64, Bools
 from circuits.errors import unknown_name
 from circuits.lowering.kernel import Machine
+from circuits.measure.branch import branches
 from circuits.measure.current import course_currents, current_names, device_current, static_currents
 from circuits.measure.signal import Signal
 from circuits.measure.unit import SECOND, VOLT, Unit
@@ -88,7 +89,7 @@ def scope_of(machine: Machine) -> Scope:
     watch = [machine.names[n] for w in machine.testbench.watch for n in machine.flat.port_nodes(w)]
     kinds = zip(machine.source_names, machine.source_quantities, strict=True)
     return Scope(
-        frozenset(machine.names),
+        frozenset(machine.names) - branches(machine).keys(),
         frozenset(current_names(machine)),
         frozenset(name for name, kind in kinds if kind == "voltage"),
         frozenset(watch),

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from circuits.catalogue import later
+from circuits.lowering.kernel import Machine
+from circuits.measure.branch import branches, inner_devices
 from circuits.measure.measure import Measure, Reading
 from circuits.sweep.axis import DIRECTION, Axis, Way
 from circuits.sweep.line import Line
@@ -19,17 +21,22 @@ else:
 
 
 def points_dataset(
-    axes: Sequence[Axis], ways: Sequence[Way], nodes: Sequence[str], lines: Sequence[Line]
+    axes: Sequence[Axis], ways: Sequence[Way], machine: Machine, lines: Sequence[Line]
 ) -> xr.Dataset:
     """Operating points: `voltage` by node (V), `current` by device (A), and `stable`.
 
-    lines: over the first axis, for each way and each combination of the other axes, the second one fastest.
+    A node that stands for the current of an element is not among the nodes: the element is among the devices.
+
+    machine: of which they are. lines: over the first axis, for each way and each combination of the other
+    axes, the second one fastest.
     """
     flips = [slice(None, None, -1 if ways[k % len(ways)] == "down" else 1) for k in range(len(lines))]
-    devices = list(lines[0].currents)
+    inner, standing = inner_devices(machine), branches(machine)
+    devices = [name for name in lines[0].currents if name not in inner]
+    kept = [k for k, name in enumerate(machine.names) if name not in standing]
     currents = [np.array([line.currents[d] for d in devices]).reshape(len(devices), -1).T for line in lines]
     found = {
-        "voltage": [line.voltage for line in lines],
+        "voltage": [line.voltage[:, kept] for line in lines],
         "current": currents,
         "stable": [line.stable for line in lines],
     }
@@ -44,7 +51,7 @@ def points_dataset(
             "current": ((*dims, "device"), _arranged(stacked["current"], axes, ways), {"units": "A"}),
             "stable": (dims, _arranged(stacked["stable"], axes, ways)),
         },
-        coords={**_coordinates(axes, ways), "node": list(nodes), "device": devices},
+        coords={**_coordinates(axes, ways), "node": [machine.names[k] for k in kept], "device": devices},
     )
 
 

@@ -142,7 +142,7 @@ def run_points(plan: Plan, measures: Sequence[str] = ()) -> xr.Dataset:
             begin = line.ends[1]
             lines.append(line)
             readings.append([each.of(_record(bench, line, inner, way)) for each in read])
-    found = points_dataset(axes, ways, bench.first.names, lines)
+    found = points_dataset(axes, ways, bench.first, lines)
     if read:
         found = found.merge(measures_dataset(axes[1:], ways, read, readings))
     return _described(found, plan, lines)

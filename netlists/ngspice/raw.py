@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from circuits.circuit import GROUND
+from circuits.measure.branch import waveform
 from circuits.solver.transient import Result
 from netlists.dialects.ngspice import run_name
 from netlists.write.traversal import to_design
@@ -35,13 +36,20 @@ def write_raw(result: Result, path: Path | str) -> None:
     """Write all recorded nodes of the run `result` to the file `path`.
 
     The title is that of the testbench, its line ends as blanks. Times that a restart of the solver repeats
-    stay as they are. Raises `OSError` where the file cannot be written.
+    stay as they are. A node that stands for an element's current is that current, `i(ELEMENT)`. Raises
+    `OSError` where the file cannot be written.
     """
     bench = result.machine.testbench
     top = to_design(bench, result.machine.silicon).top
     kept = [k for k, node in enumerate(result.nodes) if node != GROUND]
-    names = [("time", "time"), *((f"v({run_name(result.nodes[k], top)})", "voltage") for k in kept)]
-    table = np.column_stack([result.time, result.voltage[:, kept]])
+    told = [waveform(result, result.nodes[k]) for k in kept]
+    names = [("time", "time")]
+    for k, one in zip(kept, told, strict=True):
+        voltage = one.unit == "V"
+        names.append(
+            (f"v({run_name(result.nodes[k], top)})", "voltage") if voltage else (one.name, "current")
+        )
+    table = np.column_stack([result.time, *(one.values for one in told)])
     lines = [
         f"Title: {' '.join(bench.title.split())}",
         "Plotname: Transient Analysis",

@@ -13,9 +13,10 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.checks import implausible_allowed
-from circuits.circuit import GROUND
 from circuits.devices.source import Constant
 from circuits.errors import DataError, ParameterError, unknown_name
+from circuits.lowering.kernel import Machine
+from circuits.measure.branch import branches, voltage_nodes
 from circuits.measure.measure import Reading, read_measures
 from circuits.measure.scope import Scope, TableRecord
 from circuits.measure.unit import unit_named, value_text
@@ -230,11 +231,14 @@ def _branch(
     if name == TEMPERATURE:
         for celsius in values:
             point = operating_point(bench, replace(silicon, temperature_c=float(celsius)))
-            yield float(celsius), _named(point.voltages())
+            yield float(celsius), _named(point.voltages(), point.machine)
         return
     swept = dc_sweep(bench, circuit_name(name), [_turned(found, name, v) for v in values], silicon)
     for k, value in enumerate(values):
-        yield float(value), _named(dict(zip(swept.nodes, swept.voltage[k].tolist(), strict=True)))
+        yield (
+            float(value),
+            _named(dict(zip(swept.nodes, swept.voltage[k].tolist(), strict=True)), swept.machine),
+        )
 
 
 def _held(bench: Testbench, name: str, value: float) -> Testbench:
@@ -245,8 +249,10 @@ def _held(bench: Testbench, name: str, value: float) -> Testbench:
     return replace(bench, sources=tuple(held))
 
 
-def _named(volts: dict[str, float]) -> dict[str, float]:
-    return {node: v for node, v in volts.items() if node != GROUND}
+def _named(volts: dict[str, float], machine: Machine) -> dict[str, float]:
+    """Voltages of nodes, V, and currents of elements as ngspice calls them, `l1#branch`, A."""
+    currents = {f"{name}#branch": g * volts[node] for node, (name, g) in branches(machine).items()}
+    return {node: volts[node] for node in voltage_nodes(machine)} | currents
 
 
 def _turned(found: Imported, source: str, value: float) -> float:

@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from circuits.circuit import GROUND
 from circuits.devices import Diode
 from circuits.errors import ParameterError, unknown_name
 from circuits.lowering.kernel import to_kernel
+from circuits.measure.branch import branches, voltage_nodes
 from circuits.measure.scope import device_currents
 from circuits.solver.beginning import disturbance
 from circuits.solver.device_table import resistor_table_at, transistor_table_at
@@ -125,15 +125,27 @@ def _check_start(start: Mapping[str, float], nodes: Sequence[str]) -> None:
 
 
 def _state(point: OperatingPoint) -> dict[str, object]:
-    voltages = {node: v for node, v in point.voltages().items() if node != GROUND}
     left = None if point.stable else disturbance_document(disturbance(point))
     return {
         "stable": point.stable,
         "disturbance": left,
-        "voltages_V": voltages,
+        "voltages_V": _voltages(point),
+        "element_currents_A": _element_currents(point),
         "devices": plain(_device_rows(point)),
         "source_currents_A": _source_currents(point),
     }
+
+
+def _voltages(point: OperatingPoint) -> dict[str, float]:
+    """Voltage of each node that stands for no current, V."""
+    every = point.voltages()
+    return {node: every[node] for node in voltage_nodes(point.machine)}
+
+
+def _element_currents(point: OperatingPoint) -> dict[str, float]:
+    """What flows through each element that has a node for its current, from its first node on, A."""
+    every = point.voltages()
+    return {name: g * every[node] for node, (name, g) in branches(point.machine).items()}
 
 
 def _source_currents(point: OperatingPoint) -> dict[str, float]:
@@ -147,8 +159,7 @@ def _source_currents(point: OperatingPoint) -> dict[str, float]:
 
 def _print(point: OperatingPoint) -> None:
     states = (point, *point.others)
-    table = [[v for node, v in s.voltages().items() if node != GROUND] for s in states]
-    nodes = [node for node in point.voltages() if node != GROUND]
+    nodes, table = list(_voltages(point)), [list(_voltages(s).values()) for s in states]
     headings = ["node", "voltage (V):", *("other state (V):" for _ in point.others)]
     silicon = point.machine.silicon
     title = f"operating point at {silicon_line(silicon)}"
@@ -156,6 +167,9 @@ def _print(point: OperatingPoint) -> None:
         title, headings, [(n, *(f"{v:.6f}" for v in row)) for n, *row in zip(nodes, *table, strict=True)]
     )
     _print_devices(_device_rows(point))
+    flows = [(name, _cell(_CURRENT, current)) for name, current in _element_currents(point).items()]
+    if flows:
+        print_table("inductors and sources between two nodes", ("element", "I:"), flows)
     rows = [(name, _cell(_CURRENT, current)) for name, current in _source_currents(point).items()]
     print_table("sources", ("source", "delivers:"), rows)
     for line in cards_lines(silicon, "native"):

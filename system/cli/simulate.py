@@ -12,6 +12,7 @@ import numpy as np
 
 from circuits.catalogue import loaded
 from circuits.errors import ParameterError
+from circuits.measure.branch import waveform
 from circuits.measure.measure import Reading
 from circuits.measure.scope import TransientRecord, device_currents
 from circuits.measure.unit import value_text
@@ -123,12 +124,16 @@ def check_watched(spikes: str | None, choice: Choice) -> None:
 
 
 def _waveform_table(result: Result, currents: Sequence[str] = ()) -> str:
-    """Waveforms as CSV: `time_s`, `NODE_V` for every node, `NAME_A` for `currents`; a row a point."""
+    """Waveforms as CSV: `time_s`, `NODE_V` for every node, `NAME_A` for `currents`; a row a point.
+
+    A node that stands for the current of an element is `i(ELEMENT)_A`.
+    """
     text = io.StringIO()
     found = device_currents(result, currents)
-    words = ["time_s", *(f"{n}_V" for n in result.nodes), *(f"{n}_A" for n in found)]
+    told = [waveform(result, node) for node in result.nodes]
+    words = ["time_s", *(f"{t.name}_{t.unit}" for t in told), *(f"{n}_A" for n in found)]
     names = [f'"{word}"' if "," in word else word for word in words]
-    table = np.column_stack([result.time, result.voltage, *found.values()])
+    table = np.column_stack([result.time, *(t.values for t in told), *found.values()])
     np.savetxt(text, table, fmt="%.12g", delimiter=",", header=",".join(names), comments="")
     return text.getvalue()
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from circuits.arrays import C128, F64
 from circuits.errors import ParameterError
+from circuits.measure.branch import voltage_nodes
 from circuits.measure.measure import Measure, Reading, read_measures
 from circuits.measure.scope import Scope, TableRecord
 from circuits.measure.unit import PLAIN, unit_named, value_text
@@ -52,7 +53,9 @@ def ac_command(asked: Simulate) -> None:
     check_picture(asked.plot)
     nodes, frequency = asked.node or None, frequencies_of(asked)
     if asked.engine == "native":
-        runs = runs_of(asked, lambda point, _: ac(point, source, frequency, nodes))
+        runs = runs_of(
+            asked, lambda point, _: ac(point, source, frequency, nodes or voltage_nodes(point.machine))
+        )
     else:
         runs = runs_of(asked, lambda point, _: _by_ngspice(point, source, asked, nodes))
     found = [(run, run.answer) for run in runs if run.answer is not None]
@@ -60,7 +63,8 @@ def ac_command(asked: Simulate) -> None:
         write_text_atomic(asked.csv, _ac_csv(found))
     if asked.netcdf is not None:
         write_netcdf_atomic(asked.netcdf, _ac_dataset(runs))
-    shown = nodes or found[0][0].choice.block.plotted or found[0][1].nodes
+    known = found[0][1].nodes
+    shown = nodes or [n for n in found[0][0].choice.block.plotted if n in known] or known
     save_picture(asked.plot, lambda figure: draw_bode([(label_of(r), a) for r, a in found], shown, figure))
     measures = _measures(asked, *found[0])
     document = {
@@ -112,7 +116,7 @@ def _by_ngspice(point: OperatingPoint, source: str, asked: Simulate, nodes: Sequ
         )
     column = source_column(point, source) - point.machine.kernel.unknowns
     unit = "V/V" if point.machine.source_quantities[column] == "voltage" else "V/A"
-    names = tuple(point.machine.names[1:] if nodes is None else nodes)
+    names = voltage_nodes(point.machine) if nodes is None else tuple(nodes)
     for name in names:
         point.machine.column_of(name)  # refuses what is no node by name
     grid = ngspice.Decades(*grid_of(asked))

@@ -17,6 +17,7 @@ import numpy as np
 from circuits.catalogue import loaded
 from circuits.circuit import GROUND
 from circuits.errors import ParameterError, unknown_name
+from circuits.measure.branch import element_of
 from circuits.measure.unit import value_text
 from circuits.sweep.line import Solve, solve_line
 from circuits.sweep.sweep import Plan, run_points, run_transients
@@ -165,8 +166,10 @@ def _shown(asked: Sweep, choice: Choice, data: xr.Dataset) -> tuple[tuple[str, .
                 raise unknown_name(kind, name, names)
     swept = {source.node for source in choice.testbench().sources}
     usual = [n for n in choice.block.plotted if n in known] or [n for n in known if n != GROUND]
-    nodes = asked.node or (() if asked.current else tuple(n for n in usual if n not in swept)[:_NODES])
-    return nodes, asked.current
+    if asked.node or asked.current:
+        return asked.node, asked.current
+    flows = [element for n in choice.block.plotted if (element := element_of(n)) in devices]
+    return tuple(n for n in usual if n not in swept)[:_NODES], tuple(filter(None, flows))
 
 
 def _csv(found: _Found) -> str:

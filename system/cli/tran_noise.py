@@ -13,6 +13,7 @@ from circuits.catalogue import later
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import to_kernel
+from circuits.measure.branch import Waveform, waveform
 from circuits.solver.noise.transient import NoiseRun, grid_step, map_trials
 from circuits.solver.transient import Result
 from circuits.units import parse_quantity
@@ -52,7 +53,7 @@ class Trial:
     spikes: dict[str, F64]
     measures: dict[str, float | None]
     steps: int
-    waves: dict[str, tuple[F64, F64]]
+    waves: dict[str, tuple[F64, Waveform]]
     told: dict[str, Any]
     lines: list[str]
 
@@ -69,7 +70,9 @@ def tran_noise_command(asked: Simulate) -> None:
 
     def keep(result: Result) -> Trial:
         measures = choice.block.measured(result)
-        waves = {n: (result.time, result[n].copy()) for n in shown} if asked.plot is not None else {}
+        waves: dict[str, tuple[F64, Waveform]] = {}
+        if asked.plot is not None:
+            waves = {n: (result.time.copy(), waveform(result, n)) for n in shown}
         return Trial(
             choice.block.outcome(result), dict(result.spikes), measures, result.steps.accepted, waves,
             told(result), told_lines(result),
@@ -164,9 +167,9 @@ def _draw_trials(trials: Sequence[Trial], nodes: Sequence[str], figure: Figure, 
     drawn = trials[:DRAWN]
     for k, (node, ax) in enumerate(zip(nodes, stack, strict=False)):
         for t in drawn:
-            time, voltage = t.waves[node]
-            ax.plot(1e3 * time, voltage, color=COLOURS[k % 5], linewidth=0.6, alpha=0.6)
-        ax.set_ylabel(f"{node} (V)")
+            time, told = t.waves[node]
+            ax.plot(1e3 * time, told.values, color=COLOURS[k % 5], linewidth=0.6, alpha=0.6)
+            ax.set_ylabel(f"{told.name} ({told.unit})")
         ax.sharex(stack[0])
         ax.tick_params(axis="x", labelbottom=k == len(nodes) - 1)
     entitle(f"{said}: {len(drawn)} of {len(trials)} trials with noise", stack[0])

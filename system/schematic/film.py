@@ -6,9 +6,9 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from circuits.arrays import F64
-from circuits.circuit import GROUND
 from circuits.devices import Capacitor, Source
 from circuits.lowering.kernel import Machine
+from circuits.measure.branch import voltage_nodes
 from circuits.measure.scope import device_currents
 from circuits.solver.transient import Result
 from system.schematic.drawing import drawing_of
@@ -41,7 +41,8 @@ def film_of(result: Result, shown: Sequence[str] = (), sources: Sequence[Source]
     drawing = drawing_of(result.machine.flat.circuit, sources)
     first = tuple(shown) or tuple(result.spikes)
     currents, devices = device_currents(result), devices_in(result.machine)
-    volts = {n: result.voltage[:, k] for k, n in enumerate(result.nodes) if n != GROUND}
+    voltages = voltage_nodes(result.machine)
+    volts = {n: result.voltage[:, k] for k, n in enumerate(result.nodes) if n in voltages}
     facts = {}
     total = len(volts) + len(currents)
     if total * result.time.size > MOST:

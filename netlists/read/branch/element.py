@@ -16,6 +16,8 @@ with g of `TRANSCONDUCTANCE`, of `INDUCTOR` for L, whose current a run follows t
 It is the element itself and no model of it, but for a resistance r of `RESISTANCE` in series with a source
 of voltage, by which the equations can be solved in any order. A source's own value stands at a port of its
 own, `Vname#value`. All of this has a form in every netlist that a circuit is written as.
+
+Whoever shows a run tells such a node as the current i(NAME), in amperes (`circuits.measure.branch`).
 """
 
 from __future__ import annotations

@@ -168,6 +168,7 @@ STATE_KEYS = f"""
 stable      boolean   -  whether the state is stable
 {DISTURBANCE_KEYS}
 voltages_V  number{{}}  V  voltage of each node
+element_currents_A  number{{}}  A  current of each inductor, and of each source between two nodes
 devices                        object[]  -    transistors, resistors and diodes
 devices.name                   string    -    where it is
 devices.type                   string    -    `nfet`, `pfet`, `resistor` or `diode`
