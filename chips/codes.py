@@ -180,6 +180,10 @@ class Codes:
             )
 
 
+def _anywhere(_: Silicon) -> None:
+    """A model that holds at every temperature."""
+
+
 @dataclass(frozen=True, slots=True)
 class Calibration:
     """How a chip is calibrated.
@@ -196,6 +200,9 @@ class Calibration:
         circuits and chips.
     setup
         What the chip is set up for unless a run says otherwise, such as the design of its network.
+    require_temperature
+        Raises `ParameterError`, as `chips.validity` says, for a silicon at whose temperature the chip's model
+        does not hold; it costs nothing, so that a run asks it before it calibrates for seconds.
     """
 
     name: str
@@ -203,6 +210,7 @@ class Calibration:
     process: Process
     calibrate: Callable[[Silicon, BiasKind, Any], Codes]
     setup: Hashable = None
+    require_temperature: Callable[[Silicon], None] = _anywhere
 
 
 def codes_begun(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable = None) -> Codes:

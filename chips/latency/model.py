@@ -48,7 +48,13 @@ from chips.latency.swing import (
     swing_current,
     taken_at,
 )
-from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
+from chips.measured.table_record import (
+    all_on_silicon,
+    check_box,
+    check_temperature,
+    tables_of,
+    temperature_weights,
+)
 from chips.measured.timer import COMPARATOR
 from chips.validity import require_area
 from circuits.arrays import F64, I64
@@ -169,6 +175,11 @@ def _at_gates(lines: Lines, process: Process) -> Lines:
             filling = swing_current(devices, f"m_{name}", gates[name], line.polarity)
             found[name] = replace(line, current=line.current * wanted / filling)
     return found
+
+
+def require_temperature(silicon: Silicon) -> None:
+    """Raise `ParameterError`, as `chips.validity` says, at a temperature outside the record's box."""
+    check_temperature(NAME, silicon, tables_of(NAME, circuits, silicon.process))
 
 
 def lumped(design: Design, biases: Biases, silicon: Silicon, area: float = 1.0) -> Lumped:

@@ -129,12 +129,17 @@ def temperature_weights(record: Record, temperature_c: float) -> F64:
     return lagrange_weights(record.numbers("temperature"), temperature_c)
 
 
+def check_temperature(path: str, silicon: Silicon, record: Record) -> None:
+    """Raise as `check_box`, for silicon at a temperature outside of the record's box alone."""
+    require_inside(f"{path}.temperature", silicon.temperature_c, record.limits("temperature"), "degC")
+
+
 def check_box(path: str, silicon: Silicon, record: Record) -> None:
     """Raise `ParameterError`, with the instance path, for silicon outside the record's box.
 
     What is raised, and when a warning takes its place, is `chips.validity`'s.
     """
-    require_inside(f"{path}.temperature", silicon.temperature_c, record.limits("temperature"), "degC")
+    check_temperature(path, silicon, record)
     for polarity in POLARITIES:
         shift = shared(silicon.die, silicon.process, polarity).v_t0
         require_inside(f"{path}.{polarity}.shared_v_t0_shift", shift, record.limits("shift"), "V")

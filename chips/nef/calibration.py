@@ -396,4 +396,5 @@ CALIBRATION = Calibration(
     summary="rates of neurons, time constants and outputs of filters, the reference",
     process=ROLLS_180,
     calibrate=calibrate,
+    require_temperature=lambda silicon: check_temperature("temperature", silicon.temperature_c),
 )

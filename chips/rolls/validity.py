@@ -24,6 +24,7 @@ from chips.rolls.tables import Built
 from chips.validity import require_inside
 from circuits.arrays import Bools
 from circuits.silicon.process import ROLLS_180_IDEAL, Process
+from circuits.silicon.silicon import Silicon
 
 PATH = "rolls_chip"
 TEMPERATURES = (0.0, 60.0)  # degC
@@ -31,6 +32,11 @@ LEARNING_TEMPERATURES = (0.0, 50.0)  # degC, of a chip with a plastic array
 STRONGEST = 0.2  # inversion coefficient of a filter's pair up to which errors stay below 4 %
 FASTEST_INPUT = 1e3  # Hz, of events at a synapse
 _NO_OTHER = "stay within"
+
+
+def require_temperature(silicon: Silicon) -> None:
+    """Raise `ParameterError`, as `chips.validity` says, for silicon outside the box of every program."""
+    require_inside(f"{PATH}.temperature", silicon.temperature_c, TEMPERATURES, "degC", _NO_OTHER)
 
 
 def check_temperature_of(program: Program, temperature_c: float) -> None:

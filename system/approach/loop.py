@@ -95,7 +95,7 @@ def move(loop: Loop, scenario: Scenario, temperature_c: float) -> None:
 
 def all_behavioural(scenario: Scenario) -> bool:
     """Whether every box of a scenario is a measured model."""
-    return scenario.level == "behavioural" and not scenario.transistors
+    return scenario.modelled
 
 
 def models_of(scenario: Scenario, temperature_c: float) -> Models:

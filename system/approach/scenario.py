@@ -73,6 +73,11 @@ class Scenario(Coded):
         """Level of the hearing's onset neuron, V. Raises as `codes_of`."""
         return level_of(self.codes_of(HEARING))
 
+    @property
+    def modelled(self) -> bool:
+        """Whether no box is at transistor level."""
+        return self.level == "behavioural" and not self.transistors
+
     def level_of(self, box: Box) -> Level:
         """Return the level at which a box runs."""
         return "transistor" if box in self.transistors else self.level

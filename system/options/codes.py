@@ -23,6 +23,7 @@ from system.option import option
 from system.options.die.file import read_die_file
 from system.options.on_silicon import ROOM_TEMPERATURE, OnSilicon
 from system.reader import whole
+from system.registry import load_calibration
 
 CALIBRATED, DEFAULT = "calibrated", "default"
 
@@ -70,6 +71,11 @@ class Coded(OnSilicon):
         usual = DEFAULT if self.bias_kind == "gate" else CALIBRATED
         return usual if self.codes is None else self.codes
 
+    @property
+    def modelled(self) -> bool:
+        """Whether its chips are models, which hold at some temperatures alone, and none is transistors."""
+        return True
+
     def codes_of(
         self, name: str, process: Process = AMI_1500, area: float = 1.0, setup: Hashable = None
     ) -> Codes | None:
@@ -89,13 +95,16 @@ class Coded(OnSilicon):
         Raises
         ------
         ParameterError
-            The chip could not be calibrated, a file's codes are of another silicon, or the area is none.
+            The chip could not be calibrated, or its model does not hold where the run begins, which is asked
+            before; a file's codes are of another silicon, or the area is none.
         DataError
             A file is none of codes.
         """
         if self.code_choice == DEFAULT:
             return None
         require_area(name.replace("-", "_"), area, 0.0)
+        if self.outside == "refuse" and self.modelled:
+            load_calibration(name).require_temperature(self.silicon_at(self.beginning_c, process))
         silicon = self.silicon_at(self.calibrated_c, process)
         if self.coded_on is not None:
             silicon = replace(silicon, die=self.coded_on)

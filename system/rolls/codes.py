@@ -27,6 +27,7 @@ from chips.rolls.calibration import MEASURE, SETTLE, Knob, Target, Task, calibra
 from chips.rolls.chip import RollsChip
 from chips.rolls.program.bias_file import BiasTable, default_biases
 from chips.rolls.program.population import Population
+from chips.rolls.validity import require_temperature
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.silicon.die import NOMINAL
@@ -106,5 +107,5 @@ def _useless(rates: F64, still: F64) -> Iterator[tuple[int, str]]:
 
 CALIBRATION = Calibration(
     NAME, "mean rate of a ROLLS die's neurons, and those that cannot be used", ROLLS_180, calibrate_rolls,
-    default_biases(),
+    default_biases(), require_temperature,
 )  # fmt: skip

@@ -23,7 +23,7 @@ from chips.latency.calibration import NAME, Sized, calibrate
 from chips.latency.chip import LatencyChip, PingResponse, counted
 from chips.latency.design import Biases, Design
 from chips.latency.kernel import Memory
-from chips.latency.model import usual_biases
+from chips.latency.model import require_temperature, usual_biases
 from circuits.arrays import F64, I64
 from circuits.circuit import BiasKind
 from circuits.silicon.course import Course, told_when
@@ -220,4 +220,5 @@ CALIBRATION = Calibration(
     process=AMI_1500,
     calibrate=calibrate,
     setup=Sized(design_of(arcs_of(Bat()), Numbers())),
+    require_temperature=require_temperature,
 )

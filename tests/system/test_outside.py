@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from system.cli.command_line import main
+from system.codes import find
 from system.registry import system_names
 
 # what puts the chip of each system into the loop, a temperature (degC) outside its box, and the side
@@ -119,3 +120,17 @@ def test_other_sides_than_the_temperature(
 ) -> None:
     assert main(["run", name, *options]) == 2
     assert f"{side}, must be " in capsys.readouterr().err
+
+
+def test_a_die_is_not_calibrated_where_its_run_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def never(*_: object) -> None:
+        raise AssertionError("calibrated in vain")
+
+    monkeypatch.setattr(find, "kept_anew", never)
+    for name in ("pushbot", "rolls", "bug", "forest", "car", "spiking-bat", "approach"):
+        options, celsius, side = OUTSIDE[name]
+        bias = [word for word in options if word not in {"--bias-kind", "ideal"}]
+        assert main(["run", name, *bias, "--die", "987", "--temperature", celsius]) == 2
+        assert f"{side}: {celsius} degC" in capsys.readouterr().err

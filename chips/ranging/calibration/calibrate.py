@@ -27,7 +27,8 @@ from chips.ranging.calibration import setting
 from chips.ranging.calibration.bench import PERIOD, Bench, Values
 from chips.ranging.calibration.found import NAME, PADS
 from chips.ranging.model import ReboundModel, check_box, model_of
-from chips.validity import require_area
+from chips.ranging.record import record_of
+from chips.validity import require_area, require_inside
 from circuits.arrays import F64, I64, Bools
 from circuits.bias import rebias
 from circuits.circuit import BiasKind
@@ -257,6 +258,13 @@ def _measured(before: Windows, after: Windows) -> Iterator[Measured]:
         yield Measured(f"window[{k}]", "s", setting.WIDTH, float(before.width[k]), float(after.width[k]))
 
 
+def require_temperature(silicon: Silicon) -> None:
+    """Raise `ParameterError`, as `chips.validity` says, at a temperature outside of the record's box."""
+    known = record_of(silicon.process).grid.temperature
+    require_inside("ranging_chip.temperature", silicon.temperature_c, known, "degC")
+
+
 CALIBRATION = Calibration(
-    NAME, "windows of the ranging chip's neurons: their width, and where they stand", AMI_1500, calibrate
-)
+    NAME, "windows of the ranging chip's neurons: their width, and where they stand", AMI_1500, calibrate,
+    require_temperature=require_temperature,
+)  # fmt: skip

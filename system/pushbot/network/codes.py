@@ -15,6 +15,7 @@ from chips.codes import Codes, Measured, attempted, left_off
 from chips.rolls.calibration import MEASURE, SETTLE, Calibration, Task, population_rates
 from chips.rolls.program.bias_file import BiasTable, default_biases
 from chips.rolls.program.network import Network
+from chips.rolls.validity import require_temperature
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.die import NOMINAL
@@ -138,6 +139,7 @@ CALIBRATION = codes.Calibration(
     process=ROLLS_180,
     calibrate=calibrate_plain,
     setup=PAPER,
+    require_temperature=require_temperature,
 )
 MODIFIED_CALIBRATION = replace(
     CALIBRATION,
