@@ -2,7 +2,8 @@
 
 What a calibration finds is kept in the user's cache folder, by all that it depends on: the silicon, the kind
 of the biases, the temperature of the bench, and the sources of circuits, chips and the calibration itself. So
-a die is calibrated once, and anew after any of these has changed. A calibration is announced in a line on
+a die is calibrated once, and anew after any of these has changed; of threads and processes that ask for it at
+the same time one calibrates, and the others wait. A calibration is announced in a line on
 stderr, since it takes seconds to minutes. Codes that ship for a die are refused where the law that they were
 found by has changed since.
 """
@@ -29,6 +30,7 @@ from circuits.errors import DataError
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
 from system.codes.file import read_codes, write_codes
+from system.files.claim import alone
 from system.notice import say
 from system.registry import load_calibration
 
@@ -125,9 +127,12 @@ def _usable(name: str, silicon: Silicon, kind: BiasKind, setup: Hashable) -> Cod
         return read_codes(kept)
     if other:
         raise _stale(name, silicon.die, other)
-    if not _quiet.get():
-        say(f"calibrating {name} on {silicon.die} at {silicon.temperature_c:g} degC, once")
-    codes = kept_anew(name, silicon, kind, setup)
+    with alone(kept.with_suffix(".lock")):
+        if kept.is_file():  # whoever was asked at the same time has found them
+            return read_codes(kept)
+        if not _quiet.get():
+            say(f"calibrating {name} on {silicon.die} at {silicon.temperature_c:g} degC, once")
+        codes = kept_anew(name, silicon, kind, setup)
     if codes.failed:
         raise _FailedError(codes)
     return codes

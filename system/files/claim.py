@@ -1,6 +1,6 @@
 """Claims: an open file or folder that belongs to one process while that lives, and to nobody after its end.
 
-A claim is the kernel's own lock, so that however a process ends nothing of it is left over. Two claims of one
+A claim is the kernel's own lock, so that however a process ends nobody waits for it. Two claims of one
 process exclude each other too.
 """
 
@@ -40,6 +40,40 @@ def claimed(path: Path) -> Iterator[bool]:
     try:
         yield take(descriptor)
     finally:
+        os.close(descriptor)
+
+
+@contextmanager
+def alone(path: Path) -> Iterator[None]:
+    """Wait until no thread of any process is inside with the same path, whose file is there meanwhile.
+
+    Where no file can be made or locked nobody waits.
+    """
+    descriptor = None
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = _waited(path)
+    try:
+        yield
+    finally:
+        if descriptor is not None:
+            with suppress(OSError):
+                path.unlink()
+            os.close(descriptor)
+
+
+def _waited(path: Path) -> int:
+    """The claimed file of the path, opened; one that its owner has removed meanwhile claims nothing."""
+    while True:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+            with suppress(FileNotFoundError):
+                if os.path.samestat(os.fstat(descriptor), path.stat()):
+                    return descriptor
+        except BaseException:
+            os.close(descriptor)
+            raise
         os.close(descriptor)
 
 

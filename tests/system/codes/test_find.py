@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from threading import Event
+from time import sleep
 
 import pytest
 
@@ -51,6 +54,26 @@ def test_a_chip_is_calibrated_once_a_machine(bench: Bench, capsys: pytest.Captur
     assert find.codes_on("mine", SILICON, "generator") == first
     assert bench.chips == [(SILICON, "generator", "usual")]
     assert capsys.readouterr().err == "noctule: calibrating mine on die A/1003 at 27 degC, once\n"
+
+
+def test_a_chip_that_is_asked_for_by_several_at_once_is_calibrated_once(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inside = Event()
+
+    def slow(*asked: object) -> Codes:
+        inside.set()
+        sleep(0.1)  # s, in which the others come to wait
+        return bench(*asked)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(find, "load_calibration", lambda _: Calibration("mine", "a chip", AMI_1500, slow))
+    with ThreadPoolExecutor(3) as executor:
+        first = executor.submit(find.codes_on, "mine", SILICON, "generator")
+        assert inside.wait(10.0)
+        others = [executor.submit(find.codes_on, "mine", SILICON, "generator") for _ in range(2)]
+    assert all(each.result() == first.result() for each in others)
+    assert len(bench.chips) == 1
+    assert [path.suffix for path in tmp_path.iterdir()] == [".toml"]
 
 
 def test_another_die_temperature_kind_or_setup_is_calibrated_by_itself(bench: Bench) -> None:
