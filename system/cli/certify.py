@@ -17,7 +17,7 @@ from system.cli.output import print_json, print_line, print_table, progress_bar
 from system.cli.verb import words_given
 from system.cli.workers import workers_of
 from system.mapping.certify.system import NAME, contents_of
-from system.mapping.certify.task import task_of
+from system.mapping.certify.task import Episodes, Samples, task_of
 from system.mapping.program_file import read_program_file
 from system.plot import check_picture, save_picture
 from system.study.mission.folder import begin
@@ -37,8 +37,9 @@ def certify_command(asked: Certify) -> int:
     check_picture(asked.plot)
     if asked.resume and asked.output is None:
         raise ParameterError("resume: of which runs, must come with `output`")
-    read_program_file(asked.program)
-    task_of(asked.task, asked.samples, asked.reach)
+    network, task = read_program_file(asked.program).network, task_of(asked.task, asked.samples, asked.reach)
+    if isinstance(task, Samples | Episodes):
+        task.check(network)
     made = mission_of(_asked(asked))
     folder, command = None if asked.output is None else Path(asked.output), _command(asked)
     if folder is not None:

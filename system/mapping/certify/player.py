@@ -31,6 +31,13 @@ from system.mapping.rolls.mapped import Mapped
 MOST = 1e4  # Hz of a channel; ours
 
 
+def check_window(window: float) -> None:
+    """Raise `ParameterError` for a window, s, that is not whole steps of the chip."""
+    steps = round(window / STEP) if np.isfinite(window) else 0
+    if steps < 1 or abs(steps * STEP - window) > 1e-9:
+        raise ParameterError(f"task.window: {window:g} s, must be whole steps of {STEP:g} s; round it")
+
+
 class Player(ABC):
     """A network that goes on by windows.
 
@@ -79,14 +86,12 @@ class Player(ABC):
             There are not as many rates as channels, one is below 0 or above 10 kHz, or the window is none.
         """
         given = np.asarray(rates, dtype=np.float64).ravel()
-        steps = round(window / STEP)
         if given.size != self.channels or not ((given >= 0.0) & (given <= MOST)).all():
             raise ParameterError(
                 f"task.rates: {given.size} from {given.min(initial=0.0):g} to {given.max(initial=0.0):g} Hz,"
                 f" must be {self.channels} from 0 to {MOST:g} Hz, one each channel"
             )
-        if steps < 1 or abs(steps * STEP - window) > 1e-9:
-            raise ParameterError(f"task.window: {window:g} s, must be whole steps of {STEP:g} s; round it")
+        check_window(window)
         trains = self._advance(self._events(given, window), window)
         self._time += window
         counts = np.bincount(trains.neurons, minlength=max(at.stop for at in self._outputs))

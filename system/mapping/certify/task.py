@@ -22,7 +22,8 @@ from circuits.arrays import F64, I64
 from circuits.catalogue import later
 from circuits.errors import DataError, ParameterError
 from system.files.aedat4 import UNREADABLE
-from system.mapping.certify.player import Player
+from system.mapping.certify.player import MOST, Player, check_window
+from system.mapping.network import Network
 from system.options.code import code_of, guarded, load_code
 
 gymnasium = later("gymnasium")
@@ -41,6 +42,16 @@ class Samples:
     labels: I64
     window: float
     most: int = 0
+
+    def check(self, network: Network) -> None:
+        """Raise `ParameterError` for a network that has not the samples' channels, or not their labels."""
+        _check_channels(network, self.inputs.shape[1], "inputs")
+        wrong = np.flatnonzero((self.labels < 0) | (self.labels >= len(network.probes)))
+        if wrong.size:
+            raise ParameterError(
+                f"task.labels: sample {wrong[0]} has {self.labels[wrong[0]]}, must be 0 to"
+                f" {len(network.probes) - 1}, the outputs"
+            )
 
     def __call__(self, network: Player, seed: int) -> float:
         """Return the share of the samples that the network labels right; silence is wrong."""
@@ -65,6 +76,16 @@ class Episodes:
     name: str
     reach: tuple[float, ...]
     count: int
+
+    def check(self, network: Network) -> None:
+        """Raise `ParameterError` for a network that has not the environment's channels, or its actions."""
+        _check_channels(network, 2 * len(self.reach) + 1, self.name)
+        actions = int(gymnasium.make(self.name).action_space.n)
+        if len(network.probes) != actions:
+            raise ParameterError(
+                f"task: {self.name} has {actions} actions, must be the {len(network.probes)} outputs of the"
+                " network; give it a probe for each"
+            )
 
     def __call__(self, network: Player, seed: int) -> float:
         """Return the mean return of a run's episodes over the environment's threshold."""
@@ -93,6 +114,13 @@ class Episodes:
         return HIGHEST * np.append(both, ALWAYS)
 
 
+def _check_channels(network: Network, asked: int, what: str) -> None:
+    if not network.probes:
+        raise ParameterError("probe: none, must be one for each output; add them")
+    if asked != network.channels:
+        raise ParameterError(f"task.{what}: {asked} channels, must be the network's {network.channels}")
+
+
 def task_of(text: str, samples: int, reach: str) -> Task:
     """Return the task of a text.
 
@@ -108,7 +136,7 @@ def task_of(text: str, samples: int, reach: str) -> Task:
     Raises
     ------
     DataError
-        There is no such file, or it has no samples.
+        There is no such file, it has no samples, or one of them is no rates with a label.
     ParameterError
         There is no such environment, it has no actions to choose from, or its numbers have no bound.
     """
@@ -122,15 +150,25 @@ def task_of(text: str, samples: int, reach: str) -> Task:
 def _samples(path: Path, most: int) -> Samples:
     try:
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as held:
-            inputs, labels = np.asarray(held["inputs"], np.float64), np.asarray(held["labels"], np.int64)
+            inputs, told = np.asarray(held["inputs"], np.float64), np.asarray(held["labels"], np.float64)
             window = float(held["window_s"]) if "window_s" in held else WINDOW
     except (*UNREADABLE, TypeError) as error:
         reason = getattr(error, "strerror", None) or " ".join(str(error).split())[:80]
         raise DataError(f"{path}: {reason}, must have inputs and labels of numbers") from None
-    if inputs.ndim != 2 or labels.shape != inputs.shape[:1] or not labels.size:
-        shapes = f"{inputs.shape} and {labels.shape}"
+    if inputs.ndim != 2 or told.shape != inputs.shape[:1] or not told.size:
+        shapes = f"{inputs.shape} and {told.shape}"
         raise DataError(f"{path}: inputs and labels of {shapes}, must be (samples, channels) and (samples,)")
-    return Samples(inputs, labels, window, most)
+    wrong = np.argwhere(~((inputs >= 0.0) & (inputs <= MOST)))
+    if wrong.size:
+        k, channel = wrong[0]
+        raise DataError(
+            f"{path}: inputs[{k},{channel}] {inputs[k, channel]:g} Hz, must be from 0 to {MOST:g} Hz, a rate"
+        )
+    odd = np.flatnonzero(~(np.isfinite(told) & (told == np.round(told))))
+    if odd.size:
+        raise DataError(f"{path}: labels[{odd[0]}] {told[odd[0]]:g}, must be the number of an output")
+    check_window(window)
+    return Samples(inputs, told.astype(np.int64), window, most)
 
 
 def _episodes(name: str, count: int, reach: str) -> Episodes:

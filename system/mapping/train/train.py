@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from circuits.arrays import F64, I64
-from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
@@ -70,7 +69,7 @@ def train(
         possible on the chip.
     """
     recipe = Recipe() if recipe is None else recipe
-    _check(network, samples)
+    samples.check(network)
     mapped = map_on_rolls(network)
     weights = trainable(mapped)
     dies = _dies(mapped, recipe, lambda share: progress(0.5 * share))
@@ -86,21 +85,6 @@ def train(
         progress(0.5 + 0.5 * (k + 1) / recipe.steps)
     count = sum(int(each.sum()) for each in weights.free)
     return Trained(weights.network(descent.matrices), count, losses, right)
-
-
-def _check(network: Network, samples: Samples) -> None:
-    if not network.probes:
-        raise ParameterError("probe: none, must be one for each label; add them")
-    if samples.inputs.shape[1] != network.channels:
-        raise ParameterError(
-            f"task.inputs: {samples.inputs.shape[1]} channels, must be the network's {network.channels}"
-        )
-    wrong = np.flatnonzero((samples.labels < 0) | (samples.labels >= len(network.probes)))
-    if wrong.size:
-        raise ParameterError(
-            f"task.labels: sample {wrong[0]} has {samples.labels[wrong[0]]}, must be 0 to"
-            f" {len(network.probes) - 1}, the outputs"
-        )
 
 
 def _dies(mapped: Mapped, recipe: Recipe, progress: Callable[[float], None]) -> list[Ratios]:

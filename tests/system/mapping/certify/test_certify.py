@@ -1,5 +1,6 @@
 """A mapped network at a task: windows, samples, environments, and the same task on the ideal and on a die."""
 
+import re
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -136,3 +137,30 @@ def test_scores_of_dies_that_could_not_be_run_are_none() -> None:
     assert certify._scores(found)["least"] == 0.5
     score[0] = np.nan
     assert certify._scores(found)["score"] is None
+
+
+@pytest.mark.parametrize(
+    ("inputs", "labels", "window", "told"),
+    [
+        ([[400.0, 40.0], [np.nan, 1.0]], [0, 1], 0.08, r"inputs\[1,0\] nan Hz, must be from 0 to 10000 Hz"),
+        ([[400.0, -4.0]], [0], 0.08, r"inputs\[0,1\] -4 Hz, must be from 0 to 10000 Hz, a rate"),
+        ([[400.0, 40.0]], [0.5], 0.08, r"labels\[0\] 0.5, must be the number of an output"),
+        ([[400.0, 40.0]], [2], 0.08, "task.labels: sample 0 has 2, must be 0 to 1, the outputs"),
+        ([[400.0, 40.0, 1.0]], [1], 0.08, "task.inputs: 3 channels, must be the network's 2"),
+        ([[400.0, 40.0]], [1], -0.08, "task.window: -0.08 s, must be whole steps of 0.0004 s"),
+        ("CartPole-v1", None, None, "task.CartPole-v1: 9 channels, must be the network's 2"),
+    ],
+)
+def test_a_task_that_does_not_fit_is_refused_before_any_run(
+    folder: Path, inputs: Any, labels: Any, window: Any, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    task = str(folder / "odd.npz")
+    more = ["--reach", "2,2,0.2,2"] if isinstance(inputs, str) else []
+    if isinstance(inputs, str):
+        task = inputs
+    else:
+        np.savez(task, inputs=inputs, labels=labels, window_s=window)
+    capsys.readouterr()
+    assert main(["certify", str(folder / "p.toml"), "--task", task, "--dies", "1", *more]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.search(told, line)
