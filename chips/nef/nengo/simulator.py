@@ -13,7 +13,7 @@ convolutional transforms, solvers for weights, another time step, probes of anyt
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -23,12 +23,13 @@ from numpy.typing import ArrayLike
 
 from chips.nef.build import build
 from chips.nef.calibration import REFERENCE_C, refractory_current
-from chips.nef.chip import NefChip
+from chips.nef.chip import SLOWEST, NefChip
 from chips.nef.nengo.built import Data, Model, Samples
 from chips.nef.nengo.live import Live, size_of_probe
 from chips.nef.nengo.plan import Plan
 from chips.nef.network.curves import TAU_REF
 from chips.nef.network.kernel import DT
+from chips.nef.network.network import Connection
 from chips.nef.population import populate
 from chips.nef.simulation import Simulation
 from circuits.arrays import F64
@@ -88,6 +89,8 @@ class Simulator:
             if chip is None
             else _calibrated(chip, temperature_c, self._plan.ideal.tau_ref).at(temperature_c)
         )
+        if chip is not None:
+            _check_synapses(self._plan.connections)
         taus = self._plan.ideal.tau_rc, self._plan.ideal.tau_ref
         self._built = build(self._plan.network(), self._curves, self.seed, taus)
         self._samples: dict[Any, Samples] = {}
@@ -200,6 +203,16 @@ class Simulator:
         every = 1.0 if sample_every is None else sample_every / self.dt
         steps = np.arange(1, self.n_steps + 1)
         return np.asarray(self.dt * steps[steps % every < 1.0])
+
+
+def _check_synapses(connections: Sequence[Connection]) -> None:
+    """Raise `ParameterError` for a low-pass slower than the chip's slowest; very fast ones are as none."""
+    for each in connections:
+        if each.synapse > SLOWEST:
+            raise ParameterError(
+                f"connection {each.pre} to {each.post}.synapse: {each.synapse:g} s, must be at most"
+                f" {SLOWEST:g} s on the chip; take that, or let an ensemble that feeds itself hold the value"
+            )
 
 
 def _calibrated(chip: NefChip, temperature_c: float, tau_ref: float) -> NefChip:

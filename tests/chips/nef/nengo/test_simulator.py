@@ -198,6 +198,17 @@ def test_a_refractory_period_beyond_the_chip_is_refused() -> None:
         Simulator(net)
 
 
+def test_a_synapse_slower_than_the_chips_is_refused_there_and_runs_without_it() -> None:
+    with nengo.Network(seed=2) as net:
+        a, b = (nengo.Ensemble(10, 1, label=name) for name in "ab")
+        nengo.Connection(a, b, synapse=5.0)
+        nengo.Probe(b, synapse=5.0)  # which a computer filters
+    with pytest.raises(CircuitError, match=r"connection 0\.a to 1\.b\.synapse: 5 s, must be at most 0\.5 s"):
+        Simulator(net)
+    with Simulator(net, chip=None) as simulator:
+        simulator.run(5e-3)
+
+
 SPARSE = nengo.Sparse((1, 1), indices=[[0, 0]], init=[1.0])
 
 
