@@ -95,6 +95,7 @@ def _document(path: str, asked: RunProgram, silicon: Silicon, run: ValueRun) -> 
         "spikes_dropped": run.counters["dropped"],
         "values_clipped": run.counters["clipped"],
         "values_lost": run.counters["lost"],
+        "rows_later": run.later,
     }
 
 
@@ -102,9 +103,11 @@ def _print(title: str, run: ValueRun) -> None:
     every = (run.from_asked, run.ideal_from_asked, run.from_ideal)
     rows = [(name, *(f"{off[name]:.2%}" for off in every)) for name in run.chip]
     columns = ("output", "die from asked:", "ideal from asked:", "die from ideal:")
-    print_table(f"{title}: rms over the largest value, from {run.begin:g} s", columns, rows)
+    print_table(f"{title}: rms over the largest value, {run.begin:g} to {run.duration:g} s", columns, rows)
     c = run.counters
     print_line(
         f"{c['spikes']} spikes, {c['dropped']} dropped; {c['clipped']} values clipped by converters,"
         f" {c['lost']} lost"
     )
+    if run.later:
+        print_line(f"rows of inputs not used, for times after the end of the run: {run.later}")

@@ -104,6 +104,7 @@ spikes                    integer  -  spikes of all neurons
 spikes_dropped            integer  -  spikes that the router dropped
 values_clipped            integer  -  steps in which a converter was at its end
 values_lost               integer  -  steps in which more was lost than its accumulator holds
+rows_later                integer  -  rows of the inputs for times after the end of the run, not used
 """),
     **DIE_KEYS,
 }

@@ -79,6 +79,6 @@ def draw_value_run(run: ValueRun, title: str, figure: Figure) -> None:
             lines = ax.plot(times, values, color=colour, linestyle=dashes, linewidth=width)
             lines[0].set_label(_NAMES[key])
         ax.set_ylabel(name)
-    axes[0].legend(loc="upper right", fontsize=8, ncols=3)
+    axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), fontsize=8, ncols=3)  # above, off the curves
     axes[-1].set_xlabel("time (s)")
     figure.suptitle(title, fontsize=10)

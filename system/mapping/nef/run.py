@@ -51,7 +51,7 @@ class ValueRun:
     asked, ideal, chip : outputs of each probe, float64[steps, numbers]; from_asked, from_ideal,
     ideal_from_asked : root mean square of the difference of each output over its largest value, of the die
     or of ideal neurons; begin, duration : when comparing begins, and the end, s; counters : what the chip
-    counts.
+    counts; later : rows of the inputs for times after the end, of which nothing came.
     """
 
     asked: Outputs
@@ -63,6 +63,7 @@ class ValueRun:
     begin: float
     duration: float
     counters: dict[str, int]
+    later: int
 
 
 def read_values(path: str, network: ValueNetwork) -> tuple[Row, ...]:
@@ -118,7 +119,10 @@ def run_values(
     exact = equations(mapped.network, given, steps)
     pairs = ((chip, exact), (chip, ideal), (ideal, exact))
     off = [{name: _apart(one[name], other[name]) for name in chip} for one, other in pairs]
-    return ValueRun(exact, ideal, chip, off[0], off[1], off[2], SETTLING, steps * DT, simulation.counters)
+    later = sum(round(row.time / DT) >= steps for row in rows)
+    return ValueRun(
+        exact, ideal, chip, off[0], off[1], off[2], SETTLING, steps * DT, simulation.counters, later
+    )
 
 
 def simulated(run: Simulation, network: ValueNetwork, given: Mapping[str, F64], steps: int) -> Outputs:

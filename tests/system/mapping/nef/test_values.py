@@ -92,6 +92,11 @@ def test_a_program_at_the_command_line(tmp_path: Path, capsys: pytest.CaptureFix
     assert main([*line, "--plot", str(tmp_path / "r.png"), "--json"]) == 0
     (out,) = json.loads(capsys.readouterr().out)["outputs"]
     assert 0.0 < out["from_asked"] < 0.2  # ripple of 30 neurons
+    inputs.write_text("time_s,value\n0,0.5\n0.3,0.7\n0.4,0.9\n")
+    assert main(line) == 0
+    told = capsys.readouterr().out
+    assert "0.1 to 0.2 s" in told
+    assert "rows of inputs not used, for times after the end of the run: 2" in told
     inputs.write_text("time_s,channel,value\n0,2,0.5\n")
     for more, told in (([], "channel 2, must be 0 to 0"), (["--temperature", "0s:27,1s:30"], "a course")):
         assert main([*line, *more]) == 2
