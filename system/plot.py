@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -59,6 +60,7 @@ _TITLE = 9.0  # points, of a title and of the label of an axis
 _TICKS = 3  # steps of an axis of volts, at most
 _LONG = 9  # letters of a name whose unit has a line of its own
 _LETTER, _OVER = 0.55, 1.15  # mean width of a letter over its size; of a title over its axes
+_LEGEND = 48  # letters of a legend's entry that two columns have room for; ours
 
 _DECADES = 2.0  # of a logarithmic axis on which 1, 2 and 5 are labelled; on a longer one decades are
 _PASSES = 4  # of the layout at most
@@ -179,6 +181,14 @@ def silicon_text(
     kind = "" if bias_kind is None else f", biases of kind {bias_kind}"
     named = "" if law == "full" else f", {law} law"
     return f"{die}, {temperature_text(temperature_c, course)} °C{kind}{named}"
+
+
+def die_label(die: Die) -> str:
+    """A die in a legend, as in a title; of edits that are longer than a legend is wide, only their number."""
+    text = str(die)
+    if len(text) <= _LEGEND:
+        return text
+    return f"{replace(die, edits=())}, edited in {sum(len(edit.paths) for edit in die.edits)} places"
 
 
 def mark_end(at: F64, ax: Axes, *, succeeded: bool | None) -> None:

@@ -195,7 +195,8 @@ def chains(found: Iterable[Command]) -> list[tuple[Command, ...]]:
     """Commands in order, those together of which one reads what another writes."""
     together: list[list[Command]] = []
     for command in found:
-        makers = [c for c in together if any(set(each.written) & set(command.words) for each in c)]
+        read = {*command.words, *(word.partition("/")[0] for word in command.words)}  # also within a folder
+        makers = [c for c in together if any(set(each.written) & read for each in c)]
         together = [chain for chain in together if chain not in makers]
         together.append([*(each for chain in makers for each in chain), command])
     return [tuple(chain) for chain in together]

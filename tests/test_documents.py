@@ -203,6 +203,11 @@ def test_a_sample_has_what_is_always_taken_and_the_same_others_each_time() -> No
     assert chosen(range(3), 10, lambda number: number < 0) == [0, 1, 2]
 
 
+def test_a_command_that_reads_within_a_folder_goes_with_the_one_that_writes_it() -> None:
+    found = commands("`noctule mission approach -o kept`\n\n`noctule replay kept/gate-27C --die 1001`\n")
+    assert [len(chain) for chain in chains(found)] == [2]
+
+
 def test_what_the_documents_have_is_found() -> None:
     assert len(OURS) > 50
     assert len(CHAINS) > len(FRAGMENTS) + len(BEGUN), f"{len(FRAGMENTS)} parsed, {len(BEGUN)} begun only"

@@ -19,7 +19,7 @@ from system.options.block import describe_run
 from system.options.codes import described
 from system.options.noise import NOISELESS
 from system.options.temperature import temperature_text
-from system.plot import COLOURS, INK, PALE
+from system.plot import COLOURS, INK, PALE, die_label
 from system.spikes.output import trains_of
 from system.system import Account, RunTrace
 from system.worlds.sound.acoustics import speed_of_sound
@@ -227,7 +227,7 @@ def draw(trace: Trace, figure: Figure) -> None:
             ls="--",
             label=other.name,
         )
-    axes[0].plot(trace.time_s, trace.estimate_m, color=COLOURS[0], label=f"estimate, {trace.scenario.die}")
+    axes[0].plot(trace.time_s, trace.estimate_m, color=COLOURS[0], label=f"estimate, {die_label(trace.scenario.die)}")
     axes[0].set_ylabel("range (m)")
     axes[0].legend(loc="upper right", ncols=2, fontsize="small")
     axes[1].plot(trace.time_s, trace.proximity_V, color=COLOURS[0])
@@ -247,7 +247,7 @@ def draw_beside(trace: Trace, figure: Figure) -> None:
     """Draw the estimate and the proximity voltage of another run over a picture of `draw`."""
     axes = figure.axes
     own: dict[str, Any] = {"color": INK, "ls": ":", "zorder": 1}
-    axes[0].plot(trace.time_s, trace.estimate_m, label=f"estimate, {trace.scenario.die}", **own)
+    axes[0].plot(trace.time_s, trace.estimate_m, label=f"estimate, {die_label(trace.scenario.die)}", **own)
     axes[0].legend(loc="upper right", ncols=2, fontsize="small")
     axes[1].plot(trace.time_s, trace.proximity_V, **own)
     axes[3].plot(trace.time_s, trace.call_rate_Hz, drawstyle="steps-post", **own)

@@ -17,6 +17,7 @@ from circuits.silicon.die import NOMINAL, Die
 from system.plot import (
     PALE,
     check_picture,
+    die_label,
     draw_circuit,
     draw_waveform,
     draw_waveforms,
@@ -157,3 +158,10 @@ def test_labels_of_a_short_logarithmic_axis_stand_apart(tmp_path: Path) -> None:
         inside = [box for box in shown if box.width]
         assert len(inside) >= 2
         assert not any(one.overlaps(other) for one, other in combinations(inside, 2))
+
+
+def test_a_die_s_label_counts_edits_that_a_legend_has_no_room_for() -> None:
+    die = Die(number=1001)
+    assert die_label(die.healed("chip.neuron[2]")) == "die A/1001, healed chip.neuron[2]"
+    many = die.healed(*(f"ranging_chip.neuron[{k}].membrane" for k in range(4)))
+    assert die_label(many) == "die A/1001, edited in 4 places"
