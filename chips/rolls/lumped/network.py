@@ -87,10 +87,11 @@ def stack(i1: F64, p1: F64, i2: F64, p2: F64, drain: F64, out: F64) -> None:
         given[0, k], given[1, k], given[2, k] = 0.5 * (low + high), low, high
         given[3, k], given[4, k], given[5, k], given[6, k] = i1[k], p1[k], i2[k], p2[k]
         given[7, k], given[8, k] = even_interpolation(p1[k]), even_interpolation(p2[k] - drain[k])
-    w, who, active, following = team_of(given)
+    rows, points, found = np.empty((0, out.size)), given.reshape(given.shape[0], -1, 1), out.reshape(-1, 1)
+    w, who, active, following = team_of(rows, points)
     while active > 0:
         _stack_moves(w, active)
-        active, following = exchanged(w, who, given, out, active, following)
+        active, following = exchanged(w, who, rows, points, found, active, following, Y)
     for k in range(out.size):
         full, passed, last = given[7, k], even_interpolation(p2[k] - out[k]), given[8, k]
         by_first = i1[k] * (full - even_interpolation(p1[k] - out[k]))
@@ -120,10 +121,11 @@ def diode(i1: F64, t1: F64, kappa: float, current: F64, highest: float, out: F64
         y = min(max(t1[k] + (math.log(max(current[k], 1e-30) / i1[k])) / kappa, 0.0), highest)
         given[0, k], given[1, k], given[2, k] = y, 0.0, highest
         given[3, k], given[4, k], given[5, k] = i1[k], t1[k], current[k]
-    w, who, active, following = team_of(given)
+    rows, points, found = np.empty((0, out.size)), given.reshape(given.shape[0], -1, 1), out.reshape(-1, 1)
+    w, who, active, following = team_of(rows, points)
     while active > 0:
         _diode_moves(w, active, kappa)
-        active, following = exchanged(w, who, given, out, active, following)
+        active, following = exchanged(w, who, rows, points, found, active, following, Y)
 
 
 @compiled()
@@ -147,10 +149,11 @@ def amplifier(i1: F64, p1: F64, i2: F64, p2: F64, supply: float, out: F64) -> No
         given[0, k], given[1, k], given[2, k] = 0.0, 0.0, supply
         given[3, k], given[4, k], given[5, k], given[6, k] = i1[k], p1[k], i2[k], p2[k]
         given[7, k], given[8, k] = even_interpolation(p1[k]), even_interpolation(p2[k])
-    w, who, active, following = team_of(given)
+    rows, points, found = np.empty((0, out.size)), given.reshape(given.shape[0], -1, 1), out.reshape(-1, 1)
+    w, who, active, following = team_of(rows, points)
     while active > 0:
         _amplifier_moves(w, active, supply)
-        active, following = exchanged(w, who, given, out, active, following)
+        active, following = exchanged(w, who, rows, points, found, active, following, Y)
 
 
 @compiled()
@@ -201,10 +204,11 @@ def pair(i1: F64, a: F64, i2: F64, b: F64, total: F64, out: F64) -> None:
         given[0, k] = math.log(some / (i1[k] * math.exp(a[k] - top) + i2[k] * math.exp(b[k] - top))) - top
         given[1, k], given[2, k], given[3, k], given[4, k] = 0.0, 0.0, i1[k], a[k]
         given[5, k], given[6, k], given[7, k] = i2[k], b[k], some
-    w, who, active, following = team_of(given)
+    rows, points, found = np.empty((0, out.size)), given.reshape(given.shape[0], -1, 1), out.reshape(-1, 1)
+    w, who, active, following = team_of(rows, points)
     while active > 0:
         _pair_moves(w, active)
-        active, following = exchanged(w, who, given, out, active, following)
+        active, following = exchanged(w, who, rows, points, found, active, following, Y)
     for k in range(out.size):
         share = i2[k] * even_interpolation(b[k] + out[k])
         out[k] = share if total[k] > 0.0 else 0.0
@@ -238,10 +242,11 @@ def degenerated_sum(i_top: F64, p_top: F64, lines: F64, far: float, out: F64) ->
     for k in range(out.size):
         given[0, k], given[1, k], given[2, k] = 0.0, 0.0, far
         given[9, k], given[10, k], given[11, k] = i_top[k], p_top[k], even_interpolation(p_top[k])
-    w, who, active, following = team_of(given)
+    rows, points, found = np.empty((0, out.size)), given.reshape(given.shape[0], -1, 1), out.reshape(-1, 1)
+    w, who, active, following = team_of(rows, points)
     while active > 0:
         _degenerated_sum_moves(w, active)
-        active, following = exchanged(w, who, given, out, active, following)
+        active, following = exchanged(w, who, rows, points, found, active, following, Y)
     for k in range(out.size):
         y = out[k]
         total = lines[0, k] * even_interpolation(lines[1, k] - y)

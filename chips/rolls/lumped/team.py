@@ -1,18 +1,21 @@
 """Roots of many equations of one kind, found side by side by Newton's method between bounds.
 
-A team has `LANES` equations, each in a lane of vectors, and all take a step together. A lane whose equation
-is solved takes the next one, so that none waits for another; what a lane comes to does not depend on what
+Equations belong to places, such as neurons, each with as many points as the next. A team has `LANES` of them,
+each in a lane of vectors, and all take a step together. A lane whose equation is solved takes the next point
+of its place, or the next place, so that none waits for another; what a lane comes to does not depend on what
 stands beside it.
 
-    w, who, active, following = team_of(given)
+    w, who, active, following = team_of(rows, points)
     while active > 0:
-        for j in range(active):
+        for j in range(min(active, LANES)):
             ...  # the equation at w[Y + j], rising, with what it was given
             moved(w, j, f, f / slope)
-        active, following = exchanged(w, who, given, out, active, following)
+        active, following = exchanged(w, who, rows, points, out, active, following, Y)
 
-`given` has a column an equation: first guess, lower and upper bound, and from row `START` on what the kernel
-wants of it, which stands in w from row `GIVEN` on. Rows of w are `LANES` long.
+`points`, float64[numbers, places, points], has the first guess of each equation (no number where it begins
+from its place's last root), its lower and upper bound, and from `START` on what the kernel wants of it, which
+stands in w from row `GIVEN` on; `rows`, float64[numbers, places], what it wants of the place, which stands
+behind. Rows of w are `LANES` long; `FIRST` to `FOURTH` are the kernel's own.
 """
 
 from __future__ import annotations
@@ -25,8 +28,8 @@ from circuits.compiled import compiled
 ITERATIONS = 80
 EXACT = 1e-12  # U_T, last update of a voltage
 LANES = 64
-START, GIVEN = 3, 4
-Y, LOW, HIGH, LEFT = (LANES * k for k in range(GIVEN))
+START, GIVEN = 3, 8
+Y, LOW, HIGH, LEFT, FIRST, SECOND, THIRD, FOURTH = (LANES * k for k in range(GIVEN))
 
 
 @compiled(forceinline=True)
@@ -70,40 +73,74 @@ def _put(w: F64, j: int, new: float, low: float, high: float) -> None:
     w[LEFT + j] = 0.0 if near else w[LEFT + j] - 1.0
 
 
+@compiled(forceinline=True)
+def bounded(w: F64, j: int, f: float, new: float) -> float:
+    """A guess inside the bounds that f leaves of lane j, which are put."""
+    low, high = closer(w[Y + j], f, w[LOW + j], w[HIGH + j])
+    w[LOW + j], w[HIGH + j] = low, high
+    return between(new, low, high)
+
+
+@compiled(forceinline=True)
+def settled(w: F64, j: int, new: float, near: bool) -> None:  # noqa: FBT001 - a kernel's
+    """Put the next guess of lane j, which is its root where it is near the last one."""
+    w[Y + j], w[LEFT + j] = new, 0.0 if near else w[LEFT + j] - 1.0
+
+
 @compiled(_nrt=True)
-def team_of(given: F64) -> tuple[F64, I64, int, int]:
-    """Return the team with the first equations: w, the number of each lane's, how many, and which is next."""
-    w, who = np.zeros((given.shape[0] + GIVEN - START) * LANES), np.zeros(LANES, np.int64)
-    active = min(LANES, given.shape[1])
+def team_of(rows: F64, points: F64) -> tuple[F64, I64, int, int]:
+    """Return the team with the first equations: w, place and point of each lane, how many, the next place."""
+    numbers = GIVEN + points.shape[0] - START + rows.shape[0]
+    w, who = np.zeros(numbers * LANES), np.zeros((2, LANES), np.int64)
+    active = min(LANES, points.shape[1])
     for j in range(active):
-        _take(w, who, given, j, j)
+        _take(w, who, rows, points, j, j)
     return w, who, active, active
 
 
 @compiled()
-def _take(w: F64, who: I64, given: F64, j: int, k: int) -> None:
-    """Put equation k into lane j."""
-    who[j] = k
-    w[Y + j], w[LOW + j], w[HIGH + j], w[LEFT + j] = given[0, k], given[1, k], given[2, k], ITERATIONS
-    for row in range(START, given.shape[0]):
-        w[(row + GIVEN - START) * LANES + j] = given[row, k]
+def _take(w: F64, who: I64, rows: F64, points: F64, j: int, k: int) -> None:
+    """Put the first point of place k into lane j."""
+    who[0, j], who[1, j] = k, 0
+    first = GIVEN + points.shape[0] - START
+    for row in range(rows.shape[0]):
+        w[(first + row) * LANES + j] = rows[row, k]
+    _take_point(w, who, points, j)
 
 
 @compiled()
-def exchanged(w: F64, who: I64, given: F64, out: F64, active: int, following: int) -> tuple[int, int]:
-    """Put what is found into `out`, next equations into its lanes; how many there are, and which is next."""
+def _take_point(w: F64, who: I64, points: F64, j: int) -> None:
+    k, point = who[0, j], who[1, j]
+    y = points[0, k, point]
+    w[Y + j] = y if y == y else w[Y + j]  # noqa: PLR0124 - no number
+    w[LOW + j], w[HIGH + j], w[LEFT + j] = points[1, k, point], points[2, k, point], ITERATIONS
+    for row in range(START, points.shape[0]):
+        w[(row + GIVEN - START) * LANES + j] = points[row, k, point]
+
+
+@compiled()
+def exchanged(
+    w: F64, who: I64, rows: F64, points: F64, out: F64, active: int, following: int, found: int
+) -> tuple[int, int]:
+    """Put what is found into `out`, next equations into its lanes; how many there are, and the next place.
+
+    found: row of w that has it; out: float64[places, points].
+    """
     j = 0
     while j < active:
         if w[LEFT + j] > 0.0:
             j += 1
             continue
-        out[who[j]] = w[Y + j]
-        if following < given.shape[1]:
-            _take(w, who, given, j, following)
+        out[who[0, j], who[1, j]] = w[found + j]
+        who[1, j] += 1
+        if who[1, j] < points.shape[2]:
+            _take_point(w, who, points, j)
+        elif following < points.shape[1]:
+            _take(w, who, rows, points, j, following)
             following += 1
-            continue
-        active -= 1
-        who[j] = who[active]
-        for row in range(w.size // LANES):
-            w[row * LANES + j] = w[row * LANES + active]
+        else:
+            active -= 1
+            who[0, j], who[1, j] = who[0, active], who[1, active]
+            for row in range(w.size // LANES):
+                w[row * LANES + j] = w[row * LANES + active]
     return active, following

@@ -3,7 +3,8 @@
 Every voltage is in V and counted from the bulk (downwards from the supply for pFETs). A device comes as its
 numbers at each place, `rows`, float64[TERMS, n] in the order of `circuits.devices.channel.Terms`, with its
 gate. Each network has one unknown node, whose balance of currents rises or falls throughout: Newton's method
-between bounds. gate, drain, current: float64[n, points], at so many points of each place; out: the same.
+between bounds, of a team of networks side by side (`chips.rolls.lumped.team`). gate, drain, current:
+float64[n, points], at so many points of each place; out: the same.
 """
 
 from __future__ import annotations
@@ -13,10 +14,25 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from chips.rolls.lumped.team import (
+    FIRST,
+    FOURTH,
+    GIVEN,
+    LANES,
+    SECOND,
+    START,
+    THIRD,
+    Y,
+    bounded,
+    exchanged,
+    settled,
+    team_of,
+)
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.channel import Terms, channel, leaked, pinched, terms_of
 from circuits.devices.ekv import argument_of_root, root
+from circuits.devices.packable import even_channel, even_leaked
 from circuits.lowering.on_die import DieDevices, Fet
 
 TERMS = len(Terms._fields)
@@ -24,6 +40,7 @@ _ITERATIONS = 80
 _EXACT = 1e-9  # V, last update of a voltage by Newton's method, which leaves its square over U_T
 _NUDGE = 1e-3  # V, of a numerical slope
 _WIDEST = 0.1  # V, ours: of a step of a pair's common source
+_A, _B, _C, _D, _E = (LANES * k for k in range(GIVEN, GIVEN + 5))  # what lanes are given of a point
 
 
 def rows_of(fet: Fet) -> F64:
@@ -67,6 +84,17 @@ def terms_at(rows: F64, k: int) -> Terms:
 
 
 @compiled(forceinline=True)
+def terms_in(w: F64, j: int, first: int, lanes: int = LANES) -> Terms:
+    """Return the numbers of lane j, which stand from w[first] on in rows of so many lanes."""
+    return Terms(
+        w[first + j], w[first + lanes + j], w[first + 2 * lanes + j], w[first + 3 * lanes + j],
+        w[first + 4 * lanes + j], w[first + 5 * lanes + j], w[first + 6 * lanes + j],
+        w[first + 7 * lanes + j], w[first + 8 * lanes + j], w[first + 9 * lanes + j],
+        w[first + 10 * lanes + j], w[first + 11 * lanes + j], w[first + 12 * lanes + j],
+    )  # fmt: skip
+
+
+@compiled(forceinline=True)
 def guess(new: float, low: float, high: float) -> float:
     """Return a guess that is between its bounds, else their middle."""
     return new if low < new < high else 0.5 * (low + high)
@@ -89,39 +117,43 @@ def first_between(lower: Terms, upper: Terms, gates: tuple[float, float], ends: 
 
 
 @compiled()
-def series_current(lower: Terms, upper: Terms, low_gate: float, high_gate: float, drain: float) -> float:
-    """Return what flows into the drain of the upper of two transistors in series, A."""
-    low, high, moved = min(drain, 0.0), max(drain, 0.0), 0.0
-    y = guess(first_between(lower, upper, (low_gate, high_gate), (0.0, drain)), low, high)
-    by_lower = by_upper = below = above = 0.0
-    for _ in range(_ITERATIONS):
-        below, by_lower, _, _ = channel(lower, y, low_gate, 0.0)
-        above, _, _, by_upper = channel(upper, drain, high_gate, y)
-        first, by_first, _ = leaked(lower, y, low_gate)
-        second, by_second, _ = leaked(upper, y, high_gate)
+def _series_moves(w: F64, active: int) -> None:
+    """Newton's step of all active lanes of `series`."""
+    for j in range(min(active, LANES)):
+        lower, upper = terms_in(w, j, _D), terms_in(w, j, _D + TERMS * LANES)
+        y, low_gate, high_gate, drain = w[Y + j], w[_A + j], w[_B + j], w[_C + j]
+        below, by_lower, _, _ = even_channel(lower, y, low_gate, 0.0)
+        above, _, _, by_upper = even_channel(upper, drain, high_gate, y)
+        first, by_first, _ = even_leaked(lower, y, low_gate)
+        second, by_second, _ = even_leaked(upper, y, high_gate)
         below += first + second
         by_lower += by_first + by_second
-        f = below - above
-        if f > 0.0:
-            high = y
-        else:
-            low = y
-        moved = guess(y - f / (by_lower - by_upper), low, high) - y
-        if abs(moved) < _EXACT:
-            break
-        y += moved
-    # of the transistor that limits, or a small current is the difference of two large ones
-    current = below + by_lower * moved if by_lower < -by_upper else above + by_upper * moved
-    return current + leaked(upper, drain, high_gate)[0]
+        moved = bounded(w, j, below - above, y - (below - above) / (by_lower - by_upper)) - y
+        # of the transistor that limits, or a small current is the difference of two large ones
+        w[FIRST + j] = below + by_lower * moved if by_lower < -by_upper else above + by_upper * moved
+        settled(w, j, y + moved, abs(moved) < _EXACT)
 
 
-@compiled()
+@compiled(_nrt=True)
 def series(lower: F64, upper: F64, low_gate: F64, high_gate: F64, drain: F64, out: F64) -> None:
-    """Fill `out` with `series_current` of each network, A."""
+    """Fill `out` with what flows into the drain of the upper of two transistors in series, A."""
+    rows, points = np.concatenate((lower, upper)), np.empty((START + 3, *out.shape))
+    points[START], points[START + 1], points[START + 2] = low_gate, high_gate, drain
     for k in range(out.shape[0]):
         a, b = terms_at(lower, k), terms_at(upper, k)
         for j in range(out.shape[1]):
-            out[k, j] = series_current(a, b, low_gate[k, j], high_gate[k, j], drain[k, j])
+            end, gates = drain[k, j], (low_gate[k, j], high_gate[k, j])
+            low, high = min(end, 0.0), max(end, 0.0)
+            y = guess(first_between(a, b, gates, (0.0, end)), low, high)
+            points[0, k, j], points[1, k, j], points[2, k, j] = y, low, high
+    w, who, active, following = team_of(rows, points)
+    while active > 0:
+        _series_moves(w, active)
+        active, following = exchanged(w, who, rows, points, out, active, following, FIRST)
+    for k in range(out.shape[0]):
+        b = terms_at(upper, k)
+        for j in range(out.shape[1]):
+            out[k, j] += leaked(b, drain[k, j], high_gate[k, j])[0]
 
 
 @compiled()
@@ -156,114 +188,123 @@ def diode_from(t: Terms, current: float, highest: float, y: float, foot: float =
 
 
 @compiled()
+def _diode_moves(w: F64, active: int) -> None:
+    """Newton's step of all active lanes of `diode`, as in `diode_from`."""
+    for j in range(min(active, LANES)):
+        t, y = terms_in(w, j, _B), w[Y + j]
+        carried, by_drain, by_gate, _ = even_channel(t, y, y, 0.0)
+        leak, by_junction, by_induced = even_leaked(t, y, y)
+        w[FIRST + j] = carried + leak
+        w[SECOND + j] = by_drain + by_gate + by_junction + by_induced
+        w[THIRD + j] = carried + leak - w[_A + j]
+    for j in range(min(active, LANES)):
+        y, carried, current = w[Y + j], w[FIRST + j], w[_A + j]
+        if carried > 0.0 and current > 0.0:
+            new = y - math.log(carried / current) * carried / w[SECOND + j]
+        else:
+            new = y - w[THIRD + j] / w[SECOND + j]
+        new = bounded(w, j, w[THIRD + j], new)
+        settled(w, j, new, abs(new - y) < _EXACT)
+
+
+@compiled(_nrt=True)
 def diode(rows: F64, current: F64, highest: float, out: F64) -> None:
     """Fill `out` with `diode_voltage` of each network, V."""
-    for k in range(out.shape[0]):
-        t = terms_at(rows, k)
-        for j in range(out.shape[1]):
-            out[k, j] = diode_voltage(t, current[k, j], highest)
+    points = np.empty((START + 1, *out.shape))
+    points[0], points[1], points[2], points[START] = 0.5 * highest, 0.0, highest, current
+    w, who, active, following = team_of(rows, points)
+    while active > 0:
+        _diode_moves(w, active)
+        active, following = exchanged(w, who, rows, points, out, active, following, Y)
 
 
 @compiled()
+def _amplifier_moves(w: F64, active: int, supply: float) -> None:
+    """Newton's step of all active lanes of `amplifier`."""
+    for j in range(min(active, LANES)):
+        n, p = terms_in(w, j, _C), terms_in(w, j, _C + TERMS * LANES)
+        y, gate, bias = w[Y + j], w[_A + j], w[_B + j]
+        up, by_up, _, _ = even_channel(p, y, bias, 0.0)
+        down, by_down, _, _ = even_channel(n, supply - y, gate, 0.0)
+        held, by_held, _ = even_leaked(p, y, bias)
+        lost, by_lost, _ = even_leaked(n, supply - y, gate)
+        f = up + held - down - lost
+        moved = bounded(w, j, f, y - f / (by_up + by_held + by_down + by_lost)) - y
+        settled(w, j, y + moved, abs(moved) < _EXACT)
+
+
+@compiled(_nrt=True)
 def amplifier(pull: F64, hold: F64, gate: F64, bias: F64, supply: float, out: F64) -> None:
     """Fill `out` with how far an amplifier's output is below the supply, V.
 
     The nFET `pull` with its gate pulls it down, the pFET `hold` with its bias holds it up.
     """
-    for k in range(out.shape[0]):
-        n, p = terms_at(pull, k), terms_at(hold, k)
-        for j in range(out.shape[1]):
-            low, high, y = 0.0, supply, 0.0
-            for _ in range(_ITERATIONS):
-                up, by_up, _, _ = channel(p, y, bias[k, j], 0.0)
-                down, by_down, _, _ = channel(n, supply - y, gate[k, j], 0.0)
-                held, by_held, _ = leaked(p, y, bias[k, j])
-                lost, by_lost, _ = leaked(n, supply - y, gate[k, j])
-                f = up + held - down - lost
-                if f > 0.0:
-                    high = y
-                else:
-                    low = y
-                moved = guess(y - f / (by_up + by_held + by_down + by_lost), low, high) - y
-                y += moved
-                if abs(moved) < _EXACT:
-                    break
-            out[k, j] = y
+    rows, points = np.concatenate((pull, hold)), np.empty((START + 2, *out.shape))
+    points[0], points[1], points[2], points[START], points[START + 1] = 0.0, 0.0, supply, gate, bias
+    w, who, active, following = team_of(rows, points)
+    while active > 0:
+        _amplifier_moves(w, active, supply)
+        active, following = exchanged(w, who, rows, points, out, active, following, Y)
 
 
 @compiled()
-def pair_source(
-    first: Terms, second: Terms, gates: tuple[float, float], drains: tuple[float, float], total: float
-) -> float:
-    """Return the common source of two transistors that carry `total` (A, above zero) together, V."""
-    y = max(pinched(first, gates[0])[0], pinched(second, gates[1])[0])
-    return _shared(first, second, gates, drains, (total, y))
-
-
-@compiled(forceinline=True)
-def _shared(
-    first: Terms, second: Terms, gates: tuple[float, float], drains: tuple[float, float],
-    known: tuple[float, float],
-) -> float:  # fmt: skip
-    """Common source of a pair; known: what both carry, A, and a guess of the source, V."""
-    total, y = known
-    for _ in range(_ITERATIONS):
-        a, _, _, by_a = channel(first, drains[0], gates[0], y)
-        b, _, _, by_b = channel(second, drains[1], gates[1], y)
-        carried = a + b
-        step = math.log(carried / total) * carried / -(by_a + by_b) if carried > 0.0 else -_WIDEST
+def _pair_moves(w: F64, active: int) -> None:
+    """Newton's step of all active lanes of `pair`."""
+    for j in range(min(active, LANES)):
+        first, second, y = terms_in(w, j, _E + LANES), terms_in(w, j, _E + (1 + TERMS) * LANES), w[Y + j]
+        a, _, _, by_a = even_channel(first, w[_C + j], w[_A + j], y)
+        b, _, _, by_b = even_channel(second, w[_D + j], w[_B + j], y)
+        w[FIRST + j], w[SECOND + j] = a + b, by_a + by_b
+    for j in range(min(active, LANES)):
+        carried = w[FIRST + j]
+        step = math.log(carried / w[_E + j]) * carried / -w[SECOND + j] if carried > 0.0 else -_WIDEST
         step = min(max(step, -_WIDEST), _WIDEST)
-        y += step
-        if abs(step) < _EXACT:
-            break
-    return y
+        settled(w, j, w[Y + j] + step, abs(step) < _EXACT)
 
 
-@compiled()
+@compiled(_nrt=True)
 def pair(
     first: F64, second: F64, gates: tuple[F64, F64], drains: tuple[F64, F64], total: F64, out: F64
 ) -> None:
     """Fill `out` with the common source (V) of two transistors that carry `total` (A) together."""
+    rows, points = np.concatenate((first, second)), np.empty((START + 5, *out.shape))
+    points[0], points[1], points[2] = np.nan, 0.0, 0.0
+    points[START], points[START + 1] = gates[0], gates[1]
+    points[START + 2], points[START + 3], points[START + 4] = drains[0], drains[1], total
     for k in range(out.shape[0]):
-        a, b, y = terms_at(first, k), terms_at(second, k), 0.0
-        for j in range(out.shape[1]):
-            g, d = (gates[0][k, j], gates[1][k, j]), (drains[0][k, j], drains[1][k, j])
-            y = pair_source(a, b, g, d, total[k, j]) if j == 0 else _shared(a, b, g, d, (total[k, j], y))
-            out[k, j] = y
-
-
-@compiled(forceinline=True)
-def _fed(n: Terms, p: Terms, at: tuple[float, float], ends: tuple[float, float], y: float) -> float:
-    """Gate of a diode that an nFET feeds, V, from a guess `y`.
-
-    at: gate and source of the nFET, V; ends: supply and foot, V.
-    """
-    low, high = 0.0, ends[0]
-    for _ in range(_ITERATIONS):
-        held, by_drain, by_gate, _ = channel(p, y, y, ends[1])
-        leak, by_junction, by_induced = leaked(p, y, y)
-        drawn, by_drawn, _, _ = channel(n, ends[0] - y, at[0], at[1])
-        lost, by_lost, _ = leaked(n, ends[0] - y, at[0])
-        held += leak
-        drawn += lost
-        if held > drawn:
-            high = y
-        else:
-            low = y
-        by_held, by_drawn = by_drain + by_gate + by_junction + by_induced, by_drawn + by_lost
-        # on the logarithm of the ratio, which is nearly a line
-        if held > 0.0 and drawn > 0.0:
-            new = y - math.log(held / drawn) / (by_held / held + by_drawn / drawn)
-        else:
-            new = y - (held - drawn) / (by_held + by_drawn)
-        new = guess(new, low, high)
-        if abs(new - y) < _EXACT:
-            return new
-        y = new
-    return y
+        a, b = terms_at(first, k), terms_at(second, k)
+        points[0, k, 0] = max(pinched(a, gates[0][k, 0])[0], pinched(b, gates[1][k, 0])[0])
+    w, who, active, following = team_of(rows, points)
+    while active > 0:
+        _pair_moves(w, active)
+        active, following = exchanged(w, who, rows, points, out, active, following, Y)
 
 
 @compiled()
+def _fed_moves(w: F64, active: int, supply: float, foot: float) -> None:
+    """Newton's step of all active lanes of `fed_diode`."""
+    for j in range(min(active, LANES)):
+        n, p, y = terms_in(w, j, _C), terms_in(w, j, _C + TERMS * LANES), w[Y + j]
+        held, by_drain, by_gate, _ = even_channel(p, y, y, foot)
+        leak, by_junction, by_induced = even_leaked(p, y, y)
+        drawn, by_drawn, _, _ = even_channel(n, supply - y, w[_A + j], w[_B + j])
+        lost, by_lost, _ = even_leaked(n, supply - y, w[_A + j])
+        w[FIRST + j], w[SECOND + j] = held + leak, drawn + lost
+        by_held, by_drawn = by_drain + by_gate + by_junction + by_induced, by_drawn + by_lost
+        w[THIRD + j] = by_held / (held + leak) + by_drawn / (drawn + lost)
+        w[FOURTH + j] = by_held + by_drawn
+    for j in range(min(active, LANES)):
+        held, drawn, y = w[FIRST + j], w[SECOND + j], w[Y + j]
+        # on the logarithm of the ratio, which is nearly a line
+        if held > 0.0 and drawn > 0.0:
+            new = y - math.log(held / drawn) / w[THIRD + j]
+        else:
+            new = y - (held - drawn) / w[FOURTH + j]
+        new = bounded(w, j, held - drawn, new)
+        settled(w, j, new, abs(new - y) < _EXACT)
+
+
+@compiled(_nrt=True)
 def fed_diode(
     drawing: F64, mirror: F64, gate: F64, source: F64, supply: float, out: F64, foot: float = 0.0
 ) -> None:
@@ -271,9 +312,10 @@ def fed_diode(
 
     gate, source: of the nFET, V; its drain is at the diode; foot: source of the diode, V below the supply.
     """
-    for k in range(out.shape[0]):
-        n, p = terms_at(drawing, k), terms_at(mirror, k)
-        y = foot + 0.3 * (supply - foot)
-        for j in range(out.shape[1]):
-            y = _fed(n, p, (gate[k, j], source[k, j]), (supply, foot), y)
-            out[k, j] = y
+    rows, points = np.concatenate((drawing, mirror)), np.empty((START + 2, *out.shape))
+    points[0], points[1], points[2], points[START], points[START + 1] = np.nan, 0.0, supply, gate, source
+    points[0, :, 0] = foot + 0.3 * (supply - foot)
+    w, who, active, following = team_of(rows, points)
+    while active > 0:
+        _fed_moves(w, active, supply, foot)
+        active, following = exchanged(w, who, rows, points, out, active, following, Y)

@@ -72,7 +72,7 @@ def _branch(
     y = _between(lower, upper, gates, ends, y)
     below, by_below, _, by_source = channel(lower, y, gates[0], ends[0])
     above, _, _, by_above = channel(upper, ends[1], gates[1], y)
-    # of the transistor that limits, as in `series_current`
+    # of the transistor that limits, as in `series`
     current = below if by_below < -by_above else above
     return current, by_source * by_above / (by_above - by_below), y
 

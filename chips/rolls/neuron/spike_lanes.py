@@ -6,7 +6,7 @@ voltage is in `V + i LANES`, and so on. What the law wants of its devices stands
 
 from __future__ import annotations
 
-LANES, NODES, OWN_ROWS = 32, 4, 40
+LANES, NODES, OWN_ROWS = 32, 4, 120
 V = 0  # voltages of v_mem, v_o1, v_ref, k1, V
 RATE = V + NODES * LANES  # how fast they move, V/s
 NUDGED = RATE + NODES * LANES  # the same where the node itself is NUDGE higher, V/s

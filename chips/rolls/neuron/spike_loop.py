@@ -22,7 +22,12 @@ from chips.rolls.neuron.spike_lanes import (
     V,
 )
 from chips.rolls.neuron.spike_nodes import SpikeCircuit, adaptation, fill_rates, take_lanes
-from chips.rolls.neuron.whole_spike_nodes import WholeSpike, fill_whole_rates, whole_adaptation
+from chips.rolls.neuron.whole_spike_nodes import (
+    WholeSpike,
+    fill_whole_rates,
+    take_whole_lanes,
+    whole_adaptation,
+)
 from circuits.arrays import F64
 from circuits.compiled import compiled
 
@@ -38,12 +43,13 @@ _inlined = compiled(forceinline=True)
 _allocating = compiled(_nrt=True)
 
 
-@_inlined
-def _rates(c: _Ideal, w: _Whole, first: int, count: int, s: F64) -> None:
+@compiled()
+def _fill(c: _Ideal, w: _Whole, count: int, s: F64) -> None:
+    """Fill how fast the nodes move, by either law."""
     if c is not None:
         fill_rates(c, count, s)
     if w is not None:
-        fill_whole_rates(w, first, count, s)
+        fill_whole_rates(w.v_dd, count, s)
 
 
 @_allocating
@@ -89,8 +95,8 @@ def spikes_of(c: _Ideal, w: _Whole, parts: int, out: F64) -> None:
         between[0], steps, going = v_dd, 0, count
         while going > 0 and steps < _LONGEST:
             steps += 1
-            _rates(c, w, first, count, s)
             going = _moved(s, count, v_dd, parts, between[steps], spent[steps])
+            _fill(c, w, count, s)
         charge = np.zeros(count)
         if parts > 1:
             given = np.empty((steps + 1, count))
@@ -109,12 +115,15 @@ def _begin(c: _Ideal, w: _Whole, first: int, count: int, s: F64) -> float:
     """Put neurons from `first` on where their spike begins; the supply, V."""
     if c is not None:
         take_lanes(c, first, count, s)
+    if w is not None:
+        take_whole_lanes(w, first, count, s)
     v_dd = 0.0
     for j in range(count):
         s[V + j], s[V + LANES + j], v_dd = _begun(c, w, first + j)
         s[V + 2 * LANES + j], s[V + 3 * LANES + j] = 0.0, v_dd
         s[FIRED + j], s[LET_GO + j] = _thresholds(c, w, first + j)
         s[NOW + j], s[SPIKED + j], s[GOING + j] = 0.0, -1.0, 1.0
+    _fill(c, w, count, s)
     return v_dd
 
 

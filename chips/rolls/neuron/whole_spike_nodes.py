@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
-from chips.rolls.lumped.whole import series_current, terms_at
-from chips.rolls.neuron.spike_lanes import LANES, NODES, NUDGE, NUDGED, OWN, RATE, V
+import numpy as np
+
+from chips.rolls.lumped.whole import TERMS, series, terms_in
+from chips.rolls.neuron.spike_lanes import FIRED, LANES, LET_GO, NODES, NUDGE, NUDGED, OWN, RATE, V
 from circuits.arrays import F64
 from circuits.compiled import compiled
-from circuits.devices.channel import Terms, channel, leaked
+from circuits.devices.packable import LIMIT, even_channel, even_exp, even_leaked
 
 STEEPEST = 4.0  # e-folds, ours: of a drive in a spike, beyond which mc4 and the reset are all that counts
 MC1, MC2, MC4, MK4, MK5, MK6P, MK6N, MK8, MA1, MA2 = range(10)  # rows of devices
@@ -33,58 +34,98 @@ class WholeSpike(NamedTuple):
     steep: F64  # 1/V, of the drive's logarithm over v_mem
 
 
-_compiled = compiled()
+_MOVING = MK8 + 1  # devices that move nodes
+# where a lane's own numbers stand: those of the devices, gates of mc2, mk4 and mk5, each node's capacitance
+_GATES = OWN + _MOVING * TERMS * LANES
+_BUF, _CHARGING, _RFR2 = (_GATES + k * LANES for k in range(3))
+_CAPACITANCE = _GATES + 3 * LANES
+_START, _DRIVE, _STEEP = (_CAPACITANCE + (NODES + k) * LANES for k in range(3))
 
 
-@_compiled
-def _into(t: Terms, gate: float, drain: float) -> float:
-    """Current into a drain, A, its source being at the bulk; V above the bulk (below, pFET)."""
-    return float(channel(t, drain, gate, 0.0)[0] + leaked(t, drain, gate)[0])
-
-
-@_compiled
-def _rate(c: WholeSpike, k: int, node: int, v: F64) -> float:
-    """dv/dt of one node, V/s; v: the four voltages."""
-    dd, rows = c.v_dd, c.rows
-    if node == 0:
-        reset = dd if v[3] < c.thresholds[1, k] else 0.0
-        more = min(c.steep[k] * max(v[0] - c.start[k], 0.0), STEEPEST)
-        into = c.drive[k] * math.exp(more) if reset == 0.0 else 0.0
-        into += _into(terms_at(rows[MC4], k), dd - v[1], dd - v[0])
-        into -= _into(terms_at(rows[MK8], k), reset, v[0])
-    elif node == 1:
-        into = _into(terms_at(rows[MC2], k), c.gates[0, k], dd - v[1])
-        into -= _into(terms_at(rows[MC1], k), v[0], v[1])
-    elif node == 2:
-        into = -_into(terms_at(rows[MK5], k), c.gates[2, k], v[2])
-        if v[1] < c.thresholds[0, k]:
-            into += _into(terms_at(rows[MK4], k), c.gates[1, k], dd - v[2])
-    else:
-        into = _into(terms_at(rows[MK6P], k), dd - v[2], dd - v[3])
-        into -= _into(terms_at(rows[MK6N], k), v[2], v[3])
-    return float(into / c.capacitance[node, k])
-
-
-@_compiled
-def fill_whole_rates(c: WholeSpike, first: int, count: int, w: F64) -> None:
-    """Fill how fast all nodes of the lanes move, and how fast where the node itself is NUDGE higher."""
-    v = w[OWN : OWN + NODES]
+@compiled()
+def take_whole_lanes(c: WholeSpike, first: int, count: int, w: F64) -> None:
+    """Fill the lanes' own numbers with those of the neurons from `first` on."""
     for j in range(count):
+        k = first + j
+        for device in range(_MOVING):
+            for term in range(TERMS):
+                w[OWN + (device * TERMS + term) * LANES + j] = c.rows[device, term, k]
+        for gate in range(3):
+            w[_GATES + gate * LANES + j] = c.gates[gate, k]
         for node in range(NODES):
-            v[node] = w[V + node * LANES + j]
-        for node in range(NODES):
-            kept = v[node]
-            w[RATE + node * LANES + j] = _rate(c, first + j, node, v)
-            v[node] = kept + NUDGE
-            w[NUDGED + node * LANES + j] = _rate(c, first + j, node, v)
-            v[node] = kept
+            w[_CAPACITANCE + node * LANES + j] = c.capacitance[node, k]
+        w[_START + j], w[_DRIVE + j], w[_STEEP + j] = c.start[k], c.drive[k], c.steep[k]
 
 
-@_compiled
+@compiled(forceinline=True)
+def _into(w: F64, j: int, device: int, gate: float, drain: float) -> float:
+    """Current into a drain, A, its source being at the bulk; V above the bulk (below, pFET)."""
+    t = terms_in(w, j, OWN + device * TERMS * LANES, LANES)
+    return float(even_channel(t, drain, gate, 0.0)[0] + even_leaked(t, drain, gate)[0])
+
+
+@compiled(forceinline=True)
+def _reset_into(w: F64, j: int, v: float, v_dd: float) -> float:
+    """Current into v_mem at v, A."""
+    resets = w[V + 3 * LANES + j] < w[LET_GO + j]
+    more = min(w[_STEEP + j] * max(v - w[_START + j], 0.0), STEEPEST)
+    into = 0.0 if resets else w[_DRIVE + j] * even_exp(max(more, -LIMIT))
+    into += _into(w, j, MC4, v_dd - w[V + LANES + j], v_dd - v)
+    return into - _into(w, j, MK8, v_dd if resets else 0.0, v)
+
+
+@compiled(forceinline=True)
+def _fired_into(w: F64, j: int, v: float, v_dd: float) -> float:
+    """Current into v_o1 at v, A."""
+    return _into(w, j, MC2, w[_BUF + j], v_dd - v) - _into(w, j, MC1, w[V + j], v)
+
+
+@compiled(forceinline=True)
+def _held_into(w: F64, j: int, v: float, v_dd: float) -> float:
+    """Current into v_ref at v, A."""
+    drawn, filled = -_into(w, j, MK5, w[_RFR2 + j], v), _into(w, j, MK4, w[_CHARGING + j], v_dd - v)
+    return drawn + filled if w[V + LANES + j] < w[FIRED + j] else drawn
+
+
+@compiled(forceinline=True)
+def _ending_into(w: F64, j: int, v: float, v_dd: float) -> float:
+    """Current into k1 at v, A."""
+    gate = w[V + 2 * LANES + j]
+    return _into(w, j, MK6P, v_dd - gate, v_dd - v) - _into(w, j, MK6N, gate, v)
+
+
+@compiled(forceinline=True)
+def _put(w: F64, j: int, node: int, into: float, higher: float) -> None:
+    """Put how fast a node moves with a current into it, V/s, and with that which it gets NUDGE higher."""
+    at = node * LANES + j
+    w[RATE + at], w[NUDGED + at] = into / w[_CAPACITANCE + at], higher / w[_CAPACITANCE + at]
+
+
+@compiled()
+def fill_whole_rates(v_dd: float, count: int, w: F64) -> None:
+    """Fill how fast all nodes of the lanes move, and how fast where the node itself is NUDGE higher."""
+    for j in range(min(count, LANES)):
+        v = w[V + j]
+        _put(w, j, 0, _reset_into(w, j, v, v_dd), _reset_into(w, j, v + NUDGE, v_dd))
+    for j in range(min(count, LANES)):
+        v = w[V + LANES + j]
+        _put(w, j, 1, _fired_into(w, j, v, v_dd), _fired_into(w, j, v + NUDGE, v_dd))
+    for j in range(min(count, LANES)):
+        v = w[V + 2 * LANES + j]
+        _put(w, j, 2, _held_into(w, j, v, v_dd), _held_into(w, j, v + NUDGE, v_dd))
+    for j in range(min(count, LANES)):
+        v = w[V + 3 * LANES + j]
+        _put(w, j, 3, _ending_into(w, j, v, v_dd), _ending_into(w, j, v + NUDGE, v_dd))
+
+
+@compiled(_nrt=True)
 def whole_adaptation(c: WholeSpike, first: int, v_o1: F64, out: F64) -> None:
     """Fill what ma1 and ma2 give with v_o1 (V) on ma1's gate, A, float64[times, neurons from `first` on]."""
-    for j in range(v_o1.shape[1]):
-        k = first + j
-        lower, upper = terms_at(c.rows[MA1], k), terms_at(c.rows[MA2], k)
-        for i in range(v_o1.shape[0]):
-            out[i, j] = series_current(lower, upper, c.v_dd - v_o1[i, j], c.gates[3, k], 0.6 * c.v_dd)
+    count = v_o1.shape[1]
+    found, gates = np.empty((count, v_o1.shape[0])), np.empty((3, count, v_o1.shape[0]))
+    gates[0], gates[2] = c.v_dd - v_o1.T, 0.6 * c.v_dd
+    for j in range(count):
+        gates[1, j] = c.gates[3, first + j]
+    some = slice(first, first + count)
+    series(c.rows[MA1][:, some].copy(), c.rows[MA2][:, some].copy(), gates[0], gates[1], gates[2], found)
+    out[:] = found.T
