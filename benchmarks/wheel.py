@@ -3,9 +3,9 @@
 The wheel is built and installed with all that it needs into a virtual environment outside of the repository;
 then the main job, a study, an export and a short reproduction run in another folder, without `HOME`, where
 neither the installation nor the user's home can be written.
-Before it is built, commands are run (`KERNELS`) whose machine code goes with it, for this version of Python,
-numba and LLVM and the kinds of `circuits.machine_code.target` that this processor is. `--output FOLDER` keeps
-the wheel.
+It is built of a copy of the packages, in which commands are run before (`KERNELS`) whose machine code goes
+with it, for this version of Python, numba and LLVM and the kinds of `circuits.machine_code.target` that this
+processor is. `--output FOLDER` keeps the wheel.
 `--quick` takes what the wheel needs from the environment that runs this script, and leaves the study out.
 `--ci` is for each change: the main job on the Python that runs this script, which may compile nothing, and an
 export on every other of `OTHERS` that is here, each with all that it needs and from another folder. One that
@@ -37,6 +37,7 @@ from circuits.machine_code.cache import SHIPPED
 from circuits.machine_code.target import kinds_here
 
 ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("circuits", "chips", "netlists", "system")
 COMMANDS = {
     "main job": ["run", "approach", "--plot", "approach.png"],
     "study": ["montecarlo", "rebound-neuron", "-n", "4", "-o", "study"],
@@ -90,13 +91,25 @@ def install(folder: Path, wheel: Path, *, quick: bool) -> Path:
     return python.parent / "noctule"
 
 
-def make_kernels(folder: Path, *, few: bool) -> None:
-    """Have the machine code of `KERNELS` in the package, for each kind that this processor is."""
-    shutil.rmtree(SHIPPED, ignore_errors=True)
+def copied(folder: Path) -> Path:
+    """A copy of what the wheel is made of, without machine code, in `folder`: the checkout stays as it is."""
+    tree = folder / "tree"
+    tree.mkdir()
+    left = shutil.ignore_patterns("__pycache__", SHIPPED.name)
+    for name in PACKAGES:
+        shutil.copytree(ROOT / name, tree / name, ignore=left)
+    for path in ROOT.iterdir():
+        if path.is_file():
+            shutil.copy(path, tree)
+    return tree
+
+
+def make_kernels(folder: Path, tree: Path, *, few: bool) -> None:
+    """Have the machine code of `KERNELS` in the packages of `tree`, for each kind that this processor is."""
     work = folder / "kernels"
     work.mkdir()
     noctule = Path(sys.executable).with_name("noctule")
-    environment = {**os.environ, "NOCTULE_SHIP_KERNELS": "1"}
+    environment = {**os.environ, "NOCTULE_SHIP_KERNELS": "1", "PYTHONPATH": str(tree)}
     named = [{"NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""} for kind in kinds_here()]
     runs = product(named or [{}], KERNELS)
     for target, command in islice(runs, 1) if few else runs:
@@ -104,9 +117,9 @@ def make_kernels(folder: Path, *, few: bool) -> None:
         subprocess.run(words, check=True, capture_output=True, cwd=work, env=environment | target)
 
 
-def built(folder: Path) -> Path:
-    """The wheel, made in `folder`."""
-    subprocess.run([*PIP, "wheel", "--no-deps", "-w", str(folder), str(ROOT)], check=True)
+def built(folder: Path, tree: Path) -> Path:
+    """The wheel of `tree`, made in `folder`."""
+    subprocess.run([*PIP, "wheel", "--no-deps", "-w", str(folder), str(tree)], check=True)
     (wheel,) = folder.glob("*.whl")
     return wheel
 
@@ -185,9 +198,8 @@ def set_writable(folder: Path, bit: int) -> None:
 
 def first_runs(folder: Path, wheel: Path) -> Iterator[Row]:
     """A row a command: processor time of its first run in a new environment, and of its second."""
-    yield Row(
-        "size of the wheel, MB", wheel.stat().st_size / 1e6, None, None, f"{_shipped():.1f} MB of kernels"
-    )
+    size = wheel.stat().st_size / 1e6
+    yield Row("size of the wheel, MB", size, None, None, f"{_shipped(folder):.1f} MB of kernels")
     command = install(folder, wheel, quick=True)
     work = folder / "work"
     work.mkdir()
@@ -198,9 +210,9 @@ def first_runs(folder: Path, wheel: Path) -> Iterator[Row]:
         yield Row(text, first, second, first / second, f"{count} kernels compiled", most=AT_MOST)
 
 
-def _shipped() -> float:
-    """Machine code that goes with the wheel, MB."""
-    return sum(path.stat().st_size for path in SHIPPED.rglob("*.nb?")) / 1e6
+def _shipped(folder: Path) -> float:
+    """Machine code that goes with the wheel that was made in `folder`, MB."""
+    return sum(path.stat().st_size for path in (folder / "tree").rglob("*.nb?")) / 1e6
 
 
 def _processor_time(words: list[str], work: Path, environment: dict[str, str]) -> float:
@@ -237,8 +249,9 @@ def main() -> int:
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        make_kernels(folder, few=bool(os.environ.get("CI")))
-        wheel = built(folder)
+        tree = copied(folder)
+        make_kernels(folder, tree, few=bool(os.environ.get("CI")))
+        wheel = built(folder, tree)
         if options.output:
             options.output.mkdir(parents=True, exist_ok=True)
             shutil.copy(wheel, options.output)
