@@ -13,6 +13,8 @@ from circuits.errors import CircuitError, ParameterError
 from system.cli.former import check_former
 from system.cli.option_names import as_options
 
+EDITS = {"only", "heal", "deviate"}  # options of a die's edits
+
 
 @final
 class OnceCommand(TyperCommand):
@@ -46,6 +48,8 @@ class OnceCommand(TyperCommand):
     def _names(self, ctx: Any) -> dict[str, str]:
         """Names of fields and parameters, and the options that stand for them."""
         own = {p.name: p.opts[0] for p in self.params if p.param_type_name == "option"}
+        if ctx.params.get("die"):  # which may be a file that states what these would
+            own |= {name: own["die"] for name in EDITS & own.keys() if not ctx.params.get(name)}
         named = getattr(self.callback, "said", dict)
         return {**named(ctx.params), **own}
 

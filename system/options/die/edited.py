@@ -14,6 +14,7 @@ from circuits.silicon.die import Die, Path
 from circuits.silicon.edit import SHARED, not_met, unmatched
 from circuits.silicon.silicon import Silicon
 
+FIELDS = {"set": "deviate"}  # by which an edit is asked for, where it is not called as its kind
 _COPY, _GENERATOR = ".bias copy", ".bias generator"  # what biases stand on, beside devices of the circuit
 
 
@@ -40,10 +41,11 @@ def check_edits(die: Die, circuits: Iterable[tuple[Circuit, Silicon]]) -> None:
             asked = told.get(path, "")
             if _GENERATOR in path and not any(_GENERATOR[1:] in str(paths) for _, paths, _ in families):
                 raise UnknownNameError(
-                    f"die: {path}, no bias stands on a generator here; take the bias kind generator"
+                    f"{_field(die, path)}: {path}, no bias stands on a generator here; take the bias kind"
+                    " generator"
                 )
             like = [(p, paths) for p, paths, name in families if asked in {"", name.removeprefix(SHARED)}]
-            raise _no_device(path, like, f" with {asked}" if asked else "")
+            raise _no_device(die, path, like, f" with {asked}" if asked else "")
 
 
 def _of_another_block(path: str, own: Collection[str]) -> bool:
@@ -83,12 +85,22 @@ def check_drawn(die: Die) -> None:
         The die of the run.
     """
     for path, drawn in not_met(die.edits).items():
-        raise _no_device(path, drawn)
+        raise _no_device(die, path, drawn)
 
 
-def _no_device(path: str, drawn: Iterable[tuple[Path, Sequence[Path]]], which: str = "") -> UnknownNameError:
+def _no_device(
+    die: Die, path: str, drawn: Iterable[tuple[Path, Sequence[Path]]], which: str = ""
+) -> UnknownNameError:
     known = dict.fromkeys(name for place, paths in drawn for name in _names(place, paths))
-    return UnknownNameError(f"die: {path}, is the path of no device{which}{meant(path, known)}")
+    return UnknownNameError(
+        f"{_field(die, path)}: {path}, is the path of no device{which}{meant(path, known)}"
+    )
+
+
+def _field(die: Die, path: str) -> str:
+    """By which field the edit of a path is asked for."""
+    kind = next(edit.kind for edit in die.edits if path in edit.paths)
+    return FIELDS.get(kind, kind)
 
 
 def _names(place: Path, paths: Sequence[Path]) -> Iterable[str]:

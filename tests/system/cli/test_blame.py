@@ -44,7 +44,7 @@ def test_document_has_its_keys_and_files_are_written(
         ("--die 1003 --heal 'toy_chip'", "all trials of seeds 0 to 5 succeed, must fail in one"),
         ("--die nominal", "die nominal all trials of seeds 0 to 5 succeed"),
         ("--die 1003 --trials 20", "--trials: 20, must be at least 150"),
-        ("--die 1003 --heal toy_chip.nothing", "toy_chip.nothing, is the path of no device"),
+        ("--die 1003 --heal toy_chip.nothing", "--heal: toy_chip.nothing, is the path of no device"),
     ],
 )
 def test_refusals_are_one_line(options: str, text: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -67,3 +67,16 @@ def test_file_and_other_options_do_not_both_state_the_die(tmp_path):
 def test_die_of_a_plan_is_not_written(tmp_path):
     with pytest.raises(ParameterError, match="its own draws"):
         write_die_file(tmp_path / "die.toml", Die(number=0, sampling=Sampling("p", 0, {}, [[]])))
+
+
+def test_a_path_that_means_no_device_is_told_of_the_option_that_states_it(refused, tmp_path):
+    path = tmp_path / "die.toml"
+    path.write_text('die = 1003\nheal = ["nothing.m1"]\n')
+    for option, value in (
+        ("--heal", "nothing.m1"),
+        ("--only", "nothing.m1"),
+        ("--deviate", "nothing.m1.v_t0=1mV"),
+        ("--die", str(path)),
+    ):
+        told = refused("op", "rebound-neuron", option, value)
+        assert told.startswith(f"{option}: nothing.m1, is the path of no device")
