@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv as comma_separated
 import io
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,12 +15,14 @@ from circuits.solver.adjoint.gradient import Gradients, gradients_of
 from circuits.solver.adjoint.measure import Measure, SpikeTime
 from circuits.units import format_quantity
 from system.cli.block_choice import choose_block
+from system.cli.deck_measures import own_measures
 from system.cli.output import print_json, print_line, print_table, working
+from system.cli.over_dies import needed
 from system.cli.study_verbs import Gradient
 from system.files.writing import write_text_atomic
 from system.options.block import Choice, describe_silicon, silicon_line
 from system.plot import check_picture, save_picture
-from system.study.metrics.gradient import FORMS, draw_gradients, measures_of
+from system.study.metrics.gradient import FORMS, draw_gradients, is_form, measures_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,7 +36,7 @@ def gradient_command(asked: Gradient) -> None:
     choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     machine = to_kernel(choice.testbench(), choice.silicon)
     with working(f"gradients of {asked.block}"):
-        found = gradients_of(machine, _measures(choice, machine, asked.metric))
+        found = gradients_of(machine, _measures(asked, choice, machine))
     if asked.csv is not None:
         write_text_atomic(asked.csv, _csv(found))
     save_picture(asked.plot, lambda figure: _draw(found, figure))
@@ -47,12 +48,15 @@ def gradient_command(asked: Gradient) -> None:
         _print(found, k, choice)
 
 
-def _measures(choice: Choice, machine: Machine, names: Sequence[str]) -> list[Measure]:
-    """What is asked for; the first spike of each watched port unless something is."""
+def _measures(asked: Gradient, choice: Choice, machine: Machine) -> list[Measure]:
+    """What is asked for, of a deck's cards too; the first spike of each watched port unless something is."""
+    names = [name if is_form(name) or ":" in name else name.replace("-", "_") for name in asked.metric]
     watched = [machine.names[n] for w in machine.testbench.watch for n in machine.flat.port_nodes(w)]
     if not (names or watched):
         raise ParameterError(f"--metric: none, and {choice.block.name} has no spikes; name one of {FORMS}")
-    return measures_of(choice, names) if names else [SpikeTime(port) for port in watched]
+    if not names:
+        return [SpikeTime(port) for port in watched]
+    return measures_of(choice, names, needed(own_measures(asked.block, asked.silicon, lambda: choice), names))
 
 
 def _order(found: Gradients, k: int) -> tuple[list[int], Any]:

@@ -29,7 +29,8 @@ from circuits.testbench import Testbench
 from circuits.units import parse_quantity, unit_of_name
 from system.options.block import Choice
 from system.plot import COLOURS
-from system.study.metrics.metric import metrics_of
+from system.study.metrics.measure import measure_name
+from system.study.metrics.metric import metrics_of, with_named
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -151,7 +152,12 @@ _MADE: Mapping[str, Callable[[Sequence[str]], Measure]] = {
 }
 
 
-def measures_of(choice: Choice, names: Sequence[str]) -> list[Measure]:
+def is_form(name: str) -> bool:
+    """Return whether the name of a measure is a form that every testbench has."""
+    return _FORM.fullmatch(name.strip()) is not None
+
+
+def measures_of(choice: Choice, names: Sequence[str], own: Sequence[str] = ()) -> list[Measure]:
     """Return the measures of names: forms that every testbench has, and what the block's testbench measures.
 
     Parameters
@@ -160,6 +166,8 @@ def measures_of(choice: Choice, names: Sequence[str]) -> list[Measure]:
         The block.
     names
         The names.
+    own
+        Texts of measures that names may mean too, as those of a deck's cards.
 
     Raises
     ------
@@ -168,12 +176,13 @@ def measures_of(choice: Choice, names: Sequence[str]) -> list[Measure]:
     UnknownNameError
         A name is unknown.
     """
-    return [measure_of(name) if _FORM.fullmatch(name) else _of_block(choice, name) for name in names]
+    return [measure_of(name) if is_form(name) else _of_block(choice, name, own) for name in names]
 
 
-def _of_block(choice: Choice, name: str) -> Measure:
+def _of_block(choice: Choice, name: str, own: Sequence[str]) -> Measure:
+    texts = with_named(own, (name,)) if name in map(measure_name, own) else (name,)
     try:
-        (metric,) = metrics_of(choice, (name,))
+        (metric,) = (each for each in metrics_of(choice, texts) if each.name == name or len(texts) == 1)
     except UnknownNameError as error:
         raise UnknownNameError(f"{error}, or {FORMS}") from None
     return measured_by(metric)

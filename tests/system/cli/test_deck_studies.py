@@ -45,6 +45,23 @@ def test_a_study_measures_a_deck_s_own_cards(deck: Path, capsys: pytest.CaptureF
     assert "this .measure card is left out" in said.err
 
 
+def test_a_gradient_takes_a_deck_s_own_cards(deck: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    written(deck, DECK + ".measure tran twice param='2*t_fall'\n")
+    names = ["--metric", "t_fall", "--metric", "twice", "--metric", "fall(out,2.5V)"]
+    assert main(["gradient", str(deck), *names, "--json"]) == 0
+    said = capsys.readouterr()
+    assert "nowhere" in said.err
+    own, twice, form = json.loads(said.out)["metrics"]
+    assert own["metric"] == "t_fall"
+    assert own["unit"] == "s"
+    # the input is the testbench's, which no device moves; voltages of a run are told apart by a millionth
+    slopes = [{g["parameter"]: g["gradient"] for g in each["gradients"]} for each in (own, twice, form)]
+    largest = max(map(abs, slopes[2].values()))
+    for name, slope in slopes[2].items():
+        assert slopes[0][name] == pytest.approx(slope, rel=1e-4, abs=1e-6 * largest)
+        assert slopes[1][name] == pytest.approx(2.0 * slope, rel=1e-4, abs=1e-6 * largest)
+
+
 def test_a_study_is_at_the_temperature_that_the_deck_states(
     deck: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
