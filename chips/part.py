@@ -78,6 +78,9 @@ class Part(Protocol[State]):
     ) -> tuple[State, float, Advanced]:
         """Advance to a time, or to the first output event.
 
+        Into which spans a run is cut is the caller's, and should move no event; a part whose events it moves
+        says by how much.
+
         Parameters
         ----------
         state

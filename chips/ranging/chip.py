@@ -19,18 +19,11 @@ from chips.codes import Codes
 from chips.noise import SiliconNoise
 from chips.part import Analog, Event, Output
 from chips.ranging import circuit as ranging_chip
+from chips.ranging.ahead import Looked, bring, go_on, look_all, resting
 from chips.ranging.calibration.found import values_of
 from chips.ranging.law import Neurons
 from chips.ranging.model import ReboundModel, check_box, model_of, neurons_on, with_biases
-from chips.ranging.neuron_kernel import (
-    COLUMNS,
-    NEAR,
-    UNDECIDED,
-    advance_all,
-    begin,
-    call,
-    echo,
-)
+from chips.ranging.neuron_kernel import COLUMNS, call, echo
 from chips.ranging.noise import Jitter, copied, new_jitter, next_durations
 from chips.ranging.record import ReboundRecord
 from chips.ranging.temperature import move_releases
@@ -56,14 +49,14 @@ NoiseState = tuple[F64, F64, I64]  # relaxations, time of the last call (s), cal
 class ChipState:
     """State of a ranging chip.
 
-    time: reached, s; neurons: float64[n, columns] of the kernel; temperature_c: degC; pending: events that
-    were handed in early; last: times of the last call and of the last echo, s; lines: polylines of the analog
-    inputs in force; merged: events that fell into the pulse of the one before; noise_state: what noise
-    carries from call to call, None without noise.
+    time: reached, s; neurons: as they were looked at, and what lies ahead of them; temperature_c: degC;
+    pending: events that were handed in early; last: times of the last call and of the last echo, s; lines:
+    polylines of the analog inputs in force; merged: events that fell into the pulse of the one before;
+    noise_state: what noise carries from call to call, None without noise.
     """
 
     time: float
-    neurons: F64
+    neurons: Looked
     temperature_c: float
     pending: tuple[Event, ...] = ()
     last: tuple[float, float] = (-math.inf, -math.inf)
@@ -74,7 +67,7 @@ class ChipState:
     @property
     def undecided(self) -> int:
         """How many moments there were at which a spike was too near to call."""
-        return int(self.neurons[:, UNDECIDED].sum() + self.neurons[:, NEAR].sum())
+        return self.neurons.undecided
 
 
 @lru_cache(maxsize=8)
@@ -141,12 +134,9 @@ class RangingChip:
 
     def begin(self, time: float = 0.0) -> ChipState:
         """Return the state at rest at `time` s, at the silicon's temperature."""
-        states = np.zeros((len(self.spikes), COLUMNS))
-        neurons = self.neurons_at(self.silicon.temperature_c)
-        for k in range(len(self.spikes)):
-            begin(neurons, k, states[k], time)
+        neurons = resting(self.neurons_at(self.silicon.temperature_c), COLUMNS, time)
         jitter = self.jitter_at(self.silicon.temperature_c)
-        return ChipState(time, states, self.silicon.temperature_c, noise_state=_noise_state(jitter))
+        return ChipState(time, neurons, self.silicon.temperature_c, noise_state=_noise_state(jitter))
 
     def next_time(self, state: ChipState) -> float:
         """Return the time of the next event that was handed in early to `state`, s, else inf.
@@ -160,7 +150,9 @@ class RangingChip:
     ) -> tuple[ChipState, float, Output]:
         """Advance `state` to `until` s, or to the first spike, as `chips.part.Part` says.
 
-        `events` are calls and echoes, and `analog` may have `v_ex_max` (V) and `temperature` (degC).
+        `events` are calls and echoes, and `analog` may have `v_ex_max` (V) and `temperature` (degC), which is
+        taken at the state's time. Into how many spans a run is cut moves no bit of it, but for when a
+        temperature that moves is taken.
 
         Raises
         ------
@@ -175,8 +167,7 @@ class RangingChip:
         pending = sorted([*state.pending, *events], key=lambda e: e[1])
         state = self._at_temperature(replace(state, lines=lines), lines)
         neurons = self.neurons_at(state.temperature_c)
-        now, states = state.time, state.neurons.copy()
-        saved, fired = np.empty_like(states), np.full(len(self.spikes), math.inf)
+        now, looked, fired = state.time, state.neurons.copied(), np.zeros(len(self.spikes), np.bool_)
         last, merged = list(state.last), state.merged
         jitter = self.jitter_at(state.temperature_c)
         if jitter is not None and state.noise_state is not None:
@@ -190,17 +181,19 @@ class RangingChip:
                     merged += 1
                     continue
                 last[which] = time
-                self._apply(neurons, states, port, now, lines, jitter)
-            if now >= until:
+                bring(neurons, looked, now, fired)
+                self._apply(neurons, looked.base, port, now, lines, jitter)
+                look_all(neurons, looked)
+            if now >= until or fired.any():
                 break
-            now = advance_all(neurons, states, min([until, *(t for _, t in pending[:1])]), saved, fired)
-            if fired.min() < math.inf:
+            now = go_on(neurons, looked, min([until, *(t for _, t in pending[:1])]), fired)
+            if fired.any():
                 break
         state = replace(
-            state, time=now, neurons=states, pending=tuple(pending), last=(last[0], last[1]), merged=merged,
+            state, time=now, neurons=looked, pending=tuple(pending), last=(last[0], last[1]), merged=merged,
             noise_state=_noise_state(jitter),
         )  # fmt: skip
-        found = tuple((self.spikes[k], float(fired[k])) for k in np.flatnonzero(np.isfinite(fired)))
+        found = tuple((self.spikes[k], now) for k in np.flatnonzero(fired))
         return state, now, Output(found, np.array([state.time]), np.zeros((1, 0)))
 
     def _apply(
@@ -232,10 +225,8 @@ class RangingChip:
 
     def moved(self, state: ChipState, temperature_c: float) -> ChipState:
         """Return `state` as it goes on at `temperature_c`, degC."""
-        ratio = self.neurons_at(temperature_c).t_inh / self.neurons_at(state.temperature_c).t_inh
-        states = state.neurons.copy()
-        move_releases(states, state.time, ratio)
-        return replace(state, neurons=states, temperature_c=temperature_c)
+        neurons, old = self.neurons_at(temperature_c), self.neurons_at(state.temperature_c)
+        return replace(state, neurons=_on(neurons, old, state), temperature_c=temperature_c)
 
     def rebiased(self, values: Mapping[str, float | tuple[float, ...]]) -> RangingChip:
         """Return the chip with other `values` of its biases, A or V by name; raises outside of its box."""
@@ -248,9 +239,7 @@ class RangingChip:
         What is left of an inhibition is left in proportion to the new one.
         """
         at = state.temperature_c
-        states = state.neurons.copy()
-        move_releases(states, state.time, self.neurons_at(at).t_inh / before.neurons_at(at).t_inh)
-        return replace(state, neurons=states)
+        return replace(state, neurons=_on(self.neurons_at(at), before.neurons_at(at), state))
 
     def neurons_at(self, temperature: float) -> Neurons:
         """Return the neurons at `temperature` (degC), which is checked against the box once."""
@@ -279,6 +268,15 @@ class RangingChip:
             limits = v_dd - self.model.record.box.v_ex_max, v_dd + ABOVE_SUPPLY
             for level in (lines["v_ex_max"][1].min(), lines["v_ex_max"][1].max()):
                 require_inside(f"{self.path}.v_ex_max", float(level), limits, "V")
+
+
+def _on(neurons: Neurons, old: Neurons, state: ChipState) -> Looked:
+    """The neurons of a state of other numbers; what is left of an inhibition is left in proportion."""
+    looked = state.neurons.copied()
+    bring(old, looked, state.time, np.zeros(looked.due.size, np.bool_))
+    move_releases(looked.base, state.time, neurons.t_inh / old.t_inh)
+    look_all(neurons, looked)
+    return looked
 
 
 def _noise_state(jitter: Jitter | None) -> NoiseState | None:

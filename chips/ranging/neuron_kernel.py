@@ -250,26 +250,6 @@ def _hermite(z: float, h: float, a: float, b: float, da: float, db: float) -> fl
 
 
 @_compiled
-def advance_all(m: Neurons, states: F64, until: float, saved: F64, spikes: F64) -> float:
-    """Advance all neurons to `until` (s) or to their first spike, and return the time reached.
-
-    states: float64[n, COLUMNS]; saved: working space of that shape; spikes: filled with the time of each
-    neuron's spike, or inf, float64[n].
-    """
-    n = states.shape[0]
-    reached = until
-    for k in range(n):
-        copy_state(states[k], saved[k])
-        spikes[k] = advance(m, k, states[k], reached)
-        reached = min(reached, spikes[k])
-    for k in range(n):
-        if states[k, NOW] > reached:
-            copy_state(saved[k], states[k])
-            spikes[k] = advance(m, k, states[k], reached)
-    return reached
-
-
-@_compiled
 def respond_all(
     m: Neurons, times: F64, is_call: Bools, until: float, s: F64, spikes: F64, counts: I64
 ) -> None:

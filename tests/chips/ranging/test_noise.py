@@ -85,14 +85,14 @@ def test_a_chip_without_noise_is_the_chip_it_was() -> None:
     b, _, _ = noisy.advance(noisy.begin(), 2e-3, events)
     assert b.noise_state is not None
     assert a.noise_state is None
-    moved = b.neurons[:, RELEASE] - a.neurons[:, RELEASE]
+    moved = b.neurons.base[:, RELEASE] - a.neurons.base[:, RELEASE]
     assert 0.0 < np.abs(moved).max() < 100e-6
 
 
 def test_a_state_goes_on_as_a_value_and_over_temperature() -> None:
     chip = RangingChip(Silicon(AMI_1500_IDEAL), noise=SiliconNoise(5), bias_kind="gate")
     begun, _, _ = chip.advance(chip.begin(), 2e-3, [("call", 1e-3)])
-    again = [chip.advance(begun, 0.2, [("call", 0.15)])[0].neurons for _ in range(2)]
+    again = [chip.advance(begun, 0.2, [("call", 0.15)])[0].neurons.base for _ in range(2)]
     np.testing.assert_array_equal(again[0], again[1])
     warm = {"temperature": (np.array([0.0]), np.array([40.0]))}
     warmer, _, _ = chip.advance(begun, 0.2, [("call", 0.15)], warm)
