@@ -41,6 +41,9 @@ class CellState:
 class Cell(Unforeseen):
     """A circuit that is simulated while a system runs, with its supply and biases, its other inputs driven.
 
+    A step of the solver ends where a span does, so that the spans of a run move its events within
+    the solver's error: spikes of the rebound neuron on four dies by at most 8 ns, in spans of 1 ms.
+
     Parameters
     ----------
     circuit

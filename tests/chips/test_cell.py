@@ -39,6 +39,20 @@ def test_a_cell_fires_when_its_circuit_does(neuron: Cell) -> None:
     assert abs(reached - simulate(bench, Silicon(AMI_1500_IDEAL)).spikes["spike"][0]) < 4e-6
 
 
+def test_spans_of_a_run_move_a_spike_by_less_than_the_solver_s_error(neuron: Cell) -> None:
+    _, whole, _ = _spike(neuron)
+    state, found = neuron.begin(), []
+    for end in np.linspace(0.0, 12e-3, 13)[1:].tolist():
+        given = [(port, at) for port, at in (("call", CALL), ("echo", ECHO)) if end - 1e-3 <= at < end]
+        reached = -1.0
+        while reached < end:
+            state, reached, output = neuron.advance(state, end, given)
+            given, found = [], [*found, *output.events]
+    ((_, cut),) = found
+    # an eightieth of the solver's own error at the default tolerance, 2 us
+    assert abs(cut - whole) < 25e-9
+
+
 def test_a_cell_stops_at_its_event_and_goes_on(neuron: Cell) -> None:
     state, reached, events = _spike(neuron)
     assert events[0][1] == reached == state.solver.now
