@@ -8,6 +8,7 @@ from pathlib import Path
 from chips.rolls.circuit import chip
 from chips.rolls.program.bias_file import SHIPPED, BiasTable, read_biases, shipped_biases
 from chips.rolls.validity import check_supply
+from circuits.bias import rebias
 from circuits.errors import DataError, ParameterError, meant
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.process_file import process_under
@@ -41,7 +42,7 @@ def silicon_of(choice: SiliconChoice) -> Silicon:
     process = process_under(ROLLS_180, choice.process, choice.law)
     check_supply(process)
     silicon = Silicon(process, celsius, read_die(choice))
-    check_edits(silicon.die, [(chip(), silicon)] if silicon.die.edits else [])
+    check_edits(silicon.die, [(rebias(chip(), kind="generator"), silicon)] if silicon.die.edits else [])
     return silicon
 
 

@@ -61,7 +61,8 @@ def check_known(die: Die, circuits: Iterable[Circuit]) -> None:
     die
         The die.
     circuits
-        What a robot is made of; a path that begins with another name passes.
+        What a robot is made of; a path that begins with another name passes, and one of a generator of
+        biases, whose lines are known when they are drawn.
     """
     if not die.edits:
         return
@@ -71,7 +72,7 @@ def check_known(die: Die, circuits: Iterable[Circuit]) -> None:
 
 
 def _of(paths: Iterable[str], name: str) -> tuple[str, ...]:
-    return tuple(path for path in paths if path.startswith(f"{name}."))
+    return tuple(path for path in paths if path.startswith(f"{name}.") and _GENERATOR not in path)
 
 
 def check_drawn(die: Die) -> None:
