@@ -8,6 +8,7 @@ values with commas between, or one element (`i_inh_tau[3]=150pA`).
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import Field, dataclass, fields, is_dataclass, replace
 from typing import Any
@@ -36,7 +37,7 @@ from system.options.die.edited import check_edits
 from system.options.die.file import edits_of
 from system.options.on_silicon import OnSilicon
 from system.options.silicon import SiliconChoice
-from system.options.target import Target, load_target, own_silicon, split_place
+from system.options.target import Target, file_of, load_target, own_silicon, split_place
 
 ROLLS = "rolls"  # the chip that is no circuit with a testbench
 
@@ -121,6 +122,12 @@ def _silicon_of(target: Target, block: Block, asked: SiliconChoice) -> Silicon:
     """The silicon that is asked for; what is left as usual is as a netlist states it."""
     celsius = parse_quantity(asked.celsius, "degC", "temperature")
     made = Silicon(process_under(block.process, asked.process, asked.law), celsius, read_die(asked))
+    if file_of(target) and asked.process is None and (block.process.effects, asked.law) == ("ideal", "full"):
+        warnings.warn(
+            f"{target}: its process is stated without second-order effects and runs with them; choose law"
+            " ideal to run without",
+            stacklevel=2,
+        )
     stated_c, noted = own_silicon(target)
     if stated_c is not None and asked.temperature is None:
         made = replace(made, temperature_c=stated_c)

@@ -122,3 +122,15 @@ def test_an_error_of_a_file_names_it_once(tmp_path: Path) -> None:
     )
     with pytest.raises(ParameterError, match=r"^load\.py:3: r\.resistance: -1 Ohm, must be > 0"):
         choose("load.py:f", ["ohm=-1"])
+
+
+def test_a_process_stated_without_second_order_effects_is_said_to_run_with_them(tmp_path: Path) -> None:
+    file = tmp_path / "plain.py"
+    file.write_text(
+        "from circuits.api import Circuit, Port, ROLLS_180_IDEAL, Resistor\nPROCESS = ROLLS_180_IDEAL\n"
+        "ONE = Circuit('one', (Port('v', 'analog'),), (Resistor('r', 'v', '0', 1e6),))\n"
+    )
+    with pytest.warns(UserWarning, match="without second-order effects and runs with them; choose law ideal"):
+        found = choose(f"{file}:ONE", stimuli=["v=1V"])
+    assert found.silicon.process == ROLLS_180
+    choose(f"{file}:ONE", stimuli=["v=1V"], silicon=SiliconChoice(law="ideal"))
