@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from circuits.catalogue import later
+from circuits.silicon.edit import DEVIATIONS
 from system.plot import COLOURS, INK, STYLE, settle
 from system.study.blame.blame import Blame
 from system.study.blame.story import Told
@@ -68,7 +69,7 @@ def draw_culprits(found: Blame, ax: Axes) -> None:
 
 
 def _label(path: str, name: str, value: float, sigma: float) -> str:
-    set_by_hand = "" if sigma > 0.0 else f" set to {value:g}"
+    set_by_hand = "" if sigma > 0.0 else f" set to {value:g} {DEVIATIONS.get(name, '')}".rstrip()
     return f"{path.removesuffix(f'.{name}')} {name}{set_by_hand}"
 
 

@@ -199,16 +199,23 @@ def _else(found: Blame) -> list[str]:
     return lines
 
 
+def _set_last(die: Die) -> dict[str, str]:
+    """What is set of a die by hand, in order: of what is set twice the last, which goes over the first."""
+    found: dict[str, str] = {}
+    for edit in die.edits:
+        if edit.kind == "set":
+            at = f"{edit.paths[0]}.{edit.parameter}"
+            found.pop(at, None)
+            found[at] = f"{edit.value!r}{DEVIATIONS[edit.parameter]}"
+    return found
+
+
 def mended_options(found: Blame) -> list[tuple[str, str]]:
     """Options by name that edit the die as the mended one is, and hold its codes."""
     die: Die = found.mended
     options = [("only", path) for edit in die.edits if edit.kind == "only" for path in edit.paths]
     options += [("heal", path) for edit in die.edits if edit.kind == "heal" for path in edit.paths]
-    options += [
-        ("deviate", f"{edit.paths[0]}.{edit.parameter}={edit.value:g}{DEVIATIONS[edit.parameter]}")
-        for edit in die.edits
-        if edit.kind == "set"
-    ]
+    options += [("deviate", f"{at}={value}") for at, value in _set_last(die).items()]
     if found.case.coded and getattr(found.case.scenario, "code_choice", "default") != "default":
         options.append(("codes_of", str(found.case.die.number)))
     return options

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import combinations
 
 import pytest
@@ -138,6 +139,15 @@ def test_story_tells_current_and_command(found: Blame) -> None:
     assert ("heal", found.culprits[0].path) in mended_options(found)
     ratio = current_ratio({"v_t0": (0.01, 0.0)}, found.processes["toy_chip"], 27.0)
     assert ratio == pytest.approx(0.763, abs=2e-3)  # exp(-0.7 0.01 / 0.02585)
+
+
+def test_the_command_sets_each_deviation_once_and_as_the_mended_die_has_it(found: Blame) -> None:
+    path = found.culprits[0].path.removesuffix(".v_t0")
+    planted = found.case.die.with_(path, "v_t0", 0.0123456789).with_("toy_chip.nothing", "v_t0", 0.0123456789)
+    scenario = replace(found.case.scenario, die=planted)
+    blamed = replace(found, case=replace(found.case, scenario=scenario))
+    told = [text for name, text in mended_options(blamed) if name == "deviate"]
+    assert told == ["toy_chip.nothing.v_t0=0.0123456789V", f"{path}.v_t0=0.0V"]
 
 
 def test_pairs_grow_with_what_differs() -> None:
