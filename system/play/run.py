@@ -141,6 +141,7 @@ def open_run(system: str, controller: Controller | None = None, **given: Any) ->
         Makes an action of an observation; noctule's own controller where None.
     given
         Options and fields of its scenario by name, as `seed`, `map` or `duration`; texts have their unit.
+        `ideal=True` puts programs in the place of all chips.
 
     Raises
     ------
@@ -171,7 +172,7 @@ def scenario_of_run(system: System[Any, Any], given: Mapping[str, Any], *, ideal
     """Return the scenario that `noctule run` makes of options by name; `die` may be no more than a number."""
     numbered = isinstance(given.get("die"), int)
     die = {"die": replace(system.settings["die"].default, number=given["die"])} if numbered else {}
-    return system.on_silicon(ideal=ideal, **{**given, **die})
+    return system.on_silicon(**{"ideal": ideal, **given, **die})
 
 
 def open_robot(system: System[Any, Any], scenario: Any) -> LiveRobot:

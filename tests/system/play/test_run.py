@@ -10,6 +10,7 @@ import pytest
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.approach.run import run_in_loop
+from system.forest.live import LiveForest
 from system.play.run import LiveRun, open_robot, open_run
 from system.registry import load_system, system_names
 from tests.house import ROOT
@@ -105,6 +106,12 @@ def test_a_forest_of_ones_own_is_flown_step_by_step(tmp_path: Any) -> None:
         assert len(step.readings) >= 0
     assert run.over == "collided with an obstacle"
     assert run.way[-1, 1] == pytest.approx(30.3, abs=0.05)  # the zone of collision before the wall
+
+
+def test_programs_stand_in_the_place_of_all_chips_where_that_is_asked_for() -> None:
+    run = open_run("forest", seed=3, pings=2, ideal=True)
+    assert isinstance(run.robot, LiveForest)
+    assert run.robot.scenario.sensing.selection == "ideal"
 
 
 def test_a_run_that_is_over_and_an_action_that_is_none_are_refused() -> None:
