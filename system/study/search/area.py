@@ -6,8 +6,8 @@ the variance of a metric is
     s^2 = s_0^2 + sum over devices of v_i a_i / A_i,
 
 where v_i is what transistor i adds at its area a_i, and s_0^2 is what no such area lessens: the process that
-all share, and diodes, whose area is in no unit of a transistor's. Of all areas with s = S the least in total
-are, by a multiplier of Lagrange,
+all share, diodes, whose area is in no unit of a transistor's, and gradients across the die. Of all areas with
+s = S the least in total are, by a multiplier of Lagrange,
 
     A_i = sqrt(v_i a_i) sum_j sqrt(v_j a_j) / (S^2 - s_0^2).
 
@@ -78,15 +78,15 @@ def matched(slopes: Slopes, slope: Slope, wanted: float, least: float) -> Matche
     if not np.isfinite(slope.by).all():
         raise ParameterError(f"metric: {slopes.metric} has no gradient; {slope.note or 'name another'}")
     devices, variance, area = _by_device(slopes, slope)
-    local = np.array([_lessened(label) for label in slopes.labels])
+    local = np.array([_lessened(*each) for each in zip(slopes.labels, slopes.sigma, strict=True)])
     fixed = float((slope.by[~local] ** 2).sum())
     if not wanted**2 > fixed:
         told = format_quantity(math.sqrt(fixed), _unit(slopes))
-        others = any(kind(label) != "process" and not _lessened(label) for label in slopes.labels)
+        others = any(kind(label) != "process" for label in np.array(slopes.labels)[~local])
         raise ParameterError(
             f"spread: {format_quantity(wanted, _unit(slopes))}, must be above {told}, which the process"
-            f" {'and the diodes make' if others else 'alone makes'} and no area lessens; take the process"
-            " out, or a larger spread"
+            f" {'and what is no transistor make' if others else 'alone makes'} and no area lessens; take the"
+            " process out, or a larger spread"
         )
     found = least_areas(variance, area, wanted**2 - fixed, least)
     spread = math.sqrt(fixed + float((variance * area / found).sum()))
@@ -132,7 +132,7 @@ def _by_device(slopes: Slopes, slope: Slope) -> tuple[tuple[str, ...], F64, F64]
     variance: dict[str, float] = {}
     area: dict[str, float] = {}
     for label, by, sigma in zip(slopes.labels, slope.by, slopes.sigma, strict=True):
-        if _lessened(label):
+        if _lessened(label, float(sigma)):
             variance[device(label)] = variance.get(device(label), 0.0) + float(by) ** 2
             if label.endswith(".v_t0"):
                 area[device(label)] = 0.5 * (pair / float(sigma)) ** 2
@@ -141,9 +141,9 @@ def _by_device(slopes: Slopes, slope: Slope) -> tuple[tuple[str, ...], F64, F64]
     return tuple(area), np.array([variance[d] for d in area]), np.array(list(area.values()))
 
 
-def _lessened(label: str) -> bool:
-    """Whether a draw is one of a transistor's own, which its area lessens."""
-    return kind(label) != "process" and label.rpartition(".")[2] in PARAMETERS
+def _lessened(label: str, sigma: float) -> bool:
+    """Whether a draw is a transistor's own, which its area lessens; sigma: NaN of what moves several."""
+    return math.isfinite(sigma) and kind(label) != "process" and label.rpartition(".")[2] in PARAMETERS
 
 
 def _unit(slopes: Slopes) -> str:

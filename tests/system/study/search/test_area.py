@@ -100,8 +100,21 @@ def test_diodes_are_in_the_gradient_and_no_area_of_a_transistor_lessens_them(tmp
     assert least.devices == ("level.m_in", "level.m_out")
     assert least.fixed == pytest.approx(own**2 + float(np.square(shared).sum()))
     assert {device_kind(label) for label in found.labels if "diode" in label} == {"process"}
-    with pytest.raises(ParameterError, match="which the process and the diodes make and no area lessens"):
+    with pytest.raises(
+        ParameterError, match="the process and what is no transistor make and no area lessens"
+    ):
         matched(found, slope, 1e-9, 0.1)
+
+
+def test_gradients_across_the_die_are_no_devices() -> None:
+    silicon = SiliconChoice(variation="transistors", process_variation=False)
+    target = BlockTarget(Subject("differential-pair", ("offset_V",), silicon=silicon))
+    found = Slopes(target, read_die(silicon), Condition("random", 27.0, 0), "offset_V", 1)
+    slope = found.at(np.zeros(len(found.labels)))
+    assert any(label.startswith("gradient.") for label in found.labels)
+    least = matched(found, slope, 0.5 * float(np.linalg.norm(slope.by)), 0.1)
+    assert {name.rpartition(".")[2] for name in least.devices} == {"mb", "m1", "m2"}
+    assert least.spread == pytest.approx(0.5 * least.spread_now, rel=1e-6)
 
 
 def test_a_number_that_reads_currents_is_asked_of_dies() -> None:
