@@ -11,6 +11,7 @@ import re
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import Field, dataclass, fields, is_dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -123,11 +124,7 @@ def _silicon_of(target: Target, block: Block, asked: SiliconChoice) -> Silicon:
     celsius = parse_quantity(asked.celsius, "degC", "temperature")
     made = Silicon(process_under(block.process, asked.process, asked.law), celsius, read_die(asked))
     if file_of(target) and asked.process is None and (block.process.effects, asked.law) == ("ideal", "full"):
-        warnings.warn(
-            f"{target}: its process is stated without second-order effects and runs with them; choose law"
-            " ideal to run without",
-            stacklevel=2,
-        )
+        _warn_of_law(target)
     stated_c, noted = own_silicon(target)
     if stated_c is not None and asked.temperature is None:
         made = replace(made, temperature_c=stated_c)
@@ -138,6 +135,16 @@ def _silicon_of(target: Target, block: Block, asked: SiliconChoice) -> Silicon:
     usual = replace(_NOMINAL, temperature=asked.temperature, process=asked.process, law=asked.law)
     is_usual = replace(asked, at=None, allow_implausible=False) == usual
     return replace(made, die=noted.die) if is_usual else made
+
+
+@lru_cache(maxsize=64)
+def _warn_of_law(target: str) -> None:
+    """Warn, once a process, of a file whose process is stated as ideal and runs under the full law."""
+    warnings.warn(
+        f"{target}: its process is stated without second-order effects and runs with them; choose law ideal"
+        " to run without",
+        stacklevel=4,
+    )
 
 
 def block_of_target(target: Target) -> Block:
