@@ -23,6 +23,7 @@ Of the latter, which make more than 500 cases,
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -35,6 +36,7 @@ from chips.nef.circuit import chain
 from chips.nef.devices import Biases, on_chip, set_tau
 from chips.nef.network.network import Ensemble
 from chips.nef.population import populate
+from chips.record import content, record_key
 from circuits.arrays import F64
 from circuits.blocks.drive import Wave, current_into, powered, step
 from circuits.blocks.nef.encoder import bits_of
@@ -45,12 +47,24 @@ from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import Runner
+from circuits.solver.version import VERSION
 from circuits.testbench import Testbench
 from system.experiment import Experiment, Progress, Report, with_progress
-from system.papers.checks.beside import ALIKE, ENOUGH, KINDS, NEAR, TEMPERATURES, TIED, TIME_SHARE
+from system.papers.checks.beside import (
+    ALIKE,
+    ENOUGH,
+    KINDS,
+    NEAR,
+    TEMPERATURES,
+    TIED,
+    TIME_SHARE,
+    Condition,
+    conditions,
+)
 from system.papers.checks.nef_chip import rate_errors
 from system.rule import at_least, at_most
 from system.statement import Statement
+from system.study.campaign import ALONE, Campaign, Execution
 
 FIRST, DIES, CASES = 3400, 20, 5  # first die, dies, and neurons of a network on each
 CURRENT_SHARE = 0.05  # by which a current may be off; ours
@@ -92,15 +106,15 @@ class Chain:
 class Beside:
     """A neuron on both levels: whether it fires in the circuit, and the errors of current and of rate.
 
-    Errors are NaN where it does not fire on both levels; refractory: whether most of its period is.
+    Errors are None where it does not fire on both levels; refractory: whether most of its period is.
     """
 
     kind: BiasKind
     temperature_c: float
     model: Chain
     fires: bool
-    current: float
-    rate: float
+    current: float | None
+    rate: float | None
     refractory: bool
 
 
@@ -188,7 +202,7 @@ def beside(here: Conditions, given: Chain) -> Beside:
     spikes, kind, law = spikes_of(here, given), here.chip.bias_kind, here.law
     fires = spikes.size > 1
     if not (fires and given.rate):
-        return Beside(kind, here.temperature_c, given, fires, np.nan, np.nan, refractory=False)
+        return Beside(kind, here.temperature_c, given, fires, None, None, refractory=False)
     period = float(spikes[-1] - spikes[-2])
     shares = np.linspace(-1.0, 1.0, 20_001)
     # the current that the model needs for that period
@@ -198,19 +212,23 @@ def beside(here: Conditions, given: Chain) -> Beside:
     return Beside(kind, here.temperature_c, given, fires, off, given.rate * period - 1.0, mostly)
 
 
-def measure(progress: Progress, dies: int = DIES, cases: int = CASES) -> tuple[F64, list[Beside]]:
-    """Return errors of rates of neurons alone, float64[conditions, dies, shares], and neurons of networks."""
-    settings = list(product(KINDS, TEMPERATURES))
-    numbers, found = range(FIRST, FIRST + dies), list[Beside]()
-    rate = np.array([
-        [rate_errors(number, t, kind, process=ROLLS_180) for number in numbers]
-        for kind, t in with_progress(settings, lambda share: progress(0.3 * share))
-    ])  # fmt: skip
-    for number in with_progress(numbers, lambda share: progress(0.3 + 0.7 * share)):
-        for kind, t in settings:
-            here = NefChip(Die(number=number), kind, {}, t, SAMPLED, process=ROLLS_180).at(t)
-            found += [beside(here, given) for given in chains(here, cases, number)]
-    return rate, found
+@dataclass(frozen=True, slots=True)
+class OnDie:
+    """What a die has at a temperature with a kind of biases.
+
+    rate : errors of the rate of a neuron alone, float64[shares]; networks : neurons of networks.
+    """
+
+    rate: F64
+    networks: tuple[Beside, ...]
+
+
+def on_die(at: Condition) -> OnDie:
+    """Return a neuron alone and neurons of networks on a die, at both levels."""
+    rate = rate_errors(at.die, at.temperature_c, at.kind, process=ROLLS_180)
+    chip = NefChip(Die(number=at.die), at.kind, {}, at.temperature_c, SAMPLED, process=ROLLS_180)
+    here = chip.at(at.temperature_c)
+    return OnDie(np.array(rate), tuple(beside(here, given) for given in chains(here, CASES, at.die)))
 
 
 def rows(rate: F64, found: list[Beside]) -> tuple[Statement, ...]:
@@ -231,14 +249,21 @@ def rows(rate: F64, found: list[Beside]) -> tuple[Statement, ...]:
 
 def _largest(found: list[Beside]) -> tuple[float, float]:
     """Largest errors of current and of rate of neurons that fire on both levels."""
-    errors = np.abs(np.array([(b.current, b.rate) for b in found if np.isfinite(b.rate)]).reshape(-1, 2))
+    errors = np.abs(np.array([(b.current, b.rate) for b in found if b.rate is not None]).reshape(-1, 2))
     current, rate = errors.max(axis=0, initial=0.0)
     return float(current), float(rate)
 
 
-def reproduce(progress: Progress) -> Report:
-    """Measure neurons alone and in networks, and compare."""
-    rate, found = measure(progress)
+def run(progress: Progress, execution: Execution = ALONE, dies: int = DIES) -> Report:
+    """Measure neurons alone and in networks on dies from `FIRST` on, and compare."""
+    made_of = record_key(content(chain(COUNT)), TAU, CASES, SAMPLED, WATCHED)
+    campaign = Campaign("nef-law", on_die, Condition, OnDie, (VERSION, made_of))
+    keys = conditions(range(FIRST, FIRST + dies))
+    with closing(execution.results(campaign, keys)) as results:
+        each = [next(results) for _ in with_progress(keys, progress)]
+    # conditions come die after die; rows are of conditions
+    rate = np.stack([e.rate for e in each]).reshape(dies, len(KINDS) * len(TEMPERATURES), -1).swapaxes(0, 1)
+    found = [b for e in each for b in e.networks]
     return Report(rows(rate, found), lambda figure: _draw(rate, found, figure), tuple(_notes(rate, found)))
 
 
@@ -260,11 +285,14 @@ def _draw(rate: F64, found: list[Beside], figure: Figure) -> None:
     for j, (kind, t) in enumerate(product(KINDS, TEMPERATURES)):
         left.plot(100.0 * np.abs(rate[j]).max(axis=0), "o-", label=f"{kind}, {t:g} degC")
         own = [b for b in found if (b.kind, b.temperature_c) == (kind, t) and not b.refractory]
-        right.plot([100.0 * b.model.spare for b in own], [100.0 * b.current for b in own], ".")
+        points = [(b.model.spare, b.current) for b in own if b.current is not None]
+        right.plot(*100.0 * np.array(points).reshape(-1, 2).T, ".")
     left.axhline(100.0 * TIME_SHARE, color="grey", lw=0.8)
     left.set(xlabel="share of the highest rate, from low to high", ylabel="largest error of rate, %")
     left.legend(fontsize=7)
     right.set(xlabel="current above the least that fires, % of magnitudes", ylabel="error of the current, %")
 
 
-EXPERIMENT = Experiment("nef-law", "the NEF chip under the full law beside its transistors", reproduce)
+EXPERIMENT = Experiment(
+    "nef-law", "the NEF chip under the full law beside its transistors", run, {"dies": DIES}
+)
