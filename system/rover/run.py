@@ -35,7 +35,7 @@ from system.options.outside import inside_boxes
 from system.options.temperature import temperature_text
 from system.plot import INK, entitle, silicon_text, sized_axes
 from system.rover.cost_map import Cell, CostMap, check_codes, for_need, load_map
-from system.rover.drive import Drive, drive, polyline, scatter_obstacles, set_out, turn_away
+from system.rover.drive import Drive, cell_at, drive, polyline, scatter_obstacles, set_out, turn_away
 from system.rover.frechet import discrete_frechet
 from system.rover.live import LiveRover
 from system.rover.online_map import OnlineMap, unknown_map
@@ -76,6 +76,7 @@ planned_path         integer[][]  -    row and column of each cell of the last t
 time_s               number[]     s    times of the last drive
 driven_path_m        number[][]   m    its places at these times, east and north
 gps_path_m           number[][]   m    where the GPS said that they were
+blocked_m            number       m    way of the last drive over blocked cells, which bind the plan alone
 trips                object[]     -    each trip
 trips.planned_path   integer[][]  -    row and column of each cell of its path
 trips.length         integer      -    cells of the path
@@ -359,6 +360,7 @@ def document(trace: Trace) -> dict[str, Any]:
         "time_s": last.drive.time,
         "driven_path_m": last.drive.place,
         "gps_path_m": last.drive.fix,
+        "blocked_m": over_blocked(trace),
         "trips": [_described(trip) for trip in trace.trips],
     }
 
@@ -375,10 +377,22 @@ def _described(trip: Trip) -> dict[str, Any]:
     }
 
 
+def over_blocked(trace: Trace) -> float:
+    """Return the way of the last drive that leads over blocked cells, m."""
+    place = trace.trips[-1].drive.place
+    middle = 0.5 * (place[1:] + place[:-1])
+    cells = [cell_at(trace.cost_map, east, north) for east, north in middle]
+    blocked = np.array([trace.cost_map.costs[cell] == 0 for cell in cells], dtype=np.bool_)
+    return float(np.hypot(*(place[1:] - place[:-1]).T)[blocked].sum())
+
+
 def told(trace: Trace) -> Iterator[str]:
     """Return the last planned way, and a line for each trip where there are several."""
     way = " ".join(f"{row},{column}" for row, column in trace.trips[-1].plan.path.tolist())
     yield f"planned on {trace.cost_map.name}: {way}"
+    blocked = over_blocked(trace)
+    if blocked > 0.0:
+        yield f"driven over blocked cells: {blocked:.1f} m; they bind the plan, and nothing stands there"
     for k, trip in enumerate(trace.trips if len(trace.trips) > 1 else ()):
         plan = trip.plan
         costs = f"length {plan.length}, cost {plan.cost}, regret {plan.regret}"

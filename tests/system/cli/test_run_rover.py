@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from tests.system.conftest import Run, RunJson
 
 
@@ -31,6 +33,25 @@ def test_a_map_of_ones_own(run_json: RunJson, tmp_path: Path) -> None:
     found = run_json("run", "rover", "--map", str(path), "--start", "0,0", "--goal", "0,2")
     assert (found["cells"], found["die"]) == ("chip", 1000)
     assert found["summary"]["cost"] == 5.0  # around the south; over the 9 it is 11
+
+
+def test_a_way_over_blocked_cells_is_told(run_json: RunJson, run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "wall.txt"
+    path.write_text("1 1 1 1 1 1\n1 0 0 0 0 1\n1 1 1 1 0 1\n1 0 0 1 0 1\n1 1 1 1 1 1\n")
+    asked = ("run", "rover", "--ideal", "--map", str(path), "--start", "0,0", "--goal", "2,3")
+    found = run_json(*asked)
+    way = np.array(found["driven_path_m"])
+    row, column = 4 - (way[:, 1] // 6.0).astype(int), (way[:, 0] // 6.0).astype(int)
+    inside = (row == 1) & (column >= 1) & (column <= 4)
+    length = np.hypot(*np.diff(way, axis=0).T)
+    assert (
+        length[inside[1:] & inside[:-1]].sum() <= found["blocked_m"] <= length[inside[1:] | inside[:-1]].sum()
+    )
+    assert found["blocked_m"] > 1.0
+    told = (
+        f"driven over blocked cells: {found['blocked_m']:.1f} m; they bind the plan, and nothing stands there"
+    )
+    assert told in run(*asked)[1]
 
 
 def test_chips_are_named_with_their_silicon(run_json: RunJson, run: Run) -> None:
