@@ -35,6 +35,7 @@ special = later("scipy.special")
 FAR = 8.0  # sigma, beyond which a limit is met by every die, or by none; ours
 _STEPS, _HALVINGS = 25, 5
 _NEAR = 0.01  # sigma, of the limit and of the last step's length over beta, at which the search ends; ours
+_COUNTS = 1e-3  # of the likeliest limit's failures, below which no die is drawn about a worst case; ours
 _BEYOND = 0.01  # of the distance, by which the failing die lies beyond the limit; ours
 
 
@@ -230,5 +231,6 @@ def checked_there(
         values = slopes.values(rows)
         return np.asarray(~((values >= limits.low) & (values <= limits.high)))
 
-    rng = np.random.Generator(np.random.Philox(key=seed))
-    return about(fails, np.array([case.point for case in cases]), samples, rng)
+    rng, most = np.random.Generator(np.random.Philox(key=seed)), max(case.failing for case in cases)
+    points = [case.point for case in cases if case.failing >= _COUNTS * most]
+    return about(fails, np.array(points), samples, rng)

@@ -53,6 +53,15 @@ def test_a_bent_metric_is_found_where_it_is_and_sampling_there_agrees() -> None:
     assert case.failing == pytest.approx(plain, rel=0.4)
 
 
+def test_no_dies_are_wasted_on_a_limit_that_is_far_less_likely_to_fail() -> None:
+    limits, slopes = Limits("delay", -11.5, 45.0, "s"), planned(linear)  # 4.3 and 7 sigma
+    cases = worst_cases(slopes, limits)
+    assert [round(case.distance, 2) for case in cases] == [4.3, 7.0]
+    found = checked_there(slopes, limits, cases, 400, 3)
+    assert found.effective_samples > 60.0  # of two equal halves it is below 50, and there is no estimate
+    assert found.interval.low < ndtr(-4.3) < found.interval.high
+
+
 def test_a_nominal_die_that_fails_has_a_distance_below_zero() -> None:
     limits = Limits("delay", -np.inf, 5.0, "s")
     (case,) = worst_cases(planned(linear), limits)
