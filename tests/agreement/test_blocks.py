@@ -56,6 +56,12 @@ def test_every_block_agrees(name: str) -> None:
     assert any(t.size for t in ours.spikes.values()) or not testbench.watch, "silent: it needs another form"
     assert found.share <= 1.0, (found, found.worst_node, found.worst_rms)
     assert found.excluded <= 0.1
+    if case.variation != "plain":
+        plain = replace(silicon, die=replace(silicon.die, variation="plain"))
+        apart = agreement.difference(
+            simulate(testbench, plain, rtol=agreement.SOLVER_RTOL), peer, case.allowed
+        )
+        assert apart.share > 1.0, "the components change nothing that is compared"
 
 
 def test_a_block_s_silicon_hangs_on_its_name_and_on_nothing_else() -> None:
