@@ -52,7 +52,7 @@ def calcium(chip, level):
 def test_weights_are_read_and_kept(chip):
     state = chip.at_rest()
     assert np.array_equal(chip.weights(state), HIGH)
-    _, later = chip.run(state, 5.0)
+    _, later = chip.run(state, 0.5)
     assert np.array_equal(chip.weight_voltages(later), chip.weight_voltages(state))
 
 
