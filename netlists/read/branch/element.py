@@ -22,7 +22,7 @@ Whoever shows a run tells such a node as the current i(NAME), in amperes (`circu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from circuits.circuit import GROUND
 from circuits.devices import Capacitor, ControlledSource, Device
@@ -33,31 +33,21 @@ INDUCTOR = 10e-3  # S: 10 mA of an inductor's current is 1 V at its node; ours
 RESISTANCE = 1e-6  # Ohm, in series with every source of voltage between two nodes; ours
 
 
-@dataclass(frozen=True, slots=True)
-class Branch:
-    """An element whose current has a node.
+class Branch(NamedTuple):
+    """An element whose current has a node, `branch_node(name)`.
 
-    Attributes
-    ----------
-    name : str
-        Its name as it is written.
-    positive, negative : str
-        Nodes of the circuit that its current leaves and enters.
+    name: as it is written; positive, negative: nodes of the circuit that its current leaves and enters.
     """
 
     name: str
     positive: str
     negative: str
 
-    @property
-    def node(self) -> str:
-        """The node whose voltage is its current."""
-        return branch_node(self.name)
-
     def inductor(self, inductance: float) -> tuple[Device, ...]:
         """Devices of an inductance, H."""
         own = circuit_name(f"{self.name}#charge")
-        return (*self._gyrator(INDUCTOR), Capacitor(own, self.node, GROUND, INDUCTOR**2 * inductance))
+        charge = Capacitor(own, branch_node(self.name), GROUND, INDUCTOR**2 * inductance)
+        return (*self._gyrator(INDUCTOR), charge)
 
     def follower(self, high: str, low: str, gain: float) -> tuple[Device, ...]:
         """Devices that hold the voltage at `gain` times that between the nodes `high` and `low`.
@@ -65,17 +55,21 @@ class Branch:
         A node of another element's current has 1 V for 1 A.
         """
         own, loss = (circuit_name(f"{self.name}#{part}") for part in ("set", "loss"))
+        at = branch_node(self.name), GROUND
         return (
             *self._gyrator(TRANSCONDUCTANCE),
-            ControlledSource(own, self.node, GROUND, high, low, TRANSCONDUCTANCE * gain),
-            ControlledSource(loss, self.node, GROUND, self.node, GROUND, TRANSCONDUCTANCE**2 * RESISTANCE),
+            ControlledSource(own, *at, high, low, TRANSCONDUCTANCE * gain),
+            ControlledSource(loss, *at, *at, TRANSCONDUCTANCE**2 * RESISTANCE),
         )
 
     def _gyrator(self, transconductance: float) -> tuple[Device, ...]:
         """The element's current first, by its own name."""
-        through = circuit_name(self.name), self.positive, self.negative, self.node, GROUND
-        back = circuit_name(f"{self.name}#back"), GROUND, self.node, self.positive, self.negative
-        return ControlledSource(*through, transconductance), ControlledSource(*back, transconductance)
+        node, ends = branch_node(self.name), (self.positive, self.negative)
+        back = circuit_name(f"{self.name}#back")
+        return (
+            ControlledSource(circuit_name(self.name), *ends, node, GROUND, transconductance),
+            ControlledSource(back, GROUND, node, *ends, transconductance),
+        )
 
 
 def branch_node(name: str) -> str:
