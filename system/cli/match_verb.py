@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import ClassVar
 
 from system.cli import shared_options as shared
-from system.cli.shared_options import BlockValues, OnBlock
+from system.cli.shared_options import BlockValues, ManyDies, OnBlock
 from system.cli.verb import like, part, required
 from system.option import option
 from system.options.silicon import SiliconChoice
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OverDies:
+class OverDies(ManyDies):
     """A block whose metrics are measured over dies: options that its verbs share."""
 
+    OWN: ClassVar[str] = "temperature"
     measure: tuple[str, ...] = shared.measure_option()
     variation: SiliconChoice = shared.silicon_part("temperature", "die", "study", "corner")
     temperature: str | None = like(SiliconChoice, "temperature")
     values: BlockValues = shared.values_part("bias_file", "coupling", "testbench")
     stimulus: tuple[str, ...] = shared.stimulus_option()
     threads: int | None = shared.threads_option()
-
-    @property
-    def silicon(self) -> SiliconChoice:
-        """The silicon that all dies share."""
-        return replace(self.variation, temperature=self.temperature)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

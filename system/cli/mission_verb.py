@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass
+from typing import ClassVar, Literal
 
 from system.cli import shared_options as shared
-from system.cli.shared_options import Level
+from system.cli.shared_options import Level, ManyDies
 from system.cli.verb import argument, like, required
 from system.option import option
 from system.options.silicon import USUAL_CELSIUS, SiliconChoice
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Mission:
+class Mission(ManyDies):
     """Measure what share of dies does what a robot is for. Failures are split by what they come from."""
 
+    OWN: ClassVar[str] = "lot"
     system: str = argument("SYSTEM", "A robot: see noctule list", names="system.registry:system_names")
     success: str | None = option(
         None, 'As "collided == 0 and distance_m >= 20"; the robot\'s own unless given', metavar="TEXT"
@@ -49,11 +50,6 @@ class Mission:
     scheduler: str | None = option(None, "Dask cluster, as tcp://host:8786", metavar="ADDRESS")
     plot: str | None = shared.plot_option()
     as_json: bool = shared.json_option()
-
-    @property
-    def silicon(self) -> SiliconChoice:
-        """The silicon that all dies share."""
-        return replace(self.variation, lot=self.lot)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from circuits.catalogue import loaded
 from circuits.errors import ParameterError
@@ -27,6 +27,19 @@ class OnBlock:
         "BLOCK", "A block or chip: see noctule list; or FILE.py:NAME, or a netlist",
         names="system.registry:block_and_chip_names",
     )  # fmt: skip
+
+
+class ManyDies:
+    """A verb on many dies, whose silicon is its `variation` but for what a field of its own says, `OWN`."""
+
+    __slots__ = ()
+    OWN: ClassVar[str]
+    variation: SiliconChoice
+
+    @property
+    def silicon(self) -> SiliconChoice:
+        """The silicon that all dies share."""
+        return replace(self.variation, **{self.OWN: getattr(self, self.OWN)})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from system.cli import shared_options as shared
-from system.cli.shared_options import BlockValues, Engine, Level, OnBlock
+from system.cli.shared_options import BlockValues, Engine, Level, ManyDies, OnBlock
 from system.cli.verb import argument, like, required
 from system.cli.verbs import OnDie
 from system.option import option
@@ -18,9 +18,10 @@ METRICS = "circuits.registry:metric_names"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Montecarlo:
+class Montecarlo(ManyDies):
     """Measure a block, chip or system on many dies. There are statistics, and what share works."""
 
+    OWN: ClassVar[str] = "lot"
     target: str = argument(
         "TARGET", "A block, chip or system, or a file of yours", names="system.registry:target_names"
     )
@@ -72,11 +73,6 @@ class Montecarlo:
     )
     as_json: bool = shared.json_option()
 
-    @property
-    def silicon(self) -> SiliconChoice:
-        """The silicon that all dies share."""
-        return replace(self.variation, lot=self.lot)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Replay:
@@ -122,9 +118,10 @@ class Gradient(OnBlock):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Centre(OnBlock):
+class Centre(OnBlock, ManyDies):
     """Move biases so that more dies pass; judge on fresh dies."""
 
+    OWN: ClassVar[str] = "temperature"
     spec: tuple[str, ...] = option((), 'What should pass, as "class is works", repeatable', metavar="TEXT")
     metric: tuple[str, ...] = option(
         (), "Measured besides those of the specs, repeatable", metavar="NAME", names=METRICS
@@ -151,11 +148,6 @@ class Centre(OnBlock):
     output: str | None = shared.file_option("Write the result as JSON", short="o")
     plot: str | None = shared.plot_option()
     as_json: bool = shared.json_option()
-
-    @property
-    def silicon(self) -> SiliconChoice:
-        """The silicon that all dies share."""
-        return replace(self.variation, temperature=self.temperature)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
