@@ -46,8 +46,8 @@ class Mission(ManyDies):
     resume: bool = option(default=False, about="Go on with the mission in --output")
     shard: str | None = option(None, "Run this part alone, as 3/8; merge puts parts together", metavar="I/N")
     threads: int | None = shared.threads_option()
-    workers: int | None = option(None, "Processes of a local Dask cluster")
-    scheduler: str | None = option(None, "Dask cluster, as tcp://host:8786", metavar="ADDRESS")
+    workers: int | None = shared.workers_option()
+    scheduler: str | None = shared.scheduler_option()
     plot: str | None = shared.plot_option()
     as_json: bool = shared.json_option()
 

@@ -121,6 +121,16 @@ def threads_option() -> Any:
     return option(None, "All cores unless given")
 
 
+def workers_option() -> Any:
+    """Make the field for the number of processes of a cluster on this machine."""
+    return option(None, "Processes of a local Dask cluster")
+
+
+def scheduler_option() -> Any:
+    """Make the field for the address of a cluster."""
+    return option(None, "Dask cluster, as tcp://host:8786", metavar="ADDRESS")
+
+
 def json_option() -> Any:
     """Make the field that asks for JSON instead of text."""
     return option(default=False, about="Print one JSON document and nothing else", name="json")

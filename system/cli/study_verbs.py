@@ -51,8 +51,8 @@ class Montecarlo(ManyDies):
     level: Level = option("behavioural", "Of a system")
     duration: str | None = option(None, "Of a system's run; the system's own", metavar="TIME")
     threads: int | None = shared.threads_option()
-    workers: int | None = option(None, "Processes of a local Dask cluster")
-    scheduler: str | None = option(None, "Dask cluster, as tcp://host:8786", metavar="ADDRESS")
+    workers: int | None = shared.workers_option()
+    scheduler: str | None = shared.scheduler_option()
     chunk: int = option(32, "Dies that are measured and kept together")
     order: Literal["number", "worst"] = option(
         "number", "Of chunks; worst: those first that the gradient tells to be nearest to failing"
