@@ -19,11 +19,10 @@ from chips.codes import Codes
 from chips.noise import SiliconNoise
 from chips.part import Analog, Event, Output
 from chips.ranging import circuit as ranging_chip
-from chips.ranging.ahead import Looked, bring, go_on, look_all, resting
 from chips.ranging.calibration.found import values_of
 from chips.ranging.law import Neurons
 from chips.ranging.model import ReboundModel, check_box, model_of, neurons_on, with_biases
-from chips.ranging.neuron_kernel import COLUMNS, call, echo
+from chips.ranging.neuron_kernel import Looked, bring, call, echo, go_on, look_all, resting
 from chips.ranging.noise import Jitter, copied, new_jitter, next_durations
 from chips.ranging.record import ReboundRecord
 from chips.ranging.temperature import move_releases
@@ -134,7 +133,7 @@ class RangingChip:
 
     def begin(self, time: float = 0.0) -> ChipState:
         """Return the state at rest at `time` s, at the silicon's temperature."""
-        neurons = resting(self.neurons_at(self.silicon.temperature_c), COLUMNS, time)
+        neurons = resting(self.neurons_at(self.silicon.temperature_c), time)
         jitter = self.jitter_at(self.silicon.temperature_c)
         return ChipState(time, neurons, self.silicon.temperature_c, noise_state=_noise_state(jitter))
 

@@ -5,9 +5,16 @@ at v_ex_max. The axon fires when w reaches `axon_charge`, w' = v_mem - v_thresho
 threshold moved by the margin either way tells what is too near to call.
 
 Where the error of a step outgrows the last one's, the next is shortened in advance (Gustafsson 1994).
+
+Neurons of a live chip are looked at ahead (`Looked`), up to their next spike or for a while. A step's length
+follows from the neuron alone: it is cut by its own inputs and by the end of a look, which is `WATCHED` after
+its begin. So how a run is cut into spans moves no bit of it, and a neuron is integrated once, however short
+the spans are, unless an input comes before its look ends.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,6 +41,7 @@ _RECOVERED = 20e-3  # V, of v_ex below the supply: less excitation than the coup
 V_MEM, V_R, V_EX, NOW, STEP, CHARGE, CHARGE_LOW, NEAR, RELEASE, RESET_END, ECHO_START, ECHO_END, ECHO_LEVEL, \
     UNDECIDED, PEAK, EARLY_STOP = range(16)  # fmt: skip
 COLUMNS = 16
+WATCHED = 5e-3  # s, looked ahead of a neuron of a live chip; ours
 RUN_ON, MAY_STOP, STOPPED = 0.0, 1.0, 2.0  # one that may stop early does where it only falls back to rest
 
 _compiled = compiled(fastmath={"contract"})
@@ -277,3 +285,87 @@ def respond_all(
                 else:
                     echo(m, k, s, m.v_ex_max[k])
         counts[k, 1] = int(s[UNDECIDED]) + int(s[NEAR]) + int(abs(above) < m.margin[k])
+
+
+class Looked(NamedTuple):
+    """Neurons, each as it was looked at last, and what lies ahead of it.
+
+    base: after the last input, spike or look, float64[n, COLUMNS]; ahead: when it is due, likewise; due: of
+    the next spike or the next look, s, float64[n]; fires: whether that is a spike, bool[n].
+    """
+
+    base: F64
+    ahead: F64
+    due: F64
+    fires: Bools
+
+    def copied(self) -> Looked:
+        """Return neurons that may be written to."""
+        return Looked(self.base.copy(), self.ahead.copy(), self.due.copy(), self.fires.copy())
+
+    @property
+    def undecided(self) -> int:
+        """At how many moments a spike was too near to call, up to where each was looked at."""
+        return int(self.base[:, UNDECIDED].sum() + self.base[:, NEAR].sum())
+
+
+def resting(m: Neurons, time: float) -> Looked:
+    """Return neurons at rest at `time` s."""
+    n = m.t_inh.size
+    made = Looked(np.zeros((n, COLUMNS)), np.zeros((n, COLUMNS)), np.zeros(n), np.zeros(n, np.bool_))
+    for k in range(n):
+        begin(m, k, made.base[k], time)
+    look_all(m, made)
+    return made
+
+
+@_compiled
+def _look(m: Neurons, w: Looked, k: int) -> None:
+    """Integrate a neuron to its next spike, or as far as it is looked ahead: to its release at the most."""
+    s = w.ahead[k]
+    copy_state(w.base[k], s)
+    until = s[NOW] + WATCHED
+    if s[NOW] < s[RELEASE]:
+        until = min(until, s[RELEASE])
+    spike = advance(m, k, s, until)
+    w.fires[k] = spike < np.inf
+    w.due[k] = min(spike, until)
+
+
+@_compiled
+def look_all(m: Neurons, w: Looked) -> None:
+    """Look at all neurons as they are."""
+    for k in range(w.due.size):
+        _look(m, w, k)
+
+
+@_compiled
+def go_on(m: Neurons, w: Looked, until: float, fired: Bools) -> float:
+    """Go on to `until` (s) or to the first spike, and return the time reached; fired: who spikes then."""
+    while True:
+        first = np.inf
+        for k in range(w.due.size):
+            first = min(first, w.due[k])
+        if first > until:
+            return until
+        found = False
+        for k in range(w.due.size):
+            if w.due[k] == first:
+                fired[k] = w.fires[k]
+                found = found or w.fires[k]
+                copy_state(w.ahead[k], w.base[k])
+                _look(m, w, k)
+        if found:
+            return float(first)
+
+
+@_compiled
+def bring(m: Neurons, w: Looked, time: float, fired: Bools) -> None:
+    """Bring what all neurons are to `time` s, not beyond what is due; what lies ahead is not looked at.
+
+    fired: who spikes then: whoever does by a step that ends there, and not by the longer one that was looked.
+    """
+    for k in range(w.due.size):
+        while w.base[k, NOW] < time:
+            if advance(m, k, w.base[k], time) < np.inf:
+                fired[k] = True
