@@ -156,7 +156,20 @@ class Target(ABC):
         return ()
 
     def specified(self, texts: Sequence[str]) -> tuple[Specification, ...]:
-        """Read specifications of its quantities, as a user writes them; raises as `parse_spec`."""
+        """Read specifications of its quantities, as a user writes them.
+
+        Parameters
+        ----------
+        texts
+            The specifications, as `t_inh_s in 5ms:8ms`.
+
+        Raises
+        ------
+        ParameterError
+            A text has another form, or low is above high.
+        UnknownNameError
+            There is no such quantity.
+        """
         known = {q.name: q.limit_unit for q in self.quantities}
         return tuple(parse_spec(text, known) for text in texts)
 
