@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from typing import Generic, Protocol, TypeVar, final
 
@@ -107,8 +108,8 @@ class _Lasting(ABC, Generic[T]):
         told = self._told(events)
         if told is None:
             self.silent += 1
-            return self._first() if self._last is None else self._last
-        self._last = told
+            return self._first() if self._last is None else copy(self._last)
+        self._last = copy(told)  # whoever is told may write to it
         return told
 
     @abstractmethod
