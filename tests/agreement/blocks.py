@@ -112,12 +112,7 @@ CASES: Mapping[str, Case] = {
         why="the coincidence of A and B tells, quick by a tenth of the capacitors;"
         " two pings of a whole unit are `benchmarks/latency_unit.py`'s",
     ),
-    "lso-neuron": Case(
-        Form(kind="ideal", stop=0.00205),
-        reltol=6e-6,
-        points=1_000,
-        why=f"{_REGENERATIVE}; the first spike tells",
-    ),
+    "lso-neuron": Case(Form(kind="ideal", stop=0.00205), points=250, why="the first spike tells"),
     "onset-neuron": Case(
         begun=True,
         why="nothing but off currents holds the refractory circuit's nodes: without a guess ngspice calls its"
