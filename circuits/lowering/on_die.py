@@ -556,7 +556,8 @@ def _inverter_threshold(
         bounds[1] = supply
         for _ in range(_BISECTIONS):
             _halve(i_n[part], t_n[part], k_n, i_p[part], t_p[part], k_p, supply, bounds)
-        out[part] = 0.5 * (bounds[0] + bounds[1])
+        for k in range(bounds.shape[1]):
+            out[first + k] = 0.5 * (bounds[0, k] + bounds[1, k])
 
 
 @compiled()

@@ -238,8 +238,9 @@ def degenerated_sum(i_top: F64, p_top: F64, lines: F64, far: float, out: F64) ->
     each of the three, float64[6, n]; far: voltage of the common source at most.
     """
     given = np.empty((START + 9, out.size))
-    given[START : START + 6] = lines
     for k in range(out.size):
+        for row in range(6):
+            given[START + row, k] = lines[row, k]
         given[0, k], given[1, k], given[2, k] = 0.0, 0.0, far
         given[9, k], given[10, k], given[11, k] = i_top[k], p_top[k], even_interpolation(p_top[k])
     rows, points, found = np.empty((0, out.size)), given.reshape(given.shape[0], -1, 1), out.reshape(-1, 1)

@@ -138,7 +138,6 @@ def _series_moves(w: F64, active: int) -> None:
 def series(lower: F64, upper: F64, low_gate: F64, high_gate: F64, drain: F64, out: F64) -> None:
     """Fill `out` with what flows into the drain of the upper of two transistors in series, A."""
     rows, points = np.concatenate((lower, upper)), np.empty((START + 3, *out.shape))
-    points[START], points[START + 1], points[START + 2] = low_gate, high_gate, drain
     for k in range(out.shape[0]):
         a, b = terms_at(lower, k), terms_at(upper, k)
         for j in range(out.shape[1]):
@@ -146,6 +145,7 @@ def series(lower: F64, upper: F64, low_gate: F64, high_gate: F64, drain: F64, ou
             low, high = min(end, 0.0), max(end, 0.0)
             y = guess(first_between(a, b, gates, (0.0, end)), low, high)
             points[0, k, j], points[1, k, j], points[2, k, j] = y, low, high
+            points[START, k, j], points[START + 1, k, j], points[START + 2, k, j] = gates[0], gates[1], end
     w, who, active, following = team_of(rows, points)
     while active > 0:
         _series_moves(w, active)
@@ -211,7 +211,10 @@ def _diode_moves(w: F64, active: int) -> None:
 def diode(rows: F64, current: F64, highest: float, out: F64) -> None:
     """Fill `out` with `diode_voltage` of each network, V."""
     points = np.empty((START + 1, *out.shape))
-    points[0], points[1], points[2], points[START] = 0.5 * highest, 0.0, highest, current
+    for k in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            points[0, k, j], points[1, k, j], points[2, k, j] = 0.5 * highest, 0.0, highest
+            points[START, k, j] = current[k, j]
     w, who, active, following = team_of(rows, points)
     while active > 0:
         _diode_moves(w, active)
@@ -240,7 +243,10 @@ def amplifier(pull: F64, hold: F64, gate: F64, bias: F64, supply: float, out: F6
     The nFET `pull` with its gate pulls it down, the pFET `hold` with its bias holds it up.
     """
     rows, points = np.concatenate((pull, hold)), np.empty((START + 2, *out.shape))
-    points[0], points[1], points[2], points[START], points[START + 1] = 0.0, 0.0, supply, gate, bias
+    for k in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            points[0, k, j], points[1, k, j], points[2, k, j] = 0.0, 0.0, supply
+            points[START, k, j], points[START + 1, k, j] = gate[k, j], bias[k, j]
     w, who, active, following = team_of(rows, points)
     while active > 0:
         _amplifier_moves(w, active, supply)
@@ -268,10 +274,12 @@ def pair(
 ) -> None:
     """Fill `out` with the common source (V) of two transistors that carry `total` (A) together."""
     rows, points = np.concatenate((first, second)), np.empty((START + 5, *out.shape))
-    points[0], points[1], points[2] = np.nan, 0.0, 0.0
-    points[START], points[START + 1] = gates[0], gates[1]
-    points[START + 2], points[START + 3], points[START + 4] = drains[0], drains[1], total
     for k in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            points[0, k, j], points[1, k, j], points[2, k, j] = np.nan, 0.0, 0.0
+            points[START, k, j], points[START + 1, k, j] = gates[0][k, j], gates[1][k, j]
+            points[START + 2, k, j], points[START + 3, k, j] = drains[0][k, j], drains[1][k, j]
+            points[START + 4, k, j] = total[k, j]
         a, b = terms_at(first, k), terms_at(second, k)
         points[0, k, 0] = max(pinched(a, gates[0][k, 0])[0], pinched(b, gates[1][k, 0])[0])
     w, who, active, following = team_of(rows, points)
@@ -313,8 +321,11 @@ def fed_diode(
     gate, source: of the nFET, V; its drain is at the diode; foot: source of the diode, V below the supply.
     """
     rows, points = np.concatenate((drawing, mirror)), np.empty((START + 2, *out.shape))
-    points[0], points[1], points[2], points[START], points[START + 1] = np.nan, 0.0, supply, gate, source
-    points[0, :, 0] = foot + 0.3 * (supply - foot)
+    for k in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            points[0, k, j], points[1, k, j], points[2, k, j] = np.nan, 0.0, supply
+            points[START, k, j], points[START + 1, k, j] = gate[k, j], source[k, j]
+        points[0, k, 0] = foot + 0.3 * (supply - foot)
     w, who, active, following = team_of(rows, points)
     while active > 0:
         _fed_moves(w, active, supply, foot)
