@@ -227,9 +227,8 @@ def draw(trace: Trace, figure: Figure) -> None:
             ls="--",
             label=other.name,
         )
-    axes[0].plot(
-        trace.time_s, trace.estimate_m, color=COLOURS[0], label=f"estimate, {die_label(trace.scenario.die)}"
-    )
+    label = f"estimate, {die_label(trace.scenario.die)}"
+    axes[0].plot(trace.time_s, trace.estimate_m, color=COLOURS[0], label=label)
     axes[0].set_ylabel("range (m)")
     axes[0].legend(loc="upper right", ncols=2, fontsize="small")
     axes[1].plot(trace.time_s, trace.proximity_V, color=COLOURS[0])
