@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import importlib
 import json
 import re
@@ -135,11 +136,27 @@ def test_a_refused_command_shows_what_it_says(running: ModuleType, tmp_path: Pat
     assert "[status 2]" in html
 
 
+def test_a_film_has_a_still_which_stands_alone_where_nothing_is_run(
+    running: ModuleType, tmp_path: Path
+) -> None:
+    assert running
+    line = "noctule simulate axon-delay --plot film.png"
+    page = f"# A page\n\n```{{command}} {line}\n:hide:\n:still: still.png\n```\n"
+    (tmp_path / "still.png").write_bytes(base64.b64decode(PIXEL))
+    alone, said = built(tmp_path, page, run=False)
+    assert said == ""
+    assert re.findall(r"_images/(\w+)", alone) == ["still"]
+    both, _ = built(tmp_path, page, run=True)
+    film = both[both.index("noctule-film") :]
+    assert re.findall(r"_images/(\w+)", film) == ["film", "still"]
+
+
 def test_every_picture_that_a_command_draws_is_shown(running: ModuleType) -> None:
     words = shlex.split("noctule montecarlo x --plot a.png --contributions y --pareto b.png --animate c.gif")
     assert running.drawn(words) == ["a.png", "b.png", "c.gif"]
 
 
+PIXEL = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNgAAAAAgABSK+kcQAAAABJRU5ErkJggg=="
 NOTEBOOK = """---
 jupytext:
   text_representation:

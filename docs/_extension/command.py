@@ -9,7 +9,8 @@ The page shows the command, what it printed and the picture of each `--plot FILE
 status too. Commands are run by `make docs` alone (`noctule_run`), in a folder of the page's own, so that one
 may read what another wrote; a status that is not the stated one fails the build. What a command gave is kept,
 and taken again as long as the command, those before it on the page, what it needs and the packages' texts are
-the same.
+the same. With `:still: PICTURE` that picture stands where commands are not run, in print, and for who asks
+for no motion, in the place of the film.
 
 The directive `script` holds Python instead, which runs in the same folder and may read what commands wrote.
 """
@@ -45,6 +46,7 @@ class CommandDirective(SphinxDirective):
         "status": directives.nonnegative_int,  # the exit status that is right, 0 unless given
         "alt": directives.unchanged,  # what the picture shows, for who cannot see it
         "hide": directives.flag,  # only what it draws is shown
+        "still": directives.unchanged_required,  # a picture beside the page, for who prints or wants no film
         "shows": directives.unchanged_required,  # a file that it writes, of which the beginning is shown
         "needs": directives.unchanged_required,  # files beside the page that it reads, shown before it
     }
@@ -53,13 +55,14 @@ class CommandDirective(SphinxDirective):
         """Nodes of the page."""
         line = " ".join(self.arguments[0].split())
         needs = self._needs()
+        still = [self._still(self.options["still"])] if "still" in self.options else []
         shown: list[nodes.Node] = [
             block(path.read_text(encoding="utf-8").rstrip(), "text", path.name) for path in needs
         ]
         if "hide" not in self.options:
             shown.append(block(f"$ {line}", "console"))
         if not self.config.noctule_run:
-            return shown
+            return shown + still
         found = _in_turn(self, line, needs, self.options.get("shows", "").split())
         wanted = self.options.get("status", 0)
         if found.status != wanted:
@@ -69,8 +72,14 @@ class CommandDirective(SphinxDirective):
             return shown + _output([*found.err.splitlines(), f"[status {wanted}]"], None)
         if "shows" in self.options:
             shown += self._written(Path(found.folder) / Path(self.options["shows"]).name, line)
-        shown += [picture(self, Path(found.folder) / name, line) for name in drawn(shlex.split(line))]
-        return shown
+        pictures = [picture(self, Path(found.folder) / name, line) for name in drawn(shlex.split(line))]
+        if still:
+            return [*shown, nodes.container("", *pictures, *still, classes=["noctule-film"])]
+        return shown + pictures
+
+    def _still(self, name: str) -> nodes.Node:
+        """The picture that stands for a film, where nothing runs or moves."""
+        return nodes.image(uri=name, alt=self.options.get("alt", name))
 
     def _needs(self) -> list[Path]:
         """Files that the command reads."""
