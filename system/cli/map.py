@@ -131,6 +131,9 @@ def print_program(title: str, mapped: AnyMapped) -> None:
         f" {np.unique(mapped.program.levels[mapped.program.levels != 0]).size} of 8 levels,"
         f" {mapped.network.channels} channels of inputs"
     )
+    if mapped.network.probes:  # a graph of NIR comes back in the order of the alphabet
+        told = ", ".join(f"{k} {probe.name!r}" for k, probe in enumerate(mapped.network.probes))
+        print_line(f"outputs by their labels, as train and certify count them: {told}")
 
 
 def _row(found: Finding) -> tuple[str, ...]:

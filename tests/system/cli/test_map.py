@@ -68,6 +68,8 @@ def test_a_program_is_shown_and_read_for_export(folder: Path, capsys: pytest.Cap
     assert main(["show", program, "--json"]) == 0
     shown = json.loads(capsys.readouterr().out)
     assert (shown["neurons"], shown["synapses"], shown["channels"]) == (64, 4096, 64)
+    assert main(["show", program]) == 0
+    assert "as train and certify count them: 0 'left wins', 1 'right wins'" in capsys.readouterr().out
     read = read_program(program, default_biases())
     assert read.levels[5, :64].tolist() == [1] * 32 + [-1] * 32
     assert read.biases != default_biases()
