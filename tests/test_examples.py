@@ -14,7 +14,6 @@ SAYS = {
     "facilitation": "fires for echoes from 6.5 to 8.0 ms",
     "latch": "unstable",
     "pushbot_program": "written as read: True",
-    "learned_digits": "100% after 40 examples",
     "learn_a_map": "unknown cells taken for 5: 26 26",
     "policies_on_a_die": "steps outside [500, 500]",
     "light_seeker": "die A/1001: at the lamp",
