@@ -7,36 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chips.rolls.lumped.whole import TERMS, series, terms_in
-from chips.rolls.neuron.spike_lanes import (
-    CAPACITANCE,
-    DRAIN,
-    DRAIN_NUDGED,
-    DRIVE,
-    INTO,
-    LANES,
-    LET_GO,
-    MA1,
-    MA2,
-    MC1,
-    MC2,
-    MC4,
-    MK4,
-    MK5,
-    MK6N,
-    MK6P,
-    MK8,
-    MOVING,
-    NODES,
-    NUDGE,
-    OWN,
-    START,
-    STEEP,
-    TAKES,
-    TAKES_NUDGED,
-    V,
-    put_drains,
-    put_rates,
-)
+from chips.rolls.neuron import spike_lanes as lanes
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.packable import LIMIT, even_channel, even_exp, even_leaked
@@ -62,8 +33,8 @@ class WholeSpike(NamedTuple):
     steep: F64  # 1/V, of the drive's logarithm over v_mem
 
 
-_ROW = MOVING * LANES  # of a term of all moving devices; their gates stand behind the terms
-_GATE = OWN + TERMS * _ROW
+_ROW = lanes.MOVING * lanes.LANES  # of a term of all moving devices; their gates stand behind the terms
+_GATE = lanes.OWN + TERMS * _ROW
 
 
 @compiled()
@@ -71,42 +42,42 @@ def take_whole_lanes(c: WholeSpike, first: int, count: int, w: F64) -> None:
     """Fill the lanes' own numbers with those of the neurons from `first` on."""
     for j in range(count):
         k = first + j
-        for device in range(MOVING):
+        for device in range(lanes.MOVING):
             for term in range(TERMS):
-                w[OWN + term * _ROW + device * LANES + j] = c.rows[device, term, k]
-        for gate, device in enumerate((MC2, MK4, MK5)):
-            w[_GATE + device * LANES + j] = c.gates[gate, k]
-        for node in range(NODES):
-            w[CAPACITANCE + node * LANES + j] = c.capacitance[node, k]
-        w[START + j], w[DRIVE + j], w[STEEP + j] = c.start[k], c.drive[k], c.steep[k]
+                w[lanes.OWN + term * _ROW + device * lanes.LANES + j] = c.rows[device, term, k]
+        for gate, device in enumerate((lanes.MC2, lanes.MK4, lanes.MK5)):
+            w[_GATE + device * lanes.LANES + j] = c.gates[gate, k]
+        for node in range(lanes.NODES):
+            w[lanes.CAPACITANCE + node * lanes.LANES + j] = c.capacitance[node, k]
+        w[lanes.START + j], w[lanes.DRIVE + j], w[lanes.STEEP + j] = c.start[k], c.drive[k], c.steep[k]
 
 
 @compiled()
 def fill_whole_rates(v_dd: float, count: int, w: F64) -> None:
-    """Fill how fast all nodes of the lanes move, and how fast where the node itself is NUDGE higher."""
-    put_drains(w, v_dd)
-    for j in range(LANES):
-        resets = w[V + 3 * LANES + j] < w[LET_GO + j]
-        w[_GATE + MK8 * LANES + j] = v_dd if resets else 0.0
-        w[_GATE + MC4 * LANES + j] = v_dd - w[V + LANES + j]
-        w[_GATE + MC1 * LANES + j] = w[V + j]
-        w[_GATE + MK6P * LANES + j] = v_dd - w[V + 2 * LANES + j]
-        w[_GATE + MK6N * LANES + j] = w[V + 2 * LANES + j]
-        for row, v in ((0, w[V + j]), (1, w[V + j] + NUDGE)):
-            more = min(w[STEEP + j] * max(v - w[START + j], 0.0), STEEPEST)
-            into = w[DRIVE + j] * even_exp(max(more, -LIMIT))
-            w[INTO + row * LANES + j] = 0.0 if resets else into
+    """Fill how fast all nodes of the lanes move, and how fast where the node itself is lanes.NUDGE higher."""
+    lanes.put_drains(w, v_dd)
+    for j in range(lanes.LANES):
+        resets = w[lanes.V + 3 * lanes.LANES + j] < w[lanes.LET_GO + j]
+        w[_GATE + lanes.MK8 * lanes.LANES + j] = v_dd if resets else 0.0
+        w[_GATE + lanes.MC4 * lanes.LANES + j] = v_dd - w[lanes.V + lanes.LANES + j]
+        w[_GATE + lanes.MC1 * lanes.LANES + j] = w[lanes.V + j]
+        w[_GATE + lanes.MK6P * lanes.LANES + j] = v_dd - w[lanes.V + 2 * lanes.LANES + j]
+        w[_GATE + lanes.MK6N * lanes.LANES + j] = w[lanes.V + 2 * lanes.LANES + j]
+        for row, v in ((0, w[lanes.V + j]), (1, w[lanes.V + j] + lanes.NUDGE)):
+            more = min(w[lanes.STEEP + j] * max(v - w[lanes.START + j], 0.0), STEEPEST)
+            into = w[lanes.DRIVE + j] * even_exp(max(more, -LIMIT))
+            w[lanes.INTO + row * lanes.LANES + j] = 0.0 if resets else into
     for j in range(min(_ROW, _ROW * count)):
-        t, gate = terms_in(w, j, OWN, _ROW), w[_GATE + j]
-        for drain, takes in ((DRAIN, TAKES), (DRAIN_NUDGED, TAKES_NUDGED)):
+        t, gate = terms_in(w, j, lanes.OWN, _ROW), w[_GATE + j]
+        for drain, takes in ((lanes.DRAIN, lanes.TAKES), (lanes.DRAIN_NUDGED, lanes.TAKES_NUDGED)):
             v = w[drain + j]
             w[takes + j] = even_channel(t, v, gate, 0.0)[0] + even_leaked(t, v, gate)[0]
-    for j in range(LANES):
+    for j in range(lanes.LANES):
         # first of all that flows into v_mem
-        w[TAKES + MC4 * LANES + j] += w[INTO + j]
-        w[TAKES_NUDGED + MC4 * LANES + j] += w[INTO + LANES + j]
-        w[INTO + j], w[INTO + LANES + j] = 0.0, 0.0
-    put_rates(w)
+        w[lanes.TAKES + lanes.MC4 * lanes.LANES + j] += w[lanes.INTO + j]
+        w[lanes.TAKES_NUDGED + lanes.MC4 * lanes.LANES + j] += w[lanes.INTO + lanes.LANES + j]
+        w[lanes.INTO + j], w[lanes.INTO + lanes.LANES + j] = 0.0, 0.0
+    lanes.put_rates(w)
 
 
 @compiled(_nrt=True)
@@ -119,7 +90,14 @@ def whole_adaptation(c: WholeSpike, first: int, v_o1: F64, out: F64) -> None:
             gates[0, j, i], gates[1, j, i] = c.v_dd - v_o1[i, j], c.gates[3, first + j]
             gates[2, j, i] = 0.6 * c.v_dd
     some = slice(first, first + count)
-    series(c.rows[MA1][:, some].copy(), c.rows[MA2][:, some].copy(), gates[0], gates[1], gates[2], found)
+    series(
+        c.rows[lanes.MA1][:, some].copy(),
+        c.rows[lanes.MA2][:, some].copy(),
+        gates[0],
+        gates[1],
+        gates[2],
+        found,
+    )
     for j in range(count):
         for i in range(v_o1.shape[0]):
             out[i, j] = found[j, i]
