@@ -142,12 +142,13 @@ def keep_samples(files: StudyFiles, table: Table) -> None:
     write_table(files.folder / SAMPLES, table, files.units, files.key)
 
 
-def study_table(folder: Path) -> Table:
+def study_table(folder: Path | str) -> Table:
     """Read the samples of the study in `folder`: its final table, or all chunks that it has so far.
 
     The final table of a study that was lengthened since, and has not ended, has fewer than the chunks have.
     Raises `DataError` where there are no samples, or a file cannot be read or belongs to another study.
     """
+    folder = Path(folder)
     manifest = read_manifest(folder)
     key, whole = study_key(manifest), manifest["plan"]["count"] * len(manifest["conditions"])
     final = read_table(folder / SAMPLES, key) if (folder / SAMPLES).exists() else None

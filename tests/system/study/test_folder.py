@@ -101,7 +101,7 @@ def test_a_chunk_that_does_not_fit_is_measured_again_and_told(
     assert again.chunks_read == 3
     assert len(again.chunks_redone) == 1
     assert told in again.chunks_redone[0]
-    assert same(study_table(tmp_path / "a"), once)
+    assert same(study_table(str(tmp_path / "a")), once)
 
 
 @pytest.mark.parametrize("spoil", [foreign, edited, flipped, of_old, without_key, truncated])
