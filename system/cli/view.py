@@ -25,7 +25,8 @@ def view_command(asked: View) -> None:
     moving = Path(asked.output).suffix.lower() in MOVING
     frames = read_frames(asked.frames)
     if not moving:
-        check_page(asked.output)
+        checked_suffix(asked.output, (PAGE, *MOVING))
+        check_folder(asked.output)
     elif asked.beside is not None:
         raise ParameterError(f"beside: {asked.beside}, no moving picture has two runs; write a {PAGE}")
     films = [kept(path) for path in (asked.run, asked.beside) if path is not None]

@@ -55,8 +55,8 @@ def kept(path: str) -> Film:
             arrays = {str(name): values.to_numpy() for name, values in data.data_vars.items()}
             film: Film = _read(Film, json.loads(data.attrs["film"]), arrays)
             return film
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise DataError(f"{path}: not a kept run ({error}); noctule run SYSTEM -o RUN.nc makes one") from None
+    except (OSError, ValueError, KeyError, TypeError):
+        raise DataError(f"{path}: not a kept run; noctule run SYSTEM -o RUN.nc makes one") from None
 
 
 def _written(values: _Array) -> _Array:
