@@ -24,7 +24,8 @@ import numpy as np
 
 from chips.aer import Events
 from circuits.arrays import F64, I64, Bools
-from system.mapping.kernel import CellArrays, FilterArrays, Found, StateArrays, move_all, run_steps
+from circuits.errors import DataError
+from system.mapping.kernel import CellArrays, FilterArrays, Sent, StateArrays, move_all, run_steps
 from system.mapping.network import Network, matrix_of, spans
 
 STEP = 1e-4  # s; ours
@@ -132,7 +133,12 @@ class Running:
         self._done = 0
 
     def advance(self, events: Events, duration: float) -> Trains:
-        """Go on for `duration` s with events of channels; times are since the start."""
+        """Go on for `duration` s with events of channels; times are since the start.
+
+        Raises `DataError` as `check_addresses`.
+        """
+        if self._filters.fall.size:
+            check_addresses(events, self._filters.channels.shape[1])
         first, end = self._done, self._done + round(duration / STEP)
         bounds = np.searchsorted(events.times, np.arange(first, end + 1) * STEP - 1e-9)
         parts = [self._some(k, events, bounds[k - first :][: MOST + 1]) for k in range(first, end, MOST)]
@@ -142,13 +148,13 @@ class Running:
         order = np.argsort(found, kind="stable")
         return Trains(found[order], neurons[order])
 
-    def _some(self, first: int, events: Events, bounds: I64) -> Found:
+    def _some(self, first: int, events: Events, bounds: I64) -> Sent:
         room = (bounds.size - 1) * self._state.v.size
-        found = Found(np.empty(room), np.empty(room, dtype=np.int64))
+        found = Sent(np.empty(room), np.empty(room, dtype=np.int64))
         count = run_steps(
             self._cells, self._filters, self._state, events.addresses, bounds, first, STEP, found
         )
-        return Found(found.times[:count].copy(), found.neurons[:count].copy())
+        return Sent(found.times[:count].copy(), found.neurons[:count].copy())
 
 
 def _arrays(cells: Cells, shape: tuple[int, ...]) -> CellArrays:
@@ -177,12 +183,26 @@ def _bank(dynamics: Dynamics) -> FilterArrays:
     )
 
 
+def check_addresses(events: Events, channels: int, where: str = "events", of: str = "") -> None:
+    """Raise `DataError` for an event on a channel that is not there.
+
+    channels: how many there are; where: the events' file; of: whose channels they are, in words.
+    """
+    wrong = np.flatnonzero((events.addresses < 0) | (events.addresses >= channels))
+    if wrong.size:
+        k = int(wrong[0])
+        raise DataError(
+            f"{where}: event {k} of address {events.addresses[k]}, must be 0 to {channels - 1}, the"
+            f" channels{of}"
+        )
+
+
 def run(dynamics: Dynamics, events: Events, duration: float) -> Trains:
     """Run equations from rest for `duration` s; addresses of the events are channels."""
     return Running(dynamics).advance(events, duration)
 
 
-def move(cells: Cells, v: F64, wait: F64, drive: F64, step: float = STEP) -> tuple[Bools, F64]:
+def move(cells: Cells, v: F64, wait: F64, drive: F64, step: float) -> tuple[Bools, F64]:
     """Move v and wait by a step of `step` s; which neurons spiked, and when, in shares of the step.
 
     Arrays are of neurons, of several runs at once too, on axes before.

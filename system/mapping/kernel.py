@@ -53,8 +53,8 @@ class StateArrays(NamedTuple):
     come: F64
 
 
-class Found(NamedTuple):
-    """Room for spikes: times, s, and neurons."""
+class Sent(NamedTuple):
+    """Spikes, or room for them: times, s, and neurons."""
 
     times: F64
     neurons: I64
@@ -145,7 +145,7 @@ def _drive(filters: FilterArrays, state: StateArrays, n: int) -> float:
 @_compiled
 def run_steps(
     cells: CellArrays, filters: FilterArrays, state: StateArrays, channels: I64, bounds: I64, first: int,
-    step: float, found: Found,
+    step: float, found: Sent,
 ) -> int:  # fmt: skip
     """Take steps from number `first` on; fill the spikes in the order of steps, and return how many.
 

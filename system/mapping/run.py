@@ -13,7 +13,7 @@ from circuits.circuit import BiasKind
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.silicon import Silicon
 from system.mapping.distance import Distance, distance
-from system.mapping.dynamics import Trains, asked, chosen, population_rates, rates_of
+from system.mapping.dynamics import Trains, asked, check_addresses, chosen, population_rates, rates_of
 from system.mapping.dynamics import run as run_equations
 from system.mapping.network import Network
 from system.mapping.rolls.mapped import Mapped
@@ -62,14 +62,8 @@ class MappedRun:
 
 def check_channels(network: Network, events: Events, where: str) -> None:
     """Raise `DataError` for an event on a channel that no input of the network has; where: its file."""
-    known = network.channels
-    wrong = np.flatnonzero(events.addresses >= known)
-    if wrong.size:
-        k = int(wrong[0])
-        raise DataError(
-            f"{where}: event {k} of address {events.addresses[k]}, must be 0 to {known - 1}, the channels of"
-            f" {', '.join(p.name for p in network.inputs) or 'no input'}"
-        )
+    inputs = ", ".join(p.name for p in network.inputs) or "no input"
+    check_addresses(events, network.channels, where, f" of {inputs}")
     if events.times.size and events.times[0] < 0.0:
         raise DataError(f"{where}: event 0 at {events.times[0]:g} s, must be at 0 s or later")
 

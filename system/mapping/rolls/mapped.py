@@ -20,7 +20,7 @@ from chips.rolls.program.address import VIRTUAL_LINES
 from chips.rolls.program.program import Program, VirtualInput
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
-from system.mapping.dynamics import Cells, Dynamics, Filter
+from system.mapping.dynamics import Cells, Dynamics, Filter, check_addresses
 from system.mapping.network import Network
 from system.mapping.report import Finding
 
@@ -106,7 +106,11 @@ class Mapped:
         return Dynamics(cells, tuple(self._filter(f) for f in self.filters))
 
     def events(self, events: Events) -> Inputs:
-        """Return the chip's events that stand for those of the network's channels."""
+        """Return the chip's events that stand for those of the network's channels.
+
+        Raises `DataError` for an event on a channel that the network does not have.
+        """
+        check_addresses(events, self.network.channels)
         burst = _burst(self)
         count = int(np.diff(burst.begin)[events.addresses].sum())
         times, words = np.empty(count), np.empty(count, np.int64)

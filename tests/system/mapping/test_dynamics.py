@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from chips.aer import Events
+from circuits.errors import DataError
+from system.mapping.chips import map_on
 from system.mapping.distance import van_rossum
 from system.mapping.dynamics import Cells, Dynamics, Filter, Trains, asked, chosen, rates_of, run
 from system.mapping.network import Connection, Input, Network, Population
@@ -25,6 +27,18 @@ def test_a_neurons_rate_is_that_of_its_equation(leak: str, current: float) -> No
     found = rates_of(run(asked(network), EVENTS, 1.2), 1, 0.2, 1.2)[0]
     wanted = Wanted(20e-3, 2e-3, leak == "constant").rate(np.array(current))
     assert found == pytest.approx(float(wanted), abs=1.0, rel=0.02)  # whole spikes; a spike's steps
+
+
+@pytest.mark.parametrize("address", [-1, 1])
+def test_an_event_on_a_channel_that_is_not_there_is_refused(address: int) -> None:
+    connection = Connection("in", "a", 0.5, tau=TAU)
+    network = Network((Population("a", 1),), (Input("in", 1),), (connection,))
+    events = Events(np.array([0.0, 0.1]), np.array([0, address]))
+    wanted = f"event 1 of address {address}, must be 0 to 0, the channels"
+    with pytest.raises(DataError, match=wanted):
+        run(asked(network), events, 0.2)
+    with pytest.raises(DataError, match=wanted):
+        map_on("rolls", network).events(events)
 
 
 def test_a_neuron_with_an_upstroke_follows_the_closed_form() -> None:
