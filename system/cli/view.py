@@ -25,8 +25,7 @@ def view_command(asked: View) -> None:
     moving = Path(asked.output).suffix.lower() in MOVING
     frames = read_frames(asked.frames)
     if not moving:
-        checked_suffix(asked.output, (PAGE, *MOVING))
-        check_folder(asked.output)
+        check_page(asked.output, (PAGE, *MOVING))
     elif asked.beside is not None:
         raise ParameterError(f"beside: {asked.beside}, no moving picture has two runs; write a {PAGE}")
     films = [kept(path) for path in (asked.run, asked.beside) if path is not None]
@@ -44,9 +43,9 @@ def view_command(asked: View) -> None:
         raise ParameterError(f"open: there is no browser; open {asked.output} where there is one")
 
 
-def check_page(path: str) -> None:
-    """Raise `ParameterError` or `DataError` for what cannot be the path of a page."""
-    checked_suffix(path, (PAGE,))
+def check_page(path: str, suffixes: tuple[str, ...] = (PAGE,)) -> None:
+    """Raise `ParameterError` or `DataError` for a path that no page, or nothing with `suffixes`, can have."""
+    checked_suffix(path, suffixes)
     check_folder(path)
 
 
