@@ -4,7 +4,7 @@
 # make wheel   the wheel in dist, with its kernels' machine code, and in new environments: the main job, and an
 #              export on other Pythons that are here
 # make docs    the site in build/docs, with every notebook and command of its pages run; docs-pages: without
-# make bench   every benchmark (BENCH_FLAGS=--quick for the short ones)
+# make bench   every benchmark, and one table of them in benchmarks/results (BENCH_FLAGS=--quick for short ones)
 # make clean   remove everything that make made
 
 PYTHON ?= python3
@@ -87,8 +87,7 @@ docs-pages: $(TEST_READY)
 	$(SITE) -d build/docs-pages-read docs build/docs-pages
 
 bench: $(TEST_READY)
-	@for script in $(sort $(filter-out benchmarks/_%,$(wildcard benchmarks/*.py))); do \
-		echo "== $$script"; $(BIN)/python $$script $(BENCH_FLAGS) || exit 1; done
+	$(BIN)/python benchmarks/table.py $(BENCH_FLAGS)
 
 clean:
 	rm -rf $(VENV) build dist circuits/machine_code/shipped .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache $(PICTURE)

@@ -66,7 +66,7 @@ def report(rows: Iterable[Row], options: Namespace, figures: Callable[[Row], str
     """
     rows = list(rows)
     if options.json:
-        print(json.dumps([_as_json(row) for row in rows], indent=2))
+        print(json.dumps([as_json(row) for row in rows], indent=2))
     else:
         width = max((len(row.name) for row in rows), default=0)
         for row in rows:
@@ -75,7 +75,7 @@ def report(rows: Iterable[Row], options: Namespace, figures: Callable[[Row], str
     return int(not all(row.holds for row in rows))
 
 
-def _as_json(row: Row) -> dict[str, object]:
-    """The row's fields; without both ends of a claim where there is none."""
-    fields = asdict(row)
-    return fields if row.claimed else {k: v for k, v in fields.items() if k not in {"least", "most"}}
+def as_json(row: Row) -> dict[str, object]:
+    """The row's fields; without an end of a claim that claims nothing."""
+    ends = {"least": row.least > 0.0, "most": row.most < float("inf")}
+    return {name: value for name, value in asdict(row).items() if ends.get(name, True)}

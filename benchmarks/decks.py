@@ -68,8 +68,7 @@ def main() -> int:
     options = parser.parse_args()
     rows = [] if options.folder is None else list(_rows(options))
     if not rows:
-        print("decks: no FOLDER of decks is named, nothing to measure")
-        return 0
+        print("decks: no FOLDER of decks is named, nothing to measure", file=sys.stderr)
     return report(rows, options, _figures)
 
 

@@ -1,4 +1,4 @@
-"""Claim: a thousand dies of a neuron are measured on a foundry's cards in ngspice, failures counted.
+"""A thousand dies of a neuron on a foundry's cards in ngspice, failures counted, beside our law's.
 
 Dies A/1000 on of the tonic neuron, which nothing inhibits for 60 ms, on gf180mcu's cards at 27 degC, with the
 foundry's own mismatch and process (`noctule montecarlo tonic-neuron --process gf180mcu --engine ngspice`).

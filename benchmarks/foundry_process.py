@@ -1,4 +1,4 @@
-"""Claim: what our transistor law leaves out of a real process, by how much: gf180mcu's 3.3 V devices.
+"""What our transistor law leaves out of a real process, by how much: gf180mcu's 3.3 V devices.
 
 The foundry's BSIM4 cards in ngspice against our law, one square device of each polarity, 3 um by 3 um,
 saturated. The law's three parameters V_T0, kappa and mu Cox are fitted to the

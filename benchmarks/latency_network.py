@@ -34,7 +34,7 @@ from system.spiking_bat.scene import HEADING, OBSTACLES, PING_RATE
 from system.spiking_bat.topology import published
 
 CLAIM, CLAIM_PEER, CLAIM_STEPS = 1.7, 15.0, 2.0
-PEER = Path(__file__).parent / "latency_network_brian2.py"
+PEER = Path(__file__).parent / "_latency_network_brian2.py"
 
 
 def main() -> int:

@@ -46,7 +46,7 @@ CLAIMS = {"bug0": 25.0, "bug2": 15.0}
 CLAIM_BUILD, CLAIM_RAYS = 5.0, 0.1
 DIE = Die(number=3000)
 INTERVAL, SETTLING = 0.01, 0.5  # s
-PEER = Path(__file__).parent / "nef_network_nengo.py"
+PEER = Path(__file__).parent / "_nef_network_nengo.py"
 # at a wall on the right: nearness of the rays, directions of the goal, and so on
 SENSES: dict[str, Any] = {
     "ranges": [0.0, 0.1, 0.6, 0.9, 0.6, 0.1, 0.0, 0.0], "ahead": [0.8, 0.6], "north": [0.6, 0.8],

@@ -69,7 +69,7 @@ def measure(name: str, bench: Testbench, limit: float) -> list[Row]:
         raise SystemExit(f"{name}: equal {same.equal}, found {other.differences} where {path} was changed")
     told = f"equal, and 1 uV in {path} found among {same.devices[0]} devices"
     return [
-        Row(f"compare {name}", seconds, limit, limit / seconds, told),
+        Row(f"compare {name}", seconds, limit, limit / seconds, told, least=1.0),
         Row(f"import {name}", reading, None, None, "-"),
     ]
 

@@ -41,8 +41,7 @@ def main() -> int:
         row("nominal", bench, Silicon(AMI_1500_IDEAL), turns),
         row("die A/1003", bench, Silicon(AMI_1500_IDEAL, die=Die("A", 1003)), turns),
     ]
-    report(rows, options, lambda r: f"{r.ours:6.3f} s of CPU, {r.peer:g} s allowed")
-    return int(any(r.ours > ALLOWED for r in rows))
+    return report(rows, options, lambda r: f"{r.ours:6.3f} s of CPU, {r.peer:g} s allowed")
 
 
 def testbench() -> Testbench:
@@ -82,7 +81,7 @@ def row(name: str, bench: Testbench, silicon: Silicon, turns: int) -> Row:
     accuracy = f"{text.count(chr(10)):,} lines, {len(text) / 1e6:.1f} MB, wall time {median(wall):.2f} s"
     if len(texts) > 1:
         raise SystemExit(f"{name}: the same circuit gave {len(texts)} texts")
-    return Row(f"{NEURONS} neurons, {name}", seconds, ALLOWED, ALLOWED / seconds, accuracy)
+    return Row(f"{NEURONS} neurons, {name}", seconds, ALLOWED, ALLOWED / seconds, accuracy, least=1.0)
 
 
 if __name__ == "__main__":

@@ -44,6 +44,7 @@ from netlists.ngspice import run as ngspice
 from netlists.ngspice.engine import upward_crossings
 from netlists.write import law
 
+CLAIM = 100.0  # times
 WITHIN = 1e-6  # s, of the reference
 SILICON = Silicon(AMI_1500_IDEAL)
 V_DD = SILICON.process.v_dd
@@ -135,7 +136,8 @@ def measure(settings: tuple[Setting, ...], repetitions: int) -> Iterator[Row]:
         )
         for part, mine, its in (("transient", transient, spent - rest), ("whole run", whole, spent)):
             title = f"rebound neuron, 16 ms, {part}, ngspice with {name}"
-            yield Row(title, mine, its, its / mine, accuracy)
+            claim = CLAIM if (name, part) == ("the same equations", "transient") else 0.0
+            yield Row(title, mine, its, its / mine, accuracy, least=claim)
 
 
 def neuron() -> Testbench:

@@ -48,7 +48,7 @@ FIRST_DIE = 1000
 DRIVE = 0.31e-9  # A, direct current; chosen on dies below 1000 for about 70 Hz
 FINER_STEP = 0.2e-3  # s, half the default
 PEER_STEPS = (STEP, 0.1e-3, 0.025e-3)  # s: ours, Brian2's default, and one as exact as ours
-PEER = Path(__file__).parent / "rolls_chip_brian2.py"
+PEER = Path(__file__).parent / "_rolls_chip_brian2.py"
 
 
 def program() -> Program:
@@ -153,6 +153,7 @@ def _size(value: object) -> int:
 def current_errors() -> Iterator[tuple[str, float]]:
     """Largest errors of the filters' mean current, by case; default weights unless a current is named."""
     slow = {f"NPDPI{sign}_{port}_P": (7, 60) for sign in "EI" for port in ("TAU", "THR")}
+    weak = {f"NPA_WEIGHT_INH{bit}_N": (4, 80) for bit in ("0", "1")}  # the default is above the model's box
     cases: dict[str, tuple[int, float, dict[str, tuple[int, int]], float, BiasKind]] = {
         "level 1, 300 Hz": (1, 300.0, {}, 27.0, "gate"),
         "level 4, 100 Hz": (4, 100.0, {}, 27.0, "gate"),
@@ -161,7 +162,7 @@ def current_errors() -> Iterator[tuple[str, float]]:
         "level 1, slow, 0 degC": (1, 30.0, slow, 0.0, "gate"),
         "level 1 of 2 nA, slow": (1, 300.0, slow | {"NPA_WEIGHT_EXC_P": (4, 80)}, 27.0, "gate"),
         "level -1, 30 Hz": (-1, 30.0, {}, 27.0, "gate"),
-        "level -4, slow, 30 Hz": (-4, 30.0, slow, 27.0, "gate"),
+        "level -4 of 2 nA a bit, slow, 30 Hz": (-4, 30.0, slow | weak, 27.0, "gate"),
         "level -1 of 2 nA, slow": (-1, 300.0, slow | {"NPA_WEIGHT_INH_N": (4, 80)}, 27.0, "gate"),
     }
     for name, (level, rate, codes, temperature, kind) in cases.items():
@@ -194,7 +195,7 @@ def period_error() -> float:
 
 
 def euler_period(step: float) -> float:
-    """Mean period (s) of a membrane of `rolls_chip_brian2.EQUATIONS` by forward Euler, 120 pA, no input."""
+    """Mean period (s) of a membrane of `_rolls_chip_brian2.EQUATIONS` by forward Euler, 120 pA, no input."""
     i_thm, i_tau, i_0, tau = 6.5e-9, 64e-12, 0.5e-12, 1.1e-3
     membrane, held, now = i_0, 0.0, 0.0
     spikes: list[float] = []

@@ -1,8 +1,9 @@
-"""Claim: a study costs under 20 % more than the bare batch, two workers halve it, and its memory stays flat.
+"""Claims: a study costs at most 1.2 times the bare batch, two workers 1.85 times less; its memory is flat.
 
 The bare batch puts one lowered machine on every die and tunes it, on one thread; the study does the same dies
 in chunks that are kept on disk, with statistics at the end. Two workers are two threads of one process.
-Memory is the peak resident size of a process that runs a study of a quick metric, 100,000 samples by 1,000.
+Memory is the peak resident size of a process that runs a study of a quick metric, 100,000 samples by 1,000:
+flat is at most 1.1 times as much (ours).
 Values are compared bit by bit between all runs of the same dies.
 """
 
@@ -32,6 +33,7 @@ from system.study.statistics.summary import summarise
 from system.study.table import Condition, Table
 from system.study.target import Subject
 
+CLAIM_STUDY, CLAIM_WORKERS, CLAIM_MEMORY = 1.2, 1.85, 1.1
 FIRST = 1000
 HERE = "study_engine"
 
@@ -95,9 +97,9 @@ def main() -> int:
     accuracy = "all values identical" if same else "VALUES DIFFER"
     few, most = peak(1000), peak(many)
     rows = [
-        Row(f"study of {count} dies by the bare batch", one, batch, one / batch, accuracy),
-        Row("one worker by two", two, one, one / two, accuracy, cores=2),
-        Row(f"memory, {many} samples by 1,000, MB", most, few, most / few, accuracy),
+        Row(f"study of {count} dies by the bare batch", one, batch, one / batch, accuracy, most=CLAIM_STUDY),
+        Row("one worker by two", two, one, one / two, accuracy, 2, CLAIM_WORKERS),
+        Row(f"memory, {many} samples by 1,000, MB", most, few, most / few, accuracy, most=CLAIM_MEMORY),
     ]
     return report(rows, options, lambda r: f"{r.ours:9.3f} against {r.peer:9.3f}: {r.ratio:.3f}")
 
