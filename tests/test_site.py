@@ -51,7 +51,7 @@ REPORT = {
 }
 REFUSED = re.compile(r"^```\{command\} (.*)\n((?::.*\n)*?):status: (\d+)$", re.MULTILINE)
 REFUSALS = [(page, *found) for page in PAGES for found in REFUSED.findall(page.read_text(encoding="utf-8"))]
-ERROR_CLASS = re.compile(r"^class (\w+)\((\w+)", re.MULTILINE)
+ERROR_CLASS = re.compile(r"^class ([A-Za-z]\w+)\((\w+)", re.MULTILINE)
 LONGEST_AVERAGE = 25  # words of a sentence
 PAGE = """# A page
 
@@ -92,16 +92,15 @@ def built(folder: Path, page: str, *, run: bool, reader: str = "myst_parser") ->
 def test_rows_of_an_experiment_are_a_table_to_whose_rows_claims_link(
     running: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rows = importlib.import_module("_extension.rows")
     lines = []
 
     def done(line: str, *_: object, **__: object) -> object:
         lines.append(line)
         return running.Done(1, json.dumps(REPORT), "", "")
 
-    monkeypatch.setattr(rows, "done", done)
+    monkeypatch.setattr(running, "done", done)
     html, said = built(tmp_path, PAGE, run=True)
-    assert lines == ["noctule reproduce cheely2003-fig4 --json"]
+    assert lines == ["noctule reproduce cheely2003-fig4 --json --plot experiment-cheely2003-fig4.png"]
     assert said == ""
     for text in ("0.02012", "within 5 %", ">fitted<", ">predicted<", "none at all", ">two<"):
         assert text in html
@@ -113,10 +112,31 @@ def test_rows_of_an_experiment_are_a_table_to_whose_rows_claims_link(
 def test_a_claim_about_a_row_that_is_none_is_told(
     running: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rows = importlib.import_module("_extension.rows")
-    monkeypatch.setattr(rows, "done", lambda *_, **__: running.Done(0, json.dumps(REPORT), "", ""))
+    monkeypatch.setattr(running, "done", lambda *_, **__: running.Done(0, json.dumps(REPORT), "", ""))
     _, said = built(tmp_path, PAGE.replace("/spikes", "/sparks"), run=True)
     assert "undefined label: 'rows-cheely2003-fig4-sparks'" in said
+
+
+def test_rows_and_picture_of_an_experiment_are_of_one_run(
+    running: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lines = []
+
+    def run(line: str, folder: Path, kept: Path, names: list[str]) -> object:
+        lines.append(line)
+        kept.mkdir(parents=True)
+        (kept / names[0]).write_bytes(base64.b64decode(PIXEL))
+        return running.Done(1, json.dumps(REPORT), "one row disagrees", str(kept))
+
+    monkeypatch.setattr(running, "_run", run)
+    gallery = importlib.import_module("_extension.gallery")
+    row = next(row for row in gallery.rows() if row.name == "cheely2003-fig4")
+    picture = "\n".join(gallery.markdown(row)).replace(":status: 0", ":status: 1")
+    html, said = built(tmp_path, f"{PAGE}\n{picture}\n", run=True)
+    assert said == ""
+    assert len(lines) == 1
+    assert re.findall(r"_images/([\w-]+)", html) == ["experiment-cheely2003-fig4"]
+    assert "one row disagrees" in html
 
 
 def test_without_a_run_claims_link_to_the_experiment(running: ModuleType, tmp_path: Path) -> None:
@@ -219,6 +239,7 @@ def test_errors_that_a_page_shows_are_found() -> None:
 
 def test_the_tree_of_errors_has_every_class(running: ModuleType) -> None:
     assert running
+    importlib.import_module("system.study.search.worst_case")  # which has one of its own
     listed = {each.__name__ for _, each in importlib.import_module("_extension.error_tree").tree()}
     packages = ("circuits", "chips", "netlists", "system")
     texts = [path.read_text(encoding="utf-8") for name in packages for path in (ROOT / name).rglob("*.py")]

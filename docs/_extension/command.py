@@ -29,7 +29,7 @@ from sphinx.util.docutils import SphinxDirective
 from sphinx.util.typing import OptionSpec
 
 from _extension.file_fields import netcdf
-from _extension.running import ROOT, Done, block, done, drawn, page_folder, picture
+from _extension.running import ROOT, Done, block, done, drawn, page_folder, picture, reproduced
 
 COLUMNS = 100  # of a file's lines that are shown
 SHOWN = 6  # lines of a file that are shown
@@ -48,6 +48,7 @@ class CommandDirective(SphinxDirective):
         "hide": directives.flag,  # only what it draws is shown
         "still": directives.unchanged_required,  # a picture beside the page, for who prints or wants no film
         "shows": directives.unchanged_required,  # a file that it writes, of which the beginning is shown
+        "experiment": directives.unchanged_required,  # its run is that of the experiment's rows
         "needs": directives.unchanged_required,  # files beside the page that it reads, shown before it
     }
 
@@ -63,19 +64,27 @@ class CommandDirective(SphinxDirective):
             shown.append(block(f"$ {line}", "console"))
         if not self.config.noctule_run:
             return shown + still
-        found = _in_turn(self, line, needs, self.options.get("shows", "").split())
+        if "experiment" in self.options:
+            found, _ = reproduced(self, self.options["experiment"])
+        else:
+            found = _in_turn(self, line, needs, self.options.get("shows", "").split())
         wanted = self.options.get("status", 0)
         if found.status != wanted:
             raise self.error(f"{line}: status {found.status} where {wanted} is due: {found.err.strip()}")
         shown += _output(found.out.rstrip("\n").splitlines(), self.options.get("lines"))
         if wanted:
-            return shown + _output([*found.err.splitlines(), f"[status {wanted}]"], None)
+            shown += _output([*found.err.splitlines(), f"[status {wanted}]"], None)
+            return shown + self._pictures(found, [n for n in drawn(shlex.split(line)) if _left(found, n)])
         if "shows" in self.options:
             shown += self._written(Path(found.folder) / Path(self.options["shows"]).name, line)
-        pictures = [picture(self, Path(found.folder) / name, line) for name in drawn(shlex.split(line))]
+        pictures = self._pictures(found, drawn(shlex.split(line)))
         if still:
             return [*shown, nodes.container("", *pictures, *still, classes=["noctule-film"])]
         return shown + pictures
+
+    def _pictures(self, found: Done, names: Iterable[str]) -> list[nodes.Node]:
+        """Pictures of those names that the command drew."""
+        return [picture(self, Path(found.folder) / name, self.arguments[0]) for name in names]
 
     def _still(self, name: str) -> nodes.Node:
         """The picture that stands for a film, where nothing runs or moves."""
@@ -124,6 +133,11 @@ def _in_turn(
     found = done(line, page_folder(directive), before, needs, written)
     before.append(line)
     return found
+
+
+def _left(found: Done, name: str) -> bool:
+    """Whether a command that ended with another status than 0 drew a picture before."""
+    return (Path(found.folder) / name).is_file()
 
 
 def _output(lines: list[str], most: int | None) -> list[nodes.Node]:

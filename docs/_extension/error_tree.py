@@ -63,10 +63,11 @@ class RaisesDirective(SphinxDirective):
 
 
 def tree(root: type[CircuitError] = CircuitError, depth: int = 0) -> Iterator[tuple[int, type[CircuitError]]]:
-    """Every class with its depth, parents first."""
+    """Every class with its depth, parents first; one with a leading underscore stays inside its module."""
     yield depth, root
     for each in root.__subclasses__():
-        yield from tree(each, depth + 1)
+        if not each.__name__.startswith("_"):
+            yield from tree(each, depth + 1)
 
 
 def _builtins(each: type[CircuitError]) -> str:

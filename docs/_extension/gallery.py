@@ -133,6 +133,7 @@ def markdown(row: Row) -> list[str]:
     """Lines of a page that show a row."""
     said = f"**{row.name}**: {row.summary}"
     options = [":lines: 0", f":alt: {row.name}, {row.summary}", f":status: {row.status}"]
+    options += [f":experiment: {row.name}"] if row.kind == "experiment" else []
     return ["", said, "", f"```{{command}} {row.command}", *options, "```"]
 
 

@@ -26,7 +26,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import ReferenceRole, SphinxDirective
 from sphinx.util.typing import OptionSpec
 
-from _extension.running import ROOT, block, done, page_folder, picture
+from _extension.running import ROOT, block, done, page_folder, picture, reproduced
 from _extension.table import paragraph, table, text
 from system.registry import load_experiment
 from system.verdict.null import Score
@@ -79,10 +79,13 @@ class RowsDirective(SphinxDirective):
     def _found(self, name: str) -> list[nodes.Node]:
         """The rows, and what is said of them."""
         line = f"{self._line().replace('evidence/', '')} --json"
-        if "plot" in self.options:
-            line += f" --plot {name}.png"
         kept = [ROOT / "evidence" / self.options["kept"]] if "kept" in self.options else []
-        found = done(line, page_folder(self) / "rows", files=kept, written=[path.name for path in kept])
+        if load_experiment(name).counts is None:
+            found, drawing = reproduced(self, name)
+        else:
+            line += f" --plot {name}.png" if "plot" in self.options else ""
+            found = done(line, page_folder(self) / "rows", files=kept, written=[path.name for path in kept])
+            drawing = Path(found.folder) / f"{name}.png"
         if found.status not in (0, 1) or not found.out:
             raise self.error(f"{line}: status {found.status}: {found.err.strip()}")
         if any((Path(found.folder) / path.name).read_bytes() != path.read_bytes() for path in kept):
@@ -95,7 +98,7 @@ class RowsDirective(SphinxDirective):
         shown.append(paragraph(_scores(report["scores"])))
         shown += _notes(report["notes"])
         if "plot" in self.options:
-            shown.append(picture(self, Path(found.folder) / f"{name}.png", line))
+            shown.append(picture(self, drawing, line))
         return shown
 
     def _table(self, experiment: str, rows: list[dict[str, Any]]) -> nodes.table:

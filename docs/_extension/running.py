@@ -83,6 +83,17 @@ def done(
     return found
 
 
+def reproduced(directive: SphinxDirective, name: str) -> tuple[Done, Path]:
+    """What an experiment found, as JSON, and its picture: one run serves all pages that show it.
+
+    name : the experiment, one that is no campaign.
+    """
+    drawing = f"experiment-{name}.png"
+    folder = Path(directive.config.noctule_folder) / "experiments" / name
+    found = done(f"noctule reproduce {name} --json --plot {drawing}", folder)
+    return found, Path(found.folder) / drawing
+
+
 def drawn(words: list[str]) -> list[str]:
     """Names of the pictures that a command is asked for."""
     return [value for option, value in pairwise(words) if option in DRAWN]
