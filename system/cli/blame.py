@@ -34,6 +34,7 @@ from system.study.blame.story import (
     verdict_lines,
 )
 from system.study.blame.trial import Case
+from system.study.mission.mission import wanted_of
 from system.study.statistics.share import Share
 
 FEWEST_TRIALS = 150
@@ -54,7 +55,7 @@ def blame_system(name: str, asked: Asked, options: Mapping[str, Any], said: Mapp
     remedy = system.no_silicon(scenario)
     if remedy:
         raise ParameterError(f"{name}: no chip is in the loop; {as_options(remedy, said)}")
-    case = Case(system, scenario)
+    case = Case(system, scenario, None if asked.success is None else wanted_of(system, asked.success))
     with progress_bar(f"blame {name}") as progress:
         found = blame(case, asked.trials, progress)
     told = told_runs(found)
@@ -110,6 +111,7 @@ def document(found: Blame, told: Told, again: str) -> dict[str, Any]:
     return {
         "system": found.case.system.name,
         **describe_die(scenario.die),
+        "success": found.case.definition,
         "seed": scenario.seed,
         "temperature_C": scenario.temperature_c,
         "trials": found.trials,
@@ -136,7 +138,7 @@ def document(found: Blame, told: Told, again: str) -> dict[str, Any]:
         ],
         "story": [*verdict_lines(found), *caution_lines(told), *device_lines(found)],
         "runs": [
-            {"name": name, "seed": told.seed, "succeeded": s["succeeded"], "reason": s["reason"]}
+            {"name": name, "seed": told.seed, "succeeded": found.case.success(s), "reason": s["reason"]}
             for name, s in told.summaries.items()
         ],
         "command": again,
@@ -157,6 +159,7 @@ def _share(share: Share) -> dict[str, Any]:
 
 
 def _print(found: Blame, told: Told, again: str) -> None:
+    print_line(f"success: {found.case.definition}")
     for line in (*verdict_lines(found), *caution_lines(told)):
         print_line(line)
     if not found.accused.guilty:

@@ -156,6 +156,9 @@ class Blame(OnDie):
 
     ideal: ClassVar[bool] = False
     seed: int = option(0, "Of the first trial: noise and world")
+    success: str | None = option(
+        None, 'As "collided == 0 and distance_m >= 20"; the robot\'s own unless given', metavar="TEXT"
+    )
     trials: int = option(300, "Runs that may be made, at least 150")
     mended: str | None = shared.file_option("Write the mended die, for --die")
     report: str | None = shared.file_option("Write a page with the story and its pictures, a .html")

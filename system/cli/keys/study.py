@@ -295,6 +295,7 @@ BLAME = {
     **meanings("system  string  -  name of the system"),
     **DIE_KEYS,
     **meanings("""
+success                  string     -     when a trial counts as a success, in words
 seed                     integer    -     seed of the first trial
 temperature_C            number     degC  temperature of the chips; at the beginning of a course
 trials                   integer    -     runs that were made

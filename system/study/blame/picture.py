@@ -42,7 +42,7 @@ def draw_blame(found: Blame, told: Told, figure: Figure) -> None:
     for ax, name, image in zip(np.ravel(below.subplots(1, len(ways))), told.traces, ways, strict=True):
         ax.imshow(image)
         ax.axis("off")
-        word = "succeeds" if told.summaries[name]["succeeded"] else "fails"
+        word = "succeeds" if found.case.success(told.summaries[name]) else "fails"
         ax.set_title(f"{name} {word}, seed {told.seed}", fontsize=9)
 
 

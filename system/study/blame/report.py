@@ -18,7 +18,7 @@ def blame_page(found: Blame, told: Told, command: str) -> str:
         ("", ""),
         [
             ("system", f"{case.system.name}: {case.system.summary}"),
-            ("success", case.system.success),
+            ("success", case.definition),
             ("die", str(case.die)),
             ("seeds", f"{found.accused.pairs.seeds[0]} on"),
             ("trials", found.trials),
@@ -76,7 +76,7 @@ def _behaviour(found: Blame, told: Told) -> dict[str, Any]:
 
 def _way(found: Blame, told: Told, name: str) -> dict[str, Any]:
     summary = told.summaries[name]
-    word = "succeeds" if summary["succeeded"] else "fails"
+    word = "succeeds" if found.case.success(summary) else "fails"
     return _section(
         f"The robot on {name} {word}", [f"{summary['reason']}."],
         image=picture(partial(draw_run, found, told.traces[name]), f"Run on {name}"),

@@ -11,6 +11,7 @@ from circuits.errors import CircuitError, DataError
 from circuits.silicon.die import Die, Drawn, Family, drawn_for, noted
 from circuits.silicon.edit import DEVIATIONS, Edit
 from system.codes.find import quietly
+from system.study.metrics.success import Wanted
 from system.system import SUCCEEDED, System
 
 ALL = ("*",)
@@ -37,11 +38,6 @@ class Outcome:
     failed: str = ""
 
 
-def does_its_job(summary: Mapping[str, Any]) -> bool:
-    """Say whether a run was a success by the system's own sentence, from its summary."""
-    return bool(summary[SUCCEEDED])
-
-
 @dataclass(frozen=True, slots=True)
 class Case:
     """A robot on a die.
@@ -52,13 +48,22 @@ class Case:
         What the robot is, by which every trial of it is run.
     scenario : dataclass
         Its first trial, on the die that is to be blamed.
-    success : callable
-        Whether a run is a success, from its summary; by the system's own sentence unless given.
+    wanted : Wanted or None
+        Success in the user's words; the system's own sentence unless given.
     """
 
     system: System[Any, Any]
     scenario: Any
-    success: Callable[[Mapping[str, Any]], bool] = does_its_job
+    wanted: Wanted | None = None
+
+    @property
+    def definition(self) -> str:
+        """When a run is a success, in words."""
+        return self.system.success if self.wanted is None else self.wanted.text
+
+    def success(self, summary: Mapping[str, Any]) -> bool:
+        """Say whether a run is a success, from its summary."""
+        return bool(summary[SUCCEEDED]) if self.wanted is None else self.wanted.met_by(summary)
 
     @property
     def die(self) -> Die:

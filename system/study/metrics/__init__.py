@@ -1,1 +1,1 @@
-"""What a study measures: registered metrics, expressions, and the gradients of both."""
+"""What a study measures: registered metrics, expressions, gradients, and success in words of the user."""

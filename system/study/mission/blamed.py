@@ -14,10 +14,9 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
@@ -25,13 +24,12 @@ from circuits.errors import ParameterError
 from system.codes.find import quietly
 from system.registry import load_system
 from system.study.blame.blame import BUDGET, blame
-from system.study.blame.trial import Case, does_its_job
+from system.study.blame.trial import Case
 from system.study.campaign import Campaign, Execution, Numbered, Workers, here
 from system.study.engine import dies_of
 from system.study.manifest import describe, study_key
 from system.study.mission.found import Found
 from system.study.mission.mission import Asked, Mission, Way, mission_of
-from system.study.mission.success import Wanted
 from system.study.statistics.clustered import beta_interval
 from system.study.statistics.interval import LEVEL, Estimate
 from system.study.target import SystemTarget, open_target
@@ -119,15 +117,8 @@ def _case(mission: Mission, way: Way, number: int, trial: int) -> Case:
     (die,), target = dies_of(way.study, range(number, number + 1)), open_target(way.study.subject)
     own = cast("SystemTarget", target)
     seed = {"seed": own.seeds(die, trial)["seed"]}
-    success = does_its_job if mission.wanted is None else partial(_met, mission.wanted)
     scenario = own.scenario(die, way.study.conditions[trial], seed)
-    return Case(load_system(mission.asked.system), scenario, success)
-
-
-def _met(wanted: Wanted, summary: Mapping[str, Any]) -> bool:
-    """Whether a run is a success in the user's words."""
-    values = {name: summary[name] for name in wanted.metrics}
-    return bool(wanted.met({k: np.array([np.nan if v is None else float(v)]) for k, v in values.items()})[0])
+    return Case(load_system(mission.asked.system), scenario, mission.wanted)
 
 
 def to_blame(found: Sequence[Found], count: int) -> dict[Numbered, int]:

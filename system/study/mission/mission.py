@@ -20,7 +20,7 @@ from system.options.silicon import SiliconChoice
 from system.reader import with_params
 from system.registry import load_system
 from system.study.manifest import Study, check_samples
-from system.study.mission.success import Wanted, read_success
+from system.study.metrics.success import Wanted, read_success
 from system.study.plan import WORLDS, Plan
 from system.study.table import Condition
 from system.study.target import Quantity, Subject
@@ -41,7 +41,7 @@ class Asked:
     system : str
         Name of the robot, one of noctule's or a user's own.
     success : str or None
-        When a run counts as a success (`system.study.mission.success`); by the system's own definition
+        When a run counts as a success (`system.study.metrics.success`); by the system's own definition
         unless given.
     first, dies, worlds, trials : int
         First die, how many there are, worlds that each of them meets, and runs in each world.
@@ -132,7 +132,7 @@ class Mission:
 def mission_of(asked: Asked) -> Mission:
     """Make a mission; raises `ParameterError` or `UnknownNameError` naming the option that is wrong."""
     system = load_system(asked.system)
-    wanted = _wanted(system, asked)
+    wanted = None if asked.success is None else wanted_of(system, asked.success)
     _check_counts(system, asked)
     maker = _Maker(system, asked, wanted)
     kinds: tuple[BiasKind | None, ...] = asked.bias_kinds or (None,)
@@ -234,11 +234,10 @@ def _name(kind: str, celsius: float, change: str) -> str:
     return "-".join(filter(None, (kind, f"{celsius:g}C", _NO_FOLDER.sub("-", change))))
 
 
-def _wanted(system: System[Any, Any], asked: Asked) -> Wanted | None:
-    if asked.success is None:
-        return None
+def wanted_of(system: System[Any, Any], text: str) -> Wanted:
+    """Read a success in the user's words; raises as of `read_success`."""
     units = {name: Quantity(name, "").limit_unit for name in system.metrics}
-    return read_success(asked.success, units)
+    return read_success(text, units)
 
 
 def _check_counts(system: System[Any, Any], asked: Asked) -> None:

@@ -38,9 +38,37 @@ def test_document_has_its_keys_and_files_are_written(
     assert json.loads(capsys.readouterr().out)["summary"]["succeeded"]
 
 
+def test_success_in_words_of_the_user_takes_the_place_of_the_systems_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What the user asks for, here more than the healed die does, is what each trial is judged by."""
+    page = tmp_path / "why.html"
+    words = ["--success", "total_V > -1mV and total_V < 1mV", "--report", str(page)]
+    assert main(["blame", TOY, "--die", "1003", *words, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert wrong(found, BLAME) == []
+    assert found["success"] == "total_V > -1mV and total_V < 1mV"
+    assert found["mends"]
+    assert [each["succeeded"] for each in found["runs"]] == [False, True, True]
+    assert "total_V &gt; -1mV and total_V &lt; 1mV" in page.read_text(encoding="utf-8")
+
+
+def test_a_success_that_no_trial_can_have_is_told_as_not_the_die(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """The healed die's sum is 0, so a sum that must be large is met by neither, or by the die alone."""
+    assert main(["blame", TOY, "--die", "1003", "--success", "total_V > 1V", "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert not found["guilty"]
+    assert [each["succeeded"] for each in found["runs"]] == [False, False]
+
+
 @pytest.mark.parametrize(
     ("options", "text"),
     [
+        ("--die 1003 --success 'total < 1'", "--success: metric total: unknown; did you mean total_V?"),
+        ("--die 1003 --success 'total_V < 1s'", '--success: "1s", must be a voltage in V'),
+        ("--die 1003 --success 'total_V <'", 'success: "total_V <", column 10: the end, must be otherwise'),
         ("--die 1003 --heal 'toy_chip'", "all trials of seeds 0 to 5 succeed, must fail in one"),
         ("--die nominal", "die nominal all trials of seeds 0 to 5 succeed"),
         ("--die 1003 --trials 20", "--trials: 20, must be at least 150"),

@@ -16,6 +16,7 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 from lark import Lark, Token, Tree
@@ -64,6 +65,12 @@ class Wanted:
         """Say of each run whether it is a success, bool[n], from its metrics by name, float64[n] in SI."""
         known = np.all([~np.isnan(values[name]) for name in self.metrics], axis=0)
         return np.asarray(known & self._holds(self.tree, values))
+
+    def met_by(self, summary: Mapping[str, Any]) -> bool:
+        """Say whether one run is a success, from its summary, where None is a metric that is not defined."""
+        values = {name: summary[name] for name in self.metrics}
+        known = {k: np.array([np.nan if v is None else float(v)]) for k, v in values.items()}
+        return bool(self.met(known)[0])
 
     def undefined(self, values: Mapping[str, F64]) -> Bools:
         """Say of each run whether a metric is not defined in it, bool[n]."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from circuits.errors import CircuitError
-from system.study.mission.success import read_success
+from system.study.metrics.success import read_success
 from tests.refusals import refusals
 
 UNITS = {"collided": "", "distance_m": "m", "path_m": "m", "time_s": "s"}
