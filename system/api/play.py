@@ -1,4 +1,4 @@
-"""Runs step by step:a robot under a controller of one's own, and a chip as that controller."""
+"""Runs step by step: a robot under a controller of one's own, and a chip as that controller."""
 
 from system.live.robot import LiveRobot
 from system.live.signals import Channel, Signals

@@ -106,7 +106,8 @@ class Signals:
             It has another shape, or a number is not finite, not whole or out of bounds.
         """
         try:
-            found = np.asarray(value, dtype=np.float64)
+            given = np.asarray(value)
+            found = given.astype(np.float64, casting="unsafe" if given.dtype.kind == "O" else "same_kind")
         except (TypeError, ValueError):
             raise ParameterError(f"{path}: {value!r:.80}, must be {self.size} numbers") from None
         if found.shape == () and self.size == 1 and self.kind != "frame":

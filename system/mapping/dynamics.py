@@ -25,6 +25,7 @@ import numpy as np
 from chips.aer import Events
 from circuits.arrays import F64, I64, Bools
 from circuits.errors import DataError
+from system.mapping.clock import with_own
 from system.mapping.kernel import CellArrays, FilterArrays, Sent, StateArrays, move_all, run_steps
 from system.mapping.network import Network, matrix_of, spans
 
@@ -220,12 +221,13 @@ def usual_rates(network: Network, events: Events, duration: float) -> Usual:
     network
         The network.
     events
-        Events of its inputs; addresses are channels, one input after the other.
+        Events of its inputs from outside; addresses are channels, one input after the other.
     duration
         For how long it runs, s.
     """
-    neurons = rates_of(run(asked(network), events, duration), network.neurons, 0.0, duration)
-    channels = np.bincount(events.addresses, minlength=network.channels) / duration
+    every = with_own(network, events, 0.0, duration)
+    neurons = rates_of(run(asked(network), every, duration), network.neurons, 0.0, duration)
+    channels = np.bincount(every.addresses, minlength=network.channels) / duration
     return Usual(neurons, channels)
 
 

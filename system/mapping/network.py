@@ -69,13 +69,26 @@ class Population(Group):
 
 @dataclass(frozen=True, slots=True)
 class Input(Group):
-    """Channels on which events come from outside.
+    """Channels on which events come from outside, or that send regular ones by themselves.
+
+    Attributes
+    ----------
+    rate : float
+        Of the regular events that each channel sends by itself, Hz; 0 where they come from outside.
 
     Raises
     ------
     ParameterError
-        The size is not above 0.
+        A value is outside of its limits.
     """
+
+    rate: float = option(
+        0.0,
+        "Of regular events that it sends by itself; 0 for none",
+        unit="Hz",
+        least=0.0,
+        most=10e3,
+    )
 
 
 @dataclass(frozen=True, slots=True)

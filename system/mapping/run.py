@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,14 +12,17 @@ from chips.rolls.chip import STEP, RollsChip
 from circuits.circuit import BiasKind
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.silicon import Silicon
+from system.mapping.clock import own_rates, with_own
 from system.mapping.distance import Distance, distance
 from system.mapping.dynamics import Trains, asked, check_addresses, chosen, population_rates, rates_of
 from system.mapping.dynamics import run as run_equations
 from system.mapping.network import Network
+from system.mapping.rolls.filters import AT
 from system.mapping.rolls.mapped import Mapped
 
 SETTLING = 0.1  # s, before rates are counted; ours
 AFTER = 0.1  # s of a run behind its last event; ours
+OFF, FEW = 0.1, 2.0  # of a rate, or Hz, by which a mapped population may be off before it is told; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +45,7 @@ class MappedRun:
     later : int
         Events that were given for times at or after the end, which were not sent.
     cautions : tuple of str
-        What the chip tells of itself.
+        Rates that the mapping loses, and what the chip tells of itself.
     """
 
     asked: Trains
@@ -61,9 +64,19 @@ class MappedRun:
 
 
 def check_channels(network: Network, events: Events, where: str) -> None:
-    """Raise `DataError` for an event on a channel that no input of the network has; where: its file."""
+    """Raise `DataError` for an event on a channel of no input, or of one that sends by itself.
+
+    where : the events' file.
+    """
     inputs = ", ".join(p.name for p in network.inputs) or "no input"
     check_addresses(events, network.channels, where, f" of {inputs}")
+    own = own_rates(network)[events.addresses]
+    if own.any():
+        k = int(np.flatnonzero(own)[0])
+        raise DataError(
+            f"{where}: event {k} of address {events.addresses[k]}, must be of a channel of outside; this one"
+            f" sends {own[k]:g} a second by itself, leave it out"
+        )
     if events.times.size and events.times[0] < 0.0:
         raise DataError(f"{where}: event 0 at {events.times[0]:g} s, must be at 0 s or later")
 
@@ -79,7 +92,7 @@ def run_mapped(
     mapped
         The network on its chip.
     events
-        Events of its inputs; addresses are channels, one input after the other.
+        Events of its inputs from outside; addresses are channels, one input after the other.
     silicon
         Process, temperature and die.
     duration
@@ -99,7 +112,7 @@ def run_mapped(
     if not end > SETTLING:
         raise ParameterError(f"duration: {end:g} s, must be > {SETTLING:g} s, after which rates are counted")
     mine = events.times < end
-    given = Events(events.times[mine], events.addresses[mine])
+    given = with_own(mapped.network, Events(events.times[mine], events.addresses[mine]), 0.0, float(end))
     chip = RollsChip(mapped.program, silicon, kind)
     spikes, _ = chip.run(chip.at_rest(), end, mapped.events(given), temperature)
     network, n = mapped.network, mapped.network.neurons
@@ -110,8 +123,38 @@ def run_mapped(
     }
     rates = {k: population_rates(network, rates_of(t, n, SETTLING, end)) for k, t in runs.items()}
     away = [distance(network, runs["chip"], runs[k], SETTLING, end) for k in ("asked", "expected")]
+    cautions = *short_of(mapped, rates["asked"], rates["expected"]), *chip.cautions()
     return MappedRun(
         **runs, rates=rates, from_asked=away[0], from_expected=away[1], begin=SETTLING, duration=float(end),
         lost_in=spikes.lost_in, lost_out=spikes.lost_out, held=spikes.held, later=int((~mine).sum()),
-        cautions=chip.cautions(),
+        cautions=cautions,
     )  # fmt: skip
+
+
+def short_of(mapped: Mapped, asked: Mapping[str, float], expected: Mapping[str, float]) -> tuple[str, ...]:
+    """A caution where populations fire as mapped at other rates than asked for, with what to do; else none.
+
+    asked, expected : mean rates by population, Hz.
+    """
+    off = {name: (expected[name] - rate) / max(rate, FEW) for name, rate in asked.items()}
+    wrong = [
+        name
+        for name, share in off.items()
+        if abs(share) * max(asked[name], FEW) > max(OFF * asked[name], FEW)
+    ]
+    if not wrong:
+        return ()
+    worst = max(wrong, key=lambda name: abs(off[name]))
+    more = f", and {len(wrong) - 1} more populations" if len(wrong) > 1 else ""
+    told = (
+        f"{worst}: {expected[worst]:.3g} Hz as mapped where {asked[worst]:.3g} Hz were asked for"
+        f" ({off[worst]:+.0%}){more}; the current of the chip's synapses is a power of what comes in"
+    )
+    middle = float(np.exp(np.log(mapped.dynamics().cells.unit).mean()))
+    if not all(np.isclose(each.pivot, AT * middle) for each in mapped.filters):
+        return (f"{told}, as noctule show tells of each kind",)
+    remedy = (
+        f"as asked for at {AT:g} times what fires a neuron: map it with events that are usual, noctule map"
+        " --input FILE, or usual_rates in Python, and it is so at theirs"
+    )
+    return (f"{told}, {remedy}",)

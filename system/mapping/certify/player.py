@@ -24,6 +24,7 @@ from circuits.arrays import F64, I64
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
+from system.mapping.clock import outside, with_own_rates
 from system.mapping.dynamics import Running, Trains, asked
 from system.mapping.network import Network, spans
 from system.mapping.rolls.mapped import Mapped
@@ -55,7 +56,7 @@ class Player(ABC):
     def __init__(self, network: Network) -> None:
         if not network.probes:
             raise ParameterError("program: no probe, must have one for each output; add them and map again")
-        self.channels, self.lost = network.channels, 0
+        self._network, self.channels, self.lost = network, outside(network).size, 0
         at = spans(network.populations)
         self._outputs = [at[probe.population] for probe in network.probes]
         self._phase, self._time = self._start(), 0.0
@@ -76,7 +77,7 @@ class Player(ABC):
         Parameters
         ----------
         rates
-            Of each channel, Hz, float64[channels].
+            Of each channel of outside, Hz, float64[channels].
         window
             How long, s, in whole steps of the chip of 0.4 ms.
 
@@ -92,7 +93,7 @@ class Player(ABC):
                 f" must be {self.channels} from 0 to {MOST:g} Hz, one each channel"
             )
         check_window(window)
-        trains = self._advance(self._events(given, window), window)
+        trains = self._advance(self._events(with_own_rates(self._network, given), window), window)
         self._time += window
         counts = np.bincount(trains.neurons, minlength=max(at.stop for at in self._outputs))
         return np.array([counts[at.start : at.stop].sum() for at in self._outputs], dtype=np.float64)
@@ -109,7 +110,7 @@ class Player(ABC):
         return Events(np.minimum(times[order], latest), channels[order])
 
     def _start(self) -> F64:
-        return np.linspace(0.0, 1.0, self.channels, endpoint=False)
+        return np.linspace(0.0, 1.0, self._network.channels, endpoint=False)
 
     @abstractmethod
     def _rest(self) -> None:

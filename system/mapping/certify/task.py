@@ -23,6 +23,7 @@ from circuits.catalogue import later
 from circuits.errors import DataError, ParameterError
 from system.files.aedat4 import UNREADABLE
 from system.mapping.certify.player import MOST, Player, check_window
+from system.mapping.clock import outside
 from system.mapping.network import Network
 from system.options.code import code_of, guarded, load_code
 
@@ -117,8 +118,8 @@ class Episodes:
 def _check_channels(network: Network, asked: int, what: str) -> None:
     if not network.probes:
         raise ParameterError("probe: none, must be one for each output; add them")
-    if asked != network.channels:
-        raise ParameterError(f"task.{what}: {asked} channels, must be the network's {network.channels}")
+    if asked != (count := outside(network).size):
+        raise ParameterError(f"task.{what}: {asked} channels, must be the network's {count}")
 
 
 def task_of(text: str, samples: int, reach: str) -> Task:

@@ -19,6 +19,7 @@ from circuits.errors import ParameterError
 How = Literal["faithful", "approximate", "refused"]
 DIRECT = 2e-3  # s, of a synapse for weights that reach a membrane at once; ours
 SLOW = 100e-3  # s, of the membrane that stands for none that leaks; ours
+RATE = 500.0  # Hz, of the events that stand for a bias, the most of whose bursts do not overlap; ours
 _NEF: How = "refused"  # the NEF chip takes ensembles, which no node of NIR is
 
 
@@ -44,9 +45,9 @@ NODES = (
     Node("CubaLI", "refused", _NEF, "two filters in series"),
     Node("I", "refused", _NEF, "an integrator that never forgets"),
     Node("Linear", "faithful", _NEF, "weights"),
-    Node("Affine", "faithful", _NEF, "weights, where the bias is 0; refused with another"),
+    Node("Affine", "faithful", _NEF, f"weights; a bias approximately: an input of its own, {RATE:g} Hz"),
     Node("Scale", "faithful", _NEF, "weights of one to one"),
-    Node("Conv1d", "faithful", _NEF, "weights, each by itself, where the bias is 0; refused with another"),
+    Node("Conv1d", "faithful", _NEF, "weights, each by itself; a bias as that of Affine"),
     Node("Conv2d", "faithful", _NEF, "likewise"),
     Node("SumPool2d", "faithful", _NEF, "weights of 1"),
     Node("AvgPool2d", "faithful", _NEF, "weights of 1 over the size of the pool"),
@@ -61,7 +62,7 @@ REMEDY: Mapping[str, str] = {
 
 
 def linear(where: str, node: Any, signal: F64) -> F64:
-    """Return what a linear node makes of signals, float64[*shape, sources]; where: its path, for errors.
+    """Return what the weights of a linear node make of signals, float64[*shape, sources]; where: its path.
 
     Raises `ParameterError` as `check_linear`, and for a signal of another shape than the node takes.
     """
@@ -70,10 +71,30 @@ def linear(where: str, node: Any, signal: F64) -> F64:
 
 
 def check_linear(where: str, node: Any) -> None:
-    """Raise `ParameterError` for a linear node with a bias or a delay; where: its path."""
-    _check_bias(where, node)
+    """Raise `ParameterError` for a linear node with a delay; where: its path."""
     if np.any(np.asarray(getattr(node, "delay", 0.0))):
         raise ParameterError(f"{where}: Delay, is refused on rolls; {REMEDY['Delay']}")
+
+
+def bias_of(node: Any) -> F64:
+    """Return what a linear node adds to its signal, as it states it; one 0 where it adds nothing."""
+    bias = getattr(node, "bias", None)
+    return np.zeros(1) if bias is None else np.asarray(bias, dtype=np.float64)
+
+
+def added(where: str, node: Any, shape: tuple[int, ...]) -> F64:
+    """Return what a linear node adds to its signal, float64[*shape], one number a channel of a convolution.
+
+    Raises `ParameterError` where it has not as many as the signal; where: its path.
+    """
+    bias = bias_of(node)
+    if type(node).__name__ in _CONVOLUTIONS:
+        bias = bias.reshape(-1, *(1,) * (len(shape) - 1))
+    try:
+        return np.broadcast_to(bias, shape)
+    except ValueError:
+        text = " x ".join(map(str, shape))
+        raise ParameterError(f"{where}.bias: {bias.size} numbers, must be of {text}; mend it") from None
 
 
 def is_linear(node: Any) -> bool:
@@ -136,6 +157,7 @@ class _Kernel(NamedTuple):
         return self.of.bias
 
 
+_CONVOLUTIONS = ("Conv1d", "Conv2d")
 _PLANE = 4  # axes of a signal in a plane: channel, two of space, sources
 
 
@@ -193,15 +215,6 @@ def _first(value: Any) -> int:
 
 def _padding_1d(padding: Any) -> Any:
     return padding if isinstance(padding, str) else (0, _first(padding))
-
-
-def _check_bias(where: str, node: Any) -> None:
-    bias = getattr(node, "bias", None)
-    if bias is not None and np.any(np.asarray(bias)):
-        raise ParameterError(
-            f"{where}: a bias of up to {np.abs(bias).max():g}, must be 0: all neurons of the chip share one"
-            " current; train without biases, or give an input that is always on"
-        )
 
 
 def _check_size(where: str, takes: int, size: int) -> None:

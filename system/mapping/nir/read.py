@@ -12,13 +12,16 @@ CubaLIF or LI, or `DIRECT` where pulses reach the membrane at once; v_threshold 
 be v_reset. NIR knows no refractory period: it is 0. Populations and inputs come in the order of the file,
 which NIR sorts by name.
 
+A bias is a constant current: an input of its own, `NODE.bias`, whose regular events (`RATE`) bring it in the
+mean, through the same synapses as the weights beside it.
+
 By the letter of the standard an event is a pulse of area 1 in the graph's time, and that is in seconds.
 Frameworks that count in steps mean otherwise (`Times`): a spike is a 1 for one step of theirs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from inspect import signature
 from pathlib import Path
@@ -31,7 +34,19 @@ from circuits.arrays import F64
 from circuits.errors import DataError, ParameterError
 from system.files.aedat4 import UNREADABLE
 from system.mapping.network import Connection, Input, Network, Population, Probe
-from system.mapping.nir.nodes import DIRECT, NODES, REMEDY, SLOW, How, check_linear, is_linear, linear
+from system.mapping.nir.nodes import (
+    DIRECT,
+    NODES,
+    RATE,
+    REMEDY,
+    SLOW,
+    How,
+    added,
+    bias_of,
+    check_linear,
+    is_linear,
+    linear,
+)
 
 SUFFIX = ".nir"
 ORDER = "order"  # key of the metadata that tells in which order a network has its groups
@@ -151,7 +166,8 @@ def network_of_graph(graph: Any, times: Times = STANDARD) -> Network:
     told = str((getattr(graph, "metadata", None) or {}).get(ORDER, "")).splitlines()
     if sorted(told) == sorted(sources):
         sources = told
-    ways = {name: tuple(_ways(flat, name)) for name in sources}
+    shapes: dict[str, tuple[int, ...]] = {}
+    ways = {name: tuple(_ways(flat, name, shapes)) for name in sources}
     if len(ways) == len(flat.inputs):
         raise ParameterError(f"graph: no neuron, must have one of {', '.join(NEURONS)}; add it")
     sizes = {name: _size(flat, name, ways) for name in ways}
@@ -160,11 +176,16 @@ def network_of_graph(graph: Any, times: Times = STANDARD) -> Network:
         for name in ways
         if name not in flat.inputs
     )
-    inputs = tuple(Input(name, sizes[name]) for name in ways if name in flat.inputs)
+    biases = {f"{node}.bias": tuple(_biased(flat, node, shapes, times)) for node in _biases(flat, shapes)}
+    inputs = (
+        *(Input(name, sizes[name]) for name in ways if name in flat.inputs),
+        *(Input(name, 1, RATE) for name in biases),
+    )
     connections, probes = [], []
-    for name, found in ways.items():
+    for name, found in {**ways, **biases}.items():
         for way in found:
             if way.node in flat.outputs:
+                _check_readout(name, way)
                 probes += [Probe(way.node, name, *(() if way.tau is None else (times.unit * way.tau,)))]
             else:
                 made = _connection(name, way, flat.nodes[way.node], sizes[way.node], times)
@@ -179,6 +200,9 @@ def _judged(where: str, node: Any) -> Judged:
         _check_node(where, node)
     except ParameterError as error:
         return Judged(where, kind, "refused", str(error))
+    if is_linear(node) and bias_of(node).any():
+        note = f"weights, and a bias: regular events at {RATE:g} Hz of an input of its own"
+        return Judged(where, kind, "approximate", note)
     return Judged(where, kind, _KNOWN[kind].rolls, _KNOWN[kind].note)
 
 
@@ -238,12 +262,28 @@ def _is_source(flat: Flat, name: str) -> bool:
     return type(flat.nodes[name]).__name__ in NEURONS or name in flat.inputs
 
 
-def _ways(flat: Flat, source: str) -> Iterator[Way]:
-    """All ways from a source to neurons and outputs."""
+def _ways(flat: Flat, source: str, shapes: dict[str, tuple[int, ...]]) -> Iterator[Way]:
+    """All ways from a source to neurons and outputs; fills the shapes of what linear nodes give."""
     shape = _shape(flat.nodes[source])
     size = int(np.prod(shape))
     start = np.eye(size).reshape(*shape, size)
-    waiting = [Way(name, start, None, ()) for name in flat.after[source]]
+    yield from _followed(flat, [Way(name, start, None, ()) for name in flat.after[source]], shapes)
+
+
+def _biases(flat: Flat, shapes: Mapping[str, tuple[int, ...]]) -> Iterator[str]:
+    """Linear nodes with a bias, of those that something leads to."""
+    return (name for name in flat.nodes if name in shapes and bias_of(flat.nodes[name]).any())
+
+
+def _biased(flat: Flat, name: str, shapes: dict[str, tuple[int, ...]], times: Times) -> Iterator[Way]:
+    """All ways of a linear node's bias, as weights of an event of `RATE` that bring it in the mean."""
+    start = added(name, flat.nodes[name], shapes[name])[..., None] / (RATE * times.unit * times.area)
+    yield from _followed(flat, [Way(after, start, None, (name,)) for after in flat.after[name]], shapes)
+
+
+def _followed(flat: Flat, begun: Sequence[Way], shapes: dict[str, tuple[int, ...]]) -> Iterator[Way]:
+    """All that ways come to through linear nodes."""
+    waiting = list(begun)
     while waiting:
         way = waiting.pop(0)
         node = flat.nodes[way.node]
@@ -253,6 +293,8 @@ def _ways(flat: Flat, source: str) -> Iterator[Way]:
         if way.node in way.before:
             raise ParameterError(f"{way.node}: is in a loop without a neuron, must not be; put one into it")
         signal, tau = _through(way, node)
+        if is_linear(node):
+            shapes[way.node] = signal.shape[:-1]
         before = (*way.before, way.node)
         waiting += [Way(name, signal, tau, before) for name in flat.after[way.node]]
 
@@ -270,6 +312,16 @@ def _through(way: Way, node: Any) -> tuple[F64, float | None]:
     scale = np.asarray(node.r, dtype=np.float64) / np.asarray(node.tau, dtype=np.float64)
     flat = way.signal.reshape(-1, way.signal.shape[-1])
     return (np.broadcast_to(scale.ravel(), (flat.shape[0],))[:, None] * flat).reshape(way.signal.shape), tau
+
+
+def _check_readout(source: str, way: Way) -> None:
+    """Raise `ParameterError` for weights between neurons and an output, which no probe has."""
+    weights = way.signal.reshape(-1, way.signal.shape[-1])
+    if weights.shape[0] != weights.shape[1] or np.any(weights != weights[0, 0] * np.eye(len(weights))):
+        raise ParameterError(
+            f"{way.before[-1]}: weights from {source} to the output {way.node}, must be none, as an output is"
+            f" a population's mean rate; put neurons behind them, or weigh the spikes of {source} yourself"
+        )
 
 
 def _connection(source: str, way: Way, node: Any, size: int, times: Times) -> Connection:

@@ -26,8 +26,9 @@ LOST = (
 def write_nir_network(path: str | Path, network: Network) -> None:
     """Write `network` to the file of NIR at `path`, which ends with `.nir`.
 
-    Raises `ParameterError` where it ends otherwise or a population has a constant leak, which no node of NIR
-    has, and `DataError` without the package nir, or where the file cannot be written.
+    Raises `ParameterError` where it ends otherwise, or where a population has a constant leak or an input
+    sends by itself, which no node of NIR does, and `DataError` without the package nir, or where the file
+    cannot be written.
     """
     checked_suffix(path, (SUFFIX,))
     nir, graph = nir_package(), graph_of_network(network)
@@ -43,6 +44,9 @@ def graph_of_network(network: Network) -> Any:
     nodes: dict[str, Any] = {}
     edges: list[tuple[str, str]] = []
     for each in network.inputs:
+        if each.rate:
+            text = f"{each.name}.rate: {each.rate:g} Hz, must be 0 in a graph of NIR, which has no clock"
+            raise ParameterError(f"{text}; keep the network as TOML")
         nodes[each.name] = nir.Input(input_type={"input": np.array([each.size])})
     for p in network.populations:
         if p.leak != "membrane":

@@ -18,6 +18,7 @@ from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.mapping.certify.task import Samples
+from system.mapping.clock import with_own_rates
 from system.mapping.network import Network, spans
 from system.mapping.rolls.map import map_on_rolls
 from system.mapping.rolls.mapped import Mapped
@@ -121,7 +122,7 @@ def _gradient(
     """Loss and share that is right of some samples on some dies, and the derivatives by the matrices."""
     form, on = form_of(weights.mapped, dies), weights.on_dies(matrices, dies)
     steps = max(round(samples.window / STEP), 1)
-    events = binned(samples.inputs[rows], samples.window, steps)
+    events = binned(with_own_rates(weights.mapped.network, samples.inputs[rows]), samples.window, steps)
     count, tape = forward(form, on.weights, events, samples.window / steps)
     loss, right, back = judged(count, _outputs(weights.mapped.network), samples.labels[rows])
     return loss, right, weights.derivatives(matrices, on, backward(form, on.weights, tape, back))

@@ -18,12 +18,24 @@ GRAPHS = Path(__file__).parent / "graphs"
 TABLE = {node.type: node.rolls for node in NODES}
 NETWORKS = {
     "nir": {"type_check_recurrent"},
-    "norse": {"lif", "iaf"},
-    "snntorch": {"leaky", "synaptic", "one-to-one-leaky", "convolution"},
+    "norse": {"lif", "iaf", "braille"},
+    "snntorch": {
+        "leaky",
+        "synaptic",
+        "one-to-one-leaky",
+        "convolution",
+        "recurrent-leaky",
+        "recurrent-synaptic",
+        "with-bias",
+    },
     "sinabs": {"iaf", "lif"},
 }  # that have neurons, and nothing that a network has not
-MISFIT = {"read_without_type_check": "linear_1: takes 1 entries"}  # whose shapes do not fit
-CONDITIONS = ("a bias of up to", "v_leak", "split the node", "v_threshold")  # under which a node is refused
+MISFIT = {
+    "read_without_type_check": "linear_1: takes 1 entries",
+    "simple-2": "a: is in a loop without a neuron",
+    "lif-box": "3: weights from 1 to the output output",
+}  # that are no network, though each node is one's
+CONDITIONS = ("v_leak", "split the node", "v_threshold")  # under which a node is refused
 STEP = Times(1.0, 1e-4)  # of snnTorch: a spike is a 1 for a step of 0.1 ms
 
 
@@ -48,8 +60,9 @@ def test_all_are_read_and_each_node_is_as_the_table_says(library: str, count: in
                 assert own or TABLE[each.type] == "refused", each
                 assert each.note.startswith(each.where)
             else:
-                assert each.how == TABLE[each.type], each
-        if not refused and {"LIF", "CubaLIF", "IF"} & {each.type for each in nodes}:
+                biased = each.how == "approximate" and "a bias" in each.note
+                assert each.how == TABLE[each.type] or biased, each
+        if not refused and name not in MISFIT and {"LIF", "CubaLIF", "IF"} & {each.type for each in nodes}:
             networks.add(name)
             assert read_nir(path).neurons
             continue

@@ -1,5 +1,6 @@
 """Graphs of NIR: read as networks node by node, written, and refused by name."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,11 +10,14 @@ import numpy as np
 import pytest
 from scipy.signal import correlate2d
 
+from chips.aer import Events
 from circuits.errors import DataError, ParameterError
+from system.mapping.clock import outside, with_own
+from system.mapping.dynamics import asked, rates_of, run
 from system.mapping.network import Connection, Network, matrix_of
 from system.mapping.network_file import read_network
-from system.mapping.nir.nodes import DIRECT, NODES, SLOW, linear
-from system.mapping.nir.read import network_of_graph, read_nir
+from system.mapping.nir.nodes import DIRECT, NODES, RATE, SLOW, linear
+from system.mapping.nir.read import Times, network_of_graph, read_nir
 from system.mapping.nir.write import write_nir_network
 
 EXAMPLE = Path("examples/working-memory.toml")
@@ -98,12 +102,74 @@ def test_a_neuron_that_does_not_leak_has_a_slow_membrane() -> None:
     assert np.array(found.connections[0].matrix) == pytest.approx(np.eye(2) * SLOW / DIRECT)
 
 
+def rate_of(drive: float) -> float:
+    """Rate of a neuron of 20 ms under a constant current in units of its threshold, Hz."""
+    return 0.0 if drive <= 1.0 else 1.0 / (20e-3 * np.log(drive / (drive - 1.0)))
+
+
+@pytest.mark.parametrize(("cell", "scale"), [(lif, 0.5), (cuba, 1.5)])
+@pytest.mark.parametrize("times", [Times(), Times(event=1e-3)])
+def test_a_bias_makes_neurons_fire_as_the_constant_current_that_it_is(
+    cell: Callable[[int], Any], scale: float, times: Times
+) -> None:
+    """Rates of the equation under a constant current, in closed form; scale: R over the threshold, and w_in.
+
+    Within 5 % or 3 Hz: currents stay for a step of 0.1 ms, which is 2.5 % of a synapse of 2 ms.
+    """
+    drives = np.array([0.5, 1.2, 1.5, 3.0, -2.0, 2.0])
+    found = network_of_graph(nir.NIRGraph.from_list(nir.Affine(np.eye(6), drives / scale), cell(6)), times)
+    assert [(p.name, p.size, p.rate) for p in found.inputs] == [("input", 6, 0.0), ("affine.bias", 1, RATE)]
+    assert outside(found).tolist() == list(range(6))
+    events = with_own(found, Events(np.empty(0), np.empty(0, np.int64)), 0.0, 4.0)
+    rates = rates_of(run(asked(found), events, 4.0), 6, 1.0, 4.0)
+    assert rates == pytest.approx([rate_of(drive) for drive in drives], rel=0.05, abs=3.0)
+
+
+def test_a_bias_is_followed_through_what_is_linear_behind_it() -> None:
+    """Through convolution, pool and weights; each node's bias counts once, however many ways lead to it."""
+    kernel, bias = RNG.normal(size=(2, 1, 3, 3)), np.array([0.7, -0.4])
+    weights, last = RNG.normal(size=(3, 8)), RNG.normal(size=3)
+    parts = {
+        "i": nir.Input({"input": np.array([1, 6, 6])}),
+        "conv": nir.Conv2d((6, 6), kernel, 1, 0, 1, 1, bias),
+        "pool": nir.AvgPool2d(np.array([2, 2]), np.array([2, 2]), np.array([0, 0])),
+        "flat": nir.Flatten({"input": np.array([2, 2, 2])}, 0),
+        "w": nir.Affine(weights, last), "lif": lif(3), "j": nir.Input({"input": np.array([1, 6, 6])}),
+        "o": nir.Output({"output": np.array([3])}),
+    }  # fmt: skip
+    ways = [
+        ("i", "conv"),
+        ("conv", "pool"),
+        ("pool", "flat"),
+        ("flat", "w"),
+        ("w", "lif"),
+        ("lif", "o"),
+        ("j", "conv"),
+    ]
+    found = network_of_graph(nir.NIRGraph(parts, ways))
+    by_name = {c.name: c for c in found.connections}
+    # R / (v_threshold tau_s), for events of RATE; the bias of the convolution is alike all over a plane
+    for name, drive in (("conv", weights @ np.repeat(bias, 4)), ("w", last)):
+        one = by_name[f"{name}.bias -> lif"]
+        assert np.array(one.matrix)[:, 0] * one.tau * RATE == pytest.approx(0.5 * drive)
+
+
+def test_a_network_with_a_clock_is_no_graph(tmp_path: Path) -> None:
+    found = network_of_graph(nir.NIRGraph.from_list(nir.Affine(np.eye(2), np.ones(2)), lif(2)))
+    with pytest.raises(ParameterError, match=r"affine.bias.rate: 500 Hz, must be 0 in a graph of NIR"):
+        write_nir_network(tmp_path / "n.nir", found)
+
+
 @pytest.mark.parametrize(
     ("nodes", "told"),
     [
         ((nir.Threshold(np.ones(2)),), "threshold: Threshold, is refused on rolls.*LIF"),
         ((nir.Delay(np.full(2, 1e-3)), lif(2)), "delay: Delay, is refused on rolls"),
-        ((nir.Affine(np.eye(2), np.ones(2)), lif(2)), "affine: a bias of up to 1, must be 0"),
+        (
+            (lif(3), nir.Linear(np.ones((2, 3)))),
+            "linear: weights from lif to the output output, must be none",
+        ),
+        ((nir.Affine(np.eye(2), np.ones(3)), lif(2)), "affine.bias: 3 numbers, must be of 2"),
         ((lif(2, tau=np.array([1e-3, 2e-3])),), "lif.tau: 0.001 to 0.002 s, must be one"),
         ((lif(2, v_leak=-np.ones(2)),), "lif.v_reset: 1 from v_leak, must be v_leak"),
     ],

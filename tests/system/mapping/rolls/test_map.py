@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import nir
 import numpy as np
 import pytest
 
@@ -10,10 +11,13 @@ from circuits.errors import DataError, ParameterError
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.mapping.chips import map_on
+from system.mapping.dynamics import rates_of, usual_rates
 from system.mapping.network import Connection, Input, Network, Population
 from system.mapping.network_file import read_network
+from system.mapping.nir.read import network_of_graph
 from system.mapping.program_file import read_program_file, write_program
 from system.mapping.rolls.calibrate import calibrated
+from system.mapping.rolls.filters import NOTHING
 from system.mapping.rolls.mapped import Mapped
 from system.mapping.run import MappedRun, check_channels, run_mapped
 from system.spikes.read import read_spikes
@@ -69,6 +73,47 @@ def test_a_program_comes_back_from_its_file(memory: Mapped, tmp_path: Path) -> N
     assert found.program.biases.codes() == memory.program.biases.codes()
     assert np.array_equal(found.excite, memory.excite)
     assert np.array_equal(found.inhibit, memory.inhibit)
+
+
+def test_a_run_tells_spikes_that_a_mapping_loses_and_what_brings_them_back() -> None:
+    """At strong currents the filters fall short; with the rates of these events given they do by less."""
+    network = Network(
+        (Population("cells", 16, 20e-3),), (Input("in", 1),), (Connection("in", "cells", 0.9, tau=5e-3),)
+    )
+    events, silicon = poisson([(1500.0, 0.0, 0.6)], 1000), Silicon(ROLLS_180)
+    run = run_mapped(map_on("rolls", network), events, silicon)
+    lost = 1.0 - run.rates["expected"]["cells"] / run.rates["asked"]["cells"]
+    assert lost > 0.15
+    (told,) = (line for line in run.cautions if line.startswith("cells: "))
+    assert f"({-lost:+.0%})" in told
+    assert "noctule map --input FILE" in told
+    again = run_mapped(map_on("rolls", network, usual_rates(network, events, 0.6)), events, silicon)
+    assert 1.0 - again.rates["expected"]["cells"] / again.rates["asked"]["cells"] < 0.5 * lost
+    assert not any("--input" in line for line in again.cautions)
+
+
+def rate_of(drive: float) -> float:
+    """Rate of a neuron of 20 ms under a constant current in units of what fires it, Hz."""
+    return 0.0 if drive <= 1.0 else float(1.0 / (20e-3 * np.log(drive / (drive - 1.0))))
+
+
+def test_a_bias_of_a_graph_is_on_the_chip_what_it_is_in_the_network() -> None:
+    """Populations under constant currents; of Norse's kind, whose synapses have a time constant."""
+    levels = [0.5, 1.5, 2.0, 3.0]
+    ones, drives = np.ones(24), np.repeat(levels, 6)
+    cells = nir.CubaLIF(5e-3 * ones, 20e-3 * ones, ones, 0.0 * ones, ones)
+    network = network_of_graph(nir.NIRGraph.from_list(nir.Affine(0.01 * np.eye(24), drives), cells))
+    mapped = map_on("rolls", network, usual_rates(network, NOTHING, 1.0))
+    run = run_mapped(mapped, NOTHING, Silicon(ROLLS_180), 1.1)
+    asked, got = (rates_of(t, 24, 0.1, 1.1).reshape(4, 6).mean(axis=1) for t in (run.asked, run.chip))
+    assert got == pytest.approx(rates_of(run.expected, 24, 0.1, 1.1).reshape(4, 6).mean(axis=1), rel=NEAR)
+    assert asked == pytest.approx([rate_of(x) for x in levels], rel=0.05)
+    (one,), (placed,) = mapped.filters, mapped.placed
+    pivot = one.pivot / placed.current  # what the report tells of the filter: a power of what comes in
+    assert got == pytest.approx([rate_of(pivot * (x / pivot) ** one.power) for x in levels], rel=NEAR)
+    assert (run.lost_in, run.lost_out, run.later) == (0, 0, 0)
+    with pytest.raises(DataError, match="event 0 of address 24, must be of a channel of outside"):
+        check_channels(network, Events(np.array([0.1]), np.array([24])), "e.csv")
 
 
 def test_the_nominal_die_needs_no_calibration(memory: Mapped) -> None:
