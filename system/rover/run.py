@@ -133,11 +133,10 @@ def run(scenario: Scenario, progress: Callable[[float], None] | None = None) -> 
     if scenario.learn is not None:
         learnt = unknown_map(cost_map.costs, scenario.prior, scenario.learn)
     trips: list[Trip] = []
-    cells_at = along(scenario.course, scenario.temperature_c, partial(cells_of, scenario, cost_map))
+    at = _followed(scenario, cost_map, planner)
     for k in range(scenario.trips):
         time = sum(float(trip.drive.time[-1]) for trip in trips)
-        if isinstance(planner, ChipPlanner):
-            planner = replace(planner, number=k, cells=cells_at(time))
+        planner = at(k, time)
         with told_when(time) if scenario.course else nullcontext():
             trips.append(_trip(scenario, cost_map, planner, learnt, k))
         if progress is not None:
@@ -175,6 +174,14 @@ def cells_of(scenario: Scenario, cost_map: CostMap, temperature_c: float) -> Chi
     silicon = scenario.silicon_at(temperature_c)
     noise = device_noise(scenario)
     return ChipCells(silicon, scenario.bias_kind, noise=noise, calibrated=calibrated)
+
+
+def _followed(scenario: Scenario, cost_map: CostMap, planner: Planner) -> Callable[[int, float], Planner]:
+    """The planner of a trip by its number and time, s: of a chip with its cells at their temperature then."""
+    if not isinstance(planner, ChipPlanner):
+        return lambda _number, _time: planner
+    cells = along(scenario.course, scenario.temperature_c, partial(cells_of, scenario, cost_map))
+    return lambda number, time: replace(planner, number=number, cells=cells(time))
 
 
 def _trip(

@@ -31,6 +31,8 @@ def test_an_array_of_the_signals_is_taken_as_it_is() -> None:
         (STEER, [np.nan, 0.0, 0.0], r"\[0\] \(speed\): nan m/s"),
         (STEER, [0.1, 0.0], r"shape \(2,\), must be \(3,\)$"),
         (STEER, "left", r"'left', must be 3 numbers$"),
+        (STEER, [0.1 + 2.0j, 0.0, 0.0], r"must be 3 numbers$"),
+        (STEER, ["1", "0", "0"], r"must be 3 numbers$"),
         (CHOICE, [33, 0], r"\[0\] \(arc\): 33, must be a whole number from 0 to 32$"),
         (CHOICE, [1.5, 0], r"\[0\] \(arc\): 1\.5, must be a whole number"),
         (PICTURE, np.full((2, 3), 256), r"\[0\] \(events\): 256"),

@@ -36,6 +36,16 @@ def test_the_default_route_takes_the_road(trace: Trace) -> None:
     assert path[-1].tolist() == [19, 10]
 
 
+def test_ideal_cells_need_no_codes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A map whose chip would have to be calibrated first is planned on without one."""
+
+    def none(*given: object, **more: object) -> None:
+        raise AssertionError(given)
+
+    monkeypatch.setattr(Scenario, "codes_of", none)
+    assert run(SYSTEM.on_silicon(ideal=True, map="map1-road")).trips[0].plan.regret == 0
+
+
 def test_the_summary(trace: Trace) -> None:
     found = summarise(trace)
     assert tuple(found) == tuple(SUMMARY)
