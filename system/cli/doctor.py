@@ -36,7 +36,7 @@ REQUIRED = {
     "h5py": "records and results cannot be written or read",
     "dask": "no studies and campaigns on more than one process",
     "distributed": "no studies and campaigns on more than one process",
-    "shapely": "no run of rover, robot, bug or pushbot: no arenas",
+    "shapely": "no run of rover, car, bug or pushbot: no arenas",
     "msgspec": "no reproduce, no replay: studies and campaigns cannot be read",
     "lark": "no measures by expressions",
     "tomli-w": "no calibrate: codes cannot be written",

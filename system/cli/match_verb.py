@@ -72,7 +72,7 @@ class Worst(OnBlock):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Corners(OnBlock):
-    """Find the dies at k sigma of a metric, low and high. They stand for ss and ff."""
+    """Find the dies at k sigma of a metric, low and high. They take the place of ss and ff."""
 
     metric: tuple[str, ...] = option((), "Of the testbench, as t_inh_s, repeatable", metavar="NAME")
     sigma: float = option(3.0, "Distance of the dies", metavar="K")

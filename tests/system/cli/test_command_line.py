@@ -397,6 +397,11 @@ def test_doctor_names_what_the_distribution_requires() -> None:
     assert told == {name: names(lines) for name, lines in extras.items() if name != "test"}
 
 
+def test_doctor_names_systems_that_there_are() -> None:
+    told = re.findall(r"no run of ([\w, -]+):", " ".join(doctor.REQUIRED.values()))
+    assert told and set(re.split(r", | or ", ", ".join(told))) <= set(registry.SYSTEMS)
+
+
 def test_what_doctor_says_of_pyspice(tmp_path: Path) -> None:
     assert "netlists are read without it" in doctor.REQUIRED["PySpice"]
     path = tmp_path / "deck.cir"
