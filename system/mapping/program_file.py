@@ -118,14 +118,6 @@ def read_program(tables: dict[str, Any], where: Path) -> Mapped:
         raise DataError(f"{where}: {error}") from None
 
 
-def is_program(path: str) -> bool:
-    """Return whether a file is a program, by its first key; False where it cannot be read."""
-    try:
-        return toml_file(Path(path)).get("format") == FORMAT
-    except DataError:
-        return False
-
-
 def _mapped(found: ProgramFile, where: Path) -> Mapped:
     network = network_of(found.network, where.parent)
     sizes = {p.name: p.size for p in network.populations}
