@@ -210,16 +210,20 @@ def study_key(document: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(kept, sort_keys=True).encode()).hexdigest()
 
 
-def check_same(folder: Path, study: Study, document: Mapping[str, Any]) -> None:
+def check_same(
+    folder: Path, study: Study, document: Mapping[str, Any], what: str = "resume",
+    remedy: str = "begin another study",
+) -> None:  # fmt: skip
     """Raise `ParameterError` naming the first difference between a folder's study and another.
 
-    document: the manifest of the other study. More dies are no difference, if its plan can be extended.
+    document: the manifest of the other study; what, remedy: first word and end of the refusal. More dies are
+    no difference, if its plan can be extended.
     """
     old, new = read_manifest(folder), {name: document[name] for name in _OF_SAMPLES}
     if study.plan.extensible and study.plan.count >= old["plan"]["count"]:
         new["plan"] = old["plan"] | {k: v for k, v in new["plan"].items() if k != "count"}
     for name, before, now in _differences(old, new):
-        raise ParameterError(f"resume: {folder} has {name} {before}, asked for {now}; begin another study")
+        raise ParameterError(f"{what}: {folder} has {name} {before}, asked for {now}; {remedy}")
 
 
 def _read(folder: Path) -> _Manifest:

@@ -18,7 +18,7 @@ from circuits.errors import DataError, ParameterError
 from system.files.document import folder_bytes, from_json
 from system.files.writing import write_text_atomic
 from system.study.folder import StudyFiles, keep_samples, open_folder
-from system.study.manifest import describe, read_manifest, study_key
+from system.study.manifest import check_same, describe, read_manifest, study_key
 from system.study.mission.found import Found, found_of
 from system.study.mission.mission import Asked, Mission, Way, mission_of
 from system.study.mission.running import Part
@@ -78,6 +78,8 @@ def merge(folders: Sequence[Path], output: Path) -> tuple[Mission, tuple[str, ..
     DataError
         A folder has no mission, or a file is broken.
     """
+    if (output / FILE).exists():
+        raise ParameterError(f"output: {output} has a mission; name another folder")
     parts = [(folder, _read(folder)) for folder in folders]
     if not parts:
         raise ParameterError("merge: no folder, must be those of all parts of a mission")
@@ -166,6 +168,7 @@ def _check_versions(folder: Path, mission: Mission) -> None:
                 f"merge: {folder} was run with other circuits or models ({theirs['circuit']}, here"
                 f" {ours['circuit']}); run it again, or merge with its version"
             )
+        check_same(folder / way.name, way.study, ours, "merge", "run it again, or merge with what it was run")
 
 
 def _check_same(what: str, folder: Path, document: _Document, asked: tuple[Mission, Part]) -> None:

@@ -206,10 +206,17 @@ def test_what_does_not_belong_together_is_not_merged(
     manifest.write_text(kept.replace('"noctule": "', '"noctule": "9.'))
     assert "merge: part2 was run with noctule 9." in refused("merge", "part1", "part2", "-o", "whole")
     manifest.write_text(kept)
+    code = Path(robot.partition(":")[0])
+    own = code.read_text()
+    code.write_text(own + "# mended\n")
+    assert "merge: part1/generator-27C has subject.code " in refused("merge", "part1", "part2", "-o", "whole")
+    code.write_text(own)
     next(Path("part2/generator-27C/chunks").glob("*.nc")).unlink()
     assert "part2/generator-27C has no samples of dies" in refused("merge", "part1", "part2", "-o", "whole")
     assert "no mission, there is no mission.json" in refused("merge", ".", "-o", "whole")
     assert not Path("whole").exists()
+    into = refused("merge", "part1", "part2", "-o", "other")
+    assert "output: other has a mission; name another folder" in into
 
 
 @pytest.mark.parametrize(
