@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 import numpy as np
 
 from circuits.arrays import F64
+from circuits.brief import OPTIONAL, brief
 from circuits.checks import keep_allowance, require_choice, require_plausible, require_reals, require_type
 from circuits.devices.device import Device
 from circuits.errors import ParameterError
@@ -71,7 +72,7 @@ Polyline = tuple[F64, F64]
 Quantity = Literal["voltage", "current"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Source(Device):
     """An ideal source between ground and `node`.
 
@@ -83,6 +84,9 @@ class Source(Device):
         What it gives over time.
     quantity
         `voltage` or `current`; a current flows into the node.
+    direct
+        What it gives to an analysis without time, V or A: to an operating point, a sweep, small signals and
+        noise, as SPICE's DC value. The waveform's value at 0 s unless given.
 
     Raises
     ------
@@ -94,6 +98,10 @@ class Source(Device):
     node: str
     waveform: Waveform
     quantity: Quantity = "voltage"
+    direct: float | None = field(default=None, metadata=OPTIONAL)
+
+    def __repr__(self) -> str:
+        return brief(self)
 
     def __post_init__(self) -> None:
         keep_allowance(self)
@@ -103,6 +111,12 @@ class Source(Device):
         require_type(
             f"{self.name}.waveform", self.waveform, get_args(Waveform), "a waveform, as Constant(5.0)"
         )
+        if self.direct is not None:
+            require_reals(f"{self.name}.direct", (self.direct,), "V" if self.quantity == "voltage" else "A")
+            if not math.isfinite(self.direct):
+                raise ParameterError(f"{self.name}.direct: {self.direct:g}, must be finite; give a number")
+            if isinstance(self.waveform, Constant):
+                raise ParameterError(f"{self.name}.direct: {self.direct:g} beside a constant; leave it out")
         if not isinstance(self.waveform, Sampled):  # long ones are looked at when they are used
             self.check()
 
@@ -124,6 +138,7 @@ class Source(Device):
             largest = abs(held)
         else:
             largest = float(np.abs(polyline(self.name, self.waveform)[1]).max())
+        largest = max(largest, abs(self.direct or 0.0))
         if largest:
             unit = "V" if self.quantity == "voltage" else "A"
             require_plausible(f"{self.name}.waveform", largest, unit, allowed=self.allow_implausible)

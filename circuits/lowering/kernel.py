@@ -113,6 +113,8 @@ class Machine:
         Whether the points of a source are samples to follow, not corners to stop at.
     source_names, source_quantities : tuple of str
         Name of each source, and whether it is a `voltage` or a `current`.
+    direct : tuple of float or None
+        What each source gives to an analysis without time, V or A; None for its value at 0 s.
     source_charge, source_conductance : triplets
         C (F) and G (S) at the sources' own nodes: rows and columns of the voltage vector.
     column : array
@@ -129,6 +131,7 @@ class Machine:
     sampled: tuple[bool, ...]
     source_names: tuple[str, ...]
     source_quantities: tuple[str, ...]
+    direct: tuple[float | None, ...]
     source_charge: Triplets
     source_conductance: Triplets
     column: I64
@@ -144,6 +147,11 @@ class Machine:
     def sources(self) -> Sources:
         """The polylines of the sources in the solver's form."""
         return pack_sources(self.polylines, self.sampled)
+
+    def given(self, source: int) -> float:
+        """Value of a source, by its number, in an analysis without time, V or A."""
+        direct = self.direct[source]
+        return float(np.interp(0.0, *self.polylines[source])) if direct is None else direct
 
 
 @dataclass(slots=True)
@@ -203,7 +211,7 @@ def to_kernel(
     sampled = tuple(isinstance(s.waveform, Sampled) for s in sources)
     return Machine(
         testbench, silicon, flat, _assemble(flat, parts, unknowns, columns), lines, sampled,
-        tuple(s.name for s in sources), tuple(s.quantity for s in sources),
+        tuple(s.name for s in sources), tuple(s.quantity for s in sources), tuple(s.direct for s in sources),
         _merge(parts.charge, unknowns, columns), _merge(parts.conductance, unknowns, columns), column,
         tuple(flat.node_names()),
     )  # fmt: skip

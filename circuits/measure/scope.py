@@ -240,6 +240,6 @@ def _at_rest(found: OperatingPoint | Sweep) -> F64:
     if isinstance(found, OperatingPoint):
         return found.voltage[np.newaxis, :]
     machine, v = found.machine, node_voltages(found)
-    for s, (name, line) in enumerate(zip(machine.source_names, machine.polylines, strict=True)):
-        v[:, machine.kernel.unknowns + s] = found.values if name == found.source else np.interp(0.0, *line)
+    for s, name in enumerate(machine.source_names):
+        v[:, machine.kernel.unknowns + s] = found.values if name == found.source else machine.given(s)
     return v

@@ -112,7 +112,7 @@ def beginning(
         guess = dict(start or bench.start) if point is None else point.voltages()
         voltage = _held(machine, held, guess, time)
         return Beginning(OperatingPoint(machine, voltage, stable=False), voltage)
-    point = operating_point(machine, start=start) if point is None else point
+    point = operating_point(machine, start=start, time=time) if point is None else point
     if point.stable or bench.begin == "at_rest":
         return Beginning(point, point.voltage)
     found, voltage = disturbance(point), point.voltage.copy()

@@ -260,9 +260,9 @@ def operating_point(
     target: Testbench | Machine,
     silicon: Silicon | None = None,
     start: Mapping[str, float] | None = None,
-    time: float = 0.0,
+    time: float | None = None,
 ) -> OperatingPoint:
-    """Find the rest state of a testbench, with its sources at their values at one time.
+    """Find the rest state of a testbench, with its sources at their direct values or those at one time.
 
     `target` is the testbench, or one that is lowered already, on which `silicon` has no effect; the nominal
     process at 27 degC unless given.
@@ -274,7 +274,8 @@ def operating_point(
         Without a start, a state that is not stable is left along the circuit's own dynamics where these
         settle (those of a latch do, those of an oscillator do not), and is reported among `others`.
     time
-        Time whose values the sources have, s.
+        Time whose values the sources have, s, 0 for where a run begins. Unless it is given, a source has its
+        `direct` value, and without one that at 0 s.
 
     Raises
     ------
@@ -303,7 +304,7 @@ def _apart(one: OperatingPoint, other: OperatingPoint) -> bool:
     return bool(np.abs(one.voltage - other.voltage).max(initial=0.0) > _SAME_STATE)
 
 
-def _cold(machine: Machine, time: float) -> OperatingPoint | None:
+def _cold(machine: Machine, time: float | None) -> OperatingPoint | None:
     """Solve without a start: from 0 V, half and full supply at every node, last from the nominal die's."""
     v_dd = machine.silicon.process.v_dd
     for level in (0.0, 0.5 * v_dd, v_dd):
@@ -316,7 +317,7 @@ def _cold(machine: Machine, time: float) -> OperatingPoint | None:
     return None if nominal is None else solve_near(machine, nominal.voltage, time)
 
 
-def _leave(point: OperatingPoint, time: float) -> OperatingPoint | None:
+def _leave(point: OperatingPoint, time: float | None) -> OperatingPoint | None:
     """Stable state that the circuit settles to from beside an unstable one; None where it does not settle."""
     machine = point.machine
     k = machine.kernel
@@ -328,14 +329,17 @@ def _leave(point: OperatingPoint, time: float) -> OperatingPoint | None:
     return found if found is not None and found.stable else None
 
 
-def solve_near(machine: Machine, start: F64, time: float = 0.0) -> OperatingPoint | None:
+def solve_near(machine: Machine, start: F64, time: float | None = None) -> OperatingPoint | None:
     """Rest state near the vector of voltages `start` (float64[columns], V), or None where there is none.
 
-    The sources have their values at `time` (s), whatever `start` says.
+    The sources have their values at `time` (s), or without one their direct values, whatever `start` says.
     """
     k, sources = machine.kernel, machine.sources()
     v = start.copy()
-    source_values(sources, sources.start[:-1].copy(), time, v, k.unknowns)
+    source_values(sources, sources.start[:-1].copy(), time or 0.0, v, k.unknowns)
+    if time is None:
+        for s, direct in enumerate(machine.direct):
+            v[k.unknowns + s] = v[k.unknowns + s] if direct is None else direct
     v[k.columns - 1] = 0.0
     w = allocate(k)
     if not rest_state(k, v, w, np.zeros((k.unknowns, k.unknowns)), np.array(DECADES)):

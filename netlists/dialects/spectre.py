@@ -88,7 +88,8 @@ def _source(device: Source) -> list[str]:
     head = "v" if device.quantity == "voltage" else "i"
     ends = (device.node, GROUND) if head == "v" else (GROUND, device.node)
     name, nodes = head + _NAMING.text(device.name), " ".join(map(_NAMING.node, ends))
-    words = [name, f"({nodes})", f"{head}source", f"dc={pairs[0][1]!r}"]
+    direct = pairs[0][1] if device.direct is None else float(device.direct)
+    words = [name, f"({nodes})", f"{head}source", f"dc={direct!r}"]
     if len(pairs) > 1:
         words += ["type=pwl", "wave=[", *(f"{t!r} {v!r}" for t, v in pairs), "]"]
     return wrap(words)

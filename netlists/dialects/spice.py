@@ -327,7 +327,8 @@ def _source(naming: Naming, source: Source) -> list[str]:
     pairs = corners(source)
     head = "v" if source.quantity == "voltage" else "i"
     ends = (source.node, GROUND) if head == "v" else (GROUND, source.node)
-    words = [head + naming.text(source.name), *map(naming.node, ends), "dc", repr(pairs[0][1])]
+    direct = pairs[0][1] if source.direct is None else float(source.direct)
+    words = [head + naming.text(source.name), *map(naming.node, ends), "dc", repr(direct)]
     if len(pairs) > 1:
         vertices = [f"{t!r} {v!r}" for t, v in pairs]
         words += ["pwl(" + vertices[0], *vertices[1:-1], vertices[-1] + ")"]

@@ -264,9 +264,9 @@ def _point(machine: Machine, voltage: F64) -> OperatingPoint:
     """
     start = dict(zip(machine.names[1:], voltage[1:].tolist(), strict=True))
     try:
-        nearest = native.operating_point(machine, start=start)
+        nearest = native.operating_point(machine, start=start, time=0.0)
     except SolverError:
-        nearest = native.operating_point(machine)
+        nearest = native.operating_point(machine, time=0.0)
     sources = machine.sources()
     vector = np.zeros(machine.kernel.columns)
     source_values(sources, sources.start[:-1].copy(), 0.0, vector, machine.kernel.unknowns)

@@ -72,7 +72,7 @@ def started(testbench: Testbench, silicon: Silicon) -> Testbench:
 
     ngspice still solves for its own; that it is the same without the start is for `engine.operating_point`.
     """
-    rest = operating_point(testbench, silicon).voltages()
+    rest = operating_point(testbench, silicon, time=0.0).voltages()
     return replace(testbench, start={node: v for node, v in rest.items() if node != GROUND})
 
 

@@ -93,8 +93,8 @@ def _held(machine: Machine, guess: Mapping[str, float]) -> Testbench:
     bench = machine.testbench
     sources = complete_sources(bench, machine.flat, machine.silicon)
     held = (
-        Source(s.name, s.node, Constant(float(values[0])), s.quantity)
-        for s, (_, values) in zip(sources, machine.polylines, strict=True)
+        Source(s.name, s.node, Constant(machine.given(number)), s.quantity)
+        for number, s in enumerate(sources)
     )
     return replace(bench, sources=tuple(held), start={**bench.start, **guess})
 
@@ -131,7 +131,7 @@ def _line(machine: Machine, source: int | None, values: F64, waves: Mapping[str,
         if quantity == "voltage":
             currents[name] = waves[f"{elements[name].lower()}#branch"]
         else:
-            constant = np.full(values.size, machine.polylines[number][1][0])
+            constant = np.full(values.size, machine.given(number))
             currents[name] = values.copy() if number == source else constant
             v[:, machine.kernel.unknowns + number] = currents[name]
     return Line(voltage, currents, are_stable(machine, v), (v[0], v[-1]))

@@ -270,13 +270,24 @@ def _source(e: Any, names: _Names, stop: float, path: str) -> Source:
     voltage = e.PREFIX == "V"
     sign = 1.0 if (minus == GROUND) == voltage else -1.0
     wave = _waveform(e, stop, f"{path}.{e.name}")
+    direct = _direct(e, wave, f"{path}.{e.name}")
     if isinstance(wave, Constant):
         wave = Constant(sign * wave.value)
     elif sign < 0.0:
         time, value = polyline(e.name, wave)
         wave = PiecewiseLinear(tuple(time.tolist()), tuple((sign * value).tolist()))
     node = plus if minus == GROUND else minus
-    return Source(names.element(e.name), node, wave, "voltage" if voltage else "current")
+    given = None if direct is None else sign * direct
+    return Source(names.element(e.name), node, wave, "voltage" if voltage else "current", given)
+
+
+def _direct(e: Any, wave: Waveform, path: str) -> float | None:
+    """What a source gives to an analysis without time beside raw text, where that is another value."""
+    if isinstance(wave, Constant) or not e.raw_spice or e.dc_value is None:
+        return None
+    found = _number(e, "dc_value", "V" if e.PREFIX == "V" else "A", path.rpartition(".")[0])
+    time, value = polyline(e.name, wave)
+    return None if found == float(np.interp(0.0, time, value)) else found
 
 
 def _waveform(e: Any, stop: float, path: str) -> Waveform:

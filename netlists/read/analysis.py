@@ -122,7 +122,8 @@ class SmallSignals:
 class NoiseSpectrum:
     """Noise that a netlist asks for: `.noise v(output[, reference]) source dec|oct|lin points low high`.
 
-    output, reference: nodes between which the noise is taken, as written; `0` is ground. source: name of the
+    output, reference: nodes between which the noise is taken, as written, and of a netlist that has been read
+    their paths; `0` is ground. source: name of the
     source that it is referred to. spectrum: its frequencies.
     """
 

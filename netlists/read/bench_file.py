@@ -93,8 +93,8 @@ def _sources(
         if port not in known:
             raise unknown_name(f"{path}: port", port, known)
         card = Card(f"v{port} {port} 0 {text}", path.name, 1)
-        waveform = read_waveform(card, card.words()[3:], Scope(DEFAULT_LIMITS), span, Notes())
-        found.append(Source(port, port, waveform, quantity))
+        waveform, direct = read_waveform(card, card.words()[3:], Scope(DEFAULT_LIMITS), span, Notes())
+        found.append(Source(port, port, waveform, quantity, direct))
     return found
 
 

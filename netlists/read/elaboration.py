@@ -12,12 +12,12 @@ drives a port of its own, which the circuit's voltage follows. Global nodes beco
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from circuits.circuit import GROUND, Circuit, Instance, Port
 from circuits.devices import Device, Source
-from circuits.devices.source import Constant, Waveform
+from circuits.devices.source import Constant, Quantity
 from circuits.errors import CircuitError, DataError, ParameterError
 from circuits.silicon.silicon import Deviation
 from netlists.read.branch.element import Branch, value_node
@@ -26,11 +26,11 @@ from netlists.read.card import Arguments, Card, ForeignError, element_arguments,
 from netlists.read.element import NOMINAL_C, Context, read_element
 from netlists.read.expression.scope import Scope
 from netlists.read.limits import Limits
+from netlists.read.measure import Asked
 from netlists.read.note import Notes
-from netlists.read.number import read_number
 from netlists.read.text.name import circuit_name, is_ground, original_name
 from netlists.read.text.section import Deck, Section, duplicate
-from netlists.read.waveform import Span, negated, read_waveform, vertex_count
+from netlists.read.waveform import Given, Span, read_waveform, small_signal, vertex_count
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Part:
     """A sub-circuit with its parameter values: the circuit, what it calls, and its transistors' deviations.
 
     `lifted`: global nodes among its ports, as written. `elements`: devices and instances, parts of parts
-    counted. `sources`: sources inside it, each at a port.
+    counted. `sources`: sources inside it, each at a port. `moved`: AC values of sources inside it, V or A.
     """
 
     circuit: Circuit
@@ -47,6 +47,7 @@ class Part:
     lifted: tuple[str, ...]
     elements: int
     sources: tuple[Source, ...] = ()
+    moved: Mapping[str, complex] = field(default_factory=dict)
 
     def all_deviations(self, prefix: str = "") -> Iterator[tuple[str, Deviation]]:
         """Yield deviations by instance path."""
@@ -58,11 +59,15 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Top:
-    """The circuit with what drives it. `call`: instance that stands for the whole, with port by its node."""
+    """The circuit with what drives it.
+
+    `call`: instance that stands for the whole, with port by its node. `moved`: AC values of sources, V or A.
+    """
 
     part: Part
     sources: tuple[Source, ...]
     call: tuple[str, dict[str, str]] | None = None
+    moved: Mapping[str, complex] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -76,6 +81,7 @@ class _Contents:
     deviations: dict[str, Deviation] = field(default_factory=dict)
     lifted: dict[str, None] = field(default_factory=dict)
     names: dict[str, Card] = field(default_factory=dict)
+    moved: dict[str, complex] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -90,6 +96,7 @@ class Elaboration:
     is_cdl: bool = False
     uses_ic: bool = False
     nominal_c: float = NOMINAL_C
+    asked: Asked = field(default_factory=Asked)
     built: dict[tuple[Section, tuple[tuple[str, float], ...]], Part] = field(default_factory=dict)
     seen: set[Section] = field(default_factory=set)
     calls: list[Section] = field(default_factory=list)
@@ -97,7 +104,6 @@ class Elaboration:
     expanded: dict[bool, int] = field(default_factory=lambda: {False: 0, True: 0})
     vertices: int = 0
     models: set[Card] = field(default_factory=set)  # that transistors use
-    moved: dict[str, None] = field(default_factory=dict)  # sources with an AC value, in order
     turned: set[str] = field(default_factory=set)  # sources that the circuit sees from their other end
 
     def top(self) -> Top:
@@ -107,7 +113,7 @@ class Elaboration:
             library = self._library()
             whole = self._empty() if library is None else self._part(library, {}, library.card)
             self._note_unused()
-            return Top(whole, whole.sources)
+            return Top(whole, whole.sources, moved=whole.moved)
         contents = self._contents(section, self.scope)
         self._note_unused()
         called = _sole_call(contents)
@@ -115,10 +121,12 @@ class Elaboration:
             part, by_node = called
             sources = tuple(replace(s, node=by_node[s.node]) for s in contents.sources)
             circuit = replace(part.circuit, ports=_ports_driven(part.circuit.ports, sources))
-            return Top(replace(part, circuit=circuit), sources, (contents.instances[0].name, by_node))
+            call = contents.instances[0].name, by_node
+            return Top(replace(part, circuit=circuit), sources, call, contents.moved)
         self._leave_idle(contents)
         ports = _ports_of_sources(contents.sources)
-        return Top(self._finish("top", ports, contents, section.card), tuple(contents.sources))
+        whole = self._finish("top", ports, contents, section.card)
+        return Top(whole, tuple(contents.sources), moved=contents.moved)
 
     def _leave_idle(self, contents: _Contents) -> None:
         """Leave out sources at nodes that nothing else uses; cards for ngspice only may use any."""
@@ -214,13 +222,14 @@ class Elaboration:
         except CircuitError as error:
             raise card.error(str(error)) from None
         count = len(contents.devices) + sum(1 + p.elements for p in contents.parts.values())
-        return Part(circuit, contents.parts, contents.deviations, lifted, count, tuple(contents.sources))
+        sources = tuple(contents.sources)
+        return Part(circuit, contents.parts, contents.deviations, lifted, count, sources, contents.moved)
 
     def _contents(self, section: Section, scope: Scope) -> _Contents:
         contents, card = _Contents(), section.card
         fixed = (*section.ports, *self.deck.global_nodes)
         taken = sensed(section.elements)
-        same, wired = wires(section.elements, fixed, scope, taken)
+        same, wired = wires(section.elements, fixed, scope, taken | self.asked.currents, self.asked.nodes)
         for each in wired:
             self.notes.add("source of 0 V between two nodes, a wire in the circuit", each.place)
 
@@ -309,43 +318,47 @@ class Elaboration:
             raise card.error(f"{shown(name)}: {' '.join(map(shown, words[:2]))}, must be two nodes; {form}")
         plus, minus = map(context.node, words[:2])
         left = replace(self.span, vertices=self.limits.vertices - self.vertices)
-        waveform = read_waveform(card, words[2:], context.scope, left, self.notes)
-        self.vertices += vertex_count(waveform)
+        given = read_waveform(card, words[2:], context.scope, left, self.notes)
+        self.vertices += vertex_count(given.waveform)
         own = circuit_name(name)
-        if _has_ac(words[2:]):
-            self.moved[own] = None
+        small = small_signal(card, words[2:], context.scope)
         if plus == minus:
             raise card.foreign(f"{shown(name)}: both ends at one node; remove it")
         if name[0] == "v":
             is_branch = name in context.sensed or GROUND not in (plus, minus)
-            return [self._voltage(name, plus, minus, waveform, contents if is_branch else None)]
-        ends = [(n, w) for n, w in ((minus, waveform), (plus, negated(waveform))) if n != GROUND]
+            source = self._voltage(name, plus, minus, given, contents if is_branch else None)
+            _move(contents, own, -small if own in self.turned else small)
+            return [source]
+        ends = [(n, g) for n, g in ((minus, given), (plus, given.negated())) if n != GROUND]
         if len(ends) == 1:
             if minus == GROUND:
                 self.turned.add(own)
-            return [Source(own, *ends[0], "current")]
-        return [Source(f"{own}[{k}]", n, w, "current") for k, (n, w) in enumerate(ends)]
+            _move(contents, own, -small if minus == GROUND else small)
+            return [_source(own, *ends[0], "current")]
+        for k, sign in enumerate((1.0, -1.0)):
+            _move(contents, f"{own}[{k}]", sign * small)
+        return [_source(f"{own}[{k}]", n, g, "current") for k, (n, g) in enumerate(ends)]
 
-    def _voltage(
-        self, name: str, plus: str, minus: str, waveform: Waveform, branch_in: _Contents | None
-    ) -> Source:
+    def _voltage(self, name: str, plus: str, minus: str, given: Given, branch_in: _Contents | None) -> Source:
         """A source of voltage at a node of the circuit, or at a port of its own that the circuit follows."""
         own = circuit_name(name)
         if branch_in is not None:
             branch_in.devices += Branch(name, plus, minus).follower(value_node(name), GROUND, 1.0)
-            return Source(own, value_node(name), waveform)
+            return _source(own, value_node(name), given)
         if minus == GROUND:
-            return Source(own, plus, waveform)
+            return _source(own, plus, given)
         self.turned.add(own)
-        return Source(own, minus, negated(waveform))
+        return _source(own, minus, given.negated())
 
 
-def _has_ac(words: list[str]) -> bool:
-    """Whether the words of a source give it an AC value other than 0."""
-    if "ac" not in words:
-        return False
-    after = words[words.index("ac") + 1 :]
-    return not after or read_number(after[0]) != 0.0
+def _source(name: str, node: str, given: Given, quantity: Quantity = "voltage") -> Source:
+    return Source(name, node, given.waveform, quantity, given.direct)
+
+
+def _move(contents: _Contents, source: str, small: complex) -> None:
+    """Keep the AC value of a source, V or A, where it has one."""
+    if small:
+        contents.moved[source] = small
 
 
 def _lift(card: Card, part: Part, name: str, connected: dict[str, str], contents: _Contents) -> None:
@@ -359,6 +372,7 @@ def _lift(card: Card, part: Part, name: str, connected: dict[str, str], contents
         node = connected.setdefault(source.node, prefix + source.node)
         if node != GROUND:
             contents.sources.append(replace(source, name=prefix + source.name, node=node))
+            _move(contents, prefix + source.name, part.moved.get(source.name, 0.0))
         elif source.quantity == "voltage":
             raise card.foreign(f"{shown(name)}: its source {source.name} drives ground; connect another node")
 

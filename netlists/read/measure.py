@@ -10,7 +10,7 @@ param over measures before it. A card of another kind is noted and not taken ove
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from netlists.read.card import Card, shown
@@ -26,6 +26,9 @@ _DERIVATIVE = ("deriv", "derivative")
 _EDGES = {"rise": "rise", "fall": "fall", "cross": "either"}
 _OF_VECTORS = {"v": "", "vm": "mag", "vdb": "db", "vp": "phase", "i": ""}
 _VECTOR = re.compile(r"\b([vi])\(\s*([^\s(),]+)\s*\)")
+_ASKED = re.compile(r"\b([vi])\w*\s*\(([^()]*)\)")
+_PLACED = re.compile(r"\b([vi])\(([^()]*)\)")
+Place = Callable[[str, str], str]  # kind of a name, `v` of a node or `i`, and the name -> its path
 _WINDOW = {"from": "from", "to": "to", "td": "from"}
 
 
@@ -47,6 +50,32 @@ class Measured:
 
     analysis: str
     text: str
+
+    def placed(self, place: Place) -> Measured:
+        """Give the measure with the paths that `place` has for its names."""
+
+        def moved(found: re.Match[str]) -> str:
+            names = (place(found[1], name.strip()) for name in found[2].split(","))
+            return f"{found[1]}({', '.join(names)})"
+
+        return Measured(self.analysis, _PLACED.sub(moved, self.text))
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What the measures of a netlist name: `nodes` and sources of `currents`, without the paths before."""
+
+    nodes: frozenset[str] = frozenset()
+    currents: frozenset[str] = frozenset()
+
+
+def asked_of(cards: Iterable[Card]) -> Asked:
+    """Give what the cards `.measure` among others name."""
+    text = " ".join(card.text.lower() for card in cards if card.name().startswith(".meas"))
+    found: dict[str, set[str]] = {"v": set(), "i": set()}
+    for kind, names in _ASKED.findall(text):
+        found[kind].update(name.rpartition(".")[2] for name in names.replace(",", " ").split())
+    return Asked(frozenset(found["v"]), frozenset(found["i"]))
 
 
 def measured_of(card: Card, scope: Scope) -> Measured:
@@ -125,7 +154,7 @@ class _Words:
             raise Untranslated(f"vector {shown(word)}")
         self.expect("(")
         names = list(self._until(")"))
-        path = ", ".join(_path(name) for name in names)
+        path = ", ".join(_device_path(name) if word == "i" else _path(name) for name in names)
         plain = f"i({path})" if word == "i" else f"v({path})"
         outer = _OF_VECTORS[word]
         return f"{outer}({plain})" if outer else plain
@@ -203,7 +232,15 @@ def _path(name: str) -> str:
     return "0" if name == "0" else ".".join(map(circuit_name, name.split(".")))
 
 
+def _device_path(name: str) -> str:
+    """Path of a device by its name in a run of ngspice, `v.x1.vm`, or as it is."""
+    kind, dot, rest = name.partition(".")
+    is_kind = dot and len(kind) == 1 and rest.rpartition(".")[2].startswith(kind) and "." in rest
+    return _path(rest if is_kind else name)
+
+
 def _bare(word: str) -> str:
     """An expression without its quotes or braces, with the names that its nodes have in a circuit."""
     text = word[1:-1] if word[0] in "'\"{" else word
-    return _VECTOR.sub(lambda found: f"{found[1]}({_path(found[2])})", text.strip())
+    paths = {"v": _path, "i": _device_path}
+    return _VECTOR.sub(lambda found: f"{found[1]}({paths[found[1]](found[2])})", text.strip())

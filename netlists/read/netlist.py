@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf, isclose
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -15,23 +15,31 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from circuits.circuit import GROUND, Circuit, references
+from circuits.devices import Source
 from circuits.errors import DataError, unknown_name
 from circuits.silicon.silicon import Change, Deviation, Silicon
 from circuits.testbench import Begin, Testbench
-from netlists.read.analysis import Analysis, Controls, Stepped, read_controls, stepped_parameters
+from netlists.read.analysis import (
+    Analysis,
+    Controls,
+    NoiseSpectrum,
+    Stepped,
+    read_controls,
+    stepped_parameters,
+)
 from netlists.read.card import Card, shown
 from netlists.read.elaboration import Elaboration, Top
 from netlists.read.element import NOMINAL_C
 from netlists.read.expression.expression import Functions, bare
 from netlists.read.expression.scope import Expressions, Scope
 from netlists.read.limits import DEFAULT_LIMITS, Limits
-from netlists.read.measure import Measured
+from netlists.read.measure import Measured, Place, asked_of
 from netlists.read.note import Foreign, Note, Notes, drop_names
 from netlists.read.notes.annotated import header_card, read_annotated
 from netlists.read.notes.syntax import syntax_of
 from netlists.read.number import read_number
 from netlists.read.text.lines import ANNOTATION, Text, read_text
-from netlists.read.text.name import circuit_name, original_name
+from netlists.read.text.name import circuit_name, is_ground, original_name
 from netlists.read.text.section import Deck, declare, read_deck
 
 DIALECTS = ("spice", "ngspice", "hspice", "xyce", "cdl")  # that a netlist without our notes may be in
@@ -74,7 +82,7 @@ class Imported:
     turned
         Sources whose sign is turned, since the circuit has them from ground to a node.
     moved
-        Sources with an AC value, in the order of their cards.
+        AC value, V or A, of each source that has one, into its node, by the source's name.
     steps
         What the netlist steps, in the order of its cards.
     parameters
@@ -95,7 +103,7 @@ class Imported:
     foreign: tuple[Foreign, ...] = ()
     measures: tuple[Measured, ...] = ()
     turned: frozenset[str] = frozenset()
-    moved: tuple[str, ...] = ()
+    moved: Mapping[str, complex] = field(default_factory=dict)
     steps: tuple[Stepped, ...] = ()
     parameters: Mapping[str, float] = field(default_factory=dict)
 
@@ -191,15 +199,19 @@ def _read(
     controls = read_controls(deck.controls, scope, notes)
     uses_ic = controls.uic or dialect == "xyce"  # which takes them without uic, too
     nominal_c = NOMINAL_C if controls.nominal_c is None else controls.nominal_c
-    elaboration = Elaboration(deck, scope, controls.span, limits, notes, dialect == "cdl", uses_ic, nominal_c)
+    asked = asked_of(deck.controls)
+    is_cdl = dialect == "cdl"
+    elaboration = Elaboration(deck, scope, controls.span, limits, notes, is_cdl, uses_ic, nominal_c, asked)
     top = elaboration.top()
     if top.part.elements > limits.elements:
         raise deck.top.card.error(f"{top.part.elements} elements, the limit is {limits.elements}; split it")
     separator = ":" if dialect == "xyce" else "."  # in the name of a node of an instance
     bench = _testbench(text.title, top, controls, limits, notes, separator)
+    driven = {source.name for source in bench.sources}
+    place = _place(top, bench.sources)
     return Imported(
         bench,
-        tuple(controls.analyses),
+        tuple(_placed(each, place) for each in controls.analyses),
         dict(top.part.all_deviations()),
         notes.all(),
         _names(bench.circuit),
@@ -207,9 +219,9 @@ def _read(
         dialect or "spice",
         dropped=notes.dropped(),
         foreign=notes.foreign(),
-        measures=tuple(controls.measures),
+        measures=tuple(each.placed(place) for each in controls.measures),
         turned=frozenset(elaboration.turned),
-        moved=tuple(elaboration.moved),
+        moved={name: top.moved[name] for name in top.moved if name in driven},
         steps=tuple(controls.steps),
         parameters=own,
     )
@@ -318,6 +330,36 @@ def _voltages(
                 raise
             notes.keep(card, card.foreign(str(error).removeprefix(f"{card.place}: ")))
     return found
+
+
+def _place(top: Top, sources: Iterable[Source]) -> Place:
+    """Path in the circuit of what a run calls by a name: of a node (`v`), or of a device or source (`i`).
+
+    Where one call stands for the whole, a node is the port that it is at, and the call's name goes.
+    """
+    grounded = {s.name for s in sources if not s.node.endswith(circuit_name("#value"))}
+
+    def path(kind: str, name: str) -> str:
+        lifted = name.replace(".", "_x2e_")  # a source inside a sub-circuit
+        if kind == "i" and lifted in grounded:
+            return lifted
+        if top.call is None or (kind == "i" and name in grounded):
+            return name
+        instance, port = top.call
+        return port[name] if kind == "v" and name in port else name.removeprefix(f"{instance}.")
+
+    return path
+
+
+def _placed(analysis: Analysis, place: Place) -> Analysis:
+    """An analysis with the paths of its nodes in the circuit."""
+    if not isinstance(analysis, NoiseSpectrum):
+        return analysis
+    output, reference = (
+        GROUND if is_ground(node) else place("v", ".".join(map(circuit_name, node.split("."))))
+        for node in (analysis.output, analysis.reference)
+    )
+    return replace(analysis, output=output, reference=reference)
 
 
 def _node_path(top: Top, name: Sequence[str], card: Card, known: dict[int, _Inside]) -> str:

@@ -10,9 +10,11 @@ EXP, SFFM, AM and noise are refused.
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,23 +41,47 @@ class Span:
     vertices: int = DEFAULT_LIMITS.vertices
 
 
-def read_waveform(card: Card, words: list[str], scope: Scope, span: Span, notes: Notes) -> Waveform:
-    """Waveform of a source from the words behind its nodes; raises `DataError` for what it cannot be."""
+class Given(NamedTuple):
+    """A source's `waveform`, and its `direct` value without time where that is another, V or A."""
+
+    waveform: Waveform
+    direct: float | None = None
+
+    def negated(self) -> Given:
+        """The same seen from the other end."""
+        return Given(negated(self.waveform), None if self.direct is None else -self.direct)
+
+
+def read_waveform(card: Card, words: list[str], scope: Scope, span: Span, notes: Notes) -> Given:
+    """What a source gives from the words behind its nodes; raises `DataError` for what it cannot be."""
     name = shown(card.words()[0])
     direct, shape, values = _parts(card, words, scope, notes)
     if shape is None:
         if direct is None:
             notes.add("source without a value, which is 0", card.place)
-        return Constant(direct or 0.0)
+        return Given(Constant(direct or 0.0))
     try:
         waveform = _SHAPES[shape](card, values, span, span.vertices, notes)
         time, value = polyline(name, waveform)
     except ParameterError as error:
         raise card.foreign(str(error)) from None
     first = float(np.interp(0.0, time, value))
-    if direct is not None and direct != first:
-        notes.add("DC value of a source beside its waveform, which alone is kept", card.place)
-    return waveform
+    if direct is not None and isinstance(waveform, Constant):
+        return Given(Constant(direct))
+    return Given(waveform, None if direct == first else direct)
+
+
+def small_signal(card: Card, words: list[str], scope: Scope) -> complex:
+    """The AC value of a source from the words behind its nodes, V or A: `AC [magnitude [degrees]]`."""
+    words = [w for w in words if w not in {"(", ")", "="}]
+    if "ac" not in words:
+        return 0.0
+    first = words.index("ac") + 1
+    numbers = [scope.number(card, "ac", w) for w in words[first : _behind_numbers(words, first)]]
+    if len(numbers) > 2:
+        raise card.error(f"ac: {len(numbers)} numbers, must be 0 to 2; write AC MAGNITUDE DEGREES")
+    size, degrees = (*numbers, *(1.0, 0.0)[len(numbers) :])
+    return cmath.rect(size, math.radians(degrees)) if degrees else complex(size)
 
 
 def negated(waveform: Waveform) -> Waveform:

@@ -41,11 +41,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
+from circuits.brief import OPTIONAL
 from circuits.circuit import Bias, Circuit, Instance, InstanceArray, Node, Port, Shape
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
@@ -300,11 +301,13 @@ class SourceNote:
     """A `Source` without its waveform.
 
     name: name of the source. node: node that it drives against ground. quantity: `voltage` or `current`.
+    direct: what it gives to an analysis without time, V or A.
     """
 
     name: str
     node: str
     quantity: Literal["voltage", "current"] = "voltage"
+    direct: float | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -517,13 +520,13 @@ def bench_note(testbench: Testbench) -> Annotation:
 
 def source_notes(source: Source) -> list[Annotation]:
     """Make the notes of a source and of its waveform."""
-    head = Annotation("source", SourceNote(source.name, source.node, source.quantity))
+    head = Annotation("source", SourceNote(source.name, source.node, source.quantity, source.direct))
     return [head, Annotation(_WAVEFORMS[type(source.waveform)], source.waveform)]
 
 
 def to_source(source: SourceNote, waveform: Waveform) -> Source:
     """Make the source that its note and its waveform describe."""
-    return Source(source.name, source.node, waveform, source.quantity)
+    return Source(source.name, source.node, waveform, source.quantity, source.direct)
 
 
 def to_parameters(notes: Iterable[ParameterNote]) -> dict[str, Any]:

@@ -114,7 +114,7 @@ def _value(thing: object) -> str:
     if not is_dataclass(thing) or isinstance(thing, type):
         return repr(thing)
     texts = []
-    for field in fields(thing):
+    for field in sorted(fields(thing), key=lambda each: each.default is not MISSING):
         value = getattr(thing, field.name)
         if field.default is MISSING:
             texts.append(_value(value))

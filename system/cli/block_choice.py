@@ -67,10 +67,11 @@ def steps_of(name: str) -> tuple[Stepped, ...]:
 
 def read_with(deck: Code, choice: Choice, moved: Mapping[str, float] | None = None) -> Imported:
     """Read a deck with the values that its parameters have in a choice of it, or with other ones."""
-    usual = read_netlist(deck.path)
     given = {f.name: getattr(choice.params, f.name) for f in fields(choice.params)} | dict(moved or {})
-    changed = {name: value for name, value in given.items() if value != usual.parameters.get(name, value)}
-    return read_netlist(deck.path, parameters=changed) if changed else usual
+    with implausible_allowed(choice.allow_implausible):
+        usual = read_netlist(deck.path)
+        changed = {name: value for name, value in given.items() if value != usual.parameters.get(name, value)}
+        return read_netlist(deck.path, parameters=changed) if changed else usual
 
 
 def target_of(name: str, values: BlockValues) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
@@ -13,6 +14,7 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.checks import implausible_allowed
+from circuits.circuit import GROUND
 from circuits.devices.source import Constant
 from circuits.errors import DataError, ParameterError, unknown_name
 from circuits.lowering.kernel import Machine
@@ -144,19 +146,27 @@ def with_own_spectrum(asked: Simulate) -> Simulate:
     card = next((a for a in found.analyses if isinstance(a, kind)), None)
     source, node = asked.source, asked.node
     if isinstance(card, NoiseSpectrum):
-        source, node = source or circuit_name(card.source), node or (circuit_name(card.output),)
-    elif found.moved:
-        source = source or found.moved[0]
+        ends = (card.output,) if card.reference == GROUND else (card.output, card.reference)
+        source, node = source or circuit_name(card.source), node or ends
+    elif list(found.moved.values()) == [1.0]:
+        source = source or next(iter(found.moved))
     spectrum = card.spectrum if isinstance(card, NoiseSpectrum) else card
     given = replace(asked, source=source, node=node)
-    if spectrum is None or spectrum.scale != "dec" or spectrum.low == 0.0:
+    if spectrum is None or spectrum.low == 0.0:
         return given
     return replace(
         given,
         low=asked.low or f"{spectrum.low!r}Hz",
         high=asked.high or f"{spectrum.high!r}Hz",
-        points=asked.points or spectrum.points,
+        points=asked.points or _a_decade(spectrum),
     )
+
+
+def _a_decade(spectrum: SmallSignals) -> int | None:
+    """Frequencies a decade, as dense as the deck's; as many as are usual for those of equal steps."""
+    if spectrum.scale == "lin":
+        return None
+    return spectrum.points if spectrum.scale == "dec" else math.ceil(spectrum.points * math.log2(10.0))
 
 
 def _ran(analysis: str) -> Ran:
@@ -245,7 +255,7 @@ def _held(bench: Testbench, name: str, value: float) -> Testbench:
     """The testbench with a source at a constant value."""
     if name not in {source.name for source in bench.sources}:
         raise unknown_name(f"{bench.title} source", name, [source.name for source in bench.sources])
-    held = (replace(s, waveform=Constant(value)) if s.name == name else s for s in bench.sources)
+    held = (replace(s, waveform=Constant(value), direct=None) if s.name == name else s for s in bench.sources)
     return replace(bench, sources=tuple(held))
 
 

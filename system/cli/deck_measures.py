@@ -53,6 +53,12 @@ def own_cards(target: str, choice: Choice, analysis: str) -> list[str]:
     return [] if deck is None or deck.name else _texts(deck, choice, analysis=analysis)
 
 
+def own_moves(target: str, choice: Choice) -> Mapping[str, complex]:
+    """Give the AC values, V or A, of a whole deck's sources by name; none of any other target."""
+    deck = deck_of(target)
+    return {} if deck is None or deck.name else read_with(deck, choice).moved
+
+
 def _texts(
     deck: Code, choice: Choice, moved: Mapping[str, float] | None = None, analysis: str = "tran"
 ) -> list[str]:

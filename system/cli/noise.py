@@ -29,13 +29,15 @@ def noise_command(asked: Simulate) -> None:
     Where `--source` names a source, the noise is also referred to that.
     """
     frequency, white = small_signal_runs.frequencies_of(asked), asked.flicker is False
-    if len(asked.node) != 1:
-        raise ParameterError(f"--node: {len(asked.node)} given, --analysis noise needs one output; as v_mem")
+    if len(asked.node) not in {1, 2}:
+        text = f"--node: {len(asked.node)} given, --analysis noise needs one output, or two for v(A,B)"
+        raise ParameterError(f"{text}; as --node v_mem")
+    node, reference = asked.node[0], asked.node[1] if asked.node[1:] else None
     check_picture(asked.plot)
 
     def solve(point: OperatingPoint, choice: Choice) -> Noise:
         model = WHITE_ONLY if white else noise_model(choice.silicon.process)
-        return noise(point, asked.node[0], frequency, asked.source, model)
+        return noise(point, node, frequency, asked.source, model, reference)
 
     runs = small_signal_runs.runs_of(asked, solve)
     found = [(run, run.answer) for run in runs if run.answer is not None]
@@ -48,7 +50,7 @@ def noise_command(asked: Simulate) -> None:
     )
     if asked.as_json:
         document = {
-            **small_signal_runs.head_of(asked, runs), "node": asked.node[0], "source": asked.source,
+            **small_signal_runs.head_of(asked, runs), "node": found[0][1].node, "source": asked.source,
             "referred_unit": found[0][1].unit if asked.source else None,
             "flicker": not white, "frequency_Hz": frequency,
             "runs": [_noise_run(run) for run in runs],

@@ -34,7 +34,9 @@ class Simulate(OnBlock):
     deadline: str | None = shared.deadline_option()
     verilog_a: str | None = shared.file_option("Transistors by models in Verilog-A, of a TOML file")
     source: str | None = option(None, "ac: which source moves; noise: refer the noise to it", metavar="NAME")
-    node: tuple[str, ...] = option((), "ac: nodes to print, repeatable; noise: the output", metavar="PATH")
+    node: tuple[str, ...] = option(
+        (), "ac: nodes to print, repeatable; noise: the output, or two for v(A,B)", metavar="PATH"
+    )
     begin: BeginChoice = shared.begin_part()
     low: str | None = option(None, "ac, noise: 1Hz unless given", name="from", metavar="FREQUENCY")
     high: str | None = option(None, "ac, noise: 1MHz unless given", name="to", metavar="FREQUENCY")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,12 +13,12 @@ from circuits.errors import ParameterError
 from circuits.measure.branch import voltage_nodes
 from circuits.measure.measure import Measure, Reading, read_measures
 from circuits.measure.scope import Scope, TableRecord
-from circuits.measure.unit import PLAIN, unit_named, value_text
+from circuits.measure.unit import PLAIN, VOLT, unit_named, value_text
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.small_signal import Response, ac, source_column
 from netlists.ngspice import small_signal as ngspice
 from system.cli.deadline import deadline_of
-from system.cli.deck_measures import own_cards, taken
+from system.cli.deck_measures import own_cards, own_moves, taken
 from system.cli.measure_output import measured_document
 from system.cli.output import plain, print_json, print_table
 from system.cli.simulate_verb import Simulate
@@ -36,6 +37,8 @@ from system.cli.small_signal_runs import (
     runs_of,
 )
 from system.files.writing import write_netcdf_atomic, write_text_atomic
+from system.notice import say
+from system.options.block import Choice
 from system.plot import check_picture, save_picture
 
 if TYPE_CHECKING:
@@ -45,19 +48,25 @@ if TYPE_CHECKING:
 def ac_command(asked: Simulate) -> None:
     """Print the transfer from the source `--source` to all nodes, or to those of `--node`.
 
-    Raises `ParameterError` where no source is named.
+    Without a source it is the answer to a deck's own AC values. Raises `ParameterError` where there are none.
     """
-    source = asked.source
-    if source is None:
-        raise ParameterError("--source: not given, --analysis ac needs one; name a source, as v_rest")
     check_picture(asked.plot)
     nodes, frequency = asked.node or None, frequencies_of(asked)
-    if asked.engine == "native":
-        runs = runs_of(
-            asked, lambda point, _: ac(point, source, frequency, nodes or voltage_nodes(point.machine))
-        )
-    else:
-        runs = runs_of(asked, lambda point, _: _by_ngspice(point, source, asked, nodes))
+
+    def from_source(point: OperatingPoint, source: str) -> Response:
+        if asked.engine == "native":
+            return ac(point, source, frequency, nodes or voltage_nodes(point.machine))
+        return _by_ngspice(point, source, asked, nodes)
+
+    def solve(point: OperatingPoint, choice: Choice) -> Response:
+        if asked.source is not None:
+            return from_source(point, asked.source)
+        moves = own_moves(asked.block, choice)
+        if not moves:
+            raise ParameterError("--source: not given, --analysis ac needs one; name a source, as v_rest")
+        return _together([from_source(point, source) for source in moves], list(moves.values()))
+
+    runs = runs_of(asked, solve)
     found = [(run, run.answer) for run in runs if run.answer is not None]
     if asked.csv is not None:
         write_text_atomic(asked.csv, _ac_csv(found))
@@ -68,7 +77,7 @@ def ac_command(asked: Simulate) -> None:
     save_picture(asked.plot, lambda figure: draw_bode([(label_of(r), a) for r, a in found], shown, figure))
     measures = _measures(asked, *found[0])
     document = {
-        **head_of(asked, runs), "engine": asked.engine, "source": source,
+        **head_of(asked, runs), "engine": asked.engine, "source": found[0][1].source,
         "unit": found[0][1].unit, "frequency_Hz": found[0][1].frequency,
         "runs": [_ac_run(run, _readings(measures, run.answer)) for run in runs],
     }  # fmt: skip
@@ -88,12 +97,28 @@ def ac_command(asked: Simulate) -> None:
 
 def _measures(asked: Simulate, run: Run[Response], answer: Response) -> tuple[Measure, ...]:
     """Measures of responses, whose axis is the frequency: a deck's own cards, and what is asked for."""
-    unit = PLAIN if answer.unit == "V/V" else unit_named("Ohm")
+    unit = {"V/V": PLAIN, "V": VOLT}.get(answer.unit, unit_named("Ohm"))
     scope = Scope(
         frozenset(answer.nodes), frozenset(), axis=unit_named("Hz"), voltage=unit, transfer=True
     )  # fmt: skip
-    own = taken(own_cards(asked.block, run.choice, "ac"), scope)
+    own = taken(_own_cards(asked, run, answer), scope)
     return read_measures((*own, *asked.measure), scope)
+
+
+def _own_cards(asked: Simulate, run: Run[Response], answer: Response) -> list[str]:
+    """A deck's own cards, which are of the answer to its own AC values and of no other transfer."""
+    cards, moves = own_cards(asked.block, run.choice, "ac"), own_moves(asked.block, run.choice)
+    if cards and answer.unit != "V" and moves != {answer.source: 1.0}:
+        rule = "of the deck's own AC values, which hold without --source"
+        say(f"{cards[0]}: {rule}; .measure cards are left out")
+        return []
+    return cards
+
+
+def _together(parts: Sequence[Response], values: Sequence[complex]) -> Response:
+    """The answer to several AC values (V or A) at once, from the transfer of each source by itself."""
+    total = sum(value * part.transfer for value, part in zip(values, parts, strict=True))
+    return replace(parts[0], source=", ".join(p.source for p in parts), unit="V", transfer=np.asarray(total))
 
 
 def _readings(measures: Sequence[Measure], answer: Response | None) -> list[Reading]:
@@ -193,8 +218,7 @@ def _print_ac(found: Sequence[tuple[Run[Response], Response]], nodes: Sequence[s
                 at = "none in range" if corner is None else f"{corner:.5g} Hz"
                 top = f"{size[peak]:.5g} at {answer.frequency[peak]:.3g} Hz"
                 rows.append((label_of(run), node, f"{size[0]:.5g}", at, top, "yes" if run.stable else "NO"))
-    title = (
-        f"transfer from {first.source} ({first.unit}), {first.frequency[0]:g} to {first.frequency[-1]:g} Hz"
-    )
+    what = "answer to the AC values of" if first.unit == "V" else "transfer from"
+    title = f"{what} {first.source} ({first.unit}), {first.frequency[0]:g} to {first.frequency[-1]:g} Hz"
     columns = ("silicon", "node", "at the lowest:", "-3 dB of it:", "largest:", "stable")
     print_table(title, columns, rows)

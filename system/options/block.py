@@ -100,7 +100,8 @@ def choose(
     wrong.
     """
     params = list(params)
-    block = block_of_target(target)
+    with implausible_allowed(silicon.allow_implausible):
+        block = block_of_target(target)
     if bias_kind is None and (silicon.at is not None or target in chip_names()):
         bias_kind = "generator"
     values = read_params(block.sizes, params)
@@ -113,7 +114,8 @@ def choose(
         if bias_set is not None:
             circuit = rebias(circuit, read_bias_set(block, bias_set))
         circuit = rebias(circuit, read_biases(circuit, biases, bias_kind), bias_kind)
-    made = replace(_silicon_of(target, block, silicon), place=place)
+    with implausible_allowed(silicon.allow_implausible):
+        made = replace(_silicon_of(target, block, silicon), place=place)
     check_edits(made.die, [(circuit, made)])
     read = read_stimuli(block.stimuli, stimuli)
     return Choice(block, values, circuit, made, read, begin, silicon.allow_implausible)

@@ -78,7 +78,7 @@ def _nominal_rests(machines: Sequence[Machine]) -> list[F64 | None]:
         key = id(machine.flat), machine.silicon.temperature_c
         if key not in known:
             try:
-                known[key] = operating_point(on_die(machine, NOMINAL)).voltage
+                known[key] = operating_point(on_die(machine, NOMINAL), time=0.0).voltage
             except SolverError:
                 known[key] = None
     return [known[id(m.flat), m.silicon.temperature_c] for m in machines]

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from circuits.arrays import F64, I64
+from circuits.circuit import GROUND
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
 from circuits.devices.diode import Diode
@@ -63,7 +64,7 @@ class Noise:
     Attributes
     ----------
     node : str
-        Path of the node.
+        Path of the node; `v(NODE,REFERENCE)` between two.
     source : str or None
         Name of the source that noise is referred to, if any.
     unit : str
@@ -123,8 +124,9 @@ def noise(
     frequency: F64,
     source: str | None = None,
     model: NoiseModel | None = None,
+    reference: str | None = None,
 ) -> Noise:
-    """Noise at a node over frequency.
+    """Noise at a node, or between two nodes, over frequency.
 
     Parameters
     ----------
@@ -138,23 +140,26 @@ def noise(
         Source to which the noise is referred, if any.
     model
         Flicker; the process's own unless given.
+    reference
+        Path of the node that the output is taken against; ground unless given.
 
     Raises
     ------
     ParameterError
-        A source fixes the node.
+        A source fixes the node, or both nodes.
     UnknownNameError
         No such node or source.
     """
     machine = point.machine
     k = machine.kernel
-    out = machine.column_of(node)
-    if out >= k.unknowns:
+    ends = {machine.column_of(end): sign for end, sign in ((reference, -1.0), (node, 1.0)) if end is not None}
+    free = {column: sign for column, sign in ends.items() if column < k.unknowns}
+    if not free:
         raise ParameterError(f"{node}: fixed by a source, must be a node of its own; name another output")
     model = model or noise_model(machine.silicon.process)
     found = noise_sources(point, model)
     pick = np.zeros(k.unknowns, dtype=complex)
-    pick[out] = 1.0
+    pick[list(free)] = list(free.values())
     power = np.zeros((frequency.size, found.start.size))
     paths = np.zeros(k.columns, dtype=complex)
     for row, factors in zip(power, linearise(point).admittances(frequency), strict=True):
@@ -163,12 +168,13 @@ def noise(
     names, owner = owners(found.device)
     gain, unit = None, "V^2/Hz"
     if source is not None:
-        response = ac(point, source, frequency, (node,))
-        gain = np.abs(response.transfer[:, 0])
+        response = ac(point, source, frequency, (node, reference or GROUND))
+        gain = np.abs(response.transfer[:, 0] - response.transfer[:, 1])
         unit = "V^2/Hz" if response.unit == "V/V" else "A^2/Hz"
     per_hertz = frequency[:, None] ** -model.exponent
+    label = node if reference is None else f"v({node},{reference})"
     return Noise(
-        node, source, unit, names, frequency, summed(power * found.white, owner, len(names)),
+        label, source, unit, names, frequency, summed(power * found.white, owner, len(names)),
         summed(power * found.flicker * per_hertz, owner, len(names)), gain,
     )  # fmt: skip
 

@@ -154,7 +154,7 @@ def event_jitter(
         No such event.
     """
     title = machine.testbench.title
-    point = operating_point(machine) if point is None else point
+    point = operating_point(machine, time=0.0) if point is None else point
     result = simulate(machine, rtol=rtol, point=point)
     times = result.spikes.get(port, np.zeros(0))
     if number >= times.size:

@@ -79,7 +79,8 @@ def with_source(machine: Machine, position: int, value: float) -> Machine:
     """Hold one source of a machine, by its number, at a value, V or A."""
     lines = list(machine.polylines)
     lines[position] = vertices(machine.source_names[position], (0.0,), (value,))
-    return replace(machine, polylines=tuple(lines))
+    direct = (*machine.direct[:position], None, *machine.direct[position + 1 :])
+    return replace(machine, polylines=tuple(lines), direct=direct)
 
 
 def are_stable(machine: Machine, v: F64) -> Bools:

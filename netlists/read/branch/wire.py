@@ -2,7 +2,7 @@
 
 Both nodes become one, which has the name of a port where one of them is a port. A source between two ports,
 or between a port and ground, is no wire that a circuit could have, and stays a source, as does one whose
-current an F or H takes.
+current an F or H takes, or whose current or node a card `.measure` names.
 """
 
 from __future__ import annotations
@@ -38,7 +38,11 @@ def sensed(cards: Sequence[Card]) -> frozenset[str]:
 
 
 def wires(
-    cards: Sequence[Card], fixed: Sequence[str], scope: Scope, sources: frozenset[str] = frozenset()
+    cards: Sequence[Card],
+    fixed: Sequence[str],
+    scope: Scope,
+    sources: frozenset[str] = frozenset(),
+    nodes: frozenset[str] = frozenset(),
 ) -> tuple[dict[str, str], set[Card]]:
     """Names of nodes that are one by the node they become, and the cards that make them so.
 
@@ -52,6 +56,8 @@ def wires(
         Parameters in reach.
     sources
         Names of sources that stay ones.
+    nodes
+        Names of nodes that stay ones.
     """
     parent: dict[str, str] = {}
     taken: set[Card] = set()
@@ -63,7 +69,9 @@ def wires(
         a, b = (_root(parent, node) for node in pair)
         if a == b or (a in kept and b in kept):
             continue
-        a, b = (b, a) if b in kept else (a, b)
+        a, b = (b, a) if b in kept or (b in nodes and a not in kept) else (a, b)
+        if b in nodes:
+            continue
         parent[b] = a
         taken.add(card)
     return {node: _root(parent, node) for node in parent}, taken

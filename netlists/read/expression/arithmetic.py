@@ -21,7 +21,7 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {
     "ceil": (1, math.ceil), "cos": (1, math.cos), "cosh": (1, math.cosh), "exp": (1, math.exp),
     "floor": (1, math.floor), "int": (1, math.trunc), "ln": (1, math.log), "log": (1, math.log),
     "log10": (1, math.log10), "max": (2, max), "min": (2, min), "nint": (1, round), "pow": (2, math.pow),
-    "pwr": (2, lambda x, y: math.copysign(math.pow(abs(x), y), x)), "sgn": (1, lambda x: (x > 0) - (x < 0)),
+    "pwr": (2, lambda x, y: math.pow(abs(x), y)), "sgn": (1, lambda x: (x > 0) - (x < 0)),
     "sin": (1, math.sin), "sinh": (1, math.sinh), "sqr": (1, lambda x: x * x), "sqrt": (1, math.sqrt),
     "tan": (1, math.tan), "tanh": (1, math.tanh), "ternary_fcn": (3, lambda c, x, y: x if c else y),
     "u": (1, lambda x: float(x > 0)), "uramp": (1, lambda x: max(x, 0.0)),

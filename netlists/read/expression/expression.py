@@ -7,12 +7,13 @@ The text is parsed by recursive descent and never handed to Python's own `eval`.
     comparison := sum { (< <= > >= == !=) sum }
     sum := product { (+ -) product }
     product := unary { (* / %) unary }
-    unary := { + - ! } power        power := atom [ (^ **) unary ]
+    unary := { + - ! } power        power := atom { (^ **) { + - ! } atom }
     atom := number | name | function ( expression , ... ) | v ( node [ , node ] ) | ( expression )
 
 A value is a number, or linear in node voltages: `c + sum of g v(node)`. What is not linear is refused where
-it arises. `log` is the natural logarithm, as in ngspice. The length of a text and the depth of its brackets
-are limited. A text is parsed once, into a function of the parameters' values.
+it arises. As in ngspice `log` is the natural logarithm, and `x^y` is |x|^y, from the left. The length of a
+text and the depth of its brackets are limited. A text is parsed once, into a function of the parameters'
+values.
 """
 
 from __future__ import annotations
@@ -124,6 +125,10 @@ class Functions:
                 self.open.pop()
             self.parsed[name] = found, parser.calls
         return self.parsed[name]
+
+
+def _power(base: float, exponent: float) -> float:
+    return math.pow(abs(base), exponent)
 
 
 def bare(word: str) -> str:
@@ -256,13 +261,21 @@ class _Parser:
         return signed(value, [s for s in reversed(signs) if s != "+"]) if signs else value
 
     def power(self) -> Expression:
-        base = self.atom()
-        if not self.take("^", "**"):
-            return base
-        self.deeper("powers of powers", "shorten it")  # right-associative: a chain of powers is a depth
-        exponent = self.unary()
-        self.depth -= 1
-        return applied("pow", math.pow, [base, exponent])
+        found, powers = self.atom(), 0
+        while self.take("^", "**"):
+            powers += 1  # from the left, each a call around those before it
+            self.deeper("powers of powers", "shorten it")
+            found = applied("^", _power, [found, self.signed_atom()])
+        self.depth -= powers
+        return found
+
+    def signed_atom(self) -> Expression:
+        """An atom with its signs, which bind closer than a power behind it."""
+        signs = []
+        while mark := self.take("+", "-", "!"):
+            signs.append(mark)
+        value = self.atom()
+        return signed(value, [s for s in reversed(signs) if s != "+"]) if signs else value
 
     def atom(self) -> Expression:
         kind, word, value = self.token

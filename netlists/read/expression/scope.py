@@ -20,6 +20,7 @@ from netlists.read.number import read_number
 
 _AGAIN = 8  # how much faster a parsed text is evaluated than read
 _A_CARD = 40  # characters of expressions that a card may have on average, beyond the limit
+_POWERS = re.compile(r"\b(?:pow|pwr)\s*\(")
 _IDENTIFIER = re.compile(r"[a-z_][a-z0-9_.]*")
 
 
@@ -148,6 +149,10 @@ class Scope:
         `card` and `what` are those of `number`, for an error's place and text. Raises `DataError` where
         `text` is no expression, or its value is not linear and finite.
         """
+        if _POWERS.search(text.lower()):
+            raise card.foreign(
+                f"{what}: pow() or pwr(), which ngspice takes otherwise in a B source; write ^"
+            )
         try:
             return linear_of(self._parsed(text), self.lookup)
         except ForeignValueError as error:

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -111,3 +112,15 @@ test_bad_waveforms_name_the_source_and_the_rule = refusals(
 def test_vertices_take_lists_and_return_arrays() -> None:
     time, value = vertices("v", [0, 1], [2, 3])
     assert time.dtype == value.dtype == np.float64
+
+
+def test_a_direct_value_is_a_number_beside_a_waveform_that_moves() -> None:
+    ramp = PiecewiseLinear((0.0, 1.0), (0.0, 1.0))
+    assert Source("v", "v", ramp, direct=2.0).direct == 2.0
+    assert repr(Source("v", "v", ramp)).endswith("quantity='voltage')")  # hashes of older sources hold
+    with pytest.raises(ParameterError, match="direct: nan, must be finite"):
+        Source("v", "v", ramp, direct=math.nan)
+    with pytest.raises(ParameterError, match="beside a constant; leave it out"):
+        Source("v", "v", Constant(1.0), direct=2.0)
+    with pytest.raises(ParameterError, match="1e\\+06 V, must be"):
+        Source("v", "v", ramp, direct=1e6)

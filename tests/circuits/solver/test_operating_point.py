@@ -17,6 +17,7 @@ from circuits.registry import load_block
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
+from circuits.solver.batch import rest_near
 from circuits.solver.modes import natural_rates
 from circuits.solver.newton import allocate, evaluate, fill_jacobian, set_base
 from circuits.solver.operating_point import (
@@ -25,6 +26,8 @@ from circuits.solver.operating_point import (
     solve_dense,
     write_dense,
 )
+from circuits.solver.sweep import dc_sweep
+from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
 from tests.circuits.solver.examples import SUPPLY, TAU, C, R, inverter, latch, low_pass, neuron
 
@@ -81,6 +84,18 @@ def test_a_current_flows_into_its_node() -> None:
 def test_sources_are_taken_at_the_time_given() -> None:
     bench = low_pass(PiecewiseLinear((0.0, 1.0), (0.0, 4.0)), 1.0)
     assert operating_point(bench, time=0.25)["y"] == pytest.approx(1.0, rel=1e-9)
+
+
+def test_a_direct_value_is_that_of_what_has_no_time_and_the_waveform_that_of_a_run() -> None:
+    bench = low_pass(PiecewiseLinear((0.0, 1.0), (0.0, 4.0)), 1.0)
+    bench = replace(bench, sources=(replace(bench.sources[0], direct=3.0),))
+    machine = to_kernel(bench)
+    assert operating_point(machine)["y"] == pytest.approx(3.0, rel=1e-9)
+    assert operating_point(machine, time=0.0)["y"] == pytest.approx(0.0, abs=1e-9)
+    assert simulate(machine)["y"][0] == pytest.approx(0.0, abs=1e-9)
+    assert rest_near(machine, operating_point(machine))["y"] == pytest.approx(0.0, abs=1e-9)
+    found = dc_sweep(machine, bench.sources[0].name, [1.0, 2.0])
+    assert found["y"] == pytest.approx([1.0, 2.0], rel=1e-9)
 
 
 def test_the_start_decides_between_rest_states() -> None:

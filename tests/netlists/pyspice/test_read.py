@@ -119,6 +119,18 @@ def test_stimuli_are_what_ngspice_makes_of_them() -> None:
         np.testing.assert_allclose(found[flat], np.asarray(theirs[node])[flat], atol=1e-6)
 
 
+def test_a_dc_value_beside_a_waveform_goes_both_ways() -> None:
+    theirs = PySpiceCircuit("divider")
+    theirs.V("in", "a", theirs.gnd, 1.0, raw_spice="pwl(0 0 1m 5)")
+    theirs.R(1, "a", "b", 1e3)
+    theirs.R(2, "b", theirs.gnd, 1e3)
+    bench = from_pyspice(theirs, stop=2e-3)
+    assert operating_point(bench)["b"] == pytest.approx(0.5, rel=1e-9)
+    again = from_pyspice(to_pyspice(bench, Silicon(AMI_1500_IDEAL)), stop=2e-3)
+    assert operating_point(again)["Xdivider.b"] == pytest.approx(0.5, rel=1e-9)
+    assert simulate(again)["Xdivider.b"][0] == pytest.approx(0.0, abs=1e-9)
+
+
 def test_names_that_collide_get_numbers() -> None:
     c = PySpiceCircuit("2 things")
     c.V("1", "a+", c.gnd, 1.0)

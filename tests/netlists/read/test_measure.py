@@ -9,6 +9,7 @@ from circuits.measure.scope import Scope
 from circuits.solver.transient import simulate
 from netlists.ngspice.deadline import DEADLINE
 from netlists.ngspice.library import simulated
+from netlists.read.analysis import NoiseSpectrum
 from netlists.read.netlist import read_netlist
 
 CARDS = {
@@ -80,3 +81,46 @@ def test_values_are_those_of_ngspice() -> None:
     for name, found in ours.items():
         # ngspice prints seven digits, and joins points 5 ns apart by straight lines
         assert found.value == pytest.approx(theirs[name], rel=2e-3, abs=3e-9), name
+
+
+INSIDE = """two parts
+.subckt part a b
+r1 a m 1k
+vx m n 0
+l1 n b 1m
+v2 k 0 1
+r2 k b 1k
+.ends
+v1 b 0 2
+x1 b a part
+"""
+NAMES = {  # what ngspice calls them, where the part is called beside another device, and where it is all
+    "v(a)": ("a", "b"),
+    "v(b)": ("b", "a"),
+    "v(x1.m)": ("x1.m", "m"),
+    "i(v1)": ("v1", "v1"),
+    "i(v.x1.vx)": ("x1.vx", "vx"),
+    "i(l.x1.l1)": ("x1.l1", "l1"),
+    "i(v.x1.v2)": ("x1_x2e_v2", "x1_x2e_v2"),
+}
+
+
+@pytest.mark.parametrize(("name", "paths"), NAMES.items())
+@pytest.mark.parametrize("is_all", [False, True])
+def test_names_of_a_run_are_paths_of_the_circuit(name: str, paths: tuple[str, str], is_all: bool) -> None:
+    more = "" if is_all else "r9 a 0 1k\n"
+    found = read_netlist(
+        f"{INSIDE}{more}.tran 1n 10n\n.meas tran t max {name}\n.meas tran u max par('2*{name}')\n"
+    )
+    path = paths[is_all]
+    assert [m.text for m in found.measures] == [
+        f"t = max({name[0]}({path}))",
+        f"u = max(2*{name[0]}({path}))",
+    ]
+    measure(simulate(found.testbench), *(m.text for m in found.measures))
+
+
+def test_the_nodes_of_noise_are_paths_of_the_circuit() -> None:
+    found = read_netlist(f"{INSIDE}.noise v(a,x1.m) v1 dec 2 1 10\n.noise v(b) v1 dec 2 1 10\n")
+    ends = [(a.output, a.reference) for a in found.analyses if isinstance(a, NoiseSpectrum)]
+    assert ends == [("b", "m"), ("a", "0")]

@@ -18,7 +18,7 @@ SPAN = Span(1e-6, 1e-3)
 def read(text: str, span: Span = SPAN, notes: Notes | None = None) -> Waveform:
     card = Card(f"v1 a 0 {text}", "a.cir", 5)
     scope = Scope(Limits(), values={"high": 5.0})
-    return read_waveform(card, card.words()[3:], scope, span, Notes() if notes is None else notes)
+    return read_waveform(card, card.words()[3:], scope, span, Notes() if notes is None else notes).waveform
 
 
 @pytest.mark.parametrize(
@@ -57,10 +57,29 @@ def test_a_sine_is_sampled_and_noted() -> None:
 def test_what_is_left_out_is_noted() -> None:
     notes = Notes()
     assert read("dc 1 pwl(0 0 1u 1) ac 1 0", notes=notes) == PiecewiseLinear((0.0, 1e-6), (0.0, 1.0))
-    assert {note.what for note in notes.all()} == {
-        "AC value of a source",
-        "DC value of a source beside its waveform, which alone is kept",
-    }
+    assert {note.what for note in notes.all()} == {"AC value of a source"}
+
+
+@pytest.mark.parametrize(
+    ("text", "span", "direct"),
+    [
+        ("dc 1 pwl(0 0.5 1u 2)", SPAN, 1.0),
+        ("pwl(0 0.5 1u 2) dc 1", SPAN, 1.0),
+        ("dc 0.5 pwl(0 0.5 1u 2)", SPAN, None),
+        ("pwl(0 0.5 1u 2)", SPAN, None),
+        ("dc 0 pulse(1 5 1u 1n 2n 3u)", SPAN, 0.0),
+    ],
+)
+def test_a_dc_value_beside_a_waveform_is_kept(text: str, span: Span, direct: float | None) -> None:
+    card = Card(f"v1 a 0 {text}", "a.cir", 5)
+    found = read_waveform(card, card.words()[3:], Scope(Limits()), span, Notes())
+    assert found.direct == direct
+    assert found.negated().direct == (None if direct is None else -direct)
+
+
+def test_without_a_transient_the_dc_value_is_all_of_a_sine() -> None:
+    assert read("dc 1 sin(0 2 1k)", Span()) == Constant(1.0)
+    assert read("sin(3 2 1k)", Span()) == Constant(3.0)
 
 
 test_refused = refusals(

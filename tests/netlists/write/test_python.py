@@ -14,7 +14,9 @@ DECK = """two dividers "and" a sine
 r1 a b {r}
 r2 b 0 {r}
 .ends
-v1 in 0 sin(1 1 1k)
+v1 in 0 dc 2 sin(1 1 1k)
+d1 out 0 dd
+.model dd d
 i1 0 out pulse(0 1u 0 1u 1u 1m 2m)
 x1 in mid half
 x2 mid out half r=2k

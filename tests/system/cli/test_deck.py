@@ -216,6 +216,123 @@ def test_small_signals_and_noise_are_those_of_the_deck(
     assert json.loads(capsys.readouterr().out)["source"] == "vin"
 
 
+DIRECT = """a divider that is at rest elsewhere than where its run begins
+v1 in 0 dc 1 ac 1 pulse(0 2 1u 1u 1u 3u 10u)
+i1 c 0 dc 1m sin(0 2m 100k)
+r1 in out 1k
+r2 out 0 1k
+d1 out 0 dd
+r4 c 0 1k
+v2 b 0 0.4
+r3 b out 1k
+c1 out 0 1n
+.model dd d is=1e-14
+.dc v2 0 1 0.5
+.ac dec 2 1k 1meg
+.tran 10n 5u
+.end
+"""
+
+
+@pytest.mark.parametrize("dialect", ["", "ngspice", "spectre", "xyce", "python"])
+def test_a_dc_value_holds_where_there_is_no_time(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], dialect: str
+) -> None:
+    path = str(written(tmp_path / "deck.cir", DIRECT))
+    if dialect == "python":
+        assert main(["import", path, "-o", str(tmp_path / "again.py")]) == 0
+        path = f"{tmp_path / 'again.py'}:testbench"
+    elif dialect:
+        assert main(["export", path, "--dialect", dialect, "-o", str(tmp_path / "again.cir")]) == 0
+        path = str(tmp_path / "again.cir")
+    capsys.readouterr()
+    assert main(["op", path, "--json"]) == 0
+    volts = json.loads(capsys.readouterr().out)["voltages_V"]
+    rest = {"in": 1.0, "b": 0.4, "c": -1.0, "out": 0.4664403}  # ngspice 39 by itself
+    assert {n: volts[n] for n in rest} == pytest.approx(rest, abs=1e-6)
+    assert main(["simulate", path, "--measure", "first = value(in, at=0)", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["measured"][0]["value"] == 0.0
+    if not dialect:
+        table = tmp_path / "dc.csv"
+        assert main(["simulate", path, "--analysis", "dc", "--csv", str(table)]) == 0
+        rows = np.genfromtxt(table, delimiter=",", names=True)
+        assert rows["in_V"] == pytest.approx(1.0)
+        assert rows["c_V"] == pytest.approx(-1.0)
+
+
+MOVED = """small signals of several sources, and noise between two nodes
+.param size=2
+v1 in 0 dc 1 ac {size}
+x1 b half
+.subckt half o
+v2 o 0 dc 0.3 ac 1 90
+.ends
+i3 out 0 dc 0 ac 1m
+i4 in2 out dc 0 ac 0.5m -90
+r1 in out 1k
+r2 b out 1k
+r3 in2 0 2k
+r4 in2 b 3k
+c1 out 0 1n
+.ac oct 2 10k 1meg
+.noise v(out,in2) v1 oct 2 10k 1meg
+.meas ac size find vm(out) at=1e5
+.meas ac turned find vp(out) at=1e5
+.end
+"""
+
+
+def test_the_ac_values_of_a_deck_act_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(written(tmp_path / "deck.cir", MOVED))
+    assert main(["simulate", path, "--analysis", "ac", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["source"], found["unit"]) == ("v1, x1_x2e_v2, i3, i4[0], i4[1]", "V")
+    assert (found["frequency_Hz"][0], found["frequency_Hz"][-1]) == (1e4, pytest.approx(1e6))
+    g = 2j * np.pi * 1e5 * 1e-9 + 2e-3  # S, at `out`, whose other ends are sources
+    out = (2.0 * 1e-3 + 1j * 1e-3 - 1e-3 - 0.5e-3j) / g
+    size, turned = (each["value"] for each in found["runs"][0]["measured"])
+    assert size == pytest.approx(abs(out), rel=1e-3)  # between the points of an octave's half
+    assert turned == pytest.approx(np.degrees(np.angle(out)), abs=0.2)
+    assert main(["simulate", path, "--analysis", "ac", "--param", "size=4", "--node", "in", "--json"]) == 0
+    other = json.loads(capsys.readouterr().out)
+    assert other["runs"][0]["nodes"]["in"]["magnitude"][0] == pytest.approx(4.0)
+
+
+def test_a_transfer_of_one_source_is_not_measured_by_cards_of_all(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = str(written(tmp_path / "deck.cir", MOVED))
+    assert main(["simulate", path, "--analysis", "ac", "--source", "v1", "--json"]) == 0
+    said = capsys.readouterr()
+    assert json.loads(said.out)["runs"][0]["measured"] == []
+    assert "of the deck's own AC values, which hold without --source" in said.err
+
+
+def test_a_deck_of_odd_values_is_taken_where_they_are_meant(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = str(written(tmp_path / "odd.cir", "a battery\ni1 0 a 4\nr1 a 0 1\n.tran 1n 1u\n.end\n"))
+    assert main(["op", path]) == 2
+    assert "4 A, must be" in capsys.readouterr().err
+    assert main(["op", path, "--allow-implausible", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["voltages_V"]["a"] == pytest.approx(4.0)
+    for analysis in ("tran", "noise"):
+        more = ["--node", "a"] if analysis == "noise" else []
+        assert main(["simulate", path, "--analysis", analysis, "--allow-implausible", *more]) == 0
+
+
+def test_noise_of_a_deck_is_between_its_two_nodes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(written(tmp_path / "deck.cir", MOVED))
+    assert main(["simulate", path, "--analysis", "noise", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["node"], found["source"]) == ("v(out,in2)", "v1")
+    kelvin, low = 300.15, found["runs"][0]["output_V2_per_Hz"][0]
+    assert low == pytest.approx(4 * 1.380649e-23 * kelvin * (500.0 + 1200.0), rel=1e-2)  # 1e4 Hz of 3e5 Hz
+    assert main(["simulate", path, "--analysis", "noise", "--node", "out", "--json"]) == 0
+    alone = json.loads(capsys.readouterr().out)["runs"][0]["output_V2_per_Hz"][0]
+    assert alone == pytest.approx(4 * 1.380649e-23 * kelvin * 500.0, rel=1e-2)
+
+
 STEPPED = """a filter
 .param r=1k tau={r*1n} late={2*tau}
 v1 in 0 pulse(0 1 1u 1n 1n 1 2)

@@ -121,3 +121,20 @@ def test_powers_are_integrated_exactly(power: float) -> None:
 def test_a_fixed_node_has_no_noise() -> None:
     with pytest.raises(ParameterError, match="a: fixed by a source"):
         noise(operating_point(low_pass(Constant(0.0), 1.0)), "a", np.array([1.0]))
+
+
+def test_noise_between_two_nodes_leaves_out_what_they_share() -> None:
+    ports = (Port("a", "analog"), OUT, Port("z", "analog", "out"))
+    devices = (Resistor("r", "a", "m", 1e3), Resistor("s", "m", "y", 2e3), Resistor("t", "m", "z", 3e3))
+    ends = (Resistor("u", "y", "0", 1e12), Resistor("v", "z", "0", 1e12))
+    circuit = Circuit("fork", ports, (*devices, *ends))
+    point = operating_point(Testbench("fork", circuit, (Source("a", "a", Constant(0.0)),), 1.0))
+    f, white = np.array([1.0]), 4.0 * BOLTZMANN * kelvin(27.0)
+    assert noise(point, "y", f).output[0] == pytest.approx(white * 3e3, rel=1e-6)
+    between = noise(point, "y", f, "a", reference="z")
+    assert between.node == "v(y,z)"
+    assert between.output[0] == pytest.approx(white * 5e3, rel=1e-6)
+    assert noise(point, "y", f, "a", reference="a").gain == pytest.approx([0.0], abs=1e-8)
+    assert noise(point, "a", f, reference="y").output[0] == pytest.approx(white * 3e3, rel=1e-6)
+    with pytest.raises(ParameterError, match="a: fixed by a source"):
+        noise(point, "a", f, reference="a")

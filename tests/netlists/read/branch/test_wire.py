@@ -33,3 +33,13 @@ def test_a_source_to_ground_or_with_a_waveform_stays_a_source() -> None:
 def test_a_source_whose_current_is_taken_stays_a_source() -> None:
     found = read("v1 in 0 5\nva in a\nr1 a 0 1\nf1 0 b va 2\nr2 b 0 1")
     assert [s.name for s in found.testbench.sources] == ["v1", "va"]
+
+
+def test_a_source_whose_current_or_node_is_measured_stays_a_source() -> None:
+    text = "v1 in 0 5\nva in a\nx1 a s\n.subckt s p\nvb p q 0\nvc q r 0\nr1 r 0 1\n.ends\n.tran 1n 1u\n"
+    assert [s.name for s in read(text).testbench.sources] == ["v1"]
+    current = read(f"{text}.meas tran top max i(va)")
+    assert [s.name for s in current.testbench.sources] == ["v1", "va"]
+    for card in ("i(v.x1.vb)", "par('v(x1.q)*2')"):
+        inside = read(f"{text}.meas tran top max {card}")
+        assert [s.name for s in inside.testbench.sources] == ["v1", "x1_x2e_vb"]
