@@ -19,6 +19,8 @@ from circuits.solver.transient import Result
 
 BRANCH = "_x23_branch"
 """What a node that stands for a current has behind the name of its element."""
+VALUE = "_x23_value"
+"""What a node has behind the name of a source whose value stands there."""
 _KINDS: tuple[type[Device], ...] = (ControlledSource, Capacitor)
 
 
@@ -38,6 +40,11 @@ class Waveform(NamedTuple):
 def element_of(node: str) -> str | None:
     """Return the path of the element whose current a node's name says that it stands for, None of others."""
     return node.removesuffix(BRANCH) if node.endswith(BRANCH) else None
+
+
+def is_followed(node: str) -> bool:
+    """Whether a node is the port of a source's value, which a voltage between two other nodes follows."""
+    return node.endswith(VALUE)
 
 
 def branches(machine: Machine) -> dict[str, tuple[str, float]]:

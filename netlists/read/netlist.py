@@ -17,6 +17,7 @@ import numpy as np
 from circuits.circuit import GROUND, Circuit, references
 from circuits.devices import Source
 from circuits.errors import DataError, unknown_name
+from circuits.measure.branch import is_followed
 from circuits.silicon.silicon import Change, Deviation, Silicon
 from circuits.testbench import Begin, Testbench
 from netlists.read.analysis import (
@@ -208,10 +209,10 @@ def _read(
     separator = ":" if dialect == "xyce" else "."  # in the name of a node of an instance
     bench = _testbench(text.title, top, controls, limits, notes, separator)
     driven = {source.name for source in bench.sources}
-    place = _place(top, bench.sources)
+    path_of = _place(top, bench.sources)
     return Imported(
         bench,
-        tuple(_placed(each, place) for each in controls.analyses),
+        tuple(_placed(each, path_of) for each in controls.analyses),
         dict(top.part.all_deviations()),
         notes.all(),
         _names(bench.circuit),
@@ -219,7 +220,7 @@ def _read(
         dialect or "spice",
         dropped=notes.dropped(),
         foreign=notes.foreign(),
-        measures=tuple(each.placed(place) for each in controls.measures),
+        measures=tuple(each.placed(path_of) for each in controls.measures),
         turned=frozenset(elaboration.turned),
         moved={name: top.moved[name] for name in top.moved if name in driven},
         steps=tuple(controls.steps),
@@ -337,7 +338,7 @@ def _place(top: Top, sources: Iterable[Source]) -> Place:
 
     Where one call stands for the whole, a node is the port that it is at, and the call's name goes.
     """
-    grounded = {s.name for s in sources if not s.node.endswith(circuit_name("#value"))}
+    grounded = {s.name for s in sources if not is_followed(s.node)}
 
     def path(kind: str, name: str) -> str:
         lifted = name.replace(".", "_x2e_")  # a source inside a sub-circuit

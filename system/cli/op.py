@@ -11,7 +11,7 @@ import numpy as np
 from circuits.devices import Diode
 from circuits.errors import ParameterError, unknown_name
 from circuits.lowering.kernel import to_kernel
-from circuits.measure.branch import branches, voltage_nodes
+from circuits.measure.branch import branches, is_followed, voltage_nodes
 from circuits.measure.scope import device_currents
 from circuits.solver.beginning import disturbance
 from circuits.solver.device_table import resistor_table_at, transistor_table_at
@@ -154,7 +154,8 @@ def _source_currents(point: OperatingPoint) -> dict[str, float]:
     found = device_currents(point, machine.source_names)
     into = {"voltage": -1.0, "current": 1.0}  # a source of voltage is told what flows into it
     kinds = zip(machine.source_names, machine.source_quantities, strict=True)
-    return {name: into[kind] * float(found[name][0]) for name, kind in kinds}
+    followed = {s.name for s in machine.testbench.sources if is_followed(s.node)}
+    return {n: into[kind] * float(found[n][0]) for n, kind in kinds if n not in followed}
 
 
 def _print(point: OperatingPoint) -> None:
