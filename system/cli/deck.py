@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
@@ -48,6 +49,7 @@ from system.plot import COLOURS, check_picture, save_picture, sized_axes
 
 _SHOWN = 40  # vectors of a deck that are printed; CSV and JSON have all
 _DRAWN = len(COLOURS)
+_DROP = re.compile(r"leave it out by `drop=([^`]*)`")  # of Python, and what the command line has for it
 _AXES = {"": "", "time": "s", "v-sweep": "V", "i-sweep": "A", "res-sweep": "Ohm", "temp-sweep": "degC"}
 
 
@@ -74,7 +76,8 @@ def refuse_foreign(target: str) -> None:
         _refuse_varied(foreign)
         first, more = foreign[0], len(foreign) - 1
         others = f" ({more} more: noctule import {target})" if more else ""
-        reason = first.reason.removesuffix(f"; {REMEDY}")
+        reason = _DROP.sub(rf"leave it out by noctule import {target} --drop \1 -o mine.py", first.reason)
+        reason = reason.removesuffix(f"; {REMEDY}")
         raise DataError(f"{first.place}: {reason}{others}; run it with --engine ngspice")
 
 

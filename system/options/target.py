@@ -65,11 +65,14 @@ def load_target(target: Target) -> Found:
 def deck_of(text: str) -> Code | None:
     """Give the file and the sub-circuit of a text `deck.cir` or `deck.cir:subcircuit`; None for another.
 
-    A file whose name does not end as those of netlists do must be there.
+    A file whose name does not end as those of netlists do must be there. Raises `ParameterError` for one of
+    Python without a name in it.
     """
     found = _DECK.fullmatch(text)
     if found is None:
         path = Path(text)
+        if path.suffix == ".py" and path.is_file():
+            raise ParameterError(f"{text}: a file of Python, must come with a name in it; write {text}:NAME")
         return Code(path, "") if path.suffix and path.is_file() else None
     return Code(Path(found["path"]), found["name"] or "")
 
