@@ -31,6 +31,7 @@ from system.study.blame.story import (
     number_rows,
     told_runs,
     train_rows,
+    undefined_lines,
     verdict_lines,
 )
 from system.study.blame.trial import Case
@@ -136,13 +137,17 @@ def document(found: Blame, told: Told, again: str) -> dict[str, Any]:
             {"name": r.name, "succeeds": None if r.share is None else _share(r.share)}
             for r in found.remedies
         ],
-        "story": [*verdict_lines(found), *caution_lines(told), *device_lines(found)],
+        "story": [*_verdict(found, told), *device_lines(found)],
         "runs": [
             {"name": name, "seed": told.seed, "succeeded": found.case.success(s), "reason": s["reason"]}
             for name, s in told.summaries.items()
         ],
         "command": again,
     }  # fmt: skip
+
+
+def _verdict(found: Blame, told: Told) -> list[str]:
+    return [*verdict_lines(found), *undefined_lines(found, told), *caution_lines(told)]
 
 
 def _culprit(found: Blame, each: Culprit) -> dict[str, Any]:
@@ -160,7 +165,7 @@ def _share(share: Share) -> dict[str, Any]:
 
 def _print(found: Blame, told: Told, again: str) -> None:
     print_line(f"success: {found.case.definition}")
-    for line in (*verdict_lines(found), *caution_lines(told)):
+    for line in _verdict(found, told):
         print_line(line)
     if not found.accused.guilty:
         return

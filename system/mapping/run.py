@@ -154,7 +154,7 @@ def short_of(mapped: Mapped, asked: Mapping[str, float], expected: Mapping[str, 
     if not all(np.isclose(each.pivot, AT * middle) for each in mapped.filters):
         return (f"{told}, as noctule show tells of each kind",)
     remedy = (
-        f"as asked for at {AT:g} times what fires a neuron: map it with events that are usual, noctule map"
-        " --input FILE, or usual_rates in Python, and it is so at theirs"
+        f"as asked for at {AT:g} times what fires a neuron: give noctule map usual events as its input, or"
+        " map_on their usual_rates, and it is so at theirs"
     )
     return (f"{told}, {remedy}",)

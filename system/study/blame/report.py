@@ -7,7 +7,15 @@ from typing import Any
 
 from system.study.blame.blame import Blame
 from system.study.blame.picture import MOST_BARS, draw_culprits, draw_run, shown
-from system.study.blame.story import Told, caution_lines, device_lines, number_rows, train_rows, verdict_lines
+from system.study.blame.story import (
+    Told,
+    caution_lines,
+    device_lines,
+    number_rows,
+    train_rows,
+    undefined_lines,
+    verdict_lines,
+)
 from system.study.report.page import Code, Grid, picture, render
 
 
@@ -25,7 +33,8 @@ def blame_page(found: Blame, told: Told, command: str) -> str:
             ("the mended robot", Code(command)),
         ],
     )
-    sections = [_section("Verdict", [*verdict_lines(found), *caution_lines(told)])]
+    lines = [*verdict_lines(found), *undefined_lines(found, told), *caution_lines(told)]
+    sections = [_section("Verdict", lines)]
     if found.steps:
         sections += [_search(found), _devices(found)]
     sections += [_behaviour(found, told)]

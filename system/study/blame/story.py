@@ -139,6 +139,19 @@ def caution_lines(told: Told) -> list[str]:
     return [text]
 
 
+def undefined_lines(found: Blame, told: Told) -> list[str]:
+    """A caution where a metric of success in the user's words is not defined in the runs; else none."""
+    asked = () if found.case.wanted is None else found.case.wanted.metrics
+    names = [name for name in asked if any(s[name] is None for s in told.summaries.values())]
+    if not names:
+        return []
+    text = (
+        f"Caution: {', '.join(names)}: not defined in runs of seed {told.seed}, and such a run counts as no"
+        " success, whatever else it does."
+    )
+    return [text]
+
+
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 

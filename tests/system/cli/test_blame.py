@@ -63,6 +63,14 @@ def test_a_success_that_no_trial_can_have_is_told_as_not_the_die(
     assert [each["succeeded"] for each in found["runs"]] == [False, False]
 
 
+def test_a_metric_that_is_not_defined_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    """The toy has no distance, so that no trial succeeds by it: that is told beside the verdict."""
+    assert main(["blame", TOY, "--die", "1003", "--success", "distance_m > 1 or total_V > 1"]) == 1
+    out = capsys.readouterr().out
+    assert out.startswith("success: distance_m > 1 or total_V > 1\n")
+    assert "Caution: distance_m: not defined in runs of seed 0" in out
+
+
 @pytest.mark.parametrize(
     ("options", "text"),
     [
