@@ -12,6 +12,7 @@ from chips.registry import CHIPS, chip_names, load_chip
 from circuits.catalogue import Catalogue, loaded
 from circuits.errors import UnknownNameError, unknown_name
 from circuits.registry import BLOCKS, block_names, load_block
+from netlists.registry import dialect_line, dialect_names
 
 if TYPE_CHECKING:
     from chips.codes import Calibration
@@ -263,6 +264,9 @@ calibration_names, load_calibration = _calibrations.names, _calibrations.load
 calibration_line = _calibrations.line
 _OF_FILE = ".py:"  # in a name in a user's file
 
+XSCHEM = "xschem"  # a drawing, and no netlist's dialect
+XSCHEM_LINE = "a schematic with xschem's own symbols; not run here"
+
 
 def load_experiment(name: str) -> Experiment:
     """Load the experiment that is called `name`, or that `FILE.py:NAME` names.
@@ -309,6 +313,16 @@ def _check_name(kind: str, name: str) -> None:
     """Raise `UnknownNameError` for a name that another stands for now."""
     if name in FORMER:
         raise UnknownNameError(f"{kind} {name}: is called {FORMER[name]} now; take that name")
+
+
+def written_names() -> list[str]:
+    """Names of all that a circuit is written as: dialects of netlists, and the drawing of xschem."""
+    return [*dialect_names(), XSCHEM]
+
+
+def written_line(name: str) -> str:
+    """Say what a dialect, or the drawing, is in a line."""
+    return XSCHEM_LINE if name == XSCHEM else dialect_line(name)
 
 
 def block_and_chip_names() -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from chips.model import Cells, load_model, model_names
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, unknown_name
 from circuits.lowering.flatten import flatten
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
@@ -23,9 +23,8 @@ from system.options.begin import refuse_beginning
 from system.options.begun import begun
 from system.options.block import ROLLS, Choice, describe_silicon, refuse_bias_file
 from system.options.cards import cards_lines, describe_cards
+from system.registry import XSCHEM, written_names
 from system.schematic.xschem import to_xschem
-
-XSCHEM = "xschem"
 
 
 def export_command(asked: Export) -> None:
@@ -78,6 +77,8 @@ def _text(asked: Export, choice: Choice, settings: Settings) -> str:
         _refuse_with_schematic(settings)
         _refuse_with_drawing(XSCHEM, choice.silicon)
         return to_xschem(choice.circuit)
+    if asked.dialect not in written_names():
+        raise unknown_name("dialect", asked.dialect, written_names())
     chosen = load_dialect(asked.dialect)
     if chosen.drawing:
         _refuse_with_drawing(chosen.name, choice.silicon)

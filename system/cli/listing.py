@@ -15,7 +15,6 @@ from chips.registry import chip_line, chip_names
 from circuits.catalogue import loaded
 from circuits.errors import CircuitError
 from circuits.registry import BLOCKS, block_line, block_names, metric_line, metric_names
-from netlists.registry import dialect_line, dialect_names
 from system.cli.exit_status import DONE, NO
 from system.cli.verbs import List
 from system.notice import say
@@ -27,6 +26,8 @@ from system.registry import (
     experiment_names,
     system_line,
     system_names,
+    written_line,
+    written_names,
 )
 
 _BROKEN = "cannot be loaded: "
@@ -61,7 +62,7 @@ KINDS = (
     Kind("systems", system_names, system_line, "run, montecarlo NAME; options: run NAME --help"),
     Kind("experiments", experiment_names, experiment_line, "reproduce NAME", EXPERIMENTS),
     Kind("metrics", metric_names, metric_line, "montecarlo BLOCK --metric NAME"),
-    Kind("dialects", dialect_names, dialect_line, "export BLOCK --dialect NAME"),
+    Kind("dialects", written_names, written_line, "export BLOCK --dialect NAME"),
 )
 
 

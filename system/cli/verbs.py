@@ -61,7 +61,10 @@ class Export(OnBlock):
     silicon: SiliconChoice = shared.silicon_part()
     program: str | None = shared.file_option("Of rolls: of noctule map, a CSV of post,pre,level, or pushbot")
     dialect: str = option(
-        "ngspice", "What to write, as spectre or xschem; see noctule list", metavar="NAME", names=DIALECTS
+        "ngspice",
+        "What to write, as spectre or xschem; see noctule list",
+        metavar="NAME",
+        names="system.registry:written_names",
     )
     models: Literal["ekv", "bsim3", "sweepable"] = option(
         "ekv", "What transistors are; sweepable: ngspice's temperature and sizes move them"
@@ -115,6 +118,10 @@ class Compare:
 class Characterise(OnBlock):
     """Measure a block's behavioural model; takes minutes."""
 
+    block: str = argument(
+        "BLOCK", "What has a model, as rebound-neuron; or FILE.py:NAME of a Model",
+        names="chips.model:model_names",
+    )  # fmt: skip
     output: str | None = shared.file_option("Record to write; in the caches unless given", short="o")
     bias_set: str | None = like(BlockValues, "bias_set")
     process: str | None = like(SiliconChoice, "process")

@@ -4,8 +4,8 @@ FILE.npz      `inputs`, rates of the channels (Hz, float64[samples, channels]), 
 the output that is to spike most (int64[samples]); `window_s` each, 0.1 s without; the score
 is the share that is right
 NAME-v0       an environment of Gymnasium; each number seen drives two channels by what it is above and
-below the middle of its reach, and one channel more is always on; the output that spikes
-most is the action; the score is the return over the environment's own threshold, at most 1
+below 0 over its reach, and one channel more is always on; the output that spikes most
+is the action; the score is the return over the environment's own threshold, at most 1
 FILE.py:NAME  such a function of one's own
 """
 

@@ -33,7 +33,7 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
-from circuits.errors import DataError, ParameterError, unknown_name
+from circuits.errors import DataError, ParameterError, UnknownNameError, unknown_name
 from system.files.document import toml_file
 from system.table import read_table
 from system.worlds.arena.furniture import block, chair, cup, desk, person, robot
@@ -72,7 +72,7 @@ def load_scene(name: str, *, seed: int = 0, light: str | None = None) -> Scene:
         The file cannot be read, or is no scene: the text names file and key.
     """
     if not name.endswith(".toml") and name not in scene_names():
-        raise unknown_name("scene", name, [*scene_names(), "or a file FILE.toml"])
+        raise UnknownNameError(f"{unknown_name('scene', name, scene_names())}; or a file as own.toml")
     path = Path(name) if name.endswith(".toml") else SCENES / f"{name}.toml"
     content = toml_file(path)
     try:

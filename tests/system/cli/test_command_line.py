@@ -89,6 +89,7 @@ def test_list(run: Run, run_json: RunJson) -> None:
     found = run_json("list")
     assert list(found) == ["blocks", "chips", "calibrations", "systems", "experiments", "metrics", "dialects"]
     assert {e["name"] for e in found["experiments"]} >= set(registry.EXPERIMENTS)
+    assert {e["name"] for e in found["dialects"]} >= {*dialect_names(), "xschem"}
     by_name = {e["name"]: e["summary"] for group in found.values() for e in group}
     assert "rebound" in by_name["rebound-neuron"]
     text = run("list")[1]
@@ -298,6 +299,8 @@ def test_export(run: Run, run_json: RunJson, tmp_path: Path) -> None:
 def test_export_for_another_simulator(run: Run, run_json: RunJson, tmp_path: Path) -> None:
     for name in dialect_names():
         assert run_json("export", BLOCK, "--dialect", name, "-o", "-")["dialect"] == name
+    assert "known are" in run("export", BLOCK, "--dialect", "foo", "-o", "-")[2]
+    assert "xschem" in run("export", BLOCK, "--dialect", "foo", "-o", "-")[2]
     status, _, err = run("export", BLOCK, "--dialect", "xyse", "-o", "-")
     assert (status, err.count("\n")) == (2, 1)
     assert "dialect xyse: unknown; did you mean xyce?" in err
