@@ -53,6 +53,8 @@ class Plan:
     way : `up` takes the innermost values as they are given, `down` from the last to the first, `both` one
         after the other.
     solve : what solves for operating points.
+    turned : names of sources that the testbench has at minus the values that are swept, since the netlist
+        that it was read from sees them from their other end.
     """
 
     build: Build
@@ -62,6 +64,7 @@ class Plan:
     start: Mapping[str, float] | None = None
     way: Way = "up"
     solve: Solve = solve_line
+    turned: frozenset[str] = frozenset()
 
     def bench(self) -> Bench:
         """The testbench at any place of the sweep; raises `ParameterError` for what cannot be swept."""
@@ -187,8 +190,13 @@ class Bench:
         machine = self._on_silicon({n: v for n, v in values.items() if kinds[n] != "source"})
         for name, value in values.items():
             if kinds[name] == "source":
-                machine = with_source(machine, machine.source_names.index(name), float(value))
+                given = self.sign(name) * float(value)
+                machine = with_source(machine, machine.source_names.index(name), given)
         return machine
+
+    def sign(self, source: str) -> float:
+        """What a swept value is multiplied by for the testbench."""
+        return -1.0 if source in self._plan.turned else 1.0
 
     def _on_silicon(self, values: Mapping[str, Any]) -> Machine:
         die_of = {"die": "number", "corner": "corner"}
@@ -239,7 +247,8 @@ def _line(bench: Bench, place: Mapping[str, Any], inner: Axis, way: Way, near: F
     values = inner.values[::-1] if way == "down" else inner.values
     if inner.kind == "source":
         machine = bench.machine(place)
-        return bench.solve(machine, machine.source_names.index(inner.name), np.array(values, float), near)
+        given = bench.sign(inner.name) * np.array(values, float)
+        return bench.solve(machine, machine.source_names.index(inner.name), given, near)
     lines = []
     for value in values:
         lines.append(bench.solve(bench.machine({**place, inner.name: value}), None, np.zeros(1), near))

@@ -39,6 +39,7 @@ class Part:
 
     `lifted`: global nodes among its ports, as written. `elements`: devices and instances, parts of parts
     counted. `sources`: sources inside it, each at a port. `moved`: AC values of sources inside it, V or A.
+    `turned`: sources inside it that the circuit sees from their other end.
     """
 
     circuit: Circuit
@@ -48,6 +49,7 @@ class Part:
     elements: int
     sources: tuple[Source, ...] = ()
     moved: Mapping[str, complex] = field(default_factory=dict)
+    turned: frozenset[str] = frozenset()
 
     def all_deviations(self, prefix: str = "") -> Iterator[tuple[str, Deviation]]:
         """Yield deviations by instance path."""
@@ -62,12 +64,14 @@ class Top:
     """The circuit with what drives it.
 
     `call`: instance that stands for the whole, with port by its node. `moved`: AC values of sources, V or A.
+    `turned`: sources that the circuit sees from their other end.
     """
 
     part: Part
     sources: tuple[Source, ...]
     call: tuple[str, dict[str, str]] | None = None
     moved: Mapping[str, complex] = field(default_factory=dict)
+    turned: frozenset[str] = frozenset()
 
 
 @dataclass(slots=True)
@@ -82,6 +86,7 @@ class _Contents:
     lifted: dict[str, None] = field(default_factory=dict)
     names: dict[str, Card] = field(default_factory=dict)
     moved: dict[str, complex] = field(default_factory=dict)
+    turned: set[str] = field(default_factory=set)
 
 
 @dataclass(slots=True)
@@ -104,7 +109,6 @@ class Elaboration:
     expanded: dict[bool, int] = field(default_factory=lambda: {False: 0, True: 0})
     vertices: int = 0
     models: set[Card] = field(default_factory=set)  # that transistors use
-    turned: set[str] = field(default_factory=set)  # sources that the circuit sees from their other end
 
     def top(self) -> Top:
         """Build the whole netlist; raises `DataError` with file and line."""
@@ -113,7 +117,7 @@ class Elaboration:
             library = self._library()
             whole = self._empty() if library is None else self._part(library, {}, library.card)
             self._note_unused()
-            return Top(whole, whole.sources, moved=whole.moved)
+            return Top(whole, whole.sources, None, whole.moved, whole.turned)
         contents = self._contents(section, self.scope)
         self._note_unused()
         called = _sole_call(contents)
@@ -122,11 +126,12 @@ class Elaboration:
             sources = tuple(replace(s, node=by_node[s.node]) for s in contents.sources)
             circuit = replace(part.circuit, ports=_ports_driven(part.circuit.ports, sources))
             call = contents.instances[0].name, by_node
-            return Top(replace(part, circuit=circuit), sources, call, contents.moved)
+            moved, turned = contents.moved, frozenset(contents.turned)
+            return Top(replace(part, circuit=circuit), sources, call, moved, turned)
         self._leave_idle(contents)
         ports = _ports_of_sources(contents.sources)
         whole = self._finish("top", ports, contents, section.card)
-        return Top(whole, tuple(contents.sources), moved=contents.moved)
+        return Top(whole, whole.sources, None, whole.moved, whole.turned)
 
     def _leave_idle(self, contents: _Contents) -> None:
         """Leave out sources at nodes that nothing else uses; cards for ngspice only may use any."""
@@ -223,7 +228,10 @@ class Elaboration:
             raise card.error(str(error)) from None
         count = len(contents.devices) + sum(1 + p.elements for p in contents.parts.values())
         sources = tuple(contents.sources)
-        return Part(circuit, contents.parts, contents.deviations, lifted, count, sources, contents.moved)
+        return Part(
+            circuit, contents.parts, contents.deviations, lifted, count, sources, contents.moved,
+            frozenset(contents.turned),
+        )  # fmt: skip
 
     def _contents(self, section: Section, scope: Scope) -> _Contents:
         contents, card = _Contents(), section.card
@@ -326,28 +334,31 @@ class Elaboration:
             raise card.foreign(f"{shown(name)}: both ends at one node; remove it")
         if name[0] == "v":
             is_branch = name in context.sensed or GROUND not in (plus, minus)
-            source = self._voltage(name, plus, minus, given, contents if is_branch else None)
-            _move(contents, own, -small if own in self.turned else small)
+            source = self._voltage(name, (plus, minus), given, contents, is_branch=is_branch)
+            _move(contents, own, -small if own in contents.turned else small)
             return [source]
         ends = [(n, g) for n, g in ((minus, given), (plus, given.negated())) if n != GROUND]
         if len(ends) == 1:
             if minus == GROUND:
-                self.turned.add(own)
+                contents.turned.add(own)
             _move(contents, own, -small if minus == GROUND else small)
             return [_source(own, *ends[0], "current")]
         for k, sign in enumerate((1.0, -1.0)):
             _move(contents, f"{own}[{k}]", sign * small)
         return [_source(f"{own}[{k}]", n, g, "current") for k, (n, g) in enumerate(ends)]
 
-    def _voltage(self, name: str, plus: str, minus: str, given: Given, branch_in: _Contents | None) -> Source:
+    def _voltage(
+        self, name: str, ends: tuple[str, str], given: Given, contents: _Contents, *, is_branch: bool
+    ) -> Source:
         """A source of voltage at a node of the circuit, or at a port of its own that the circuit follows."""
+        plus, minus = ends
         own = circuit_name(name)
-        if branch_in is not None:
-            branch_in.devices += Branch(name, plus, minus).follower(value_node(name), GROUND, 1.0)
+        if is_branch:
+            contents.devices += Branch(name, plus, minus).follower(value_node(name), GROUND, 1.0)
             return _source(own, value_node(name), given)
         if minus == GROUND:
             return _source(own, plus, given)
-        self.turned.add(own)
+        contents.turned.add(own)
         return _source(own, minus, given.negated())
 
 
@@ -373,6 +384,7 @@ def _lift(card: Card, part: Part, name: str, connected: dict[str, str], contents
         if node != GROUND:
             contents.sources.append(replace(source, name=prefix + source.name, node=node))
             _move(contents, prefix + source.name, part.moved.get(source.name, 0.0))
+            contents.turned.update({prefix + source.name} if source.name in part.turned else ())
         elif source.quantity == "voltage":
             raise card.foreign(f"{shown(name)}: its source {source.name} drives ground; connect another node")
 

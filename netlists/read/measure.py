@@ -51,12 +51,16 @@ class Measured:
     analysis: str
     text: str
 
-    def placed(self, place: Place) -> Measured:
-        """Give the measure with the paths that `place` has for its names."""
+    def placed(self, place: Place, turned: frozenset[str] = frozenset()) -> Measured:
+        """Give the measure with the paths that `place` has for its names.
+
+        turned: sources that the circuit sees from their other end, whose currents change their sign.
+        """
 
         def moved(found: re.Match[str]) -> str:
-            names = (place(found[1], name.strip()) for name in found[2].split(","))
-            return f"{found[1]}({', '.join(names)})"
+            names = [place(found[1], name.strip()) for name in found[2].split(",")]
+            told = f"{found[1]}({', '.join(names)})"
+            return f"(-{told})" if found[1] == "i" and names[0] in turned else told
 
         return Measured(self.analysis, _PLACED.sub(moved, self.text))
 

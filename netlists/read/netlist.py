@@ -220,8 +220,8 @@ def _read(
         dialect or "spice",
         dropped=notes.dropped(),
         foreign=notes.foreign(),
-        measures=tuple(each.placed(path_of) for each in controls.measures),
-        turned=frozenset(elaboration.turned),
+        measures=tuple(each.placed(path_of, top.turned) for each in controls.measures),
+        turned=top.turned,
         moved={name: top.moved[name] for name in top.moved if name in driven},
         steps=tuple(controls.steps),
         parameters=own,
@@ -344,6 +344,8 @@ def _place(top: Top, sources: Iterable[Source]) -> Place:
         lifted = name.replace(".", "_x2e_")  # a source inside a sub-circuit
         if kind == "i" and lifted in grounded:
             return lifted
+        if kind == "i" and f"{lifted}[0]" in grounded:  # a current between two nodes, as it enters the second
+            return f"{lifted}[0]"
         if top.call is None or (kind == "i" and name in grounded):
             return name
         instance, port = top.call

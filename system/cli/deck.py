@@ -213,7 +213,8 @@ def _swept(asked: Simulate) -> tuple[Waveforms, Imported, str]:
     values = {name: np.array(volts[name]) for name in volts}
     inner = sweep.sources[0]
     fed = {s.name for s in choice.testbench().sources if s.quantity == "current"}
-    unit = "degC" if inner == TEMPERATURE else "A" if circuit_name(inner) in fed else "V"
+    is_current = {circuit_name(inner), f"{circuit_name(inner)}[0]"} & fed
+    unit = "degC" if inner == TEMPERATURE else "A" if is_current else "V"
     return Waveforms("dc", inner, axis, values, axis.size, ()), found, unit
 
 
@@ -246,6 +247,14 @@ def _branch(
             point = operating_point(bench, replace(silicon, temperature_c=float(celsius)))
             yield float(celsius), _named(point.voltages(), point.machine)
         return
+    if _is_floating(bench, circuit_name(name)):
+        near: dict[str, float] | None = None
+        for value in values:
+            held_at = _held(bench, circuit_name(name), float(value))
+            point = operating_point(held_at, silicon, near)
+            near = {node: v for node, v in point.voltages().items() if node != GROUND}
+            yield float(value), _named(point.voltages(), point.machine)
+        return
     swept = dc_sweep(bench, circuit_name(name), [_turned(found, name, v) for v in values], silicon)
     for k, value in enumerate(values):
         yield (
@@ -256,6 +265,8 @@ def _branch(
 
 def _held(bench: Testbench, name: str, value: float) -> Testbench:
     """The testbench with a source at a constant value."""
+    if _is_floating(bench, name):
+        return _held(_held(bench, f"{name}[0]", value), f"{name}[1]", -value)
     if name not in {source.name for source in bench.sources}:
         raise unknown_name(f"{bench.title} source", name, [source.name for source in bench.sources])
     held = (replace(s, waveform=Constant(value), direct=None) if s.name == name else s for s in bench.sources)
@@ -271,6 +282,11 @@ def _named(volts: dict[str, float], machine: Machine) -> dict[str, float]:
 def _turned(found: Imported, source: str, value: float) -> float:
     """A source's value as the circuit has it, which may see it from its other end."""
     return -value if circuit_name(source) in found.turned else float(value)
+
+
+def _is_floating(bench: Testbench, source: str) -> bool:
+    """Whether a current flows between two nodes, which are a source each."""
+    return f"{source}[1]" in {each.name for each in bench.sources}
 
 
 def _points(start: float, stop: float, step: float) -> F64:

@@ -59,6 +59,12 @@ def own_moves(target: str, choice: Choice) -> Mapping[str, complex]:
     return {} if deck is None or deck.name else read_with(deck, choice).moved
 
 
+def own_turned(target: str, choice: Choice) -> frozenset[str]:
+    """Give the sources of a whole deck that its circuit sees from their other end; none of others."""
+    deck = deck_of(target)
+    return frozenset() if deck is None or deck.name else read_with(deck, choice).turned
+
+
 def _texts(
     deck: Code, choice: Choice, moved: Mapping[str, float] | None = None, analysis: str = "tran"
 ) -> list[str]:

@@ -25,7 +25,7 @@ from netlists.read.analysis import TEMPERATURE, Stepped
 from netlists.read.text.name import circuit_name
 from system.cli.block_choice import choose_block, steps_of
 from system.cli.deadline import deadline_of
-from system.cli.deck_measures import own_measures
+from system.cli.deck_measures import own_measures, own_turned
 from system.cli.exit_status import DONE, NO
 from system.cli.option_names import option_of
 from system.cli.output import plain, print_json, print_line, print_table, progress_bar, working
@@ -152,7 +152,7 @@ def _plan(asked: Sweep, choice: Choice, swept: Sequence[Swept]) -> Plan:
         solve = partial(loaded("netlists.ngspice.sweep:solve_line"), deadline_s=deadline_s)
     start = read_voltages(asked.start, "--start") or None
     over = {each.name: each.values for each in swept}
-    return Plan(build, units, over, choice.silicon, start, asked.way, solve)
+    return Plan(build, units, over, choice.silicon, start, asked.way, solve, own_turned(asked.block, choice))
 
 
 def _shown(asked: Sweep, choice: Choice, data: xr.Dataset) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -333,6 +333,57 @@ def test_noise_of_a_deck_is_between_its_two_nodes(tmp_path: Path, capsys: pytest
     assert alone == pytest.approx(4 * 1.380649e-23 * kelvin * 500.0, rel=1e-2)
 
 
+TURNED = """sources from ground, and between two nodes
+i1 a 0 dc 1u
+r1 a 0 1meg
+v2 0 b 2
+r2 b 0 1k
+i3 c d 1m
+r3 c 0 1k
+r4 d 0 2k
+xp q part
+.subckt part q
+v2 q 0 1
+r1 q 0 1k
+.ends
+r9 q 0 1k
+.tran 1n 10n
+.meas tran x find i(i1) at=5n
+.meas tran y find i(v2) at=5n
+.meas tran z find i(v.xp.v2) at=5n
+.meas tran w find i(i3) at=5n
+"""
+
+
+def test_sources_that_a_circuit_sees_from_their_other_end_have_the_deck_s_signs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = str(written(tmp_path / "deck.cir", TURNED))
+    assert main(["simulate", path, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["measured"]
+    assert [each["value"] for each in found] == pytest.approx([1e-6, -2e-3, -2e-3, 1e-3])  # as SPICE has them
+    stepped = str(written(tmp_path / "stepped.cir", TURNED + ".step i1 1u 3u 1u\n.step v2 list 2 3\n"))
+    assert main(["sweep", stepped, "--node", "a", "--node", "b", "--json"]) == 0
+    volts = json.loads(capsys.readouterr().out)["voltages_V"]
+    assert volts["a"] == pytest.approx([-1.0, -1.0, -2.0, -2.0, -3.0, -3.0])
+    assert volts["b"] == pytest.approx([-2.0, -3.0] * 3)
+    assert main(["sweep", stepped, "--analysis", "tran", "--json"]) == 0
+    measured = json.loads(capsys.readouterr().out)["measured"]
+    assert measured["x"]["values"] == pytest.approx([1e-6, 1e-6, 2e-6, 2e-6, 3e-6, 3e-6])
+
+
+def test_a_current_between_two_nodes_is_swept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cards = ".dc i3 0 2m 1m i1 0 1u 1u\n"
+    path = str(written(tmp_path / "deck.cir", TURNED + cards))
+    table = tmp_path / "dc.csv"
+    assert main(["simulate", path, "--analysis", "dc", "--csv", str(table), "--json"]) == 0
+    rows = np.genfromtxt(table, delimiter=",", names=True)
+    assert rows["i3"] == pytest.approx([0.0, 1e-3, 2e-3] * 2)
+    assert rows["c_V"] == pytest.approx([0.0, -1.0, -2.0] * 2, abs=1e-9)
+    assert rows["d_V"] == pytest.approx([0.0, 2.0, 4.0] * 2, abs=1e-9)
+    assert rows["a_V"] == pytest.approx([0.0] * 3 + [-1.0] * 3, abs=1e-9)
+
+
 STEPPED = """a filter
 .param r=1k tau={r*1n} late={2*tau}
 v1 in 0 pulse(0 1 1u 1n 1n 1 2)
