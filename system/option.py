@@ -14,6 +14,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from functools import cache
 from inspect import get_annotations
+from numbers import Integral, Real
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -25,6 +26,9 @@ OPTION = "option"  # key of a field's metadata
 _METAVARS = {
     "s": "TIME", "m": "LENGTH", "Hz": "FREQUENCY", "V": "VOLTAGE", "m/s": "SPEED", "deg": "ANGLE",
     "degC": "DEGC",
+}  # fmt: skip
+_KINDS: Mapping[Any, tuple[type, str]] = {
+    int: (Integral, "a whole number"), float: (Real, "a number"), bool: (bool, "True or False"),
 }  # fmt: skip
 _PER = {"m/s": "m_per_s"}  # units as JSON's keys have them
 
@@ -252,13 +256,25 @@ def check_options(scenario: Any, no_silicon: str = "", but: Collection[str] = ()
     kind: Any = type(scenario)
     for one in settings(kind).values():
         if one.part is None:
-            one.check(getattr(scenario, one.field))
+            value = getattr(scenario, one.field)
+            _check_kind(one, value)
+            one.check(value)
     for each in [f for f in fields(scenario) if no_silicon and f.name not in but]:
         stated = each.metadata.get(OPTION)
         value = getattr(scenario, each.name)
         if stated is not None and stated.needs_chip and value != _default(each):
             name = stated.name or each.name
             raise ParameterError(f"{name}: {value}, no chip is in the loop; {no_silicon}, or leave it out")
+
+
+def _check_kind(one: Setting, value: Any) -> None:
+    """Raise `ParameterError` for a value that is no number, whole number or yes and no, where one is due."""
+    known = None if one.option.collect is not None or value is None else _KINDS.get(one.kind)
+    if known is None:
+        return
+    kind, noun = known
+    if not isinstance(value, kind) or (isinstance(value, bool) and one.kind is not bool):
+        raise ParameterError(f"{one.name}: {value!r:.40}, must be {noun}")
 
 
 class Checked:

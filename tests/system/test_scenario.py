@@ -152,6 +152,10 @@ def test_options_of_the_command_line_are_taken_too() -> None:
         ("forest", {"sensing": "chip"}, "forest.scenario.sensing: 'chip', must be a Sensing"),
         ("rover", {"die": 1003}, "rover.scenario.die: 1003, must be a Die"),
         ("rover", {"rover": 3.0}, "rover.scenario.rover: 3.0, must be a Rover"),
+        ("forest", {"pings": 10.5}, "pings: 10.5, must be a whole number"),
+        ("forest", {"pings": True}, "pings: True, must be a whole number"),
+        ("rover", {"trips": 2.5}, "trips: 2.5, must be a whole number"),
+        ("approach", {"duration": [1.0]}, "duration: [1.0], must be a number"),
     ],
 )
 def test_what_does_not_fit_is_refused(name: str, given: dict[str, Any], says: str) -> None:

@@ -1,5 +1,6 @@
 """Networks as data: their files come back, and what does not fit is refused by name."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -63,3 +64,17 @@ def test_connections_that_do_not_fit_are_refused() -> None:
         replace(NETWORK, connections=(replace(NETWORK.connections[0], source="b"),))
     with pytest.raises(ParameterError, match="a: given twice"):
         replace(NETWORK, populations=(Population("a", 1), Population("a", 2)))
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (lambda: Population("a", 2.5), r"^size: 2\.5, must be a whole number$"),  # type: ignore[arg-type]
+        (lambda: Population("a", "3"), r"^size: '3', must be a whole number$"),  # type: ignore[arg-type]
+        (lambda: Input("in", 1, "500Hz"), r"^rate: '500Hz', must be a number$"),  # type: ignore[arg-type]
+        (lambda: Connection("a", "b", to_itself="no"), r"^to_itself: 'no', must be True or False$"),  # type: ignore[arg-type]
+    ],
+)
+def test_a_value_of_another_kind_is_refused(make: Callable[[], object], told: str) -> None:
+    with pytest.raises(ParameterError, match=told):
+        make()
