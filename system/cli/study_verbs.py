@@ -41,7 +41,7 @@ class Montecarlo(ManyDies):
     trials: int = option(1, "Runs of a system on each die, with seeds of their own")
     plan: Literal["random", "lhs", "sobol"] = option("random", "How the dies are drawn")
     seed: int = option(0, "Of the plan and of bootstraps; a die has its own key")
-    spec: tuple[str, ...] = option((), 'As "best_delay in 5.9ms:6.8ms", repeatable', metavar="TEXT")
+    spec: tuple[str, ...] = option((), 'As "best_delay in 6.8ms:7.7ms", repeatable', metavar="TEXT")
     until: str | None = option(None, "Stop when the yield is known to +- this, as 2%", metavar="SHARE")
     require: str | None = option(None, "Stop when the yield is surely above or below", metavar="SHARE")
     values: BlockValues = shared.values_part("bias_file", "coupling")

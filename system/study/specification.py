@@ -1,4 +1,4 @@
-"""What a sample must fulfil: `best_delay in 5.9ms:6.8ms`, `width in 1ms:`, `class is works`.
+"""What a sample must fulfil: `best_delay in 6.8ms:7.7ms`, `width in 1ms:`, `class is works`.
 
     specification := metric " in " [low] ":" [high] | "class" (" is " | " in ") word { "|" word }
 
@@ -26,7 +26,7 @@ from system.system import SUCCEEDED
 CLASS = "class"
 _GRAMMAR = re.compile(r"\s*([\w-]+)\s+(in|is)\s+(.*?)\s*", re.DOTALL)
 _COMPARED = re.compile(r"\s*([\w-]+)\s*([<>])=?\s*(\S+)\s*")
-_HELP = 'write "best_delay in 5.9ms:6.8ms", "width in 1ms:" or "class is works"'
+_HELP = 'write "best_delay in 6.8ms:7.7ms", "width in 1ms:" or "class is works"'
 
 
 @dataclass(frozen=True, slots=True)
