@@ -149,7 +149,10 @@ class Machine:
         return pack_sources(self.polylines, self.sampled)
 
     def given(self, source: int) -> float:
-        """Value of a source, by its number, in an analysis without time, V or A."""
+        """Value of a source in an analysis without time, V or A.
+
+        source: its number among `source_names`.
+        """
         direct = self.direct[source]
         return float(np.interp(0.0, *self.polylines[source])) if direct is None else direct
 
