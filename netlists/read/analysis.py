@@ -26,6 +26,7 @@ _ONE_CIRCUIT = (
     "one netlist is one circuit, here and in ngspice: take the card out, and step sources, temperature,"
     " parameters or dies with noctule sweep"
 )
+_MEASURES = frozenset({".meas", ".measure"})
 TEMPERATURE = "temp"  # what `.dc` and `.step` call it
 _MOST_STEPS = 100_000  # values of a card; ours
 # options about output, convergence and accuracy; any other is taken to be about the circuit
@@ -174,12 +175,18 @@ class Controls:
 
 def read_controls(cards: Iterable[Card], scope: Scope, notes: Notes) -> Controls:
     """Read the cards about a run; raises `DataError` for one that nobody knows."""
-    controls = Controls()
+    controls, measures = Controls(), list[Card]()
     for card in cards:
+        if card.name() in _MEASURES:  # which follow the transient, wherever that stands
+            measures.append(card)
+            continue
         try:
             _read_control(controls, card, scope, notes)
         except ForeignError as error:
             notes.keep(card, error)
+    begin = 0.0 if controls.transient is None else controls.transient.start
+    for card in measures:
+        _measure(controls, card, scope, notes, begin)
     return controls
 
 
@@ -194,7 +201,9 @@ def _read_control(controls: Controls, card: Card, scope: Scope, notes: Notes) ->
     elif word in VARIED:
         notes.leave_out(card, word, word, _ONE_CIRCUIT)
     else:
-        raise card.error(f"{shown(word)}: unknown card; write one of {', '.join(sorted(_READERS))}")
+        raise card.error(
+            f"{shown(word)}: unknown card; write one of {', '.join(sorted({*_READERS, *_MEASURES}))}"
+        )
 
 
 def _transient(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
@@ -298,9 +307,11 @@ def _noise(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
     controls.analyses.append(NoiseSpectrum(found["node"], found["reference"] or "0", words[0], spectrum))
 
 
-def _measure(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
+def _measure(controls: Controls, card: Card, scope: Scope, notes: Notes, begin: float) -> None:
     try:
-        controls.measures.append(measured_of(card, scope))
+        controls.measures.append(measured_of(card, scope, begin))
+    except ForeignError as error:
+        notes.keep(card, error)
     except Untranslated as why:
         notes.add(f"{card.name()} card that is not taken over, {why}", card.place)
 
@@ -347,6 +358,6 @@ def read_option(name: str, card: Card, notes: Notes) -> None:
 _Reader = Callable[[Controls, Card, Scope, Notes], None]
 _READERS: Mapping[str, _Reader] = {
     ".tran": _transient, ".op": _operating_point, ".dc": _sweep, ".ic": _voltages, ".nodeset": _voltages,
-    ".ac": _small_signals, ".noise": _noise, ".meas": _measure, ".measure": _measure, ".temp": _temperature,
+    ".ac": _small_signals, ".noise": _noise, ".temp": _temperature,
     ".step": _step, ".options": _options, ".option": _options, ".opt": _options,
 }  # fmt: skip

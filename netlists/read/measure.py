@@ -82,10 +82,14 @@ def asked_of(cards: Iterable[Card]) -> Asked:
     return Asked(frozenset(found["v"]), frozenset(found["i"]))
 
 
-def measured_of(card: Card, scope: Scope) -> Measured:
-    """Translate a card; raises `Untranslated`, and `DataError` for a number that is none."""
+def measured_of(card: Card, scope: Scope, begin: float = 0.0) -> Measured:
+    """Translate a card; raises `Untranslated`, and `DataError` for a number that is none.
+
+    begin: time from which a transient is kept, s; what is before is not measured.
+    """
     words = _Words(card, scope, card.words()[1:])
     analysis, name = words.next("an analysis"), words.next("a name")
+    words.begin = begin if analysis == "tran" else 0.0
     if analysis not in ANALYSES:
         raise Untranslated(f"of analysis {shown(analysis)}")
     if not name.isidentifier():
@@ -129,6 +133,7 @@ class _Words:
     card: Card
     scope: Scope
     left: list[str]
+    begin: float = 0.0
 
     def next(self, wanted: str) -> str:
         """Take a word."""
@@ -172,7 +177,7 @@ class _Words:
 
     def options(self) -> _Options:
         """Take `name=value` as long as they come."""
-        found = _Options([])
+        found, window = _Options([]), dict[str, float]()
         while len(self.left) > 1 and self.left[1] == "=":
             name = self.next("a name")
             self.expect("=")
@@ -181,13 +186,16 @@ class _Words:
                 number = self.next("last") if count else f"{float(self.number()):g}"
                 found.edge = f"{_EDGES[name]}, {number}"
             elif name in _WINDOW:
-                found.window.append(f"{_WINDOW[name]}={self.number()}")
+                window[_WINDOW[name]] = float(self.number())
             elif name == "val":
                 found.level = self.number()
             elif name == "at":
                 found.at = self.number()
             else:
                 raise Untranslated(f"option {shown(name)}")
+        if self.begin > 0.0:
+            window = {"from": max(self.begin, window.pop("from", self.begin)), **window}
+        found.window = [f"{name}={value!r}" for name, value in window.items()]
         return found
 
     def place(self) -> str:

@@ -124,3 +124,23 @@ def test_the_nodes_of_noise_are_paths_of_the_circuit() -> None:
     found = read_netlist(f"{INSIDE}.noise v(a,x1.m) v1 dec 2 1 10\n.noise v(b) v1 dec 2 1 10\n")
     ends = [(a.output, a.reference) for a in found.analyses if isinstance(a, NoiseSpectrum)]
     assert ends == [("b", "m"), ("a", "0")]
+
+
+def test_what_is_before_the_start_of_a_transient_is_not_measured() -> None:
+    cards = [
+        "tran a max v(b)",
+        "tran b avg v(b) from=1u to=9u",
+        "tran c avg v(b) from=8u",
+        "tran d when v(b)=0.5 rise=1",
+        "tran e trig at=1u targ v(b) val=0.5 td=2u",
+        "ac f max vm(b)",
+    ]
+    text = deck(cards).replace(".tran 5n 15u 0 5n", ".tran 5n 15u 7u 5n")
+    assert [m.text for m in read_netlist(text).measures] == [
+        "a = max(v(b), from=7e-06)",
+        "b = mean(v(b), from=7e-06, to=9e-06)",
+        "c = mean(v(b), from=8e-06)",
+        "d = cross(v(b), 0.5, rise, 1, from=7e-06)",
+        "e = cross(v(b), 0.5, from=7e-06) - 1e-06",
+        "f = max(mag(v(b)))",
+    ]
