@@ -156,6 +156,16 @@ def test_a_refused_command_shows_what_it_says(running: ModuleType, tmp_path: Pat
     assert "[status 2]" in html
 
 
+def test_a_script_goes_on_from_those_before_it(running: ModuleType, tmp_path: Path) -> None:
+    assert running
+    page = "# A page\n\n```{script}\nx = 3\nprint('once')\n```\n\n```{script}\nprint(f'{x + 4} of it')\n```\n"
+    html, said = built(tmp_path, page, run=True)
+    assert said == ""
+    shown = re.sub(r"<[^>]+>", "", html)
+    assert shown.count("once\n") == 1
+    assert "7 of it" in shown
+
+
 def test_a_film_has_a_still_which_stands_alone_where_nothing_is_run(
     running: ModuleType, tmp_path: Path
 ) -> None:

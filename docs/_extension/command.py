@@ -12,7 +12,8 @@ and taken again as long as the command, those before it on the page, what it nee
 the same. With `:still: PICTURE` that picture stands where commands are not run, in print, and for who asks
 for no motion, in the place of the film.
 
-The directive `script` holds Python instead, which runs in the same folder and may read what commands wrote.
+The directive `script` holds Python instead, which runs in the same folder, may read what commands wrote, and
+goes on from the scripts before it on its page: what these printed stands with them.
 """
 
 from __future__ import annotations
@@ -33,6 +34,13 @@ from _extension.running import ROOT, Done, block, done, drawn, page_folder, pict
 
 COLUMNS = 100  # of a file's lines that are shown
 SHOWN = 6  # lines of a file that are shown
+GO_ON = """import contextlib, io, sys
+names = {"__name__": "__main__"}
+*before, last = sys.argv[1:]
+with contextlib.redirect_stdout(io.StringIO()):
+    for code in before:
+        exec(code, names)
+exec(last, names)"""
 
 
 class CommandDirective(SphinxDirective):
@@ -119,7 +127,9 @@ class ScriptDirective(SphinxDirective):
         shown: list[nodes.Node] = [block(code, "python")]
         if not self.config.noctule_run:
             return shown
-        found = _in_turn(self, shlex.join(["python", "-c", code]))
+        before = self.env.temp_data.setdefault("noctule_scripts", [])
+        found = _in_turn(self, shlex.join(["python", "-c", GO_ON, *before, code]))
+        before.append(code)
         if found.status:
             raise self.error(f"script: status {found.status}: {found.err.strip()}")
         return shown + _output(found.out.rstrip("\n").splitlines(), None)
