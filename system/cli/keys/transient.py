@@ -55,7 +55,7 @@ AC = {
     **meanings("""
 engine  string  -  `native` or `ngspice`
 source  string  -  source whose small signal it is
-unit    string  -  unit of the transfer, `V/V` or `V/A`
+unit    string  -  unit of the transfer, `V/V` or `V/A`; `V` of the answer to a deck's own AC values
 """),
     **meanings(RUN_KEYS),
     **{f"runs.{key}": each for key, each in SILICON_KEYS.items()},
@@ -69,7 +69,7 @@ runs.nodes.*.phase_deg  number[]  deg  its phase, without jumps
 NOISE = {
     **meanings(HEAD_KEYS),
     **meanings("""
-node           string   -  node whose noise it is
+node           string   -  node whose noise it is; `v(A,B)` between two
 source         string?  -  source to which it is referred
 referred_unit  string?  -  unit of the referred noise, `V^2/Hz` or `A^2/Hz`
 flicker        boolean  -  whether flicker noise is in it
