@@ -9,8 +9,9 @@
     spike where v comes to 1, with an upstroke to infinity; then v = 0 for the refractory period
 
 A network that was asked for has unit 1 and powers 1; a chip's has currents in A and upstrokes
-(`system.mapping.rolls`). Steps are of `STEP`, in which currents stay; a spike's time within its step is that
-of the equation, with an upstroke exactly, else of a straight line. It is heard in the next step. With
+(`system.mapping.rolls`). Steps are of `STEP`, in which currents stay at their mean, with all events of the
+step as if they came at its begin; a spike's time within its step is that of the equation, with an upstroke
+exactly, else of a straight line. It is heard in the next step. With
 y = e^((1 - v) / slope) an upstroke is linear: slope tau dy/dt = -(i - 1) y - 1, and a spike at y = 0.
 """
 
@@ -173,8 +174,11 @@ def _bank(dynamics: Dynamics) -> FilterArrays:
     inner, outer = np.zeros((len(filters), n, n)), np.zeros((len(filters), channels, n))
     for k, f in enumerate(filters):
         inner[k], outer[k] = f.neurons.T, f.channels.T
+    shares = STEP / np.array([f.tau for f in filters])  # of a time constant
+    falls = shares * np.array([f.power for f in filters])  # of a current, in logarithms
     return FilterArrays(
-        fall=np.exp(-STEP / np.array([f.tau for f in filters])),
+        fall=np.exp(-shares),
+        mean=-np.expm1(-falls) / falls,
         sign=np.array([f.sign for f in filters]),
         power=np.array([f.power for f in filters]),
         pivot=np.array([f.pivot for f in filters]),

@@ -26,11 +26,13 @@ class CellArrays(NamedTuple):
 class FilterArrays(NamedTuple):
     """Filters: what each falls to in a step, sign, power and pivot, float64[filters]; weights by source.
 
+    mean : of its current over a step, over that at the step's begin, float64[filters].
     neurons : float64[filters, sources, n]; channels : float64[filters, channels, n]; unit : of the neurons'
     currents, float64[n].
     """
 
     fall: F64
+    mean: F64
     sign: F64
     power: F64
     pivot: F64
@@ -134,11 +136,12 @@ def _take(filters: FilterArrays, state: StateArrays, channels: I64, begin: int, 
 
 @_compiled
 def _drive(filters: FilterArrays, state: StateArrays, n: int) -> float:
-    """Drive of a neuron, in units of its current."""
+    """Mean drive of a neuron over a step, in units of its current."""
     total = 0.0
     for k in range(filters.fall.size):
         s, pivot = state.strength[k, n], filters.pivot[k]
-        total += filters.sign[k] * (s if filters.power[k] == 1.0 else pivot * (s / pivot) ** filters.power[k])
+        now = s if filters.power[k] == 1.0 else pivot * (s / pivot) ** filters.power[k]
+        total += filters.sign[k] * filters.mean[k] * now
     return float(total / filters.unit[n])
 
 

@@ -29,6 +29,19 @@ def test_a_neurons_rate_is_that_of_its_equation(leak: str, current: float) -> No
     assert found == pytest.approx(float(wanted), abs=1.0, rel=0.02)  # whole spikes; a spike's steps
 
 
+@pytest.mark.parametrize("tau", [1e-3, 2e-3, 10e-3])
+def test_the_mean_of_a_current_does_not_hang_on_how_fast_it_falls(tau: float) -> None:
+    events = Events(np.arange(5 * int(RATE)) / RATE, np.zeros(5 * int(RATE), dtype=np.int64))
+    network = Network(
+        (Population("a", 1, 20e-3, 2e-3),),
+        (Input("in", 1),),
+        (Connection("in", "a", 1.5 / (RATE * tau), tau=tau),),
+    )
+    found = rates_of(run(asked(network), events, 5.0), 1, 0.2, 5.0)[0]
+    wanted = Wanted(20e-3, 2e-3, constant=False).rate(np.array(1.5))
+    assert found == pytest.approx(float(wanted), abs=0.3, rel=0.003)
+
+
 @pytest.mark.parametrize("address", [-1, 1])
 def test_an_event_on_a_channel_that_is_not_there_is_refused(address: int) -> None:
     connection = Connection("in", "a", 0.5, tau=TAU)
