@@ -52,6 +52,8 @@ REPORT = {
 REFUSED = re.compile(r"^```\{command\} (.*)\n((?::.*\n)*?):status: (\d+)$", re.MULTILINE)
 REFUSALS = [(page, *found) for page in PAGES for found in REFUSED.findall(page.read_text(encoding="utf-8"))]
 ERROR_CLASS = re.compile(r"^class ([A-Za-z]\w+)\((\w+)", re.MULTILINE)
+LONG_ROWS = re.compile(r"^```\{rows\} (\S+)\n(?::(?!kept|short).*\n)*:long:", re.MULTILINE)
+ROW_CLAIM = re.compile(r"\{row\}`[^`]*?<?([\w-]+)/[^`]*`")
 LONGEST_AVERAGE = 25  # words of a sentence
 PAGE = """# A page
 
@@ -145,6 +147,15 @@ def test_without_a_run_claims_link_to_the_experiment(running: ModuleType, tmp_pa
     assert said == ""
     assert html.count('href="#rows-cheely2003-fig4"') == 2
     assert 'id="rows-cheely2003-fig4"' in html
+
+
+def test_a_claim_about_a_row_is_of_an_experiment_whose_rows_the_build_makes() -> None:
+    texts = [page.read_text(encoding="utf-8") for page in PAGES]
+    long = {name for text in texts for name in LONG_ROWS.findall(text)}
+    rows = {name for text in texts for name in ROW_CLAIM.findall(text)}
+    assert long
+    assert rows
+    assert not rows & long, "name the experiment alone, without the row"
 
 
 def test_a_refused_command_shows_what_it_says(running: ModuleType, tmp_path: Path) -> None:
