@@ -55,8 +55,8 @@ def test_flicker_can_be_left_out(capsys: pytest.CaptureFixture[str]) -> None:
     assert found["runs"][0]["referred_per_Hz"] is None
 
 
-def test_one_output_is_needed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_output_is_needed_or_two_between_which_it_is(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["simulate", "rebound-neuron", "--analysis", "noise"]) == 2
     assert "--node: 0 given" in capsys.readouterr().err
-    assert main([*NOISE, "--node", "v_rest"]) == 2
-    assert "--node: 2 given" in capsys.readouterr().err
+    assert main([*NOISE, "--node", "spike", "--node", "v_rest"]) == 2
+    assert "--node: 3 given" in capsys.readouterr().err

@@ -33,6 +33,7 @@ NUMBER = 5
 
 def test_what_became_of_events_is_printed_at_the_end(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[dict[str, int]] = []
+    talking: list[Thread] = []
 
     def talk(port: int) -> None:
         with EventStream(port) as stream:
@@ -43,10 +44,12 @@ def test_what_became_of_events_is_printed_at_the_end(run: Run, monkeypatch: pyte
     def say(line: str) -> None:
         found = re.fullmatch(r"loopback listens at 127.0.0.1:(\d+), TCP, noctule format, fast pace", line)
         assert found is not None
-        Thread(target=talk, args=(int(found[1]),)).start()
+        talking.append(Thread(target=talk, args=(int(found[1]),)))
+        talking[0].start()
 
     monkeypatch.setattr(serve, "say", say)
     status, out, _ = run("serve", "loopback", "--port", "0", "--once", "--json")
+    talking[0].join(timeout=60.0)
     assert (status, json.loads(out)["events"]["taken"], told[0]["sent"]) == (0, 2, 2)
 
 
