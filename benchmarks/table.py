@@ -208,6 +208,11 @@ def compare(before: Table, now: Table) -> int:
         elsewhere = "" if each in judged else ", on another machine, which is not judged"
         print(f"worse: {each.script}, {each.row}: {each.before:.4g} to {each.now:.4g}{elsewhere}")
     rows = sum(len(each.rows) for each in now.values())
+    measured = {(name, row.name) for name, each in now.items() for row in each.rows}
+    for name in sorted(before.keys() & now.keys()):
+        for row in before[name].rows:
+            if (name, row.name) not in measured:
+                print(f"gone: {name}, {row.name}")
     told = f"{len(found)} of {rows} rows have a better side and were compared"
     print(f"{told}, {len(judged)} are worse by {WORSE:.0%}")
     return len(judged)
@@ -247,6 +252,8 @@ def main() -> int:
     if options.compare and not options.compare.exists():
         parser.error(f"{options.compare}: no such file; name a table.json")
     if options.compare and not options.names:
+        if not (options.output / "table.json").exists():
+            parser.error(f"{options.output}: no table.json to compare; name benchmarks to run, or its folder")
         return int(compare(read_table(options.compare), read_table(options.output / "table.json")) > 0)
     return run(options.names or names(), options)
 

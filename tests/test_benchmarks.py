@@ -89,6 +89,22 @@ def test_another_machine_is_told_and_another_form_is_not_compared(
     assert "0 of 1 rows" in capfd.readouterr().out
 
 
+def test_a_row_that_is_gone_is_told_and_no_table_is_not_compared(
+    table: Any, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write(tmp_path, "one", FAST % 4.0, PLAIN)
+    assert measured(table, tmp_path) == 0
+    write(tmp_path, "one", PLAIN)
+    assert measured(table, tmp_path) == 0
+    assert "gone: one, fast\n" in capfd.readouterr().out
+    kept = str(tmp_path / "results" / "table.json")
+    monkeypatch.setattr(sys, "argv", ["table.py", "--compare", kept, "--output", str(tmp_path / "none")])
+    with pytest.raises(SystemExit) as ended:
+        table.main()
+    assert ended.value.code == 2
+    assert "no table.json to compare" in capfd.readouterr().err
+
+
 def test_a_missed_claim_and_a_crash_are_failures_and_the_others_run(
     table: Any, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
