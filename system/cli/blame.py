@@ -25,14 +25,12 @@ from system.study.blame.report import blame_page
 from system.study.blame.story import (
     DIE,
     Told,
-    caution_lines,
     device_lines,
     mended_options,
     number_rows,
+    opening_lines,
     told_runs,
     train_rows,
-    undefined_lines,
-    verdict_lines,
 )
 from system.study.blame.trial import Case
 from system.study.mission.mission import wanted_of
@@ -137,17 +135,13 @@ def document(found: Blame, told: Told, again: str) -> dict[str, Any]:
             {"name": r.name, "succeeds": None if r.share is None else _share(r.share)}
             for r in found.remedies
         ],
-        "story": [*_verdict(found, told), *device_lines(found)],
+        "story": [*opening_lines(found, told), *device_lines(found)],
         "runs": [
             {"name": name, "seed": told.seed, "succeeded": found.case.success(s), "reason": s["reason"]}
             for name, s in told.summaries.items()
         ],
         "command": again,
     }  # fmt: skip
-
-
-def _verdict(found: Blame, told: Told) -> list[str]:
-    return [*verdict_lines(found), *undefined_lines(found, told), *caution_lines(told)]
 
 
 def _culprit(found: Blame, each: Culprit) -> dict[str, Any]:
@@ -165,7 +159,7 @@ def _share(share: Share) -> dict[str, Any]:
 
 def _print(found: Blame, told: Told, again: str) -> None:
     print_line(f"success: {found.case.definition}")
-    for line in _verdict(found, told):
+    for line in opening_lines(found, told):
         print_line(line)
     if not found.accused.guilty:
         return

@@ -9,12 +9,10 @@ from system.study.blame.blame import Blame
 from system.study.blame.picture import MOST_BARS, draw_culprits, draw_run, shown
 from system.study.blame.story import (
     Told,
-    caution_lines,
     device_lines,
     number_rows,
+    opening_lines,
     train_rows,
-    undefined_lines,
-    verdict_lines,
 )
 from system.study.report.page import Code, Grid, picture, render
 
@@ -33,8 +31,7 @@ def blame_page(found: Blame, told: Told, command: str) -> str:
             ("the mended robot", Code(command)),
         ],
     )
-    lines = [*verdict_lines(found), *undefined_lines(found, told), *caution_lines(told)]
-    sections = [_section("Verdict", lines)]
+    sections = [_section("Verdict", opening_lines(found, told))]
     if found.steps:
         sections += [_search(found), _devices(found)]
     sections += [_behaviour(found, told)]

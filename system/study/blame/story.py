@@ -139,7 +139,12 @@ def caution_lines(told: Told) -> list[str]:
     return [text]
 
 
-def undefined_lines(found: Blame, told: Told) -> list[str]:
+def opening_lines(found: Blame, told: Told) -> list[str]:
+    """The verdict, and the cautions that stand beside it."""
+    return [*verdict_lines(found), *_undefined_lines(found, told), *caution_lines(told)]
+
+
+def _undefined_lines(found: Blame, told: Told) -> list[str]:
     """A caution where a metric of success in the user's words is not defined in the runs; else none."""
     asked = () if found.case.wanted is None else found.case.wanted.metrics
     names = [name for name in asked if any(s[name] is None for s in told.summaries.values())]
