@@ -1,19 +1,20 @@
 """The transistor's law with second-order effects, in all lanes at once.
 
-Its equations stand in `circuits.devices.transistor`, and their derivatives as here in
-`circuits.devices.channel`. Logarithms and powers are those of `circuits.devices.softplus`.
+The channel is that of `circuits.devices.channel_lanes`; equations of the junctions stand in
+`circuits.devices.transistor`, powers are those of `circuits.devices.softplus`.
 """
 
 from __future__ import annotations
 
 from circuits.compiled import compiled
-from circuits.devices.softplus import power_of_lanes, softplus_of_two
+from circuits.devices.channel_lanes import Effects, bent, channel_affected, channel_plain
+from circuits.devices.softplus import power_of_lanes
 from circuits.devices.transistor import INDUCED_LIMIT
 from circuits.solver.lanes.layout import ROW, TERM, Team, Wiring
 from circuits.vectors import vector
 from circuits.vectors.vector import Lanes
 
-every, larger, load, magnitude, root = vector.every, vector.larger, vector.load, vector.magnitude, vector.root
+every, larger, load = vector.every, vector.larger, vector.load
 select, smaller, store = vector.select, vector.smaller, vector.store
 
 _FORWARD = 20.0  # U_T, of a junction, beyond which the law goes on along its tangent
@@ -35,14 +36,7 @@ def _pinched(c: Wiring, x: Team, i: int, above: Lanes) -> tuple[Lanes, Lanes]:
             _term(c, x, TERM.gamma, i),
             _term(c, x, TERM.surface_potential, i),
         )
-        v_x = above + _term(c, x, TERM.lift, i)
-        # below flat band the square root has no meaning; the law goes on with its tangent there
-        v_c = larger(v_x, every(0.0))
-        inside = root(v_c + 0.25 * gamma * gamma)
-        bent = gamma > 0.0
-        slope = 1.0 - 0.5 * gamma / select(bent, inside, every(1.0))
-        follows = v_c - phi - gamma * (inside - 0.5 * gamma) + slope * (v_x - v_c)
-        v_p, kappa = select(bent, follows, v_p), select(bent, slope, kappa)
+        v_p, kappa = bent(v_p, kappa, above + _term(c, x, TERM.lift, i), gamma, phi)
     return v_p, kappa
 
 
@@ -54,43 +48,19 @@ def _channel(c: Wiring, x: Team, i: int, devices: Lanes) -> None:
     v_b = load(x.v, c.terminal[3, i])
     v_d, v_s = s * (load(x.v, c.terminal[0, i]) - v_b), s * (load(x.v, c.terminal[2, i]) - v_b)
     v_p, kappa = _pinched(c, x, i, s * (load(x.v, c.terminal[1, i]) - v_b))
-    half = _term(c, x, TERM.inverse_2ut, i)
-    forward, reverse, forward_slope, reverse_slope = softplus_of_two((v_p - v_s) * half, (v_p - v_d) * half)
-    specific = _term(c, x, TERM.specific_current, i)
-    plain = specific * (forward - reverse) * (forward + reverse)
-    twice = 2.0 * specific * half
-    by_forward, by_reverse = twice * forward * forward_slope, twice * reverse * reverse_slope
+    half, specific = _term(c, x, TERM.inverse_2ut, i), _term(c, x, TERM.specific_current, i)
     if c.effects:
-        v_ds = v_d - v_s
-        sign = select(v_ds >= 0.0, every(1.0), every(-1.0))
-        v_ds = magnitude(v_ds)
-        early, early_rise = (
-            _term(c, x, TERM.early, i),
-            _term(c, x, TERM.early_rise, i),
-        )
-        reduction = _term(c, x, TERM.reduction, i)
-        rise = 1.0 + early_rise * (forward + reverse)
-        around = root(v_p * v_p + _term(c, x, TERM.spread, i))
-        v_m = 0.5 * (v_p + around)
-        moves = 1.0 + reduction * v_m
-        # one division for three
-        inverse = 1.0 / (rise * moves * around)
-        per_rise, moved = inverse * (moves * around), inverse * (rise * around)
-        effect = 1.0 + early * v_ds * per_rise
-        scale = effect * moved
-        by_vp = 0.0 - scale * moved * reduction * v_m * (inverse * (rise * moves))
-        by_vds = sign * moved * early * per_rise
-        by_q = 0.0 - moved * early * early_rise * v_ds * per_rise * per_rise
-        forward_q, reverse_q = half * forward_slope, half * reverse_slope
-        by_drain = by_reverse * scale + plain * (by_vds - by_q * reverse_q)
-        by_gate = (by_forward - by_reverse) * scale + plain * (by_q * (forward_q + reverse_q) + by_vp)
-        by_source = 0.0 - by_forward * scale - plain * (by_vds + by_q * forward_q)
-        plain = plain * scale
+        effects = Effects(
+            _term(c, x, TERM.early, i), _term(c, x, TERM.early_rise, i), _term(c, x, TERM.reduction, i),
+            _term(c, x, TERM.spread, i),
+        )  # fmt: skip
+        found = channel_affected(specific, half, effects, v_d, v_p, v_s)
     else:
-        by_drain, by_gate, by_source = by_reverse, by_forward - by_reverse, 0.0 - by_forward
-    store(x.current, i, s * plain)
+        found = channel_plain(specific, half, v_d, v_p, v_s)
+    current, by_drain, by_pinch, by_source = found
+    store(x.current, i, s * current)
     store(x.device_slope, i, devices * by_drain)
-    store(x.device_slope, n + i, devices * kappa * by_gate)
+    store(x.device_slope, n + i, devices * kappa * by_pinch)
     store(x.device_slope, 2 * n + i, devices * by_source)
 
 
