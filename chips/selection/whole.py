@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chips.selection.whole_kernel import ROWS, Whole
+from chips.selection.whole_kernel import DEVICE, MIRROR, MIRRORS, ROWS, SPECIFIC, THRESHOLD, Whole
 from circuits.arrays import F64
 from circuits.blocks.selection.winner_take_all import EDGE, Params
 from circuits.circuit import Circuit
@@ -21,6 +21,7 @@ from circuits.lowering.capacitance import capacitance_matrix
 from circuits.lowering.capacitors_on_die import added_capacitance
 from circuits.lowering.on_die import DieDevices, on_die
 from circuits.silicon.silicon import Silicon
+from circuits.vectors.vector import WIDTH, rows
 
 OWN = ("mx", "my", "mk", "m1", "m2", "mo", "mb", "ms", "mr")
 """Devices of a cell in the order of `Whole.specific`; behind them are the mirrors and the lone ones."""
@@ -32,9 +33,10 @@ _NO_TABLE = np.zeros((0, 0))
 
 def no_whole() -> Whole:
     """Return what a selection under the ideal law has in this place."""
-    tables = ("shared", "mirrors", "mirror_shift", "inverse_capacitance", "work")
+    tables = ("shared", "side", "inverse_capacitance", "work")
     return Whole(
-        v_dd=0.0, u_t=0.0, v_tail=0.0, quiet=0.0, threshold_of_line=_NO_ROW, leak=(0.0, 0.0),
+        v_dd=0.0, u_t=0.0, v_tail=0.0, quiet=0.0, flat=_NO_ROW, span=0, mirrors=0, threshold_of_line=_NO_ROW,
+        leak=(0.0, 0.0),
         share_capacitance=0.0, taken_capacitance=0.0, near=(0.0, 0.0, 0.0), begin=0.0,
         own=np.zeros((0, 0, 0)), **dict.fromkeys(tables, _NO_TABLE),
     )  # fmt: skip
@@ -44,12 +46,11 @@ def whole_of(circuit: Circuit, params: Params, silicon: Silicon, v_tail: float) 
     """Return the numbers of a selection's circuit on a silicon, whose tail's line is at `v_tail` V."""
     d = on_die(circuit, silicon)
     cells = int(params.cells)
-    mirrors = [f"mg{k}_{m}" for k in range(cells) for m in range(2 * params.reach + 1)]
-    shape = (cells, -1)
     shared = [*(_shared(d, f"cell.{name}") for name in (*OWN, "mk")), *map(d.terms, _LONE)]
     quiet = silicon.process.v_dd - _drop(d, v_tail, cells)
     near = _near(d, v_tail)
     inner, share, taken = _capacitances(circuit, silicon, cells)
+    side = _side_by_side(d, cells, params.reach)
     return Whole(
         v_dd=d.v_dd,
         u_t=d.u_t,
@@ -57,8 +58,10 @@ def whole_of(circuit: Circuit, params: Params, silicon: Silicon, v_tail: float) 
         quiet=quiet,
         shared=np.array(shared),
         own=np.array([_own(d, f"cell.{name}") for name in OWN]),
-        mirrors=np.array([d.fet[m].current for m in mirrors]).reshape(shape),
-        mirror_shift=np.array([d.fet[m].v_t0 for m in mirrors]).reshape(shape),
+        side=side,
+        flat=side.reshape(-1),
+        span=WIDTH * _rows_of(cells),
+        mirrors=2 * params.reach + 1,
         threshold_of_line=d.inverter_threshold("cell.mi"),
         leak=_leaks(d, params.reach, near[0]),
         inverse_capacitance=inner,
@@ -68,6 +71,31 @@ def whole_of(circuit: Circuit, params: Params, silicon: Silicon, v_tail: float) 
         begin=EDGE * (1.0 - (near[0] + silicon.law("n").v_t0) / d.v_dd),
         work=np.zeros((ROWS, 2 * cells + 3)),
     )
+
+
+def _rows_of(cells: int) -> int:
+    """How many rows of lanes hold a number of each cell."""
+    return -(-cells // WIDTH)
+
+
+def _side_by_side(d: DieDevices, cells: int, reach: int) -> F64:
+    """What mk, m1, m2 and the mirrors carry on the die, in their groups of `Whole.side`.
+
+    A mirror that would come from beyond the last cell carries nothing.
+    """
+    count = 2 * reach + 1
+    found = rows((MIRRORS + MIRROR * count) * _rows_of(cells))
+    group = found.reshape(MIRRORS + MIRROR * count, -1)
+    for k, name in enumerate(("mk", "m1", "m2")):
+        fet = d.fet[f"cell.{name}"]
+        group[k * DEVICE + SPECIFIC, :cells] = fet.current
+        group[k * DEVICE + THRESHOLD, :cells] = fet.threshold
+    for m in range(count):
+        inside = range(max(0, reach - m), min(cells, cells + reach - m))
+        names = [f"mg{k}_{m}" for k in inside]
+        group[MIRRORS + m * MIRROR, inside.start : inside.stop] = [d.fet[n].current.item() for n in names]
+        group[MIRRORS + m * MIRROR + 1, inside.start : inside.stop] = [d.fet[n].v_t0.item() for n in names]
+    return found
 
 
 def input_change(circuit: Circuit, silicon: Silicon) -> F64:

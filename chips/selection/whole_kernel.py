@@ -12,6 +12,8 @@ carries most of the tail its `share` and `taken`. With C the capacitance matrix 
 from the rest in which all v_in are joined. The excitations' diodes are at rest. The mirrors of one risk have
 v_p by the law at its gate, and their own deviations with the slope dv_p / dv_g that it has there.
 
+Devices of all cells are evaluated side by side, in lanes (`circuits.vectors`).
+
 Stepped by ROS2 (Verwer, Spee, Blom, Hundsdorfer, "A second-order Rosenbrock method applied to photochemical
 dispersion problems", 1999), which has its order 2 with any matrix in the place of the Jacobian, and is
 L-stable with the exact one. Here that is the diagonal, and what v_common and the v_in do to each other.
@@ -24,8 +26,11 @@ from typing import NamedTuple
 
 from circuits.arrays import F64
 from circuits.compiled import compiled
-from circuits.devices.channel import Terms, channel, pinched
-from circuits.devices.ekv import law
+from circuits.devices.channel import Terms, channel
+from circuits.devices.channel_lanes import Effects, bent, channel_affected
+from circuits.devices.softplus import softplus_of_two
+from circuits.vectors import vector
+from circuits.vectors.vector import WIDTH, Lanes
 
 NOBODY = -1  # the winner where no cell has a current above 0
 LONGEST = 10e-3  # s, of a decision; ours
@@ -37,12 +42,18 @@ _TAKEN = 20e-3  # V, tolerance of `taken` and of its crossing; ours
 _ROUNDS = 60  # of Newton's method
 _FARTHEST = 0.1  # V, of its steps
 _EXACT = 1e-10  # V, after which it ends
-_SATURATED = 16.0  # thermal voltages over a drain from which on it is far
+_RESTED = 1e-8  # V, after which it ends of the joined v_in, whose sum little holds; ours
 _LEAST = 1e-30  # A: an excitation below it is none
-V, CURRENT, K1, K2, NEXT, SLOPE, GM1, GM2, REST, GIVEN, GIVEN_SLOPE, PINCH, STEEP, MOVED, RATE, SPARE = range(
-    16
-)
-ROWS = 18  # of the working space: see `decide_whole`
+V, CURRENT, K1, K2, NEXT, SLOPE, GM1, GM2, REST, GIVEN, GIVEN_SLOPE, RATE, SPARE = range(13)
+ROWS = 15  # of the working space: see `decide_whole`
+# Groups of `Whole.side`: of mk, m1 and m2 of all cells what they carry on the die, V at their terminals, and
+# their currents and derivatives; then currents of the mirrors, A, and their derivative by v_in, S; then of
+# each mirror of a cell its specific current, its threshold above what the polarity shares, and its gate.
+SPECIFIC, THRESHOLD, DRAIN, GATE, SOURCE, CARRIED, BY_DRAIN, BY_GATE, BY_SOURCE = range(9)
+DEVICE = 9  # groups of a device
+TAKEN, BY_INPUT = 3 * DEVICE, 3 * DEVICE + 1
+MIRRORS = 3 * DEVICE + 2
+MIRROR = 3  # groups of a mirror
 
 
 class Whole(NamedTuple):
@@ -50,11 +61,11 @@ class Whole(NamedTuple):
 
     shared: `Terms` of each device without its own deviations, in the order below, float64[13, terms]; mt, md
     and me are lone devices, with them. own: those of the cells' devices with theirs, float64[9, N, terms].
-    mirrors: specific currents (A) of mg, and mirror_shift: their thresholds above what the polarity shares,
-    V, float64[N, M]. quiet: drain of an m2 that does not lead, V. inverse_capacitance: of v_in, of the risks
-    and of v_common, 1/F, float64[2 N + 1, 2 N + 1]. near: joined v_in, v_common and the joint's middle, V,
-    from where the rest of a decision is looked for. All arrays are empty where the law has no second-order
-    effects.
+    side: what stands side by side, in groups of as many rows of WIDTH numbers as the cells need,
+    float64[rows, WIDTH]; flat: the same numbers in one row, `span` a group. mirrors: M. quiet: drain of an
+    m2 that does not lead, V. inverse_capacitance: of v_in, of the risks and of v_common, 1/F,
+    float64[2 N + 1, 2 N + 1]. near: joined v_in, v_common and the joint's middle, V, from where the rest of a
+    decision is looked for. All arrays are empty where the law has no second-order effects.
     """
 
     v_dd: float
@@ -63,8 +74,10 @@ class Whole(NamedTuple):
     quiet: float
     shared: F64
     own: F64
-    mirrors: F64
-    mirror_shift: F64
+    side: F64
+    flat: F64
+    span: int
+    mirrors: int
     threshold_of_line: F64  # [N], V, of `taken`
     leak: tuple[float, float]  # A, out of a v_in and of a risk by junctions
     inverse_capacitance: F64
@@ -79,6 +92,7 @@ MX, MY, MK, M1, M2, MO, MB, MS, MR, MG, MT, MD, ME = range(13)
 
 _compiled = compiled()
 _inlined = compiled(forceinline=True)
+every, load, root, store = vector.every, vector.load, vector.root, vector.store
 
 
 @_compiled
@@ -127,47 +141,93 @@ def _prepare(w: Whole, excite: F64, risk: F64) -> None:
         v[excite.size + k] = gate
 
 
+@_inlined
+def _pinched(t: Terms, above: Lanes) -> tuple[Lanes, Lanes]:
+    """v_p (V), and dv_p/dv_g, where the gate is so far above the threshold, V."""
+    lift = t.surface + t.gamma * math.sqrt(t.surface)
+    return bent(t.kappa * above, every(t.kappa), above + lift, every(t.gamma), every(t.surface))
+
+
 @_compiled
-def _risks(w: Whole, gate: F64, cells: int) -> None:
-    """v_p over U_T of a mirror without deviations at each risk's gate, and its slope by the gate, 1/V."""
-    pinch, steep, moved = w.work[PINCH], w.work[STEEP], w.work[MOVED]
-    t = _of(w.shared[MG])
+def _devices(w: Whole, group: int, t: Terms, rows: int) -> None:
+    """Currents of a device in all cells, and their derivatives; t: what it shares."""
+    side, half = w.side, every(t.half)
+    effects = Effects(every(t.early), every(t.early_rise), every(t.reduction), every(2.0 * w.u_t * w.u_t))
+    for i in range(rows):
+        row = group * rows + i
+        above = load(side, row + GATE * rows) - load(side, row + THRESHOLD * rows)
+        v_p, kappa = _pinched(t, above)
+        current, by_drain, by_pinch, by_source = channel_affected(
+            load(side, row + SPECIFIC * rows), half, effects, load(side, row + DRAIN * rows), v_p,
+            load(side, row + SOURCE * rows),
+        )  # fmt: skip
+        store(side, row + CARRIED * rows, current)
+        store(side, row + BY_DRAIN * rows, by_drain)
+        store(side, row + BY_GATE * rows, kappa * by_pinch)
+        store(side, row + BY_SOURCE * rows, by_source)
+
+
+@_compiled
+def _mirrors(w: Whole, t: Terms, rows: int) -> None:
+    """What the mirrors of the risks take from all v_in, A, and its derivative by v_in, S."""
+    side, half, drain_group = w.side, every(t.half), (M1 - MK) * DEVICE + DRAIN
+    for i in range(rows):
+        drain = load(side, drain_group * rows + i)
+        total, slope = every(0.0), every(0.0)
+        for m in range(w.mirrors):
+            row = (MIRRORS + m * MIRROR) * rows + i
+            v_p, kappa = _pinched(t, load(side, row + 2 * rows) - t.threshold)
+            around = root(v_p * v_p + 2.0 * w.u_t * w.u_t)
+            scale = load(side, row) / (1.0 + t.reduction * 0.5 * (v_p + around))
+            x = half * (v_p - kappa * load(side, row + rows))
+            forward, reverse, _, by_x = softplus_of_two(x, x - half * drain)
+            plain = (forward - reverse) * (forward + reverse)
+            early = t.early / (1.0 + t.early_rise * (forward + reverse))
+            along = 1.0 + early * drain
+            total = total + scale * plain * along
+            slope = slope + scale * (plain * early + 2.0 * half * reverse * by_x * along)
+        store(side, TAKEN * rows + i, total)
+        store(side, BY_INPUT * rows + i, slope)
+
+
+@_compiled
+def _evaluate(w: Whole, v: F64, cells: int, leader: int) -> None:
+    """Fill in the currents of mk, m1, m2 and the mirrors of all cells, and their derivatives.
+
+    v: v_in, risks and v_common, V, and of a leader's `share` the drop below the supply; leader: -1 for none.
+    """
+    flat, span, c = w.flat, w.span, v[2 * cells]
+    rows, reach = span // WIDTH, w.mirrors // 2
+    one, two = (M1 - MK) * DEVICE * span, (M2 - MK) * DEVICE * span
     for k in range(cells):
-        v_p, kappa = pinched(t, gate[cells + k])
-        pinch[k], steep[k] = 2.0 * t.half * v_p, 2.0 * t.half * kappa
-        moved[k] = 1.0
-        if t.reduction > 0.0:
-            moved[k] = 1.0 / (1.0 + t.reduction * 0.5 * (v_p + math.hypot(v_p, math.sqrt(2.0) * w.u_t)))
+        flat[DRAIN * span + k] = flat[GATE * span + k] = v[cells + k]
+        flat[one + DRAIN * span + k], flat[one + GATE * span + k] = v[k], c
+        flat[two + DRAIN * span + k], flat[two + GATE * span + k] = w.quiet, v[k]
+        flat[two + SOURCE * span + k] = c
+    if leader >= 0:
+        flat[two + DRAIN * span + leader] = w.v_dd - v[2 * cells + 1]
+    for m in range(w.mirrors):
+        gate = (MIRRORS + m * MIRROR + 2) * span
+        for k in range(max(0, reach - m), min(cells, cells + reach - m)):
+            flat[gate + k] = v[cells + k + m - reach]
+    for d in range(MK, M2 + 1):
+        _devices(w, (d - MK) * DEVICE, _of(w.shared[d]), rows)
+    _mirrors(w, _of(w.shared[MG]), rows)
 
 
-@_compiled
-def _inhibition(w: Whole, k: int, drain: float) -> tuple[float, float]:
-    """What the mirrors take from the v_in of cell k at `drain` V, A, and its derivative by it, S."""
-    pinch, steep, moved = w.work[PINCH], w.work[STEEP], w.work[MOVED]
-    cells, mirrors = w.mirrors.shape
-    reach = mirrors // 2
-    t, total, slope = _of(w.shared[MG]), 0.0, 0.0
-    low = drain / w.u_t
-    for m in range(max(0, reach - k), min(mirrors, cells + reach - k)):
-        j = k + m - reach
-        u = pinch[j] - steep[j] * w.mirror_shift[k, m]
-        forward, _ = law(u)
-        reverse, by_u = 0.0, 0.0
-        if low < _SATURATED + max(u, 0.0):
-            reverse, by_u = law(u - low)
-        early = t.early / (1.0 + t.early_rise * (math.sqrt(forward) + math.sqrt(reverse)))
-        scale = w.mirrors[k, m] * moved[j]
-        total += scale * (forward - reverse) * (1.0 + early * drain)
-        slope += scale * ((forward - reverse) * early + by_u / w.u_t * (1.0 + early * drain))
-    return total, slope
+@_inlined
+def _at(w: Whole, device: int, quantity: int, k: int) -> float:
+    """A number of mk, m1 or m2 of cell k that `_evaluate` has filled in."""
+    found: float = w.flat[((device - MK) * DEVICE + quantity) * w.span + k]
+    return found
 
 
-@_compiled
-def _net(w: Whole, k: int, drain: float) -> tuple[float, float]:
-    """Current that is left for m1 of cell k at `drain` V, A, and its derivative by it, S."""
-    taken, by_drain = _inhibition(w, k, drain)
+@_inlined
+def _net(w: Whole, v: F64, k: int) -> tuple[float, float]:
+    """Current that is left for m1 of cell k, A, and its derivative by v_in, S, as `_evaluate` found them."""
     slope = w.work[GIVEN_SLOPE, k]
-    return w.work[GIVEN, k] + slope * drain - taken - w.leak[0], slope - by_drain
+    net = w.work[GIVEN, k] + slope * v[k] - w.flat[TAKEN * w.span + k] - w.leak[0]
+    return net, slope - w.flat[BY_INPUT * w.span + k]
 
 
 @_compiled
@@ -184,11 +244,15 @@ def _rest(w: Whole, cells: int) -> bool:
         sunk, sunk_d, _, _ = _carried(_of(w.shared[MT]), c, w.v_tail, 0.0)
         f_x, f_xx, f_xc, f_c, f_cx, f_cc = -top, -top_d - top_g, 0.0, -sunk, 0.0, -sunk_d
         for k in range(cells):
-            net, slope = _net(w, k, x)
-            own, own_d, own_g, _ = _carried(_of(w.own[M1, k]), x, c, 0.0)
-            part, _, part_g, part_s = _carried(_of(w.own[M2, k]), w.quiet, x, c)
-            f_x, f_xx, f_xc = f_x + net - own, f_xx + slope - own_d, f_xc - own_g
-            f_c, f_cx, f_cc = f_c + part, f_cx + part_g, f_cc + part_s
+            v[k] = x
+        v[2 * cells] = c
+        _evaluate(w, v, cells, -1)
+        for k in range(cells):
+            net, slope = _net(w, v, k)
+            f_x, f_xx = f_x + net - _at(w, M1, CARRIED, k), f_xx + slope - _at(w, M1, BY_DRAIN, k)
+            f_xc -= _at(w, M1, BY_GATE, k)
+            f_c, f_cx = f_c + _at(w, M2, CARRIED, k), f_cx + _at(w, M2, BY_GATE, k)
+            f_cc += _at(w, M2, BY_SOURCE, k)
         f_h, f_hx, f_hh, f_xh = top - low, top_d + top_g, top_s - low_d - low_g, -top_s
         # h first: it touches x alone
         f_xx, f_x = f_xx - f_xh * f_hx / f_hh, f_x - f_xh * f_h / f_hh
@@ -199,7 +263,7 @@ def _rest(w: Whole, cells: int) -> bool:
         far = max(abs(d_x), abs(d_c), abs(d_h))
         part = min(1.0, _FARTHEST / far)
         x, c, h = x + part * d_x, c + part * d_c, h + part * d_h
-        if far < _EXACT:
+        if far < _RESTED:
             for k in range(cells):
                 v[k] = x
             v[2 * cells] = c
@@ -217,24 +281,21 @@ def _rates(w: Whole, v: F64, risk: F64, leader: int, out: F64, matrix: F64) -> i
     cells = risk.size
     nodes = 2 * cells + 1
     current, slope, gm1, gm2 = w.work[CURRENT], matrix[0], matrix[1], matrix[2]
-    c = v[2 * cells]
-    _risks(w, v, cells)
-    sunk, sunk_d, _, _ = _carried(_of(w.shared[MT]), c, w.v_tail, 0.0)
-    balance, balance_d, most, first, led, led_s = -sunk, -sunk_d, -1.0, 0, 0.0, 0.0
+    _evaluate(w, v, cells, leader)
+    sunk, sunk_d, _, _ = _carried(_of(w.shared[MT]), v[2 * cells], w.v_tail, 0.0)
+    balance, balance_d, most, first = -sunk, -sunk_d, -1.0, 0
     for k in range(cells):
-        net, net_d = _net(w, k, v[k])
-        own, own_d, own_g, _ = _carried(_of(w.own[M1, k]), v[k], c, 0.0)
-        drain = w.v_dd - v[nodes] if k == leader else w.quiet
-        part, _, part_g, part_s = _carried(_of(w.own[M2, k]), drain, v[k], c)
-        diode, diode_d, diode_g, _ = _carried(_of(w.own[MK, k]), v[cells + k], v[cells + k], 0.0)
-        current[k], current[cells + k] = net - own, risk[k] - w.leak[1] - diode
-        balance, balance_d = balance + part, balance_d + part_s
-        slope[k], slope[cells + k] = net_d - own_d, -diode_d - diode_g
-        gm1[k], gm2[k] = -own_g, part_g
+        net, net_d = _net(w, v, k)
+        part = _at(w, M2, CARRIED, k)
+        current[k] = net - _at(w, M1, CARRIED, k)
+        current[cells + k] = risk[k] - w.leak[1] - _at(w, MK, CARRIED, k)
+        balance, balance_d = balance + part, balance_d + _at(w, M2, BY_SOURCE, k)
+        slope[k] = net_d - _at(w, M1, BY_DRAIN, k)
+        slope[cells + k] = -_at(w, MK, BY_DRAIN, k) - _at(w, MK, BY_GATE, k)
+        gm1[k], gm2[k] = -_at(w, M1, BY_GATE, k), _at(w, M2, BY_GATE, k)
         if part > most:
             most, first = part, k
-        if k == leader:
-            led, led_s = part, part_s
+    led, led_s = _at(w, M2, CARRIED, leader), _at(w, M2, BY_SOURCE, leader)
     current[2 * cells] = balance
     slope[2 * cells], gm1[2 * cells] = balance_d, led_s
     for i in range(nodes):
@@ -294,15 +355,17 @@ def _merits(w: Whole, leader: int, cells: int, merit: F64) -> tuple[int, float]:
     All at the leader's v_in and at v_common. A merit is a cell's current over the strength of its m1, which
     is what that takes there over what it would without deviations.
     """
-    v, rest = w.work[V], w.work[REST]
+    v, rest, at = w.work[V], w.work[REST], w.work[NEXT]
     drain, c = v[leader], v[2 * cells]
-    _risks(w, rest, cells)
+    for k in range(cells):
+        at[k], at[cells + k] = drain, rest[cells + k]
+    at[2 * cells] = c
+    _evaluate(w, at, cells, -1)
     plain = _carried(_of(w.shared[M1]), drain, c, 0.0)[0]
     best, second = -1, -1
     for k in range(cells):
-        net = _net(w, k, drain)[0]
-        own = _carried(_of(w.own[M1, k]), drain, c, 0.0)[0]
-        merit[k] = net * plain / own if net > 0.0 else net
+        net = _net(w, at, k)[0]
+        merit[k] = net * plain / _at(w, M1, CARRIED, k) if net > 0.0 else net
         if best < 0 or merit[k] > merit[best]:
             best, second = k, best
         elif second < 0 or merit[k] > merit[second]:
@@ -318,7 +381,7 @@ def decide_whole(w: Whole, excite: F64, risk: F64, scratch: F64) -> tuple[int, f
 
     The rows of the working space: voltages, currents, both stages of a step, voltages to be, slopes of the
     nodes' own currents, of those of v_common and of the v_in on each other, voltages at rest; what the
-    mirrors of the excitations give at 0 V and its slope; of the risks v_p / U_T, its slope, and M; rates.
+    mirrors of the excitations give at 0 V and its slope; rates, and room for slopes that nobody asks for.
     """
     cells = excite.size
     v, rest = w.work[V], w.work[REST]
