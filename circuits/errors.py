@@ -46,7 +46,7 @@ class SimulatorError(CircuitError, RuntimeError):
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
     """An error for an unknown `name`, with the nearest known one and, unless they are many, all of them."""
-    names = sorted(known)
+    names = sorted(set(known))
     name = _shown_name(name)
     if not names:
         return UnknownNameError(f"{kind} {name}: unknown; there is none to choose")
