@@ -2,9 +2,10 @@
 
 Newton's method is tried from the start. Where it fails, a conductance to the start is added and taken away
 decade by decade; where that fails too, the circuit's own dynamics are followed with growing steps (which can
-lock onto a cycle), and Newton's method ends them. A circuit can have several rest states. The one that is
-found is called stable or not by the eigenvalues of `-C^-1 dI/dv`. Where a start was given, the state that is
-found without it is reported beside if it is another one.
+lock onto a cycle), and Newton's method ends them. Last come larger strides, for nodes beyond 100 V. A circuit
+can have several rest states. The one that is found is called stable or not by the eigenvalues of
+`-C^-1 dI/dv`. Where a start was given, the state that is found without it is reported beside if it is
+another one.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ NUDGE = 10e-3  # V, ours: how far beside an unstable state the circuit is let go
 MAX_REST_UPDATE = 0.2  # V, of each node in one iteration
 _ROUNDED = 64.0 * 2.0**-52  # of the currents at a node, what rounding leaves of their sum; ours
 FAR = 100.0  # V, where a solve has run away
+_STRIDES = (2.0, 20.0, 200.0)  # V, of each node in one iteration, of a circuit that has no state within FAR
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,13 +100,15 @@ def put(vector: F64, values: F64) -> None:
 
 @compiled()
 def _direct(
-    k: Kernel, v: F64, anchor: F64, g: float, w: Work, matrix: F64, right: F64, iterations: np.int64
+    k: Kernel, v: F64, anchor: F64, g: float, w: Work, matrix: F64, most: float, iterations: np.int64
 ) -> bool:
     """Newton on `G v + i(v) + g (v - anchor) = 0` by dense LU with pivoting and row scaling.
 
-    iterations: an `int64`, since numba compiles a function anew for each literal that kernels call it with.
+    most: largest move of a node in one iteration, V. iterations: an `int64`, since numba compiles a function
+    anew for each literal that kernels call it with.
     """
-    n = k.unknowns
+    n, right = k.unknowns, w.rest[3, : k.unknowns]
+    far = FAR / MAX_REST_UPDATE * most
     set_base(k, 0.0, w)
     for _ in range(iterations):
         evaluate(k, v, w)
@@ -122,8 +126,8 @@ def _direct(
                 return False
             largest = max(largest, abs(right[i]))
         for i in range(n):
-            v[i] -= min(max(right[i], -MAX_REST_UPDATE), MAX_REST_UPDATE)
-            if abs(v[i]) > FAR:
+            v[i] -= min(max(right[i], -most), most)
+            if abs(v[i]) > far:
                 return False
         if largest < TOLERANCE:
             return True
@@ -205,9 +209,11 @@ def _settle(k: Kernel, v: F64, w: Work, history: F64, growth: float) -> bool:
 
 
 @compiled()
-def settled(k: Kernel, v: F64, w: Work, history: F64, matrix: F64, right: F64) -> bool:
+def settled(k: Kernel, v: F64, w: Work, history: F64, matrix: F64) -> bool:
     """Follow the circuit's own dynamics from v to a rest state, in place; false where they find none."""
-    return _settle(k, v, w, history, GROWTH) and _direct(k, v, v, 0.0, w, matrix, right, np.int64(60))
+    return _settle(k, v, w, history, GROWTH) and _direct(
+        k, v, v, 0.0, w, matrix, MAX_REST_UPDATE, np.int64(60)
+    )
 
 
 @compiled()
@@ -235,24 +241,34 @@ def _is_rounded(k: Kernel, v: F64, w: Work, update: F64) -> bool:
 
 
 @compiled()
-def rest_state(k: Kernel, v: F64, w: Work, matrix: F64, decades: F64) -> bool:
-    """Solve for a rest state near `v`, in place; false where none is found."""
+def stride_state(k: Kernel, v: F64, w: Work, matrix: F64, decades: F64, most: float) -> bool:
+    """Solve for a rest state near `v` by Newton's method, in place; false where none is found.
+
+    most: largest move of a node in one iteration, V.
+    """
     store_charges(k, v, w)
-    anchor, history, right = w.rest[1], w.rest[2], w.rest[3, : k.unknowns]
+    anchor = w.rest[1]
     put(anchor, v)
-    if _direct(k, v, anchor, 0.0, w, matrix, right, np.int64(200)):
+    if _direct(k, v, anchor, 0.0, w, matrix, most, np.int64(200)):
         return True
     put(v, anchor)
     found = True
     for g in decades:
-        found = found and _direct(k, v, anchor, g, w, matrix, right, np.int64(200))
-    if found and _direct(k, v, anchor, 0.0, w, matrix, right, np.int64(200)):
+        found = found and _direct(k, v, anchor, g, w, matrix, most, np.int64(200))
+    return found and _direct(k, v, anchor, 0.0, w, matrix, most, np.int64(200))
+
+
+@compiled()
+def rest_state(k: Kernel, v: F64, w: Work, matrix: F64, decades: F64) -> bool:
+    """Solve for a rest state near `v`, in place; false where none is found."""
+    anchor, history = w.rest[1], w.rest[2]
+    if stride_state(k, v, w, matrix, decades, MAX_REST_UPDATE):
         return True
     put(v, anchor)
     if _settle(k, v, w, history, 2.0):
-        if _direct(k, v, anchor, 0.0, w, matrix, right, np.int64(60)):
+        if _direct(k, v, anchor, 0.0, w, matrix, MAX_REST_UPDATE, np.int64(60)):
             return True
-        return _is_rounded(k, v, w, right)
+        return _is_rounded(k, v, w, w.rest[3, : k.unknowns])
     return False
 
 
@@ -291,7 +307,7 @@ def operating_point(
         guess = np.zeros(machine.kernel.columns)
         for node, value in given.items():
             guess[machine.column_of(node)] = value
-        found = solve_near(machine, guess, time)
+        found = solve_near(machine, guess, time) or _far(machine, guess, time)
     else:
         found = met[0] if met else None
     if found is None:
@@ -311,10 +327,20 @@ def _cold(machine: Machine, time: float | None) -> OperatingPoint | None:
         found = solve_near(machine, np.full(machine.kernel.columns, level), time)
         if found is not None:
             return found
-    if machine.silicon.die == NOMINAL:
-        return None
-    nominal = _cold(on_die(machine, NOMINAL), time)
-    return None if nominal is None else solve_near(machine, nominal.voltage, time)
+    if machine.silicon.die != NOMINAL:
+        nominal = _cold(on_die(machine, NOMINAL), time)
+        return None if nominal is None else solve_near(machine, nominal.voltage, time)
+    return _far(machine, np.zeros(machine.kernel.columns), time)
+
+
+def _far(machine: Machine, start: F64, time: float | None) -> OperatingPoint | None:
+    """Solve from a start in strides that reach beyond `FAR`."""
+    k, w = machine.kernel, allocate(machine.kernel)
+    for most in _STRIDES:
+        v, matrix = _driven(machine, start, time), np.zeros((k.unknowns, k.unknowns))
+        if stride_state(k, v, w, matrix, np.array(DECADES), most):
+            return OperatingPoint(machine, v, _is_stable(k, v, w))
+    return None
 
 
 def _leave(point: OperatingPoint, time: float | None) -> OperatingPoint | None:
@@ -334,6 +360,15 @@ def solve_near(machine: Machine, start: F64, time: float | None = None) -> Opera
 
     The sources have their values at `time` (s), or without one their direct values, whatever `start` says.
     """
+    k = machine.kernel
+    v, w = _driven(machine, start, time), allocate(k)
+    if not rest_state(k, v, w, np.zeros((k.unknowns, k.unknowns)), np.array(DECADES)):
+        return None
+    return OperatingPoint(machine, v, _is_stable(k, v, w))
+
+
+def _driven(machine: Machine, start: F64, time: float | None) -> F64:
+    """The vector of voltages `start` with what the sources hold in it, as `solve_near` has them."""
     k, sources = machine.kernel, machine.sources()
     v = start.copy()
     source_values(sources, sources.start[:-1].copy(), time or 0.0, v, k.unknowns)
@@ -341,10 +376,7 @@ def solve_near(machine: Machine, start: F64, time: float | None = None) -> Opera
         for s, direct in enumerate(machine.direct):
             v[k.unknowns + s] = v[k.unknowns + s] if direct is None else direct
     v[k.columns - 1] = 0.0
-    w = allocate(k)
-    if not rest_state(k, v, w, np.zeros((k.unknowns, k.unknowns)), np.array(DECADES)):
-        return None
-    return OperatingPoint(machine, v, _is_stable(k, v, w))
+    return v
 
 
 def _is_stable(k: Kernel, v: F64, w: Work) -> bool:

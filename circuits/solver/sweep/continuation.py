@@ -136,8 +136,8 @@ def _predict(k: Kernel, v: F64, old: F64, column: int, goal: float, trial: F64) 
 @compiled(_nrt=True)
 def _land(k: Kernel, v: F64, w: Work) -> bool:
     """From where a branch ends to a rest state beyond, in place."""
-    matrix, right, start = np.zeros((k.unknowns, k.unknowns)), np.zeros(k.unknowns), v.copy()
-    landed = settled(k, v, w, np.zeros_like(v), matrix, right)
+    matrix, start = np.zeros((k.unknowns, k.unknowns)), v.copy()
+    landed = settled(k, v, w, np.zeros_like(v), matrix)
     if not landed:
         put(v, start)
         landed = rest_state(k, v, w, matrix, 10.0 ** -np.arange(3.0, 20.0))

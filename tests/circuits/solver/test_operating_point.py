@@ -8,7 +8,7 @@ import pytest
 from circuits.bias import rebias
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import BiasKind, Circuit, Port
-from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Source, Transistor
+from circuits.devices import Capacitor, Diode, OperationalAmplifier, Resistor, Source, Transistor
 from circuits.devices.device import Device
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import SolverError, UnknownNameError
@@ -137,12 +137,37 @@ def test_an_unknown_start_node_is_named() -> None:
 
 
 def test_no_answer_is_an_error_with_a_remedy() -> None:
-    circuit = Circuit("r", (Port("a", "analog"),), (Resistor("r", "a", "0", 1e3),))
-    bench = Testbench("bench", circuit, (Source("i", "a", Constant(1.0), "current"),), 1.0)  # 1000 V
+    circuit = Circuit("d", (Port("a", "analog"),), (Diode("d", "0", "a", saturation_current=1e-14),))
+    bench = Testbench("bench", circuit, (Source("i", "a", Constant(1.0), "current"),), 1.0)  # no way out
     with pytest.raises(SolverError, match=r"^bench: no operating point; give start voltages"):
         operating_point(bench)
     with pytest.raises(SolverError, match=r"^bench: no operating point"):
         operating_point(bench, start={"a": 1.0})
+
+
+@pytest.mark.parametrize("start", [None, {"a": 1.0}])
+@pytest.mark.parametrize("volts", [50.0, 1e3, 1e4])
+def test_a_node_may_stand_at_a_high_voltage(volts: float, start: dict[str, float] | None) -> None:
+    circuit = Circuit("r", (Port("a", "analog"),), (Resistor("r", "a", "0", 1e3),))
+    bench = Testbench("bench", circuit, (Source("i", "a", Constant(volts / 1e3), "current"),), 1.0)
+    assert operating_point(bench, start=start)["a"] == pytest.approx(volts, rel=1e-12)
+
+
+@pytest.mark.parametrize("supply", [90.0, 325.0])
+def test_a_diode_breaks_down_and_another_conducts_far_above_a_chip_s_supply(supply: float) -> None:
+    zener = Diode("z", "0", "z", saturation_current=1e-14, breakdown_voltage=60.0, breakdown_current=1e-3)
+    devices = (
+        Resistor("r", "a", "z", 1e4),
+        zener,
+        Diode("d", "a", "y", saturation_current=1e-12),
+        Resistor("s", "y", "0", 5e3),
+    )
+    circuit = Circuit("clamp", (Port("a", "analog"),), devices)
+    point = operating_point(Testbench("t", circuit, (Source("v", "a", Constant(supply)),), 1.0))
+    u_t = 8.617333262e-5 * 300.15
+    current = (supply - point["z"]) / 1e4
+    assert point["z"] == pytest.approx(60.0 + u_t * np.log(current / 1e-3), abs=1e-6)
+    assert supply - point["y"] == pytest.approx(u_t * np.log1p(point["y"] / 5e3 / 1e-12), abs=1e-6)
 
 
 def amplified(name: str, *devices: Device) -> Testbench:
