@@ -245,7 +245,7 @@ def _diode(e: Any, names: _Names, scope: _Scope) -> Iterator[Device]:
             raise card.error(
                 f"{e.name}: model {e.model}: type {kind.type}, must be d; give it one of a diode"
             )
-        diode, series = diode_of(card, names.element(e.name), words, kind, _read, NOMINAL_C, Notes())
+        diode, series = diode_of(card, names.element(e.name), words, kind, (_read, _read), NOMINAL_C, Notes())
     except DataError as error:
         raise DataError(f"{scope.path}.{str(error).removeprefix(f'{card.place}: ')}") from None
     yield replace(diode, name=names.element(e.name))

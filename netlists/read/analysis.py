@@ -134,6 +134,7 @@ class NoiseSpectrum:
     spectrum: SmallSignals
 
 
+Given = dict[str, tuple[float, Card]]  # a voltage, V, and the card that states it, by the node's name
 Analysis = Transient | OperatingPoint | Sweep | SmallSignals | NoiseSpectrum
 
 
@@ -150,8 +151,8 @@ class Controls:
     analyses: list[Analysis] = field(default_factory=list)
     measures: list[Measured] = field(default_factory=list)
     steps: list[Stepped] = field(default_factory=list)
-    starts: dict[str, tuple[float, Card]] = field(default_factory=dict)
-    held: dict[str, tuple[float, Card]] = field(default_factory=dict)
+    starts: Given = field(default_factory=dict)
+    held: Given = field(default_factory=dict)
     temperature_c: float | None = None
     nominal_c: float | None = None
 
@@ -317,13 +318,17 @@ def _measure(controls: Controls, card: Card, scope: Scope, notes: Notes, begin: 
 
 
 def _voltages(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:
+    into = controls.held if card.name() == ".ic" else controls.starts
+    into |= voltages_of(card, scope)
+
+
+def voltages_of(card: Card, scope: Scope) -> Given:
+    """Voltages of a card `.ic` or `.nodeset`, V, by the node's name as it is written; raises `DataError`."""
     word, _, rest = card.text.lower().partition(" ")
     found = _VOLTAGE.findall(rest)
     if not found or _VOLTAGE.sub("", rest).strip(" ,\t"):
         raise card.foreign(f"{word}: must be v(node)=value ...; correct it")
-    into = controls.held if word == ".ic" else controls.starts
-    for node, value in found:
-        into[node] = (scope.number(card, f"v({shown(node)})", value), card)
+    return {node: (scope.number(card, f"v({shown(node)})", value), card) for node, value in found}
 
 
 def _temperature(controls: Controls, card: Card, scope: Scope, notes: Notes) -> None:

@@ -1,6 +1,7 @@
 """The third step of reading a netlist: its sections become circuits.
 
-Every sub-circuit becomes a circuit once for each set of parameter values that it is called with. A circuit
+Every sub-circuit becomes a circuit once for each set of parameter values that it is called with or has from
+where it is called. A circuit
 has no stimuli, so that a source inside a sub-circuit is lifted to the top: the nodes that it drives become
 ports, which every call connects to nodes of their own, `x1.node`. The top level becomes a circuit `top` whose
 ports are the nodes that sources drive, a `supply` under a constant voltage and else `analog`. Where it is one
@@ -20,11 +21,13 @@ from circuits.devices import Device, Source
 from circuits.devices.source import Constant, Quantity
 from circuits.errors import CircuitError, DataError, ParameterError
 from circuits.silicon.silicon import Deviation
+from netlists.read.analysis import Given as Stated
+from netlists.read.analysis import voltages_of
 from netlists.read.branch.element import Branch, value_node
 from netlists.read.branch.wire import sensed, wires
 from netlists.read.card import Arguments, Card, ForeignError, element_arguments, element_words, shown
 from netlists.read.element import NOMINAL_C, Context, read_element
-from netlists.read.expression.scope import Scope
+from netlists.read.expression.scope import IDENTIFIER, Scope
 from netlists.read.limits import Limits
 from netlists.read.measure import Asked
 from netlists.read.note import Notes
@@ -39,7 +42,8 @@ class Part:
 
     `lifted`: global nodes among its ports, as written. `elements`: devices and instances, parts of parts
     counted. `sources`: sources inside it, each at a port. `moved`: AC values of sources inside it, V or A.
-    `turned`: sources inside it that the circuit sees from their other end.
+    `turned`: sources inside it that the circuit sees from their other end. `starts`, `held`: what its
+    `.nodeset` and `.ic` cards state, by the node's name as written, below the names of calls.
     """
 
     circuit: Circuit
@@ -50,6 +54,8 @@ class Part:
     sources: tuple[Source, ...] = ()
     moved: Mapping[str, complex] = field(default_factory=dict)
     turned: frozenset[str] = frozenset()
+    starts: Stated = field(default_factory=dict)
+    held: Stated = field(default_factory=dict)
 
     def all_deviations(self, prefix: str = "") -> Iterator[tuple[str, Deviation]]:
         """Yield deviations by instance path."""
@@ -64,7 +70,8 @@ class Top:
     """The circuit with what drives it.
 
     `call`: instance that stands for the whole, with port by its node. `moved`: AC values of sources, V or A.
-    `turned`: sources that the circuit sees from their other end.
+    `turned`: sources that the circuit sees from their other end. `starts`, `held`: what the `.nodeset` and
+    `.ic` cards of sub-circuits state, V with the card, by the node's name as a run has it.
     """
 
     part: Part
@@ -72,6 +79,8 @@ class Top:
     call: tuple[str, dict[str, str]] | None = None
     moved: Mapping[str, complex] = field(default_factory=dict)
     turned: frozenset[str] = frozenset()
+    starts: Stated = field(default_factory=dict)
+    held: Stated = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -87,6 +96,8 @@ class _Contents:
     names: dict[str, Card] = field(default_factory=dict)
     moved: dict[str, complex] = field(default_factory=dict)
     turned: set[str] = field(default_factory=set)
+    starts: Stated = field(default_factory=dict)
+    held: Stated = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -102,7 +113,8 @@ class Elaboration:
     uses_ic: bool = False
     nominal_c: float = NOMINAL_C
     asked: Asked = field(default_factory=Asked)
-    built: dict[tuple[Section, tuple[tuple[str, float], ...]], Part] = field(default_factory=dict)
+    built: dict[tuple[object, ...], Part] = field(default_factory=dict)
+    used: dict[Section, frozenset[str]] = field(default_factory=dict)
     seen: set[Section] = field(default_factory=set)
     calls: list[Section] = field(default_factory=list)
     again: int = 0  # how many of the calls at hand are read again
@@ -115,9 +127,9 @@ class Elaboration:
         section = self.deck.top
         if not section.elements:
             library = self._library()
-            whole = self._empty() if library is None else self._part(library, {}, library.card)
+            whole = self._empty() if library is None else self._part(library, {}, library.card, self.scope)
             self._note_unused()
-            return Top(whole, whole.sources, None, whole.moved, whole.turned)
+            return Top(whole, whole.sources, None, whole.moved, whole.turned, whole.starts, whole.held)
         contents = self._contents(section, self.scope)
         self._note_unused()
         called = _sole_call(contents)
@@ -127,11 +139,12 @@ class Elaboration:
             circuit = replace(part.circuit, ports=_ports_driven(part.circuit.ports, sources))
             call = contents.instances[0].name, by_node
             moved, turned = contents.moved, frozenset(contents.turned)
-            return Top(replace(part, circuit=circuit), sources, call, moved, turned)
+            stated = contents.starts, contents.held
+            return Top(replace(part, circuit=circuit), sources, call, moved, turned, *stated)
         self._leave_idle(contents)
         ports = _ports_of_sources(contents.sources)
         whole = self._finish("top", ports, contents, section.card)
-        return Top(whole, whole.sources, None, whole.moved, whole.turned)
+        return Top(whole, whole.sources, None, whole.moved, whole.turned, whole.starts, whole.held)
 
     def _leave_idle(self, contents: _Contents) -> None:
         """Leave out sources at nodes that nothing else uses; cards for ngspice only may use any."""
@@ -176,8 +189,22 @@ class Elaboration:
                 if model.card not in self.models and (shared is None or shared.card not in self.models):
                     self.notes.add(f"model {shown(model.name)}, not used", model.card.place)
 
-    def _part(self, section: Section, given: dict[str, float], card: Card) -> Part:
-        key = (section, tuple(sorted(given.items())))
+    def _uses(self, section: Section) -> frozenset[str]:
+        """Names in the cards of a section and of all that it calls, those of parameters among them."""
+        if section not in self.used:
+            found, waiting, met = set[str](), [section], {section}
+            while waiting:
+                each = waiting.pop()
+                new = set(_called(each)) - met
+                waiting += new
+                met |= new
+                found.update(*(IDENTIFIER.findall(text.lower()) for text in _texts(each)))
+            functions = (IDENTIFIER.findall(f.text) for f in self.deck.functions.values())
+            self.used[section] = frozenset(found.union(*functions))
+        return self.used[section]
+
+    def _part(self, section: Section, given: dict[str, float], card: Card, caller: Scope) -> Part:
+        key = (section, tuple(sorted(given.items())), caller.inherited(self._uses(section) - given.keys()))
         if key in self.built:
             return self.built[key]
         if section in self.calls:
@@ -192,7 +219,7 @@ class Elaboration:
         self.again += is_again
         for name in (section.name, *section.ports):
             section.card.check_name(name, self.limits.word)
-        scope = Scope(self.limits, self.scope, dict(given))
+        scope = Scope(self.limits, caller, dict(given), section=section)
         defaults = {n: (text, section.card) for n, text in section.defaults.items()}
         scope.define(defaults | section.parameters, self.notes)
         contents = self._contents(section, scope)
@@ -230,7 +257,7 @@ class Elaboration:
         sources = tuple(contents.sources)
         return Part(
             circuit, contents.parts, contents.deviations, lifted, count, sources, contents.moved,
-            frozenset(contents.turned),
+            frozenset(contents.turned), contents.starts, contents.held,
         )  # fmt: skip
 
     def _contents(self, section: Section, scope: Scope) -> _Contents:
@@ -253,6 +280,7 @@ class Elaboration:
         context = Context(
             section, scope, node, self.notes, self.is_cdl, self.uses_ic, self.models, taken, self.nominal_c
         )
+        self._stated(section, scope, contents)
         for card in section.elements:
             if card in wired or not self._is_taken(card, section, scope):
                 continue
@@ -268,6 +296,15 @@ class Elaboration:
             except ParameterError as error:
                 raise card.error(str(error)) from None
         return contents
+
+    def _stated(self, section: Section, scope: Scope, contents: _Contents) -> None:
+        """Read the voltages that `.ic` and `.nodeset` cards of a sub-circuit state."""
+        for card in section.voltages:
+            try:
+                into = contents.held if card.name() == ".ic" else contents.starts
+                into |= voltages_of(card, scope)
+            except ForeignError as error:
+                self.notes.keep(card, error)
 
     def _is_taken(self, card: Card, section: Section, scope: Scope) -> bool:
         """Whether the conditions of an element hold, where it has any."""
@@ -310,7 +347,12 @@ class Elaboration:
                     f" see {section.card.place}; remove it"
                 )
             given[key] = context.scope.number(card, f"{shown(name)}.{shown(key)}", word)
-        part = self._part(section, given, card)
+        part = self._part(section, given, card, context.scope)
+        at = dict(zip(section.ports, nodes, strict=True))
+        fixed = {*part.lifted, *self.deck.global_nodes}
+        for inside, into in ((part.starts, contents.starts), (part.held, contents.held)):
+            for node, stated in inside.items():
+                into[node if node in fixed else at.get(node, f"{name}.{node}")] = stated
         connections = [*zip(section.ports, nodes, strict=True), *((n, n) for n in part.lifted)]
         connected = {circuit_name(p): context.node(n) for p, n in connections if not is_ground(p)}
         _lift(card, part, circuit_name(name), connected, contents)
@@ -387,6 +429,14 @@ def _lift(card: Card, part: Part, name: str, connected: dict[str, str], contents
             contents.turned.update({prefix + source.name} if source.name in part.turned else ())
         elif source.quantity == "voltage":
             raise card.foreign(f"{shown(name)}: its source {source.name} drives ground; connect another node")
+
+
+def _texts(section: Section) -> Iterator[str]:
+    """All texts of a section that can name a parameter."""
+    yield from (card.text for card in (section.card, *section.elements, *section.voltages))
+    yield from (text for text, _ in section.parameters.values())
+    yield from (text for model in section.models.values() for text in model.parameters.values())
+    yield from (c.text for conditions in section.conditions.values() for c in conditions)
 
 
 def _sections(top: Section) -> Iterator[Section]:

@@ -192,7 +192,8 @@ def _diode(card: Card, context: Context) -> Element:
         context.notes.leave_out(card, key, f"{key} of a diode", "a circuit has one temperature, remove it")
         words.named.pop(key)
     words.positional[:2] = map(context.node, words.positional[:2])
-    diode, series = diode_of(card, name, words, model, context.scope.number, context.nominal_c, context.notes)
+    numbers = context.scope.number, context.scope.of(model.section).number
+    diode, series = diode_of(card, name, words, model, numbers, context.nominal_c, context.notes)
     return Element(diode, more=() if series is None else (series,))
 
 

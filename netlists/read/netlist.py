@@ -298,14 +298,16 @@ def _testbench(
 ) -> Testbench:
     circuit, stop = top.part.circuit, controls.span.stop
     known: dict[int, _Inside] = {}
-    for node, (_, card) in (*controls.starts.items(), *controls.held.items()):
+    starts, held = (
+        given | {name.replace(".", separator): stated for name, stated in inside.items()}
+        for given, inside in ((controls.starts, top.starts), (controls.held, top.held))
+    )
+    for node, (_, card) in (*starts.items(), *held.items()):
         for part in node.split(separator):
             card.check_name(part, limits.word)
-    start, initial = (
-        _voltages(top, given, separator, known, notes) for given in (controls.starts, controls.held)
-    )
+    start, initial = (_voltages(top, given, separator, known, notes) for given in (starts, held))
     if controls.uic:
-        for _, card in list(controls.starts.values())[:1]:
+        for _, card in list(starts.values())[:1]:
             notes.add(".nodeset with uic, taken as .ic as ngspice does", card.place, len(start))
         start, initial = {}, start | initial
     begin: Begin = "uic" if controls.uic else "disturbed"

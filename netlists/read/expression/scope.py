@@ -1,14 +1,14 @@
 """Which parameters a section of a netlist can use, and the values of the words that use them.
 
-A section uses its own parameters first, then those of the top level. As in SPICE, a parameter may be used
-before the card that defines it. So a definition waits until everything that it needs has a value; this is
-done by a loop, without recursion.
+A section uses its own parameters first, then those of the section that calls it, and so on up to the top
+level, as ngspice does. As in SPICE, a parameter may be used before the card that defines it. So a definition
+waits until everything that it needs has a value; this is done by a loop, without recursion.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field
 
 from netlists.read.card import Card, ForeignError, shown
@@ -21,7 +21,7 @@ from netlists.read.number import read_number
 _AGAIN = 8  # how much faster a parsed text is evaluated than read
 _A_CARD = 40  # characters of expressions that a card may have on average, beyond the limit
 _POWERS = re.compile(r"\b(?:pow|pwr)\s*\(")
-_IDENTIFIER = re.compile(r"[a-z_][a-z0-9_.]*")
+IDENTIFIER = re.compile(r"[a-z_][a-z0-9_.]*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,13 +80,15 @@ class Scope:
     limits : Limits
         How much arithmetic is allowed.
     parent : Scope or None
-        The scope of the top level; None for the top level itself.
+        The scope of the section that calls this one; None for the top level.
     values : dict of str to float
         Value of each parameter by name, in the SI unit of what it is used for.
     expressions : Expressions or None
         The parsed expressions of the netlist: those of the parent unless given.
     absent : set of str
         Parameters of this section that have a value in ngspice alone.
+    section : object
+        The section that it is the scope of; None for the top level.
     """
 
     limits: Limits
@@ -94,6 +96,7 @@ class Scope:
     values: dict[str, float] = field(default_factory=dict)
     expressions: Expressions | None = None  # of the netlist: the parent's unless given
     absent: set[str] = field(default_factory=set)
+    section: object = None
 
     def __post_init__(self) -> None:
         """Share the expressions of the parent."""
@@ -113,6 +116,25 @@ class Scope:
         if name in self.absent:
             raise ForeignValueError(f"{name[:40]}: a parameter with a value in ngspice alone; run it there")
         return self.parent.lookup(name) if value is None and self.parent is not None else value
+
+    def of(self, section: object) -> Scope:
+        """Return the scope of a section that this one stands in or is called by; the top level's if none."""
+        each = self
+        while each.parent is not None and each.section is not section:
+            each = each.parent
+        return each
+
+    def inherited(self, names: Set[str]) -> tuple[tuple[str, float | None], ...]:
+        """Values of those of `names` that this scope has from below the top level, in order of their names.
+
+        None for one that has a value in ngspice alone.
+        """
+        found: dict[str, float | None] = {}
+        each = self
+        while each.parent is not None:
+            found = {**each.values, **dict.fromkeys(each.absent), **found}
+            each = each.parent
+        return tuple(sorted((n, v) for n, v in found.items() if n in names))
 
     def number(self, card: Card, what: str, word: str) -> float:
         """Return the finite value of a word: a number, a parameter, or an expression in braces or quotes.
@@ -181,11 +203,11 @@ class Scope:
 
     def _needed(self, text: str) -> list[str]:
         """Names that a text uses, those of the functions that it calls with it."""
-        names = dict.fromkeys(_IDENTIFIER.findall(text))
+        names = dict.fromkeys(IDENTIFIER.findall(text))
         known = self.expressions.functions.known if self.expressions else {}
         waiting = [n for n in names if n in known]
         while waiting:
-            inner = [n for n in _IDENTIFIER.findall(known[waiting.pop()].text) if n not in names]
+            inner = [n for n in IDENTIFIER.findall(known[waiting.pop()].text) if n not in names]
             names |= dict.fromkeys(inner)
             waiting += [n for n in inner if n in known]
         return list(names)

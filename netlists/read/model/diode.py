@@ -53,7 +53,13 @@ Number = Callable[[Card, str, str], float]  # value of a word of a card, and wha
 
 
 def diode_of(
-    card: Card, name: str, words: Arguments, model: Model, number: Number, nominal_c: float, notes: Notes
+    card: Card,
+    name: str,
+    words: Arguments,
+    model: Model,
+    numbers: tuple[Number, Number],
+    nominal_c: float,
+    notes: Notes,
 ) -> tuple[Diode, Resistor | None]:
     """The diode of a card whose nodes are the circuit's, and the resistor before it.
 
@@ -63,8 +69,8 @@ def diode_of(
         The card, the diode's name as written, and what follows it: nodes, model, area, `name=value` pairs.
     model
         Its model.
-    number
-        Gives the value of a word.
+    numbers
+        Give the value of a word of the card, and of one of the model.
     nominal_c
         Temperature that the figures belong to, unless the model says it, degC.
     notes
@@ -76,8 +82,8 @@ def diode_of(
         The card or its model has what is not covered.
     """
     anode, cathode, _, *rest = words.positional
-    area, count = _area(card, name, rest, words, number)
-    figures, series = _figures(card, name, model, number, notes)
+    area, count = _area(card, name, rest, words, numbers[0])
+    figures, series = _figures(card, name, model, numbers[1], notes)
     figures["breakdown_current"] = count * figures.get("breakdown_current", BREAKDOWN_CURRENT)
     for key in words.named:
         if key not in _NOTED:

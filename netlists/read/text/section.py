@@ -29,6 +29,7 @@ from netlists.read.expression.scope import Condition
 from netlists.read.note import Notes
 
 _NESTING = 16  # sections inside sections, and .if inside .if
+_VOLTAGES = {".ic", ".nodeset"}
 _BRANCHES = {".if", ".elseif", ".else", ".endif"}
 _ASSIGNED = re.compile(r"(?P<name>[^\s=,()]+)\s*=(?!=)")
 _EQUAL = re.compile(r"(?<![<>=!])=(?!=)")  # which in a condition compares
@@ -49,12 +50,15 @@ class Model:
         The card's parameters by name, as text.
     card : Card
         The card itself, for an error's place.
+    section : Section or None
+        The section that it stands in, whose parameters its figures use; None outside a netlist.
     """
 
     name: str
     type: str
     parameters: dict[str, str]
     card: Card
+    section: Section | None = None
 
 
 Conditions = tuple[Condition, ...]
@@ -88,6 +92,8 @@ class Section:
         What must hold for an element under `.if`.
     children : dict of str to Section
         The sub-circuits that are defined in it, by name.
+    voltages : list of Card
+        The `.ic` and `.nodeset` cards of a sub-circuit, which hold for each call of it.
     """
 
     name: str
@@ -101,6 +107,7 @@ class Section:
     bins: dict[str, Model] = field(default_factory=dict)
     conditions: dict[Card, Conditions] = field(default_factory=dict)
     children: dict[str, Section] = field(default_factory=dict)
+    voltages: list[Card] = field(default_factory=list)
 
     def find_section(self, name: str) -> Section | None:
         """Return the sub-circuit of that name as seen from here, None where there is none."""
@@ -214,6 +221,8 @@ def declare(deck: Deck, here: Section, card: Card, notes: Notes) -> None:
     word = card.name()
     if word in _DECLARATIONS:
         _DECLARATIONS[word](deck, here, card, card.words(), notes)
+    elif word in _VOLTAGES and here.parent is not None:
+        here.voltages.append(card)
     else:
         deck.controls.append(card)
 
@@ -327,7 +336,7 @@ def _model(deck: Deck, here: Section, card: Card, words: list[str], notes: Notes
         notes.keep(card, card.foreign(f".model {shown(name)}: duplicate name, also at {place}; rename one"))
         return
     given = {plain[k - 1]: plain[k + 1] for k in range(3, len(plain) - 1) if plain[k] == "="}
-    here.models[name] = Model(name, kind, given or dict.fromkeys(plain[2:], ""), card)
+    here.models[name] = Model(name, kind, given or dict.fromkeys(plain[2:], ""), card, here)
     shared, _, number = name.rpartition(".")
     if shared and number.isdigit():
         here.bins.setdefault(shared, here.models[name])

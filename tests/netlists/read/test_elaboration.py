@@ -123,6 +123,41 @@ def test_a_port_called_gnd_is_ground_inside_whatever_it_is_outside() -> None:
     assert found.names["_x67_round"] == "ground"
 
 
+def test_a_sub_circuit_has_the_parameters_of_what_calls_it() -> None:
+    inner = ".subckt inner p\nr1 p 0 {w}\n.ends\n"
+    outer = ".subckt outer p w=3k\nr1 p q 1k\nx2 q inner\n.ends\n"
+    found = read(f".param w=1k\n{inner}{outer}v1 a 0 1\nx1 a outer\nx2 a outer w=9k\nx3 b inner\nr3 a b 1k")
+    point = operating_point(found.testbench)  # ngspice has the same three
+    assert [point[n] for n in ("x1.q", "x2.q", "b")] == pytest.approx([0.75, 0.9, 0.5])
+
+
+def test_a_model_has_the_parameters_of_where_it_stands() -> None:
+    cell = "r1 p q 10k\nd1 q 0 {}\n.ends\n"
+    outside = f".subckt out p q isx=1e-12\n{cell.format('dtop')}"
+    inside = f".subckt in p q isx=1e-12\n.model dloc d is={{isx}}\n{cell.format('dloc')}"
+    calls = "x1 a n1 out\nx2 a n2 out isx=1e-10\nx3 a n3 in\nx4 a n4 in isx=1e-10"
+    found = read(f".param isx=1e-14\n.model dtop d is={{isx}}\n{outside}{inside}v1 a 0 1\n{calls}")
+    point = operating_point(found.testbench)  # the numbers are ngspice's
+    expected = [0.5735203, 0.5735203, 0.4604885, 0.3463402]
+    assert [point[n] for n in ("n1", "n2", "n3", "n4")] == pytest.approx(expected, abs=1e-6)
+
+
+def test_initial_voltages_in_a_sub_circuit_hold_for_each_call_with_its_parameters() -> None:
+    cell = (
+        ".subckt s p vs=0.5\nr1 p q 1k\nc1 q 0 1n\n.ic v(q)={vs} v(p)=0.9\n.nodeset v(q)=0.1 v(g)=2\n.ends\n"
+    )
+    around = ".subckt t p\nx1 p s vs=0.2\n.ends\n.global g\n"
+    found = read(f"{cell}{around}r0 a 0 1k\nr9 g 0 1k\nc9 q 0 1n\nr8 q a 1k\nx1 a s\nx2 a s vs=0.3\nx3 a t")
+    assert found.testbench.initial == {"a": 0.9, "x1.q": 0.5, "x2.q": 0.3, "x3.x1.q": 0.2}
+    assert found.testbench.start == {"g": 2.0, "x1.q": 0.1, "x2.q": 0.1, "x3.x1.q": 0.1}
+
+
+def test_initial_voltages_of_the_one_call_are_those_of_its_circuit() -> None:
+    found = read(".subckt s p\nr1 p q 1k\nc1 q 0 1n\n.ic v(q)=0.5\n.nodeset v(p)=1\n.ends\nv1 a 0 1\nx1 a s")
+    assert found.testbench.initial == {"q": 0.5}
+    assert found.testbench.start == {"p": 1.0}
+
+
 def test_a_source_at_a_node_that_nothing_uses_is_left_out_and_told() -> None:
     found = read("v1 a 0 1\nv2 b 0 1\nr1 a 0 1k")
     assert [s.name for s in found.testbench.sources] == ["v1"]
