@@ -346,7 +346,7 @@ class Elaboration:
                     f"{shown(name)}.{shown(key)}: {shown(called)} has no such parameter,"
                     f" see {section.card.place}; remove it"
                 )
-            given[key] = context.scope.number(card, f"{shown(name)}.{shown(key)}", word)
+            given[key] = context.scope.parameter(card, f"{shown(name)}.{shown(key)}", word)
         part = self._part(section, given, card, context.scope)
         at = dict(zip(section.ports, nodes, strict=True))
         fixed = {*part.lifted, *self.deck.global_nodes}

@@ -13,8 +13,10 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
+from circuits.errors import DataError
 from netlists.read.card import Card, shown
 from netlists.read.expression.scope import Scope
+from netlists.read.number import MIL_OF_EXPRESSION, read_number
 from netlists.read.text.name import circuit_name
 
 ANALYSES = ("tran", "dc", "ac")
@@ -27,6 +29,10 @@ _EDGES = {"rise": "rise", "fall": "fall", "cross": "either"}
 _OF_VECTORS = {"v": "", "vm": "mag", "vdb": "db", "vp": "phase", "i": ""}
 _VECTOR = re.compile(r"\b([vi])\(\s*([^\s(),]+)\s*\)")
 _ASKED = re.compile(r"\b([vi])\w*\s*\(([^()]*)\)")
+# a vector or a number, which stay, or a name, which may be a parameter
+_NAMED = re.compile(
+    r"[vi]\w*\s*\([^()]*\)|(?<![\w.])[\d.]+(?:e[+-]?\d+)?(?P<suffix>[a-z]\w*)?|(?P<name>[a-z_]\w*)(?!\w|\s*\()"
+)
 _PLACED = re.compile(r"\b([vi])\(([^()]*)\)")
 Place = Callable[[str, str], str]  # kind of a name, `v` of a node or `i`, and the name -> its path
 _WINDOW = {"from": "from", "to": "to", "td": "from"}
@@ -108,7 +114,7 @@ def measured_of(card: Card, scope: Scope, begin: float = 0.0) -> Measured:
         text = words.difference()
     elif kind == "param":
         words.expect("=")
-        text = _bare(words.next("an expression"))
+        text = words.formula()
     else:
         raise Untranslated(f"kind {shown(kind)}")
     if words.left:
@@ -150,6 +156,28 @@ class _Words:
         """Take a number, a parameter or an expression, and give its value."""
         return repr(self.scope.number(self.card, self.card.name(), self.next("a number")))
 
+    def formula(self) -> str:
+        """Take an expression of measures before it and parameters; its value where it is a number."""
+        word = self.next("an expression")
+        try:
+            return repr(self.scope.number(self.card, self.card.name(), word))
+        except DataError:
+            return self._bare(word)
+
+    def _bare(self, word: str) -> str:
+        """An expression without its quotes, with the circuit's names of its nodes and parameters' values."""
+        text = word[1:-1] if word[0] in "'\"{" else word
+
+        def valued(found: re.Match[str]) -> str:
+            value = self.scope.lookup(found["name"]) if found["name"] else None
+            if found["suffix"]:
+                value = read_number(found[0], MIL_OF_EXPRESSION)
+            return found[0] if value is None else f"({value!r})" if value < 0.0 else repr(value)
+
+        paths = {"v": _path, "i": _device_path}
+        known = _NAMED.sub(valued, text.strip())
+        return _VECTOR.sub(lambda found: f"{found[1]}({paths[found[1]](found[2])})", known)
+
     def vector(self) -> str:
         """Take `v(a)`, `v(a,b)`, `vdb(a)`, `i(device)`, or an expression in quotes."""
         word = self.next("a vector")
@@ -158,7 +186,7 @@ class _Words:
             word = self.next("an expression")
             self.expect(")")
         if word[0] in "'\"{":
-            return _bare(word)
+            return self._bare(word)
         if word not in _OF_VECTORS or self.left[:1] != ["("]:
             raise Untranslated(f"vector {shown(word)}")
         self.expect("(")
@@ -249,10 +277,3 @@ def _device_path(name: str) -> str:
     kind, dot, rest = name.partition(".")
     is_kind = dot and len(kind) == 1 and rest.rpartition(".")[2].startswith(kind) and "." in rest
     return _path(rest if is_kind else name)
-
-
-def _bare(word: str) -> str:
-    """An expression without its quotes or braces, with the names that its nodes have in a circuit."""
-    text = word[1:-1] if word[0] in "'\"{" else word
-    paths = {"v": _path, "i": _device_path}
-    return _VECTOR.sub(lambda found: f"{found[1]}({paths[found[1]](found[2])})", text.strip())

@@ -38,7 +38,7 @@ from netlists.read.measure import Measured, Place, asked_of
 from netlists.read.note import Foreign, Note, Notes, drop_names
 from netlists.read.notes.annotated import header_card, read_annotated
 from netlists.read.notes.syntax import syntax_of
-from netlists.read.number import read_number
+from netlists.read.number import MIL_OF_EXPRESSION, read_number
 from netlists.read.text.lines import ANNOTATION, Text, read_text
 from netlists.read.text.name import circuit_name, is_ground, original_name
 from netlists.read.text.section import Deck, declare, read_deck
@@ -235,7 +235,7 @@ def _parameters(deck: Deck, scope: Scope, cards: Sequence[Card]) -> dict[str, fl
     that no card uses.
     """
     texts = {name: text for name, (text, _) in deck.top.parameters.items()}
-    numbers = {name: read_number(bare(text)) for name, text in texts.items()}
+    numbers = {name: read_number(bare(text), MIL_OF_EXPRESSION) for name, text in texts.items()}
     stepped = stepped_parameters(deck.controls, scope)
     for name in sorted(stepped.keys() - texts.keys()):
         _require_use(name, cards)

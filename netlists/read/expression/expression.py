@@ -45,7 +45,7 @@ from netlists.read.expression.arithmetic import (
     voltage,
 )
 from netlists.read.limits import DEFAULT_LIMITS, Limits
-from netlists.read.number import NUMBER, number_value
+from netlists.read.number import MIL_OF_EXPRESSION, NUMBER, number_value
 
 _TOKEN = re.compile(
     rf"\s*(?:(?P<number>{NUMBER.pattern})|v\s*\((?P<voltage>[^()]*)\)|(?P<name>[a-z_][a-z0-9_.]*)"
@@ -180,7 +180,7 @@ def _tokens(text: str) -> list[_Token]:
             break
         end, kind = match.end(), match.lastgroup or ""
         if kind == "number":
-            found.append(_Token(kind, match[kind].lower(), number_value(match)))
+            found.append(_Token(kind, match[kind].lower(), number_value(match, MIL_OF_EXPRESSION)))
         else:
             found.append(_Token(kind, match[kind].lower()))
     if end != len(text):

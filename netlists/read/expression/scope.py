@@ -16,11 +16,12 @@ from netlists.read.expression.arithmetic import Expression, ExpressionError, For
 from netlists.read.expression.expression import Functions, bare, linear_of, number_of, parse
 from netlists.read.limits import Limits
 from netlists.read.note import Notes
-from netlists.read.number import read_number
+from netlists.read.number import MIL_OF_EXPRESSION, read_number
 
 _AGAIN = 8  # how much faster a parsed text is evaluated than read
 _A_CARD = 40  # characters of expressions that a card may have on average, beyond the limit
 _POWERS = re.compile(r"\b(?:pow|pwr)\s*\(")
+_MIL = re.compile(r"[0-9.]mil")
 IDENTIFIER = re.compile(r"[a-z_][a-z0-9_.]*")
 
 
@@ -153,7 +154,13 @@ class Scope:
         DataError
             The word has no value, or one that is not finite.
         """
-        value = read_number(word)
+        return self._number(card, what, word, read_number(word))
+
+    def parameter(self, card: Card, what: str, word: str) -> float:
+        """Return the finite value of a word that a parameter gets, as `number` does but for `mil`."""
+        return self._number(card, what, word, read_number(word, MIL_OF_EXPRESSION))
+
+    def _number(self, card: Card, what: str, word: str, value: float | None) -> float:
         if value is None:
             try:
                 value = number_of(self._parsed(word), self.lookup)
@@ -175,6 +182,8 @@ class Scope:
             raise card.foreign(
                 f"{what}: pow() or pwr(), which ngspice takes otherwise in a B source; write ^"
             )
+        if _MIL.search(text.lower()):
+            raise card.foreign(f"{what}: mil in a B source, which ngspice takes in two ways; write it in m")
         try:
             return linear_of(self._parsed(text), self.lookup)
         except ForeignValueError as error:
@@ -229,7 +238,7 @@ class Scope:
                 stack += needed
                 continue
             try:
-                self.values[name] = self.number(card, f".param {shown(name)}", text)
+                self.values[name] = self.parameter(card, f".param {shown(name)}", text)
             except ForeignError as error:
                 notes.keep(card, error)
                 self.absent.add(name)

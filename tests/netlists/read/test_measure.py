@@ -28,13 +28,18 @@ CARDS = {
     "dc m min_at v(x1.net-3)": "min_at(v(x1.net_x2d_3))",
     "ac m max vdb(b)": "max(db(v(b)))",
     "tran d param='m2-m1'": "m2-m1",
+    "tran d param='m2*tt - m1/1meg'": "m2*0.003 - m1/1000000.0",
+    "tran d param='2*tt+1'": "1.006",
+    "tran d param='tt > 1m ? 5 : 7'": "5.0",
+    "tran d param=neg": "-2.0",
+    "tran d find par('v(a)*neg - 1.5m*v(b,tt)') at=1m": "value(v(a)*(-2.0) - 0.0015*v(b, tt), at=0.001)",
 }
 
 
 def deck(cards: list[str]) -> str:
     """A low-pass of 1 kOhm and 1 nF behind pulses, with these cards."""
     lines = (f".measure {card}" for card in cards)
-    body = ["v1 a 0 pulse(0 1 1u 10n 10n 2u 5u)", "r1 a b 1k", "c1 b 0 1n", ".param tt=3m", *lines]
+    body = ["v1 a 0 pulse(0 1 1u 10n 10n 2u 5u)", "r1 a b 1k", "c1 b 0 1n", ".param tt=3m neg=-2", *lines]
     return "\n".join(["low pass", *body, ".tran 5n 15u 0 5n", ".end", ""])
 
 
@@ -43,7 +48,7 @@ def test_a_card_is_an_expression(card: str, text: str) -> None:
     (found,) = read_netlist(deck([card])).measures
     analysis, name, *_ = card.split()
     assert (found.analysis, found.text) == (analysis, f"{name} = {text}")
-    nodes = frozenset({"a", "b", "_1", "x1.net_x2d_3"})
+    nodes = frozenset({"a", "b", "tt", "_1", "x1.net_x2d_3"})
     scope = Scope(nodes, frozenset({"v1"}), transfer=analysis == "ac")
     before = ["m1 = 1", "m2 = 2"] if "m1" in text else []
     assert read_measures([*before, found.text], scope)[-1].name == name

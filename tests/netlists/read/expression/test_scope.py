@@ -66,3 +66,15 @@ def test_a_text_that_comes_again_is_not_parsed_again() -> None:
 def test_a_number_is_finite(word: str) -> None:
     with pytest.raises(DataError, match=r"a\.cir:3: r1: "):
         Scope(Limits()).number(CARD, "r1", word)
+
+
+def test_mil_is_a_length_but_in_expressions_and_parameters() -> None:
+    given = {"x": ("1mil", CARD), "q": ("'2*1mil'", CARD)}
+    scope = Scope(Limits())
+    scope.define(given)
+    assert scope.values == {"x": 1e-3, "q": 2e-3}  # as ngspice has it
+    assert scope.number(CARD, "r1", "1mil") == 25.4e-6
+    assert scope.number(CARD, "r1", "{1mil}") == 1e-3
+    assert scope.parameter(CARD, "x1.r", "1mil") == 1e-3
+    with pytest.raises(DataError, match="mil in a B source, which ngspice takes in two ways"):
+        scope.linear(CARD, "b1", "1mil*v(a)")
