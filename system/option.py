@@ -10,7 +10,7 @@ its options are the scenario's too.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from functools import cache
 from inspect import get_annotations
@@ -27,8 +27,9 @@ _METAVARS = {
     "s": "TIME", "m": "LENGTH", "Hz": "FREQUENCY", "V": "VOLTAGE", "m/s": "SPEED", "deg": "ANGLE",
     "degC": "DEGC",
 }  # fmt: skip
-_KINDS: Mapping[Any, tuple[type, str]] = {
-    int: (Integral, "a whole number"), float: (Real, "a number"), bool: (bool, "True or False"),
+_KINDS: Mapping[Any, tuple[type, str, str]] = {
+    int: (Integral, "a whole number", "whole numbers"), float: (Real, "a number", "numbers"),
+    bool: (bool, "True or False", "of True or False"), str: (str, "a text", "texts"),
 }  # fmt: skip
 _PER = {"m/s": "m_per_s"}  # units as JSON's keys have them
 
@@ -179,6 +180,8 @@ class Setting:
                 raise ParameterError(
                     f"{path}: {word}, must be {listed(self.choices)}{meant(str(word), self.choices)}"
                 )
+        if isinstance(value, tuple) and not all(map(math.isfinite, _numbers(value))):
+            raise ParameterError(f"{path}: {value!r:.40}, must be finite numbers")
         rules = rules_of(self.option)
         if isinstance(value, int | float) and rules and not _within(self.option, value):
             unit = f" {self.option.unit}" if self.option.unit else ""
@@ -238,8 +241,10 @@ def settings(scenario: type) -> Mapping[str, Setting]:
     return found
 
 
-def check_options(scenario: Any, no_silicon: str = "", but: Collection[str] = ()) -> None:
-    """Raise `ParameterError` for a field of a scenario that breaks its option's rule.
+def check_options(
+    scenario: Any, no_silicon: str = "", but: Collection[str] = (), loose: Collection[str] = ()
+) -> None:
+    """Raise `ParameterError` for a field of a scenario that breaks its option's rule, or is of another kind.
 
     The parts of a scenario check their own fields.
 
@@ -252,12 +257,16 @@ def check_options(scenario: Any, no_silicon: str = "", but: Collection[str] = ()
         not at its default, is then refused too.
     but
         Names of fields that say something without a chip too.
+    loose
+        Names of fields that take more than their type says; the scenario looks at them itself.
     """
     kind: Any = type(scenario)
+    hints = _hints(kind)
     for one in settings(kind).values():
         if one.part is None:
             value = getattr(scenario, one.field)
-            _check_kind(one, value)
+            if one.field not in loose:
+                check_kind(one.name, hints[one.field], value)
             one.check(value)
     for each in [f for f in fields(scenario) if no_silicon and f.name not in but]:
         stated = each.metadata.get(OPTION)
@@ -267,14 +276,72 @@ def check_options(scenario: Any, no_silicon: str = "", but: Collection[str] = ()
             raise ParameterError(f"{name}: {value}, no chip is in the loop; {no_silicon}, or leave it out")
 
 
-def _check_kind(one: Setting, value: Any) -> None:
-    """Raise `ParameterError` for a value that is no number, whole number or yes and no, where one is due."""
-    known = None if one.option.collect is not None or value is None else _KINDS.get(one.kind)
-    if known is None:
-        return
-    kind, noun = known
-    if not isinstance(value, kind) or (isinstance(value, bool) and one.kind is not bool):
-        raise ParameterError(f"{one.name}: {value!r:.40}, must be {noun}")
+def check_kind(path: str, hint: Any, value: Any) -> None:
+    """Raise `ParameterError` for a value of another type than a field's; words are left to `Setting.check`.
+
+    Parameters
+    ----------
+    path
+        What the error calls it.
+    hint
+        The type that the field is said to have.
+    value
+        What is given for it.
+    """
+    if not _fits(hint, value):
+        raise ParameterError(f"{path}: {value!r:.40}, must be {_noun(hint)}")
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    """The numbers in a tuple, those of tuples in it too."""
+    for each in value:
+        if isinstance(each, tuple):
+            yield from _numbers(each)
+        elif isinstance(each, Real):
+            yield float(each)
+
+
+def _fits(hint: Any, value: Any) -> bool:
+    """Whether a value is of a type; a number is no yes or no, and None is one of few words only if stated."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin in (Union, UnionType):
+        return any(_fits(kind, value) for kind in inner)
+    if origin is Literal:
+        return value is not None or None in inner
+    if origin is tuple:
+        each = inner[:1] * len(value) if isinstance(value, tuple) and inner[1:] == (...,) else inner
+        return isinstance(value, tuple) and len(value) == len(each) and all(map(_fits, each, value))
+    if hint in _KINDS:
+        return isinstance(value, _KINDS[hint][0]) and (hint is bool or not isinstance(value, bool))
+    plain = hint if origin is None else origin
+    return not isinstance(plain, type) or isinstance(value, plain)
+
+
+def _noun(hint: Any) -> str:
+    """What a value of a type is called in an error."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin in (Union, UnionType):
+        return " or ".join(_noun(kind) for kind in inner)
+    if origin is Literal:
+        return listed(tuple(map(str, inner)))
+    if origin is tuple:
+        count = "" if inner[1:] == (...,) else f"{len(inner)} "
+        return f"a tuple of {count}{_nouns(inner[0])}"
+    if hint is NoneType:
+        return "None"
+    return _KINDS[hint][1] if hint in _KINDS else f"a {getattr(origin or hint, '__name__', hint)}"
+
+
+def _nouns(hint: Any) -> str:
+    """What values of a type are called together."""
+    if get_origin(hint) is tuple:
+        return _noun(hint).replace("a tuple", "tuples", 1)
+    return _KINDS[hint][2] if hint in _KINDS else f"{getattr(hint, '__name__', hint)}s"
+
+
+@cache
+def _hints(scenario: type) -> Mapping[str, Any]:
+    return get_type_hints(scenario)
 
 
 class Checked:

@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
+from os import PathLike, fspath
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from circuits.errors import ParameterError, UnknownNameError, meant
-from system.option import Option, Setting, listed, settings, without_none
+from system.option import Option, Setting, check_kind, listed, settings, without_none
 
 S = TypeVar("S")
 Make = Callable[[dict[str, Any], Mapping[str, Any]], dict[str, Any]]
@@ -70,13 +71,16 @@ def scenario_of(
         if name not in taken:
             raise _not_taken(f"{system}.scenario.{name}", name, taken)
         if name in known:
-            _check_kind(f"{system}.scenario.{name}", known[name], value)
+            _check_words(f"{system}.scenario.{name}", known[name], value)
         one = options.get(name)
         if one is None or name in known:
-            whole[name] = _read(name, value, _of_field(options, name))
+            whole[name] = _plain(_read(name, value, _of_field(options, name)), known[name])
+            check_kind(name, known[name], whole[name])
             continue
         _check_apart(system, one, given)
-        found = _read(name, value, one)
+        hint = _hint_of(one, known)
+        found = _plain(_read(name, value, one), hint)
+        check_kind(name, hint, found)
         one.check(found)
         if one.part:
             parts.setdefault(one.part, {})[one.field] = _in_si(one, found)
@@ -101,9 +105,25 @@ def _read(name: str, value: Any, one: Setting | None) -> Any:
     """A value, by its option's reader where it is a text; of texts, where the option is repeatable."""
     if one is None:
         return value
-    if one.option.collect is not None and isinstance(value, list):
-        return one.option.collect(_read(name, each, one) for each in value)
+    texts = [value] if isinstance(value, str) else value
+    if one.option.collect is not None and isinstance(texts, list) and all(isinstance(t, str) for t in texts):
+        return one.option.collect(one.read(text, name) for text in texts)
     return one.read(value, name) if isinstance(value, str) else value
+
+
+def _hint_of(one: Setting, known: Mapping[str, Any]) -> Any:
+    """The type of the field that an option sets, of the scenario or its part, or of one that sets none."""
+    if one.part:
+        return _hints(without_none(known[one.part]))[one.field]
+    return known[one.field] if one.part is None else str if one.option.unit is None else float
+
+
+def _plain(value: Any, hint: Any) -> Any:
+    """A list as the tuple, and a path as the text, that its field takes."""
+    kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    if isinstance(value, list) and any(get_origin(kind) is tuple for kind in kinds):
+        return tuple(tuple(each) if isinstance(each, list) else each for each in value)
+    return fspath(value) if isinstance(value, PathLike) and str in kinds else value
 
 
 def _in_si(one: Setting, value: Any) -> Any:
@@ -125,7 +145,7 @@ def _check_apart(system: str, one: Setting, given: Mapping[str, Any]) -> None:
         raise ParameterError(f"{value}, not with {field}, which has its own; leave one out")
 
 
-def _check_kind(path: str, hint: Any, value: Any) -> None:
+def _check_words(path: str, hint: Any, value: Any) -> None:
     """Refuse something else where a field is one of a few words, yes or no, or data of a kind of its own."""
     kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
     if value is None and NoneType in kinds:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, final
 from circuits.errors import ParameterError, meant
 from circuits.units import unit_of_name
 from system.meaning import Meaning, meanings, numbers_of
-from system.option import Option, Setting
+from system.option import Option, Setting, check_kind
 from system.reader import shown
 from system.scenario import Make, all_settings, keep, read_texts, scenario_of
 
@@ -275,6 +275,7 @@ class System(Generic[S, T]):
         ParameterError
             An option puts a chip into the loop, and all are to be programs.
         """
+        check_kind("ideal", bool, ideal)
         for name, value in self.ideal.items() if ideal else ():
             if given.get(name, value) != value:
                 raise ParameterError(

@@ -54,8 +54,8 @@ class Scenario(Coded):
 
     def __post_init__(self) -> None:
         """Raise `ParameterError` naming the field that breaks its rule."""
-        check_forest(self.forest)
         check_options(self, no_silicon(self))
+        check_forest(self.forest)
         check_device_noise(self)
         check_codes(self)
         for name in ("occlusion", "multipath", "soft_pings"):

@@ -108,12 +108,17 @@ def start_of(
 ) -> tuple[float, float, float]:
     """Pose (m, m, rad) of a start for a body of `radius` (m), at a place or drawn; the direction is drawn.
 
-    Raises `ParameterError` where the body would touch a pipe.
+    Raises `ParameterError` where the body would touch a pipe, or is behind the forest or beside it already.
     """
     y = _START_ACROSS * forest.wide * random.uniform(-1.0, 1.0)
     heading = _START_TURN * random.uniform(-1.0, 1.0)
     if at is None:
         return -BEFORE, y, heading
+    if at[0] > forest.long or (at[0] > 0.0 and abs(at[1]) > 0.5 * forest.wide):
+        raise ParameterError(
+            f"start: {at[0]:g},{at[1]:g}, must be before the forest's end at {forest.long:g} m, and within"
+            f" {0.5 * forest.wide:g} m of its middle once behind 0 m; start elsewhere"
+        )
     room = clearance(forest, *at)
     if room < radius:
         raise ParameterError(

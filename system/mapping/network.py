@@ -131,7 +131,7 @@ class Connection:
     matrix: Matrix = option((), "Weights, a row each target; or FILE.npz:NAME", unit="")
 
     def __post_init__(self) -> None:
-        check_options(self, but=("matrix",))
+        check_options(self, loose=("matrix",))
         try:
             given = np.array(self.matrix, dtype=np.float64)
         except (TypeError, ValueError):

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from chips.validity import outside_boxes
 from circuits.arrays import F64
 from circuits.errors import ParameterError
+from system.option import check_kind
 from system.options.code import code_of, guarded, load_code
 from system.registry import load_system, system_names
 from system.system import System
@@ -159,6 +160,7 @@ def maker_of(system: str, *, ideal: bool = False) -> tuple[str, Maker]:
 
     ideal : whether programs stand in place of all chips. Raises as `load_system`.
     """
+    check_kind("system", str, system)
     code = code_of(system)
     own = None if code is None else load_code(code)
     if code is not None and callable(own):
@@ -170,7 +172,8 @@ def maker_of(system: str, *, ideal: bool = False) -> tuple[str, Maker]:
 
 def scenario_of_run(system: System[Any, Any], given: Mapping[str, Any], *, ideal: bool = False) -> Any:
     """Return the scenario that `noctule run` makes of options by name; `die` may be no more than a number."""
-    numbered = isinstance(given.get("die"), int)
+    number = given.get("die")
+    numbered = isinstance(number, int) and not isinstance(number, bool)
     die = {"die": replace(system.settings["die"].default, number=given["die"])} if numbered else {}
     return system.on_silicon(**{"ideal": ideal, **given, **die})
 

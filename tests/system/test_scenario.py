@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -156,6 +157,22 @@ def test_options_of_the_command_line_are_taken_too() -> None:
         ("forest", {"pings": True}, "pings: True, must be a whole number"),
         ("rover", {"trips": 2.5}, "trips: 2.5, must be a whole number"),
         ("approach", {"duration": [1.0]}, "duration: [1.0], must be a number"),
+        ("car", {"forest": 3}, "forest: 3, must be a text"),
+        ("rover", {"map": 3}, "map: 3, must be a text"),
+        ("pushbot", {"scene": None}, "scene: None, must be a text"),
+        ("bug", {"start": 3}, "start: 3, must be a text"),
+        ("rover", {"start": 3}, "start: 3, must be a tuple of 2 whole numbers"),
+        ("rover", {"start": (0, 0, 0)}, "start: (0, 0, 0), must be a tuple of 2 whole numbers"),
+        ("car", {"start": ("a", "b")}, "start: ('a', 'b'), must be a tuple of 2 numbers or None"),
+        ("car", {"start": (math.nan, 0.0)}, "start: (nan, 0.0), must be finite numbers"),
+        ("car", {"vmax": [1.0]}, "vmax: [1.0], must be a number"),
+        ("car", {"vmax": None}, "vmax: None, must be a number"),
+        ("head", {"azimuth": True}, "azimuth: True, must be a number"),
+        ("approach", {"targets": 3}, "targets: 3, must be a tuple of Targets"),
+        ("approach", {"codes": 3}, "codes: 3, must be a text or None"),
+        ("approach", {"course": ((0.0,),)}, "course: ((0.0,),), must be a tuple of tuples of 2 numbers"),
+        ("forest", {"obstacles": None}, "obstacles: None, must be a whole number"),
+        ("forest", {"area": [1.0]}, "area: [1.0], must be a number"),
     ],
 )
 def test_what_does_not_fit_is_refused(name: str, given: dict[str, Any], says: str) -> None:
@@ -163,6 +180,35 @@ def test_what_does_not_fit_is_refused(name: str, given: dict[str, Any], says: st
         load_system(name).scenario(**given)
     assert str(caught.value).startswith(says)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize("value", [object(), {"a": 1}, [[]], b"27"])
+def test_no_option_takes_what_is_no_value(name: str, value: object) -> None:
+    """Every field and option is refused by its name, in whatever order a scenario looks at them."""
+    system = load_system(name)
+    for each in {*FIELDS[name], *system.settings}:
+        with pytest.raises(ParameterError, match=rf"\b{each}: "):
+            system.scenario(**{each: value})
+
+
+def test_lists_and_paths_are_taken_as_the_tuples_and_texts_that_they_are() -> None:
+    car = load_system("car").scenario(start=[-0.5, 0.1], forest=Path("own.csv"))
+    assert (car.start, car.forest) == ((-0.5, 0.1), "own.csv")
+    approach = load_system("approach").scenario(transistors="chip", course=[[0.0, 27.0], [1.0, 30.0]])
+    assert approach.transistors == frozenset({"chip"})
+    assert approach.course == ((0.0, 27.0), (1.0, 30.0))
+
+
+def test_a_scenario_that_is_made_by_its_class_is_checked_too() -> None:
+    car, forest = type(load_system("car").scenario()), type(load_system("forest").scenario())
+    for made, told in (
+        (lambda: car(forest=3), "forest: 3, must be a text"),
+        (lambda: car(start=(0.0,)), r"start: \(0\.0,\), must be a tuple of 2 numbers or None"),
+        (lambda: forest(seed=None), "seed: None, must be a whole number"),
+    ):
+        with pytest.raises(ParameterError, match=told):
+            made()
 
 
 CHOICES = [

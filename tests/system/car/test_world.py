@@ -56,6 +56,15 @@ def test_a_start_is_before_the_forest() -> None:
     assert clearance(forest, x, y) > 0.08
 
 
+@pytest.mark.parametrize("at", [(2.5, 0.0), (1.0, 0.5), (99.0, 0.0)])
+def test_a_start_behind_the_forest_or_beside_it_is_refused(at: tuple[float, float]) -> None:
+    forest = forest_of("corridor", np.random.default_rng(1))
+    with pytest.raises(
+        ParameterError, match=r"start: .* must be before the forest's end at 2\.4 m, and within"
+    ):
+        start_of(forest, np.random.default_rng(1), 0.08, at)
+
+
 def test_a_start_in_a_pipe_is_refused() -> None:
     forest = forest_of("open", np.random.default_rng(0))
     x, y = forest.place[4]

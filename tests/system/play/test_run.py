@@ -169,3 +169,17 @@ def test_outside_of_a_models_box_a_run_is_refused_or_warns() -> None:
     assert run.over
     assert any("ranging_chip" in sentence for sentence in run.cautions)
     assert open_run("forest", **given).cautions == ()
+
+
+@pytest.mark.parametrize(
+    ("system", "given", "told"),
+    [
+        ("car", {"forest": 3}, "forest: 3, must be a text"),
+        ("bug", {"die": True}, "die: True, must be a Die"),
+        ("bug", {"ideal": "yes"}, "ideal: 'yes', must be True or False"),
+        (3, {}, "system: 3, must be a text"),
+    ],
+)
+def test_what_is_of_another_kind_is_refused(system: str, given: dict[str, Any], told: str) -> None:
+    with pytest.raises(ParameterError, match=told):
+        open_run(system, **given)
