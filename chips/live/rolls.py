@@ -6,7 +6,7 @@ ones. Outputs are the numbers of neurons. A spike is told once it has left the b
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -53,9 +53,14 @@ class LiveRollsState:
 
 @dataclass(frozen=True)
 class RollsEngine:
-    """A ROLLS chip at its silicon's temperature."""
+    """A ROLLS chip at its silicon's temperature.
+
+    chip : the chip; own : gives events that reach it besides those that are sent, such as a clock's, from a
+    time until another, s; None for none.
+    """
 
     chip: RollsChip
+    own: Callable[[float, float], Train] | None = None
 
     @property
     def inputs(self) -> tuple[Addresses, ...]:
@@ -96,6 +101,8 @@ class RollsEngine:
         self, state: LiveRollsState, now: float, until: float, train: Train
     ) -> tuple[LiveRollsState, Train]:
         """Run the whole steps up to `until`, s; what left the bus by then."""
+        if self.own is not None:
+            train = _in_order(_joined(train, self.own(now, until)))
         check_inputs(train[0], train[1] & 255, train[1] >> 8, now, self.chip.program)
         waiting = _joined(state.waiting, train)
         whole = int(np.floor(until / self.chip.step + _CLOSE)) - state.steps
@@ -126,7 +133,7 @@ class RollsEngine:
     def at(self, state: LiveRollsState, temperature_c: float) -> tuple[RollsEngine, LiveRollsState]:
         """Go on at another temperature, degC; voltages stay from the next step on."""
         silicon = replace(self.chip.silicon, temperature_c=temperature_c)
-        other = RollsEngine(self._with(self.chip.program, silicon))
+        other = replace(self, chip=self._with(self.chip.program, silicon))
         other.chip.at_rest()  # refuses what is outside of the box
         return other, state
 
@@ -147,7 +154,7 @@ class RollsEngine:
         self, state: LiveRollsState, program: Program, silicon: Silicon
     ) -> tuple[RollsEngine, LiveRollsState]:
         other = self._with(program, silicon)
-        return RollsEngine(other), replace(state, chip=other.carried(state.chip, self.chip))
+        return replace(self, chip=other), replace(state, chip=other.carried(state.chip, self.chip))
 
     def _stepped(self, state: LiveRollsState, steps: int) -> LiveRollsState:
         """The state after some more steps."""
@@ -168,11 +175,17 @@ class RollsEngine:
 
 def open_rolls(
     silicon: Silicon | None, program: Program, bias_kind: BiasKind = "generator", *, step: float = STEP,
-    noise: SiliconNoise | None = None,
+    noise: SiliconNoise | None = None, own: Callable[[float, float], Train] | None = None,
 ) -> RollsEngine:  # fmt: skip
-    """Return a ROLLS chip with a program; the parameters are those of `RollsChip`."""
-    return RollsEngine(RollsChip(program, silicon or Silicon(ROLLS_180), bias_kind, step=step, noise=noise))
+    """Return a ROLLS chip with a program; the parameters are those of `RollsChip` and of `RollsEngine`."""
+    chip = RollsChip(program, silicon or Silicon(ROLLS_180), bias_kind, step=step, noise=noise)
+    return RollsEngine(chip, own)
 
 
 def _joined(one: Train, other: Train) -> Train:
     return np.concatenate([one[0], other[0]]), np.concatenate([one[1], other[1]])
+
+
+def _in_order(train: Train) -> Train:
+    order = np.argsort(train[0], kind="stable")
+    return train[0][order], train[1][order]

@@ -17,6 +17,9 @@ from circuits.units import parse_quantity
 from system.cli.output import print_json, print_line
 from system.cli.rolls_program_file import PUSHBOT, read_program
 from system.cli.serve_verb import Serve
+from system.mapping.network_file import SUFFIX
+from system.mapping.program_file import read_program_file
+from system.mapping.rolls.mapped import own_events
 from system.notice import say
 from system.options.block import read_die
 from system.options.code import code_of, guarded, load_as, load_code
@@ -92,6 +95,11 @@ def _program(asked: Serve) -> dict[str, Any]:
 
 def _rolls(text: str, biases: str | None) -> dict[str, Any]:
     code = code_of(text)
+    if text.endswith(SUFFIX):
+        if biases is not None:
+            raise ParameterError(f"--bias-file: {biases}, the program of {text} has its own; leave it out")
+        mapped = read_program_file(text)
+        return {"program": mapped.program, "own": own_events(mapped)}
     if code is None:
         usual = pushbot_biases(law="full") if text == PUSHBOT else resting_biases()
         return {"program": read_program(text, usual if biases is None else bias_table(biases))}

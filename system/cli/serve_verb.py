@@ -26,7 +26,8 @@ class Serve:
     )
     bias_file: str | None = like(BlockValues, "bias_file")
     program: str | None = option(
-        None, "Of rolls: a CSV of post,pre,level, pushbot, or FILE.py:NAME; of others: their map or network",
+        None,
+        "Of rolls: what map made, a CSV of post,pre,level, pushbot, or FILE.py:NAME; of others: map, network",
         metavar="FILE",
     )  # fmt: skip
     bias_kind: Literal["gate", "ideal", "generator"] = option(

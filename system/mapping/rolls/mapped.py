@@ -20,6 +20,7 @@ from chips.rolls.program.address import VIRTUAL_LINES
 from chips.rolls.program.program import Program, VirtualInput
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
+from system.mapping.clock import own_rates, with_own
 from system.mapping.dynamics import Cells, Dynamics, Filter, check_addresses
 from system.mapping.network import Network
 from system.mapping.report import Finding
@@ -130,6 +131,33 @@ class Mapped:
         else:
             channels += one.weights[0] * (self.inhibit if sign < 0.0 else self.excite).T
         return Filter(sign, one.tau, neurons, channels, one.power, one.pivot)
+
+
+@dataclass(frozen=True, slots=True)
+class OwnEvents:
+    """What a mapped network's inputs send by themselves, as events of a live chip.
+
+    mapped : the network; longest : s that an event's last one on the chip is behind its first.
+    """
+
+    mapped: Mapped
+    longest: float
+
+    def __call__(self, begin: float, end: float) -> tuple[F64, I64]:
+        """Return times, s, from `begin` until before `end`, and addresses of synapses."""
+        nothing = Events(np.empty(0), np.empty(0, dtype=np.int64))
+        found = self.mapped.events(
+            with_own(self.mapped.network, nothing, max(begin - self.longest, 0.0), end)
+        )
+        mine = (found.times >= begin) & (found.times < end)
+        return found.times[mine], (found.neurons + (found.columns << 8))[mine]
+
+
+def own_events(mapped: Mapped) -> OwnEvents | None:
+    """Return what the inputs of a mapped network send by themselves; None where all events are of outside."""
+    if not own_rates(mapped.network).any():
+        return None
+    return OwnEvents(mapped, float(_burst(mapped).later.max(initial=0.0)))
 
 
 def virtual_inputs(size: int, excite: I64, inhibit: I64) -> tuple[VirtualInput, ...]:

@@ -7,12 +7,20 @@ import re
 from pathlib import Path
 from threading import Thread
 
+import numpy as np
 import pytest
 
+from chips.aer import Events
 from circuits.errors import CircuitError
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
 from system.cli import serve
 from system.cli.serve import chip_of
 from system.cli.serve_verb import Serve
+from system.mapping.network import Connection, Input, Network, Population
+from system.mapping.program_file import write_program
+from system.mapping.rolls.map import map_on_rolls
+from system.mapping.run import run_mapped
 from system.stream.client import EventStream
 from tests.system.conftest import Run
 
@@ -59,6 +67,24 @@ def test_a_program_or_a_chip_comes_from_a_file_of_python(tmp_path: Path) -> None
     assert chip_of(Serve(chip=f"{side}:wire")).inputs[0].name == "event"
     programs = [serve._program(Serve(chip="rolls", program=f"{side}:{n}")) for n in ("PROGRAM", "NETWORK")]
     assert [int(each["program"].levels.sum()) for each in programs] == [256, 0]
+
+
+def test_a_mapped_network_served_has_the_events_that_its_inputs_send_by_themselves(tmp_path: Path) -> None:
+    network = Network(
+        (Population("cells", 4),),
+        (Input("clock", 1, 800.0), Input("in", 1)),
+        (Connection("clock", "cells", 0.4, tau=5e-3), Connection("in", "cells", 0.4, tau=5e-3)),
+    )
+    mapped = map_on_rolls(network)
+    write_program(tmp_path / "program.toml", mapped)
+    chip = chip_of(Serve(chip="rolls", program=str(tmp_path / "program.toml")))
+    parts = [chip.advance(step) for step in (0.05, 0.0301, 0.1199, 0.1)]
+    ran = run_mapped(mapped, Events(np.empty(0), np.empty(0, np.int64)), Silicon(ROLLS_180), 0.3)
+    order = np.lexsort((ran.chip.neurons, ran.chip.times))
+    assert ran.chip.times.size > 20
+    assert np.concatenate([part.times for part in parts]) == pytest.approx(ran.chip.times[order], abs=1e-6)
+    with pytest.raises(CircuitError, match=r"b\.csv, the program of .* has its own; leave it out"):
+        chip_of(Serve(chip="rolls", program=str(tmp_path / "program.toml"), bias_file="b.csv"))
 
 
 @pytest.mark.parametrize(
