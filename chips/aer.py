@@ -80,16 +80,31 @@ def send_on(bus: Bus, line: F64, times: F64, addresses: I64) -> tuple[Events, F6
     line: when the events that were sent before will be delivered, s, float64[k] rising, `IDLE` for none;
     times, addresses: as in `send`.
     """
-    order = _order(times, addresses)
-    times = np.ascontiguousarray(times, dtype=np.float64)[order]
-    addresses = np.ascontiguousarray(addresses, dtype=np.int64)[order]
+    times = np.ascontiguousarray(times, dtype=np.float64)
+    addresses = np.ascontiguousarray(addresses, dtype=np.int64)
+    if not _in_order(times, addresses):
+        order = _order(times, addresses)
+        times, addresses = times[order], addresses[order]
     delivered, kept = np.empty(line.size + times.size), np.empty(times.size, dtype=np.bool_)
     delivered[: line.size] = line
     count = _serve(times, bus.service, bus.depth, delivered, kept, line.size)
-    found = delivered[line.size : count].copy()
+    found = delivered[line.size : count]
+    found = found if found.size == delivered.size else found.copy()  # keeps no more memory than it needs
     last = float(times[-1]) if times.size else -np.inf
-    left = delivered[:count][delivered[:count] > last].copy()
-    return Events(found, addresses[kept], times.size - found.size), left
+    left = delivered[:count][np.searchsorted(delivered[:count], last, side="right") :].copy()
+    got = addresses if found.size == times.size else addresses[kept]
+    return Events(found, got, times.size - found.size), left
+
+
+@_compiled
+def _in_order(times: F64, addresses: I64) -> bool:
+    """Whether events are by time, and by address where times are alike."""
+    for k in range(1, times.size):
+        if not times[k - 1] < times[k] and not (
+            times[k - 1] == times[k] and addresses[k - 1] <= addresses[k]
+        ):
+            return False
+    return True
 
 
 def _order(times: F64, addresses: I64) -> NDArray[np.intp]:
@@ -121,14 +136,14 @@ def _serve(times: F64, service: float, depth: int, delivered: F64, kept: Bools, 
 
     count: of `delivered`, how many stand in it at its beginning.
     """
-    gone = 0
+    gone, last = 0, delivered[count - 1] if count > 0 else -np.inf
     for k in range(times.size):
         while gone < count and delivered[gone] <= times[k]:
             gone += 1
         kept[k] = count - gone < depth
         if kept[k]:
-            begin = max(times[k], delivered[count - 1]) if count > 0 else times[k]
-            delivered[count] = begin + service
+            last = max(times[k], last) + service
+            delivered[count] = last
             count += 1
     return count
 

@@ -379,8 +379,7 @@ class RollsChip:
         found: list[tuple[F64, I64]] = []
         values, senders, now = state.values.copy(), state.senders, state.time
         at, done, cursor, held = state.temperature_c, 0, 0, 0
-        learns = words >> 8 < NEURONS
-        mine = ~learns if learns.any() else slice(None)  # a view, where all are
+        mine, learns = _by_array(words)
         events = times[mine], _KERNEL_COLUMN[words[mine] >> 8], words[mine] & 255
         plastic = self._array(state, times[learns], words[learns])
         depressing = depressing_of(self.built(at).depression, state.depression)
@@ -409,10 +408,10 @@ class RollsChip:
             done += int(out.counts[DONE])
             held += int(out.counts[HELD])
             now = state.time + done * self.step
-        late = np.flatnonzero(~learns)[cursor:]
-        kept = None
+        late, kept = _numbers(mine, times.size, cursor), None
         if plastic is not None:
-            late = np.sort(np.concatenate((late, np.flatnonzero(learns)[plastic.arrays.read[0] :])))
+            read = int(plastic.arrays.read[0])
+            late = np.sort(np.concatenate((late, _numbers(learns, times.size, read))))
             kept, held = state_of(plastic.arrays), held + int(plastic.arrays.held[0])
         waiting = Inputs(times[late], words[late] & 255, words[late] >> 8)
         after = ChipState(now, values, senders, at, waiting, kept, depression_state(depressing))
@@ -454,6 +453,21 @@ class RollsChip:
         )  # fmt: skip
         run_chip(run, steps, now, plastic, built.noise, depressing)
         return traffic
+
+
+def _by_array(words: I64) -> tuple[Bools | slice, Bools | slice]:
+    """Which events are not of plastic synapses, and which are; slices, which make views, where none is."""
+    if words.min(initial=NEURONS << 8) >= NEURONS << 8:
+        return slice(None), slice(0)
+    learns = words >> 8 < NEURONS
+    return ~learns, learns
+
+
+def _numbers(which: Bools | slice, size: int, begin: int) -> I64:
+    """Numbers of some of `size` events, without the first ones of them."""
+    if isinstance(which, slice):
+        return np.arange(begin, which.indices(size)[1])
+    return np.flatnonzero(which)[begin:]
 
 
 def _in_turn(waiting: Inputs, arrived: Events) -> tuple[F64, I64]:

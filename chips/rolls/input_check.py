@@ -6,8 +6,11 @@ import numpy as np
 
 from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY
 from chips.rolls.program.program import Program
-from circuits.arrays import F64, I64
+from circuits.arrays import F64, I64, Bools
+from circuits.compiled import compiled
 from circuits.errors import ParameterError
+
+_compiled = compiled()
 
 
 def check_inputs(times: F64, neurons: I64, columns: I64, now: float, program: Program) -> None:
@@ -17,6 +20,12 @@ def check_inputs(times: F64, neurons: I64, columns: I64, now: float, program: Pr
     """
     if times.size == 0:
         return
+    known = np.zeros(VIRTUAL_INHIBITORY + 4, np.bool_)
+    known[NONPLASTIC:VIRTUAL_EXCITATORY] = True
+    for inhibitory in {each.inhibitory for each in program.inputs}:
+        known[list(program.virtual.columns(inhibitory=inhibitory))] = True
+    if _all_fit(times, neurons, columns, now, known):
+        return
     if times.min() < now:
         raise ParameterError(f"chip.inputs: an event at {times.min():g} s, must be >= {now:g} s")
     if neurons.min() < 0 or neurons.max() >= NEURONS:
@@ -25,10 +34,6 @@ def check_inputs(times: F64, neurons: I64, columns: I64, now: float, program: Pr
             f"chip.inputs: neuron {wrong}, must be 0 to {NEURONS - 1}; the chip has {NEURONS}"
         )
     columns = _check_plastic(neurons, columns, program)
-    known = np.zeros(VIRTUAL_INHIBITORY + 4, np.bool_)
-    known[NONPLASTIC:VIRTUAL_EXCITATORY] = True
-    for inhibitory in {each.inhibitory for each in program.inputs}:
-        known[list(program.virtual.columns(inhibitory=inhibitory))] = True
     bad = (columns < 0) | (columns >= known.size)
     bad |= ~known[np.where(bad, 0, columns)]
     if bad.any():
@@ -36,6 +41,17 @@ def check_inputs(times: F64, neurons: I64, columns: I64, now: float, program: Pr
             f"chip.inputs: column {columns[bad][0]}, must be {NONPLASTIC} to {VIRTUAL_EXCITATORY - 1} or a"
             " virtual synapse of a sign that an input of the program has; declare a VirtualInput"
         )
+
+
+@_compiled
+def _all_fit(times: F64, neurons: I64, columns: I64, now: float, known: Bools) -> bool:
+    """Whether all events are of neurons, of columns that are known, and from `now` on."""
+    for k in range(times.size):
+        if not times[k] >= now or not 0 <= neurons[k] < NEURONS:
+            return False
+        if not 0 <= columns[k] < known.size or not known[columns[k]]:
+            return False
+    return True
 
 
 def _check_plastic(neurons: I64, columns: I64, program: Program) -> I64:

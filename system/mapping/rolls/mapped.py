@@ -116,8 +116,6 @@ class Mapped:
         count = int(np.diff(burst.begin)[events.addresses].sum())
         times, words = np.empty(count), np.empty(count, np.int64)
         _spread(events.times, events.addresses, *burst, times, words)
-        order = np.argsort(times, kind="stable")
-        times, words = times[order], words[order]
         return Inputs(times, words & 255, words >> 8)
 
     def _filter(self, one: PlacedFilter) -> Filter:
@@ -218,9 +216,22 @@ def _sign(counts: I64, column: int, at: I64) -> tuple[I64, F64, I64]:
 def _spread(
     times: F64, channels: I64, begin: I64, later: F64, words: I64, all_times: F64, all_words: I64
 ) -> None:
-    """Fill `all_times` and `all_words` with what events of channels become, one event's after the other's."""
-    at = 0
+    """Fill `all_times` and `all_words` with what events of channels become, in the order of their times.
+
+    Of what comes at one time the earlier event's is first. What an event becomes is in order, and is merged
+    from its last one on into what stands there, of which few are later.
+    """
+    count = 0
     for k in range(times.size):
-        for j in range(begin[channels[k]], begin[channels[k] + 1]):
-            all_times[at], all_words[at] = times[k] + later[j], words[j]
-            at += 1
+        first, j = begin[channels[k]], begin[channels[k] + 1] - 1
+        before, count = count - 1, count + j + 1 - first
+        at = count - 1
+        while j >= first:
+            mine = times[k] + later[j]
+            if before >= 0 and all_times[before] > mine:
+                all_times[at], all_words[at] = all_times[before], all_words[before]
+                before -= 1
+            else:
+                all_times[at], all_words[at] = mine, words[j]
+                j -= 1
+            at -= 1

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from chips.aer import Events
+from chips.rolls.program.program import Program
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
@@ -18,7 +19,7 @@ from system.mapping.nir.read import network_of_graph
 from system.mapping.program_file import read_program_file, write_program
 from system.mapping.rolls.calibrate import calibrated
 from system.mapping.rolls.filters import NOTHING
-from system.mapping.rolls.mapped import Mapped
+from system.mapping.rolls.mapped import Mapped, Placed, virtual_inputs
 from system.mapping.run import MappedRun, check_channels, run_mapped
 from system.spikes.read import read_spikes
 
@@ -175,3 +176,22 @@ def test_events_outside_of_the_inputs_and_edited_programs_are_refused(memory: Ma
         read_program_file(tmp_path / "p.toml")
     with pytest.raises(ParameterError, match=r"duration: 0.05 s, must be > 0.1 s"):
         run_mapped(memory, Events(np.empty(0), np.empty(0, np.int64)), Silicon(ROLLS_180), 0.05)
+
+
+def test_events_of_the_chip_are_in_order_and_those_of_one_time_in_the_order_of_what_they_come_from() -> None:
+    rng = np.random.default_rng(1)
+    excite, inhibit = (np.where(rng.random((6, 40)) < 0.6, rng.integers(1, 9, (6, 40)), 0) for _ in range(2))
+    excite[5] = inhibit[5] = 0  # a channel that reaches nothing
+    network = Network((Population("cells", 40),), (Input("in", 6),))
+    placed = (Placed("cells", 0, False, 20e-3, 0.1, 1e-12, 2e-3, 1e-12),)
+    program = Program(np.zeros((256, 256), dtype=np.int8), inputs=virtual_inputs(40, excite, inhibit))
+    mapped = Mapped(network, placed, (), program, excite, inhibit, ())
+    times = np.sort(np.round(rng.uniform(0.0, 5e-3, 300), 5))  # many at one time, more that overlap
+    channels = rng.integers(0, 6, times.size)
+    one = [mapped.events(Events(times[k : k + 1], channels[k : k + 1])) for k in range(times.size)]
+    together = [np.concatenate([getattr(each, n) for each in one]) for n in ("times", "neurons", "columns")]
+    order = np.argsort(together[0], kind="stable")
+    found = mapped.events(Events(times, channels))
+    assert found.times.size > 10_000
+    for n, whole in zip(("times", "neurons", "columns"), together, strict=True):
+        assert np.array_equal(getattr(found, n), whole[order])
