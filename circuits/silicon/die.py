@@ -221,7 +221,9 @@ class Die:
         """What its edits do to what devices share, as edits that touch no single device."""
         found: list[Edit] = []
         for level, kind, name in _SHARED_DRAWS if self.edits else ():
-            changed = edited(self.edits, level, (((kind, ()),),), _SHARED + name)
+            whole = level == SHARED_PLACE  # of which alone `only` tells
+            told = self.edits if whole else [edit for edit in self.edits if edit.kind != "only"]
+            changed = edited(told, level, (((kind, ()),),), _SHARED + name)
             if changed is not None:
                 path, value = f"{level[0][0]}.{kind}", float(changed.value[0])
                 healed = Edit("heal", (f"{path}.{name}",))
@@ -362,11 +364,11 @@ def _drawn_mismatch(
 
 def shared(die: Die, process: Process, polarity: Polarity) -> Shift:
     """Deviations that all devices of a polarity share on a die; raises as `components_of`."""
-    drawn = _drawn_shared(_to_note(die), process, polarity)
+    drawn, variation = _drawn_shared(die, process, polarity), process.variation
     if not die.edits:
         return drawn
-    both = zip(PARAMETERS, drawn, strict=True)
-    return Shift(*(_edited_shared(die, process, (polarity, name), value) for name, value in both))
+    each = zip(PARAMETERS, (variation.sigma_v_t0, variation.sigma_beta), drawn, strict=True)
+    return Shift(*(_edited_shared(die, process, (polarity, n, sigma), value) for n, sigma, value in each))
 
 
 def _to_note(die: Die) -> Die:
@@ -375,11 +377,27 @@ def _to_note(die: Die) -> Die:
     return replace(die, edits=()) if noting else die
 
 
-def _edited_shared(die: Die, process: Process, what: tuple[str, str], drawn: float) -> float:
-    """What devices of a kind share of a parameter, after the die's edits."""
-    kind, parameter = what
+def _edited_shared(die: Die, process: Process, what: tuple[str, str, float], drawn: float) -> float:
+    """What devices of a kind share of a parameter, after the die's edits; what: both, and its sigma."""
+    kind, parameter, sigma = what
     family = SHARED_PLACE, (((kind, ()),),), _SHARED + parameter
+    if die.corner == "random":
+        drawn += _edited_levels(_to_note(die), process, kind, parameter, sigma)
     return float(np.ravel(_edited(die, process, family, drawn))[0])
+
+
+def _edited_levels(die: Die, process: Process, kind: str, parameter: str, sigma: float) -> float:
+    """What edits of a lot and of a wafer move what devices share by; `only` is of the whole alone."""
+    edits, moved = [edit for edit in die.edits if edit.kind != "only"], 0.0
+    if not edits or process.components is None:
+        return moved
+    for level, share in zip((LOT_PLACE, WAFER_PLACE), _shares(process), strict=False):
+        changed = edited(edits, level, (((kind, ()),),), _SHARED + parameter)
+        if changed is not None:
+            varies = sigma > 0.0 and die.components and die.process
+            part = sigma * share * _at_level(die, process, kind, parameter, level) if varies else 0.0
+            moved += float(changed.of(part)[0]) - part
+    return moved
 
 
 def _drawn_shared(die: Die, process: Process, polarity: Polarity) -> Shift:
@@ -389,10 +407,7 @@ def _drawn_shared(die: Die, process: Process, polarity: Polarity) -> Shift:
         return Shift(slow * variation.sigma_v_t0, -slow * variation.sigma_beta)
     if die.number is None or not die.process:
         return Shift(0.0, 0.0)
-    v_t0, beta = (
-        _shared_normal(die, process, polarity, name) if die.components else _own(die, polarity, name)
-        for name in PARAMETERS
-    )
+    v_t0, beta = (shared_normal(die, process, polarity, name) for name in PARAMETERS)
     return Shift(v_t0 * variation.sigma_v_t0, beta * variation.sigma_beta)
 
 
@@ -403,15 +418,8 @@ def shared_relative(die: Die, process: Process, kind: str, parameter: str, sigma
     `components_of`.
     """
     varies = sigma > 0.0 and die.number is not None and die.process and die.corner == "random"
-    drawn = sigma * _relative(_to_note(die), process, kind, parameter) if varies else 0.0
-    return _edited_shared(die, process, (kind, parameter), drawn) if die.edits else drawn
-
-
-def _relative(die: Die, process: Process, kind: str, parameter: str) -> float:
-    """Standard normal of what all devices of a kind share."""
-    if not die.components:
-        return _own(die, kind, parameter)
-    return _levels(die, components_of(process), kind, parameter)
+    drawn = sigma * shared_normal(die, process, kind, parameter) if varies else 0.0
+    return _edited_shared(die, process, (kind, parameter, sigma), drawn) if die.edits else drawn
 
 
 def components_of(process: Process) -> Components:
@@ -424,26 +432,52 @@ def components_of(process: Process) -> Components:
     return process.components
 
 
-def _shared_normal(die: Die, process: Process, polarity: Polarity, parameter: str) -> float:
-    """Standard normal of what a polarity shares, which n and p have correlated."""
-    figures = components_of(process)
-    own = _levels(die, figures, polarity, parameter)
-    if polarity == "n":
+def shared_normal(die: Die, process: Process, kind: str, parameter: str) -> float:
+    """Standard normal of what all devices of a kind share on a drawn die, n and p correlated, before edits.
+
+    kind, parameter: as of `shared_relative`, or a polarity and one of `PARAMETERS`; raises as
+    `components_of`.
+    """
+    if not die.components:
+        return _own(die, kind, parameter)
+    own = _levels(die, process, kind, parameter)
+    if kind != "p":
         return own
-    rho = figures.correlation_v_t0 if parameter == "v_t0" else figures.correlation_beta
-    return rho * _levels(die, figures, "n", parameter) + math.sqrt(1.0 - rho**2) * own
+    rho = _correlation(process, parameter)
+    return rho * _levels(die, process, "n", parameter) + math.sqrt(1.0 - rho**2) * own
 
 
-def _levels(die: Die, figures: Components, kind: str, parameter: str) -> float:
+def _at_level(die: Die, process: Process, kind: str, parameter: str, level: Place) -> float:
+    """The same of what its lot or its wafer has in it."""
+    own = _own(die, kind, parameter, level)
+    if kind != "p":
+        return own
+    rho = _correlation(process, parameter)
+    return rho * _own(die, "n", parameter, level) + math.sqrt(1.0 - rho**2) * own
+
+
+def _correlation(process: Process, parameter: str) -> float:
+    """Correlation of what nFETs and pFETs share of a parameter."""
+    figures = components_of(process)
+    return figures.correlation_v_t0 if parameter == "v_t0" else figures.correlation_beta
+
+
+def _levels(die: Die, process: Process, kind: str, parameter: str) -> float:
     """Standard normal of a lot, a wafer and a die together."""
-    lot, wafer = (_own(die, kind, parameter, place) for place in (LOT_PLACE, WAFER_PLACE))
-    shares = figures.lot_share, figures.wafer_share, 1.0 - figures.lot_share - figures.wafer_share
-    each = lot, wafer, _own(die, kind, parameter)
-    return sum(math.sqrt(max(share, 0.0)) * z for share, z in zip(shares, each, strict=True))
+    each = (_own(die, kind, parameter, place) for place in (LOT_PLACE, WAFER_PLACE, SHARED_PLACE))
+    return sum(share * z for share, z in zip(_shares(process), each, strict=True))
+
+
+def _shares(process: Process) -> tuple[float, float, float]:
+    """Standard deviations of what a lot, a wafer and the die itself have in a standard normal."""
+    figures = components_of(process)
+    left = max(1.0 - figures.lot_share - figures.wafer_share, 0.0)
+    return math.sqrt(figures.lot_share), math.sqrt(figures.wafer_share), math.sqrt(left)
 
 
 def _own(die: Die, kind: str, parameter: str, place: Place = SHARED_PLACE) -> float:
-    return float(standard_normals(die, place, [((kind, ()),)], _SHARED + parameter)[0])
+    drawn = replace(die, edits=()) if die.edits else die  # edits are of what is shared, not of its draws
+    return float(standard_normals(drawn, place, [((kind, ()),)], _SHARED + parameter)[0])
 
 
 def _key(die: Die, place: Place, parameter: str) -> str:

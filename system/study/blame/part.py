@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from circuits.arrays import F64, I64
-from circuits.silicon.die import Die, Drawn, Family, Path, Place, standard_normals
+from circuits.silicon.die import Die, Drawn, Family, Path, Place, shared_normal, standard_normals
 from circuits.silicon.edit import SHARED, edited
 from circuits.silicon.process import Process
 
@@ -115,7 +115,7 @@ class Parts:
             z = (
                 np.zeros(own.shape)
                 if die.number is None
-                else standard_normals(plain, place, paths, parameter)
+                else _normals(plain, process, place, paths, parameter)
             )
             with np.errstate(divide="ignore", invalid="ignore"):
                 sigma = np.where(z * own != 0.0, np.abs(own / z), 0.0)
@@ -235,6 +235,14 @@ class Parts:
                 {n: np.asarray(branch.value[n][at]) for n in names},
                 {n: np.asarray(branch.sigma[n][at]) for n in names},
             )
+
+
+def _normals(die: Die, process: Process, place: Place, paths: tuple[Path, ...], parameter: str) -> F64:
+    """Standard normals behind what was drawn for a family on a drawn die without edits."""
+    if not parameter.startswith(SHARED):
+        return standard_normals(die, place, paths, parameter)
+    ((kind, _),) = paths[0]
+    return np.array([shared_normal(die, process, kind, parameter.removeprefix(SHARED))])
 
 
 def _devices(part: Part, branch: _Branch) -> Iterable[tuple[Part, _Branch]]:

@@ -49,6 +49,34 @@ def test_what_dies_of_many_lots_share_has_the_variance_that_the_process_states()
         assert found == pytest.approx(rho, abs=ERRORS * (1.0 - rho**2) / np.sqrt(DRAWS))
 
 
+@pytest.mark.parametrize("polarity", POLARITIES)
+def test_an_edit_of_what_one_polarity_shares_leaves_the_other_as_it_is(polarity: Polarity) -> None:
+    other: Polarity = "p" if polarity == "n" else "n"
+    drawn = {each: shared(die(1003), AMI_1500_IDEAL, each) for each in POLARITIES}
+    for edited in (die(1003).healed(f"process.{polarity}"), die(1003).only(f"process.{other}")):
+        for each in (edited, edited.without_mismatch()):
+            assert shared(each, AMI_1500_IDEAL, other) == drawn[other]
+            assert tuple(map(abs, shared(each, AMI_1500_IDEAL, polarity))) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("level", ["lot", "wafer"])
+def test_an_edit_of_a_lot_or_a_wafer_moves_what_it_has_in_its_polarity_alone(level: str) -> None:
+    of_level = replace(FIGURES, lot_share=float(level == "lot"), wafer_share=float(level == "wafer"))
+    share = np.sqrt(getattr(FIGURES, f"{level}_share"))
+    for polarity in POLARITIES:
+        other: Polarity = "p" if polarity == "n" else "n"
+        own, rest = (shared(die(1003), AMI_1500_IDEAL, each) for each in (polarity, other))
+        part = share * shared(die(1003), replace(AMI_1500_IDEAL, components=of_level), polarity).v_t0
+        healed = die(1003).healed(f"{level}.{polarity}")
+        told = die(1003).with_(f"{level}.{polarity}", "v_t0", 0.02)
+        for each in (healed, healed.without_mismatch()):
+            assert shared(each, AMI_1500_IDEAL, polarity).v_t0 == pytest.approx(own.v_t0 - part, rel=1e-12)
+            assert shared(each, AMI_1500_IDEAL, other) == rest
+        for each in (told, told.without_mismatch()):
+            moved = own.v_t0 - part + 0.02
+            assert shared(each, AMI_1500_IDEAL, polarity).v_t0 == pytest.approx(moved, rel=1e-12)
+
+
 def test_lot_wafer_and_die_have_their_shares() -> None:
     v_t0 = np.array([shared(die(k), AMI_1500_IDEAL, "n").v_t0 for k in range(WAFERS * DIES_A_WAFER)])
     by_wafer = v_t0.reshape(WAFERS, DIES_A_WAFER)

@@ -8,7 +8,9 @@ from itertools import combinations
 import pytest
 
 from circuits.errors import ParameterError
-from circuits.silicon.die import Die
+from circuits.silicon.components import Extent
+from circuits.silicon.die import PARAMETERS, Die, drawn_for, noted, shared
+from circuits.silicon.process import AMI_1500_IDEAL, POLARITIES, Polarity
 from circuits.silicon.silicon import Silicon
 from system.study.blame.blame import OTHERS, Blame, blame, enlarged
 from system.study.blame.part import Parts
@@ -117,6 +119,18 @@ def test_parts_hold_the_devices_that_the_run_draws() -> None:
     assert parts.devices(chip) == 16
     below = parts.below(chip)
     assert [part.path for part in below] == ["toy_chip.cell[*].far", "toy_chip.cell[*].near"]
+
+
+@pytest.mark.parametrize("variation", ["plain", "transistors"])
+@pytest.mark.parametrize("polarity", POLARITIES)
+def test_sigma_of_what_a_die_shares_is_that_of_the_process(variation: Extent, polarity: Polarity) -> None:
+    own = noted(Die(number=FAILS, variation=variation), f"a test of {polarity}")
+    shared(own, AMI_1500_IDEAL, polarity)
+    parts = Parts(replace(own, edits=()), drawn_for(own))
+    (part,) = parts.below(parts.circuits()[0])
+    (_, v_t0), (_, beta) = (parts.deviations(part)[name] for name in PARAMETERS)
+    stated = AMI_1500_IDEAL.variation
+    assert (v_t0, beta) == pytest.approx((stated.sigma_v_t0, stated.sigma_beta), rel=1e-9)
 
 
 def test_area_lessens_deviations_by_its_root(found: Blame) -> None:
