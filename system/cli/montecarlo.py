@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
@@ -254,6 +254,11 @@ def prepare(asked: Montecarlo, subject: Subject) -> tuple[Study, tuple[Specifica
         raise ParameterError(
             f"--until: its intervals need independent dies, {asked.plan} has none; use random"
         )
+    if rule is not None and asked.trials > 1:
+        raise ParameterError(
+            f"--until: its intervals need independent samples, {asked.trials} trials of a die are not; leave"
+            " --trials out, or take noctule mission, whose --until is of dies"
+        )
     if rule is not None and asked.order != "number":
         raise ParameterError(
             f"--order: {asked.order}, but --until and --require need dies at random; leave one out"
@@ -334,17 +339,19 @@ def _check_target(asked: Montecarlo, target: Target) -> None:
 
 def _run(asked: Montecarlo, begun: Result, tables: list[Table], growing: Growing[Sequence[Table]]) -> Outcome:
     study, specifications, rule = begun.study, begun.specifications, begun.rule
-    passed = samples = 0
+    counts: dict[tuple[str, float], Counter[bool]] = defaultdict(Counter)
 
     def stop(table: Table) -> bool:
-        nonlocal passed, samples
         tables.append(table)
-        samples += len(table)
         growing(tables)
         if rule is None:
             return False
-        passed += int(judge_table(table, specifications).passed.sum())
-        return ended(rule, sequence_interval(passed, samples, rule.level))
+        passed = judge_table(table, specifications).passed.tolist()
+        for place in zip(table.corner, table.temperature_c.tolist(), passed, strict=True):
+            counts[place[:2]][place[2]] += 1
+        # the yield at each place is one of its own, whose dies are independent
+        each = (sequence_interval(n[True], n.total(), rule.level) for n in counts.values())
+        return all(ended(rule, interval) for interval in each)
 
     folder = None if asked.output is None else Path(asked.output)
     part = None

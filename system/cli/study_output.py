@@ -82,7 +82,7 @@ def _metric(result: Result, table: Table, quantity: Quantity) -> dict[str, Any]:
         "defined": s.defined,
         "undefined": s.undefined,
         "infinite": s.infinite,
-        "share": None if s.share is None else share_document(s.share, result.interval_kind),
+        "share": None if s.share is None else share_document(s.share, result.interval_kind(table)),
         **{n: getattr(s, n).value for n in ("mean", "sigma", "skew")},
         **{f"{n}_interval": asdict(getattr(s, n).interval) for n in ("mean", "sigma", "skew")},
         "quantiles": {str(q.p): q.estimate.value for q in s.quantiles},
@@ -96,7 +96,7 @@ def _yield_document(result: Result, table: Table) -> dict[str, Any] | None:
         return None
     return {
         "specifications": [str(s) for s in result.specifications],
-        **share_document(found, result.interval_kind),
+        **share_document(found, result.interval_kind(table)),
         "causes": dict(found.causes),
     }
 
@@ -155,14 +155,14 @@ def _print_group(result: Result, table: Table, where: str) -> None:
     heads = ("metric", "defined:", "undefined:", "mean:", "", "sigma:", *(f"{100 * q:g} %:" for q in SHOWN))
     shares = [_share_cells(result, table, q) for q in result.quantities if q.yes_no]
     if shares:
-        title = f"yes or no; 95 % interval ({result.interval_kind})"
+        title = f"yes or no; 95 % interval ({result.interval_kind(table)})"
         print_table(title, ("metric", "undefined:", "yes"), shares)
     body = [_cells(result, table, q) for q in result.quantities if not q.yes_no]
     if body:
         print_table("metrics, where they are defined; 95 % interval of the mean", heads, body)
     found = study_yield(result, table)
     if found is not None:
-        _print_yield(result, found)
+        _print_yield(result, found, result.interval_kind(table))
 
 
 def _share_cells(result: Result, table: Table, quantity: Quantity) -> tuple[object, ...]:
@@ -182,11 +182,11 @@ def _cells(result: Result, table: Table, quantity: Quantity) -> tuple[object, ..
     return quantity.name, *counts, cell(s.mean.value), between, cell(s.sigma.value), *quantiles
 
 
-def _print_yield(result: Result, found: Yield) -> None:
+def _print_yield(result: Result, found: Yield, kind: str) -> None:
     low, high = found.estimate.interval.low, found.estimate.interval.high
     specs = " and ".join(str(s) for s in result.specifications)
     share = f"{100.0 * found.estimate.value:.2f} %" if found.samples else "not defined"
-    bounds = f"{100.0 * low:.2f} to {100.0 * high:.2f} % ({result.interval_kind})"
+    bounds = f"{100.0 * low:.2f} to {100.0 * high:.2f} % ({kind})"
     print_line(f"yield {share}, 95 % interval {bounds}: {specs}")
     if found.causes:
         causes = shares_of(found.causes, found.samples)

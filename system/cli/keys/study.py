@@ -8,7 +8,7 @@ from system.options.block import DIE_KEYS, SILICON_KEYS
 from system.options.cards import CARDS_KEYS
 
 INTERVAL_KEYS = """
-low   number?  -  lower end; null where there are too few samples to know
+low   number?  -  lower end; null where there are too few samples to know, or several a die
 high  number?  -  upper end, likewise
 """
 SHARE_KEYS = """
@@ -17,7 +17,8 @@ value          number?  -  their share of all
 interval       object   -  its 95 % interval
 interval.low   number?  -  lower end
 interval.high  number?  -  upper end
-kind           string   -  kind of the interval, as `Clopper-Pearson`
+kind           string   -  kind of the interval, as `Clopper-Pearson`, or `Korn-Graubard` where dies have
+               several samples each
 """
 STATISTICS = {
     **meanings("""

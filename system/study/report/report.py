@@ -26,7 +26,7 @@ from system.study.report.again import AGAIN_SAID, Options, Replay, again_with_pa
 from system.study.report.growing import Going
 from system.study.report.page import Code, Grid, Link, picture, render
 from system.study.report.picture import histogram, is_log_normal, normal_quantiles, values_of
-from system.study.report.result import Result, groups, shares_of, study_yield, summary, varied
+from system.study.report.result import Result, alike, groups, shares_of, study_yield, summary, varied
 from system.study.report.waveform import runs_of
 from system.study.report.worst import replay_options, worst
 from system.study.search.breakdown import BY, Breakdown, share_rows
@@ -173,7 +173,7 @@ def _yield(result: Result, part: Table) -> dict[str, Any] | None:
         return None
     low, high = (100.0 * end for end in (found.estimate.interval.low, found.estimate.interval.high))
     specs = " and ".join(map(str, result.specifications))
-    kind = f"{_INTERVAL} {low:.2f} to {high:.2f} % ({result.interval_kind})"
+    kind = f"{_INTERVAL} {low:.2f} to {high:.2f} % ({result.interval_kind(part)})"
     return {
         "value": f"{100.0 * found.estimate.value:.2f} %",
         "said": f"{found.passed} of {found.samples} samples pass, {kind}: {specs}.",
@@ -192,14 +192,17 @@ def _metric(result: Result, part: Table, quantity: Quantity) -> dict[str, Any]:
         "statistics": None,
     }
     if s.share is not None:
-        found["lines"].append(f"Yes: {s.share}, {_INTERVAL} ({result.interval_kind}).")
+        found["lines"].append(f"Yes: {s.share}, {_INTERVAL} ({result.interval_kind(part)}).")
         return found
     if not s.defined:
         return found
     draw = partial(_draw_metric, part, quantity, result.specifications, s)
     scale = "; the axis is logarithmic, for the logarithms are nearer to a normal distribution"
     return found | {
-        "statistics": Grid(("", "value:", f"{_INTERVAL}:"), _statistics(s, quantity.unit)),
+        "statistics": Grid(
+            ("", "value:", f"{_INTERVAL}:"),
+            _statistics(s, quantity.unit, "several a die" if alike(part) else ""),
+        ),
         "picture": picture(
             draw, f"Histogram of {quantity.name} with its limits, and its quantiles against normal ones"
         ),
@@ -224,17 +227,19 @@ def _waveforms(result: Result, condition: Condition, part: Table) -> dict[str, A
     }
 
 
-def _statistics(s: Summary, unit: str) -> list[tuple[str, str, str]]:
-    unknown = "values are equal" if s.sigma.value == 0.0 else "too few samples"
+def _statistics(s: Summary, unit: str, alike: str) -> list[tuple[str, str, str]]:
+    """Rows of a table; alike: why what is known of independent samples alone has no interval here, if so."""
+    few = alike or "too few samples"
+    unknown = "values are equal" if s.sigma.value == 0.0 else few
     rows = [
         ("mean", *_estimate(s.mean, unit, unknown)),
         ("sigma", *_estimate(s.sigma, unit, unknown)),
         ("skew", *_estimate(s.skew, "", unknown)),
     ]
-    return rows + [(f"quantile {100.0 * q.p:g} %", *_estimate(q.estimate, unit)) for q in s.quantiles]
+    return rows + [(f"quantile {100.0 * q.p:g} %", *_estimate(q.estimate, unit, few)) for q in s.quantiles]
 
 
-def _estimate(estimate: Estimate, unit: str, unknown: str = "too few samples") -> tuple[str, str]:
+def _estimate(estimate: Estimate, unit: str, unknown: str) -> tuple[str, str]:
     low, high = (_number(end, unit) for end in (estimate.interval.low, estimate.interval.high))
     between = f"{low} to {high}" if low and high else unknown
     return _number(estimate.value, unit) or "not defined", between

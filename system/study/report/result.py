@@ -4,17 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
+from circuits.arrays import F64
 from system.study.engine import Outcome
 from system.study.in_ngspice import named_statistics
 from system.study.manifest import Study
 from system.study.specification import Specification, Verdict, judge
+from system.study.statistics.clustered import clustered_yield
 from system.study.statistics.confidence_sequence import StopRule, sequence_interval
 from system.study.statistics.interval import Estimate, Interval, clopper_pearson
-from system.study.statistics.summary import Summary, Yield, summarise, summarise_share, summarise_yield
+from system.study.statistics.summary import (
+    Summary,
+    Yield,
+    means_of_dies,
+    summarise,
+    summarise_share,
+    summarise_yield,
+)
 from system.study.table import Table, select
 from system.study.target import Quantity, Target
 
@@ -48,10 +56,11 @@ class Result:
         """The quantities that were measured, in the order of the columns of the table."""
         return self.target.quantities
 
-    @property
-    def interval_kind(self) -> str:
-        """The name of the kind of interval that shares and yields have in this study."""
-        return "confidence sequence" if self.rule else "Clopper-Pearson"
+    def interval_kind(self, table: Table) -> str:
+        """Give the name of the kind of interval that shares and yields of the samples of `table` have."""
+        if self.rule:
+            return "confidence sequence"
+        return "Korn-Graubard" if alike(table) else "Clopper-Pearson"
 
 
 def groups(result: Result) -> Iterator[tuple[str, float, Table]]:
@@ -75,12 +84,18 @@ def summary(result: Result, table: Table, quantity: Quantity) -> Summary:
     """Give the statistics of a quantity over the samples of `table`.
 
     The generator of the bootstrap is keyed by the seed of the study, so that the same study has the same
-    intervals.
+    intervals. Dies are the sample where they have several samples each.
     """
+    values = table.column(quantity.name)
     if quantity.yes_no:
-        return summarise_share(table.column(quantity.name), partial(_share_interval, result))
+        return summarise_share(values, lambda *_: _share_interval(result, table, values))
     rng = np.random.Generator(np.random.Philox(key=result.study.plan.seed))
-    return summarise(table.column(quantity.name), rng)
+    return summarise(values, rng, dies=table.die if alike(table) else None)
+
+
+def alike(table: Table) -> bool:
+    """Tell whether dies of a table have several samples each, in trials, or at corners and temperatures."""
+    return len(np.unique(table.die)) < len(table)
 
 
 def study_yield(result: Result, table: Table) -> Yield | None:
@@ -90,16 +105,41 @@ def study_yield(result: Result, table: Table) -> Yield | None:
     """
     if not result.specifications:
         return None
-    found = summarise_yield(judge_table(table, result.specifications))
-    interval = _share_interval(result, found.passed, found.samples)
+    verdict = judge_table(table, result.specifications)
+    found = summarise_yield(verdict)
+    interval = _share_interval(result, table, verdict.passed.astype(np.float64))
     return replace(found, estimate=Estimate(found.estimate.value, interval))
 
 
-def _share_interval(result: Result, passed: int, samples: int) -> Interval:
-    """Interval of a proportion that holds although the study may have stopped itself."""
-    if result.rule is None or not samples:
-        return clopper_pearson(passed, samples)
-    return sequence_interval(passed, samples, result.rule.level)
+def _share_interval(result: Result, table: Table, said: F64) -> Interval:
+    """Interval of the share of ones, float64[n], NaN where not defined, of the samples of a table.
+
+    It holds although the study may have stopped itself, and where dies have several samples each.
+    """
+    defined = np.isfinite(said)
+    samples = int(defined.sum())
+    if result.rule is not None and samples:
+        return _sequence(table, said, result.rule.level)
+    if not alike(table):
+        return clopper_pearson(int((said == 1.0).sum()), samples)
+    shares = means_of_dies(said[defined], table.die[defined])
+    return clustered_yield(shares, -(-samples // max(len(shares), 1)) or 1).interval
+
+
+def _sequence(table: Table, said: F64, level: float) -> Interval:
+    """Confidence sequence of a share: the mean of those at each place, which hold together."""
+    places: dict[tuple[str, float], list[float]] = {}
+    for corner, celsius, one in zip(table.corner, table.temperature_c.tolist(), said.tolist(), strict=True):
+        if np.isfinite(one):
+            places.setdefault((corner, celsius), []).append(one)
+    each = [
+        sequence_interval(v.count(1.0), len(v), 1.0 - (1.0 - level) / len(places)) for v in places.values()
+    ]
+    weight = [len(v) for v in places.values()]
+    low, high = (
+        float(np.average([getattr(e, end) for e in each], weights=weight)) for end in ("low", "high")
+    )
+    return Interval(low, high)
 
 
 def shares_of(counts: Mapping[str, int], samples: int) -> list[tuple[str, int, str]]:

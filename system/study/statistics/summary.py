@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from circuits.arrays import F64
+from circuits.arrays import F64, I64
 from system.study.specification import Verdict
 from system.study.statistics.interval import (
     EVERYTHING,
@@ -67,7 +67,8 @@ class Summary:
     """Statistics of a metric over the samples, in the unit of the metric.
 
     A statistic is NaN with an unlimited interval where there are too few values. Where all values are equal
-    nothing is known of their spread, and the mean has no interval.
+    nothing is known of their spread, and the mean has no interval. Where dies have several samples each these
+    are alike: the mean has the interval of the dies' means, and the other statistics have none.
 
     Attributes
     ----------
@@ -118,6 +119,7 @@ def summarise(
     rng: np.random.Generator,
     probabilities: Sequence[float] = PROBABILITIES,
     level: float = LEVEL,
+    dies: I64 | None = None,
 ) -> Summary:
     """Summarise the values of a metric, float64[n], NaN where it is not defined.
 
@@ -131,10 +133,18 @@ def summarise(
         Probability of each quantile that is estimated.
     level
         Confidence level of the intervals.
+    dies
+        Number of each value's die, int64[n], where dies have several values each.
     """
-    x, undefined = values[np.isfinite(values)] + 0.0, int(np.isnan(values).sum())
+    finite = np.isfinite(values)
+    x, undefined = values[finite] + 0.0, int(np.isnan(values).sum())
     spread = len(x) > 1 and np.ptp(x) > 0.0
-    mean, sigma = (mean_interval(x, rng, level), sigma_interval(x, rng, level)) if spread else _UNKNOWN
+    alone = dies is None  # each value is its own die's
+    own = x if dies is None else means_of_dies(x, dies[finite])
+    mean, sigma = _UNKNOWN
+    if spread:
+        mean = mean_interval(own, rng, level) if len(own) > 1 and np.ptp(own) > 0.0 else EVERYTHING
+        sigma = sigma_interval(x, rng, level) if alone else sigma
     return Summary(
         samples=len(values),
         defined=len(x),
@@ -142,9 +152,18 @@ def summarise(
         infinite=len(values) - len(x) - undefined,
         mean=Estimate(float(x.mean()) if len(x) else math.nan, mean),
         sigma=Estimate(_sigma(x), sigma),
-        skew=Estimate(_skew(x), skew_interval(x, rng, level)),
-        quantiles=tuple(Quantile(p, _quantile(x, p, level)) for p in probabilities),
+        skew=Estimate(_skew(x), skew_interval(x, rng, level) if alone else EVERYTHING),
+        quantiles=tuple(Quantile(p, _quantile(x, p, level, alone=alone)) for p in probabilities),
     )
+
+
+def means_of_dies(values: F64, dies: I64) -> F64:
+    """Give the mean of each die's values, float64[dies], in the order of the dies' numbers.
+
+    values: float64[n], finite. dies: number of each value's die, int64[n].
+    """
+    _, owner, counts = np.unique(dies, return_inverse=True, return_counts=True)
+    return np.asarray(np.bincount(owner, values, len(counts)) / counts)
 
 
 def _sigma(x: F64) -> float:
@@ -185,10 +204,10 @@ def summarise_yield(verdict: Verdict, level: float = LEVEL) -> Yield:
     return Yield(passed, samples, Estimate(value, clopper_pearson(passed, samples, level)), verdict.counts)
 
 
-def _quantile(x: F64, p: float, level: float) -> Estimate:
+def _quantile(x: F64, p: float, level: float, *, alone: bool) -> Estimate:
     if not len(x):
         return Estimate(math.nan, EVERYTHING)
-    return Estimate(float(np.quantile(x, p)), quantile_interval(x, p, level))
+    return Estimate(float(np.quantile(x, p)), quantile_interval(x, p, level) if alone else EVERYTHING)
 
 
 def _skew(x: F64) -> float:

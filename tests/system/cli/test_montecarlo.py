@@ -41,6 +41,11 @@ def nine_in_ten(machine: Machine) -> float:
     return float((machine.silicon.die.number or 0) % 10 != 9)
 
 
+def at_a_high_threshold(machine: Machine) -> float:
+    """1 for all dies at the slow corner, for every second one at another."""
+    return float(machine.silicon.die.corner == "ss" or (machine.silicon.die.number or 0) % 2)
+
+
 def test_samples_are_the_dies_in_order(run_json: RunJson) -> None:
     found = run_json(
         "montecarlo",
@@ -166,6 +171,24 @@ def test_a_study_stops_when_its_yield_is_known(run_json: RunJson) -> None:
     assert 0.5 * (interval["high"] - interval["low"]) < 0.2
 
 
+def test_a_study_stops_when_the_yield_at_each_place_is_known(run_json: RunJson) -> None:
+    """At a corner where the metric is another the yield is another, so that both together say nothing."""
+    options = (
+        "--metric",
+        f"{HERE}:at_a_high_threshold",
+        "--spec",
+        "at_a_high_threshold in 0.5:",
+        "-n",
+        "200",
+    )
+    places = ("--corner", "ss", "--corner", "random", "--chunk", "5")
+    found = run_json("montecarlo", BLOCK, *options, *places, "--until", "20%")
+    assert found["stopped"]
+    for each in found["conditions"]:
+        interval = each["yield"]["interval"]
+        assert 0.5 * (interval["high"] - interval["low"]) < 0.2
+
+
 def test_a_folder_keeps_a_study_and_resumes_it(run_json: RunJson, tmp_path: Path) -> None:
     options = ("montecarlo", BLOCK, "--metric", f"{HERE}:nine_in_ten", "--chunk", "4", "-o", str(tmp_path))
     first = run_json(*options, "-n", "8")
@@ -193,6 +216,7 @@ test_bad_input_is_one_line = command_refusals(
         ("--spec 'best_dely in 1ms:'", "did you mean best_delay"),
         ("--until 2%", "must come with --spec"),
         ("--until 2% --spec 'class is works' --plan lhs", "need independent dies"),
+        ("--until 2% --spec 'class is works' --trials 2", "2 trials of a die are not"),
         ("--resume", "must come with --output"),
         ("--trials 2", "a block without noise has one"),
         ("--metric no_such_module:f", "give MODULE:FUNCTION"),

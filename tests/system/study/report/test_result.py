@@ -3,15 +3,16 @@
 import numpy as np
 import pytest
 
+from circuits.arrays import F64
 from system.study.engine import Outcome
 from system.study.manifest import Study
 from system.study.plan import Plan
-from system.study.report.result import Result, groups, study_yield, varied
+from system.study.report.result import Result, groups, study_yield, summary, varied
 from system.study.specification import Limits
-from system.study.statistics.confidence_sequence import StopRule
+from system.study.statistics.confidence_sequence import StopRule, sequence_interval
 from system.study.statistics.interval import clopper_pearson
 from system.study.table import Condition, Table
-from system.study.target import Subject, open_target
+from system.study.target import Quantity, Subject, open_target
 
 CONDITIONS = (Condition("random", 27.0, 0), Condition("ss", 27.0, 0))
 STUDY = Study(Subject("rebound-neuron", ("t_inh",)), Plan("random", 0, 1000, 3), CONDITIONS, 4)
@@ -37,16 +38,62 @@ def test_the_yield_counts_undefined_samples_as_failing() -> None:
     found = study_yield(result(), TABLE)
     assert found is not None
     assert (found.passed, found.samples) == (3, 6)
-    assert found.estimate.interval == clopper_pearson(3, 6)
     assert found.causes == {"t_inh above 2.05s": 2, "t_inh not defined": 1}
 
 
 def test_a_rule_widens_the_interval() -> None:
-    fixed, stopped = study_yield(result(), TABLE), study_yield(result(StopRule(0.1)), TABLE)
+    (_, _, part), *_ = groups(result())
+    fixed, stopped = study_yield(result(), part), study_yield(result(StopRule(0.1)), part)
     assert fixed is not None
     assert stopped is not None
+    assert fixed.estimate.interval == clopper_pearson(2, 3)
     assert stopped.estimate.interval.low < fixed.estimate.interval.low
-    assert result(StopRule(0.1)).interval_kind == "confidence sequence"
+    assert result(StopRule(0.1)).interval_kind(part) == "confidence sequence"
+
+
+def of_trials(shift: F64, trials: int, temperatures: int = 1) -> Table:
+    """Dies with some trials at some temperatures, whose metric is that of the die in all."""
+    each = trials * temperatures
+    celsius = np.tile(np.repeat(27.0 + np.arange(temperatures), trials), shift.size)
+    none, words = np.zeros(shift.size * each, np.int64), ("works",) * (shift.size * each)
+    return Table(
+        ("t_inh",), np.repeat(1000 + np.arange(shift.size), each), ("random",) * none.size, celsius, none,
+        words, ("",) * none.size, np.repeat(shift, each)[:, None],
+    )  # fmt: skip
+
+
+def test_dies_are_the_sample_where_each_has_several() -> None:
+    shift = np.random.default_rng(1).normal(2.0, 0.1, 40)
+    one, many = of_trials(shift, 1), of_trials(shift, 10)
+    apart, alike = study_yield(result(), one), study_yield(result(), many)
+    assert apart is not None
+    assert alike is not None
+    assert alike.samples == 400
+    assert alike.estimate.value == apart.estimate.value
+    assert alike.estimate.interval.half_width >= apart.estimate.interval.half_width
+    assert result().interval_kind(many) == "Korn-Graubard"
+    quantity = Quantity("t_inh", "s")
+    single, several = summary(result(), one, quantity), summary(result(), many, quantity)
+    # means of dies differ from their one value by a rounding
+    ends = single.mean.interval.low, single.mean.interval.high
+    assert (several.mean.interval.low, several.mean.interval.high) == pytest.approx(ends, rel=1e-9)
+    for estimate in (several.sigma, several.skew, several.quantiles[0].estimate):
+        assert (np.isfinite(estimate.value), np.isfinite(estimate.interval.high)) == (True, False)
+    yes = Quantity("t_inh", "", yes_no=True)
+    share = summary(result(), of_trials(np.repeat([1.0, 0.0], 10), 20), yes).share
+    assert share is not None
+    assert share.estimate.interval.half_width >= clopper_pearson(10, 20).half_width
+
+
+def test_a_rule_over_temperatures_takes_each_as_its_own() -> None:
+    """Ten dies at five temperatures are no fifty dies."""
+    table = of_trials(np.repeat([2.0, 2.1], [9, 1]), 1, 5)
+    found = study_yield(result(StopRule(0.1)), table)
+    assert found is not None
+    assert found.estimate.value == 0.9
+    wanted = sequence_interval(9, 10, 0.99)
+    ends = found.estimate.interval.low, found.estimate.interval.high
+    assert ends == pytest.approx((wanted.low, wanted.high), rel=1e-12)
 
 
 @pytest.mark.parametrize(("corner", "text"), [("random", "mismatch and process"), ("ss", "mismatch")])
