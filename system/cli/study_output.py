@@ -6,6 +6,8 @@ import math
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from circuits.silicon.course import Course
 from system.cli.option_names import as_options
 from system.cli.output import print_line, print_table, quantity_cell
@@ -152,12 +154,14 @@ def study_title(result: Result) -> str:
 def _print_group(result: Result, table: Table, where: str) -> None:
     classes = shares_of(counted(table.outcome), len(table))
     print_table(f"outcome{where}", ("class", "samples:", "share:"), classes)
-    heads = ("metric", "defined:", "undefined:", "mean:", "", "sigma:", *(f"{100 * q:g} %:" for q in SHOWN))
+    infinite = any(np.isinf(table.column(q.name)).any() for q in result.quantities if not q.yes_no)
+    counts = ("defined:", "undefined:", *(("infinite:",) if infinite else ()))
+    heads = ("metric", *counts, "mean:", "", "sigma:", *(f"{100 * q:g} %:" for q in SHOWN))
     shares = [_share_cells(result, table, q) for q in result.quantities if q.yes_no]
     if shares:
         title = f"yes or no; 95 % interval ({result.interval_kind(table)})"
         print_table(title, ("metric", "undefined:", "yes"), shares)
-    body = [_cells(result, table, q) for q in result.quantities if not q.yes_no]
+    body = [_cells(result, table, q, infinite=infinite) for q in result.quantities if not q.yes_no]
     if body:
         print_table("metrics, where they are defined; 95 % interval of the mean", heads, body)
     found = study_yield(result, table)
@@ -170,7 +174,7 @@ def _share_cells(result: Result, table: Table, quantity: Quantity) -> tuple[obje
     return quantity.name, s.undefined, s.share
 
 
-def _cells(result: Result, table: Table, quantity: Quantity) -> tuple[object, ...]:
+def _cells(result: Result, table: Table, quantity: Quantity, *, infinite: bool) -> tuple[object, ...]:
     def cell(value: float) -> str:
         return quantity_cell(value, quantity.unit) if math.isfinite(value) else ""
 
@@ -178,7 +182,7 @@ def _cells(result: Result, table: Table, quantity: Quantity) -> tuple[object, ..
     ends = s.mean.interval
     between = f"{cell(ends.low)} to {cell(ends.high)}" if math.isfinite(ends.low) else ""
     quantiles = [cell(q.estimate.value) for q in s.quantiles if q.p in SHOWN]
-    counts = (s.defined, s.undefined + s.infinite)
+    counts = (s.defined, s.undefined, *((s.infinite,) if infinite else ()))
     return quantity.name, *counts, cell(s.mean.value), between, cell(s.sigma.value), *quantiles
 
 

@@ -146,7 +146,7 @@ def noise(
     Raises
     ------
     ParameterError
-        A source fixes the node, or both nodes.
+        A source fixes the node, or both nodes, or these are one.
     UnknownNameError
         No such node or source.
     """
@@ -156,6 +156,8 @@ def noise(
     free = {column: sign for column, sign in ends.items() if column < k.unknowns}
     if not free:
         raise ParameterError(f"{node}: fixed by a source, must be a node of its own; name another output")
+    if reference is not None and len(ends) < 2:
+        raise ParameterError(f"{node}: against {reference}, which is the same node; name another")
     model = model or noise_model(machine.silicon.process)
     found = noise_sources(point, model)
     pick = np.zeros(k.unknowns, dtype=complex)

@@ -185,6 +185,8 @@ def _breakdown(metric: str, parts: list[_Part]) -> Breakdown:
         raise ParameterError(
             f"{where}: {len(y)} defined samples of {samples}, must be >= {FEWEST}; take more dies"
         )
+    if np.ptp(y) == 0.0:
+        raise ParameterError(f"{where}: all {len(y)} defined samples are equal; name a metric that varies")
     logarithm = bool((y > 0.0).all())
     names, z = _factors(parts)
     gradient = _gradient(metric, parts, logarithm=logarithm)

@@ -138,3 +138,5 @@ def test_noise_between_two_nodes_leaves_out_what_they_share() -> None:
     assert noise(point, "a", f, reference="y").output[0] == pytest.approx(white * 3e3, rel=1e-6)
     with pytest.raises(ParameterError, match="a: fixed by a source"):
         noise(point, "a", f, reference="a")
+    with pytest.raises(ParameterError, match="y: against y, which is the same node"):
+        noise(point, "y", f, reference="y")

@@ -39,6 +39,16 @@ def seldom(machine: Machine) -> float:
     return planted(machine) if (machine.silicon.die.number or 0) % 4 == 0 else math.nan
 
 
+def constant(machine: Machine) -> float:
+    """The same on all dies."""
+    return 3.0
+
+
+def far(machine: Machine) -> float:
+    """Infinite on one die of four, and defined."""
+    return math.inf if (machine.silicon.die.number or 0) % 4 == 0 else 2.0
+
+
 @pytest.fixture
 def run_json(capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
     def call(metric: str, *arguments: str) -> Any:
@@ -114,6 +124,23 @@ def test_what_cannot_be_broken_down_is_one_line(capsys: pytest.CaptureFixture[st
     assert "metric charm" in refused(*own, "--contributions", "charm")
     assert "must come with --contributions" in refused(*own, "--pareto", str(tmp_path / "a.png"))
     assert "--pareto" in refused(*own, "--contributions", "planted", "--pareto", "a.bmp")
+
+
+def test_a_metric_that_does_not_vary_has_no_contributions(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ("--metric", f"{HERE}:constant", "--contributions", "constant")
+    assert main(("montecarlo", BLOCK, "-n", "20", *asked)) != 0
+    caught = capsys.readouterr()
+    assert "all 20 defined samples are equal" in caught.err
+    assert "constant       20          0     3" in caught.out
+
+
+def test_infinite_samples_are_told_as_such(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ("--metric", f"{HERE}:far", "--metric", f"{HERE}:seldom", "--spec", "far in 1:")
+    assert main(("montecarlo", BLOCK, "-n", "8", *asked)) == 0
+    lines = {line.split()[0]: line.split() for line in capsys.readouterr().out.splitlines() if line.strip()}
+    assert lines["metric"][1:4] == ["defined", "undefined", "infinite"]
+    assert (lines["far"][1:4], lines["seldom"][1:4]) == (["6", "0", "2"], ["2", "6", "0"])
+    assert lines["yield"][1] == "100.00"
 
 
 def test_too_few_defined_samples_lose_no_statistics(capsys: pytest.CaptureFixture[str]) -> None:
