@@ -50,7 +50,8 @@ def corners(slopes: Slopes, sigma: float) -> tuple[StatisticalCorner, Statistica
     ParameterError
         The distance is not above 0, and at most 8.
     SolverError
-        The metric has no gradient on the way, or is not defined at a corner.
+        The metric has no gradient on the way, or one whose direction does not settle, or is not defined at a
+        corner.
     """
     if not 0.0 < sigma <= 8.0:
         raise ParameterError(f"sigma: {sigma:g}, must be above 0 and at most 8; write as in 3")
@@ -70,6 +71,11 @@ def _corner(slopes: Slopes, sigma: float) -> StatisticalCorner:
         z = aim
         if settled:
             break
+    else:
+        raise SolverError(
+            f"{slopes.metric}: its gradient has another direction on each die at {sigma:+g} sigma, so that no"
+            " corner is found; take a smaller distance, or sample plainly"
+        )
     (value,) = slopes.values(z[None])
     if not np.isfinite(value):
         raise SolverError(f"{slopes.metric}: is not defined at {sigma:+g} sigma; take a smaller distance")

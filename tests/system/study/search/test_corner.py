@@ -43,6 +43,9 @@ def test_what_is_no_corner_is_refused() -> None:
         corners(planned(exponential), 9.0)
     with pytest.raises(SolverError, match="delay: has no gradient on the way"):
         corners(planned(lambda z: 0.0 * z[:, 0]), 3.0)
+    # highest at equal draws of both, by gradients that lead from one draw to the other and back
+    with pytest.raises(SolverError, match="another direction on each die at -3 sigma"):
+        corners(planned(lambda z: z[:, 0] * z[:, 1] + 0.01 * z[:, 0]), 3.0)
     slopes = planned(exponential)
     slopes.sigma[0] = np.nan
     with pytest.raises(ParameterError, match=r"cell\.m1\.v_t0 is a component of variation"):
