@@ -50,7 +50,6 @@ def test_all_that_is_registered_is_shown_or_left_out_by_name(gallery: ModuleType
 
 
 def test_names_of_exceptions_are_known(gallery: ModuleType) -> None:
-    assert set(gallery.STATUS) <= set(NAMES["experiment"])
     assert {name for _, name in gallery.COMMANDS} <= {name for names in NAMES.values() for name in names}
 
 

@@ -133,12 +133,17 @@ def test_rows_and_picture_of_an_experiment_are_of_one_run(
     monkeypatch.setattr(running, "_run", run)
     gallery = importlib.import_module("_extension.gallery")
     row = next(row for row in gallery.rows() if row.name == "cheely2003-fig4")
-    picture = "\n".join(gallery.markdown(row)).replace(":status: 0", ":status: 1")
+    picture = "\n".join(gallery.markdown(row))
     html, said = built(tmp_path, f"{PAGE}\n{picture}\n", run=True)
     assert said == ""
     assert len(lines) == 1
     assert re.findall(r"_images/([\w-]+)", html) == ["experiment-cheely2003-fig4"]
     assert "one row disagrees" in html
+    monkeypatch.setattr(running, "_run", lambda *_: running.Done(2, "", "no such experiment", ""))
+    refused = tmp_path / "refused"
+    refused.mkdir()
+    _, said = built(refused, picture, run=True)
+    assert "cheely2003-fig4: status 2: no such experiment" in said
 
 
 def test_without_a_run_claims_link_to_the_experiment(running: ModuleType, tmp_path: Path) -> None:

@@ -56,7 +56,7 @@ class CommandDirective(SphinxDirective):
         "hide": directives.flag,  # only what it draws is shown
         "still": directives.unchanged_required,  # a picture beside the page, for who prints or wants no film
         "shows": directives.unchanged_required,  # a file that it writes, of which the beginning is shown
-        "experiment": directives.unchanged_required,  # its run is that of the experiment's rows
+        "experiment": directives.unchanged_required,  # its run is that of its rows, and may be 1
         "needs": directives.unchanged_required,  # files beside the page that it reads, shown before it
     }
 
@@ -73,9 +73,8 @@ class CommandDirective(SphinxDirective):
         if not self.config.noctule_run:
             return shown + still
         if "experiment" in self.options:
-            found, _ = reproduced(self, self.options["experiment"])
-        else:
-            found = _in_turn(self, line, needs, self.options.get("shows", "").split())
+            return shown + self._experiment(self.options["experiment"])
+        found = _in_turn(self, line, needs, self.options.get("shows", "").split())
         wanted = self.options.get("status", 0)
         if found.status != wanted:
             raise self.error(f"{line}: status {found.status} where {wanted} is due: {found.err.strip()}")
@@ -89,6 +88,14 @@ class CommandDirective(SphinxDirective):
         if still:
             return [*shown, nodes.container("", *pictures, *still, classes=["noctule-film"])]
         return shown + pictures
+
+    def _experiment(self, name: str) -> list[nodes.Node]:
+        """The picture of an experiment, and which of its rows disagree, if any do."""
+        found, drawing = reproduced(self, name)
+        if found.status not in (0, 1):
+            raise self.error(f"{name}: status {found.status}: {found.err.strip()}")
+        said = found.err.splitlines() if found.status else []
+        return [*_output(said, None), picture(self, drawing, self.arguments[0])]
 
     def _pictures(self, found: Done, names: Iterable[str]) -> list[nodes.Node]:
         """Pictures of those names that the command drew."""

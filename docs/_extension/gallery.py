@@ -34,11 +34,6 @@ COMMANDS = {
 }
 FASTER = {"bug": 5, "rover": 20, "spiking-bat": 10, "car": 5, "forest": 4, "head": 2}
 """How much faster than the run a robot's film goes, so that it takes some seconds; the others are short."""
-STATUS = {
-    "wen2022-fig10": 1,
-    "hwu2018-table1": 1,
-    "milde2017-power": 1,
-}  # where a statement of the paper is known not to agree
 HEADINGS: dict[Kind, str] = {
     "block": "Blocks", "chip": "Chips", "robot": "Robots", "experiment": "Figures of papers",
 }  # fmt: skip
@@ -55,7 +50,6 @@ class Row:
     summary : what it is, in a line.
     command : the command that draws it, into `picture`.
     picture : name of the file.
-    status : exit status of the command.
     """
 
     kind: Kind
@@ -63,7 +57,6 @@ class Row:
     summary: str
     command: str
     picture: str
-    status: int = 0
 
 
 def rows() -> tuple[Row, ...]:
@@ -76,10 +69,10 @@ def left_out() -> tuple[str, ...]:
     return tuple(name for name in experiment_names() if load_experiment(name).counts is not None)
 
 
-def _row(kind: Kind, name: str, summary: str, command: str, status: int = 0, film: str = "") -> Row:
+def _row(kind: Kind, name: str, summary: str, command: str, film: str = "") -> Row:
     picture = f"{kind}-{name}.png"
     said = COMMANDS.get((kind, name), command)
-    return Row(kind, name, summary, f"noctule {said}{film} --plot {picture}", picture, status)
+    return Row(kind, name, summary, f"noctule {said}{film} --plot {picture}", picture)
 
 
 def _blocks() -> Iterator[Row]:
@@ -108,7 +101,7 @@ def _experiments() -> Iterator[Row]:
     for name in experiment_names():
         if name not in long:
             summary = load_experiment(name).summary
-            yield _row("experiment", name, summary, f"reproduce {name}", STATUS.get(name, 0))
+            yield _row("experiment", name, summary, f"reproduce {name}")
 
 
 class GalleryDirective(SphinxDirective):
@@ -132,7 +125,7 @@ class GalleryDirective(SphinxDirective):
 def markdown(row: Row) -> list[str]:
     """Lines of a page that show a row."""
     said = f"**{row.name}**: {row.summary}"
-    options = [":lines: 0", f":alt: {row.name}, {row.summary}", f":status: {row.status}"]
+    options = [":lines: 0", f":alt: {row.name}, {row.summary}"]
     options += [f":experiment: {row.name}"] if row.kind == "experiment" else []
     return ["", said, "", f"```{{command}} {row.command}", *options, "```"]
 
