@@ -1,8 +1,8 @@
 """Currents and power of sources and transistors, after a run that recorded every node; currents of a sweep.
 
-The current of a source is the conduction current of the devices at its node, and the rate of the charge on
-its side of every capacitance. Conduction is integrated over the points of the run by the trapezoidal rule,
-and charge exactly.
+The current of a source of voltage is the conduction current of the devices at its node, less what sources of
+current give into it, and the rate of the charge on its side of every capacitance. Conduction is integrated
+over the points of the run by the trapezoidal rule, and charge exactly.
 """
 
 from __future__ import annotations
@@ -49,10 +49,18 @@ def energy_courses(result: Result) -> dict[str, F64]:
 
 
 def node_voltages(result: Result | Sweep) -> F64:
-    """The solver's vector of voltages at each point, float64[T, columns], V; 0 at sources of current."""
-    v = np.zeros((len(result.voltage), result.machine.kernel.columns))
-    v[:, result.machine.column] = result.voltage
-    return with_charges(result.machine.kernel, v)
+    """The solver's vector of voltages at each point, float64[T, columns], V.
+
+    At sources of current it has what they give over a run, A, and over a sweep 0.
+    """
+    machine = result.machine
+    v = np.zeros((len(result.voltage), machine.kernel.columns))
+    v[:, machine.column] = result.voltage
+    if isinstance(result, Result):
+        for s, quantity in enumerate(machine.source_quantities):
+            if quantity == "current":
+                v[:, machine.kernel.unknowns + s] = np.interp(result.time, *machine.polylines[s])
+    return with_charges(machine.kernel, v)
 
 
 def conduction_and_channels(machine: Machine, v: F64) -> tuple[F64, F64]:

@@ -19,12 +19,12 @@ from circuits.circuit import GROUND
 from circuits.devices.source import Constant
 from circuits.errors import DataError, ParameterError, unknown_name
 from circuits.lowering.kernel import Machine
-from circuits.measure.branch import branches, voltage_nodes
+from circuits.measure.branch import branches, is_followed, voltage_nodes
 from circuits.measure.measure import Reading, read_measures
-from circuits.measure.scope import Scope, TableRecord
+from circuits.measure.scope import Scope, TableRecord, device_currents
 from circuits.measure.unit import unit_named, value_text
-from circuits.solver.operating_point import operating_point
-from circuits.solver.sweep import dc_sweep
+from circuits.solver.operating_point import OperatingPoint, operating_point
+from circuits.solver.sweep import dc_sweep, direct_current
 from circuits.testbench import Testbench
 from netlists.ngspice.deck import Ran, run_deck
 from netlists.ngspice.run import Waveforms
@@ -50,6 +50,7 @@ from system.plot import COLOURS, check_picture, save_picture, sized_axes
 _SHOWN = 40  # vectors of a deck that are printed; CSV and JSON have all
 _DRAWN = len(COLOURS)
 _DROP = re.compile(r"leave it out by `drop=([^`]*)`")  # of Python, and what the command line has for it
+_BRANCH = re.compile(r"^(.*)#branch$")  # ngspice's name of a current; # begins a comment in a table
 _AXES = {"": "", "time": "s", "v-sweep": "V", "i-sweep": "A", "res-sweep": "Ohm", "temp-sweep": "degC"}
 
 
@@ -108,13 +109,14 @@ def simulate_deck(asked: Simulate) -> None:
     else:
         refuse_foreign(asked.block)
         found, deck, unit = _swept(asked)
-    measured = _readings(found, unit, of_analysis(deck, found.analysis), asked.measure)
+    measured = _readings(found, unit, deck, asked.measure)
     _tell(asked.block, asked.engine, found, asked.csv, measured, as_json=asked.as_json)
     save_picture(asked.plot, lambda figure: _draw(found, asked.block, figure))
 
 
-def _readings(found: Waveforms, unit: str, cards: Sequence[str], asked: Sequence[str]) -> list[Reading]:
+def _readings(found: Waveforms, unit: str, deck: Imported, asked: Sequence[str]) -> list[Reading]:
     """What the deck's own cards, and what is asked for, measure of a run along an axis of a unit."""
+    cards = of_analysis(deck, found.analysis)
     if not cards and not asked:
         return []
     steps = np.diff(found.axis)
@@ -125,6 +127,7 @@ def _readings(found: Waveforms, unit: str, cards: Sequence[str], asked: Sequence
         return []
     volts = {n: v for n, v in found.values.items() if _unit(n) == "V"}
     amps = {n.removesuffix("#branch"): v for n, v in found.values.items() if n.endswith("#branch")}
+    amps = {n: -v if circuit_name(n) in deck.turned else v for n, v in amps.items()}  # as the circuit has it
     scope = Scope(frozenset(volts), frozenset(amps), axis=unit_named(unit))
     record = TableRecord(found.axis, volts, amps)
     return [each.of(record) for each in read_measures((*taken(cards, scope), *asked), scope)]
@@ -245,7 +248,7 @@ def _branch(
     if name == TEMPERATURE:
         for celsius in values:
             point = operating_point(bench, replace(silicon, temperature_c=float(celsius)))
-            yield float(celsius), _named(point.voltages(), point.machine)
+            yield float(celsius), _named(point.voltages(), point.machine) | _at(_supplies(found, point), 0)
         return
     if _is_floating(bench, circuit_name(name)):
         near: dict[str, float] | None = None
@@ -253,14 +256,13 @@ def _branch(
             held_at = _held(bench, circuit_name(name), float(value))
             point = operating_point(held_at, silicon, near)
             near = {node: v for node, v in point.voltages().items() if node != GROUND}
-            yield float(value), _named(point.voltages(), point.machine)
+            yield float(value), _named(point.voltages(), point.machine) | _at(_supplies(found, point), 0)
         return
     swept = dc_sweep(bench, circuit_name(name), [_turned(found, name, v) for v in values], silicon)
+    supplies = _supplies(found, swept)
     for k, value in enumerate(values):
-        yield (
-            float(value),
-            _named(dict(zip(swept.nodes, swept.voltage[k].tolist(), strict=True)), swept.machine),
-        )
+        volts = dict(zip(swept.nodes, swept.voltage[k].tolist(), strict=True))
+        yield float(value), _named(volts, swept.machine) | _at(supplies, k)
 
 
 def _held(bench: Testbench, name: str, value: float) -> Testbench:
@@ -277,6 +279,18 @@ def _named(volts: dict[str, float], machine: Machine) -> dict[str, float]:
     """Voltages of nodes, V, and currents of elements as ngspice calls them, `l1#branch`, A."""
     currents = {f"{name}#branch": g * volts[node] for node, (name, g) in branches(machine).items()}
     return {node: volts[node] for node in voltage_nodes(machine)} | currents
+
+
+def _at(currents: dict[str, F64], k: int) -> dict[str, float]:
+    return {name: float(current[k]) for name, current in currents.items()}
+
+
+def _supplies(found: Imported, point: OperatingPoint | direct_current.Sweep) -> dict[str, F64]:
+    """Currents of sources of voltage at ground, A, float64[N], as ngspice calls them and with its signs."""
+    sources = [s for s in found.testbench.sources if s.quantity == "voltage" and not is_followed(s.node)]
+    currents = device_currents(point, [s.name for s in sources])
+    signs = {s.name: -1.0 if s.name in found.turned else 1.0 for s in sources}
+    return {f"{name}#branch": signs[name] * current for name, current in currents.items()}
 
 
 def _turned(found: Imported, source: str, value: float) -> float:
@@ -339,7 +353,7 @@ def _digits(value: Any) -> float:
 
 def _table(found: Waveforms) -> str:
     """All vectors as CSV: the axis first, where there is one; a row a point."""
-    named = {f"{n}_{_unit(n)}": v for n, v in found.values.items()}
+    named = {_BRANCH.sub(r"i(\1)", n) + f"_{_unit(n)}": v for n, v in found.values.items()}
     if found.axis_name:
         named = {("time_s" if found.axis_name == "time" else found.axis_name): found.axis, **named}
     text = io.StringIO()

@@ -9,7 +9,7 @@ from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import UnknownNameError
 from circuits.measure.scope import device_currents
 from circuits.solver.operating_point import operating_point
-from circuits.solver.power import drain_current
+from circuits.solver.power import delivered_energy, drain_current
 from circuits.solver.sweep import dc_sweep
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
@@ -70,3 +70,14 @@ def test_over_a_run_charge_is_counted() -> None:
 def test_a_name_without_a_current_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="amplifier current m1: unknown; did you mean m"):
         device_currents(operating_point(_bench(0.9)), ["m1"])
+
+
+def test_a_supply_gives_what_a_source_of_current_draws_from_its_node() -> None:
+    circuit = Circuit("r", (Port("vdd", "supply"),), (Resistor("r", "vdd", "0", 1e3),))
+    ramp = PiecewiseLinear((0.0, 1e-6), (0.0, 1e-3))
+    sources = (Source("v", "vdd", Constant(2.0)), Source("i", "vdd", ramp, "current"))
+    bench = Testbench("t", circuit, sources, 1e-6)
+    result = simulate(bench)
+    for found in (device_currents(result), device_currents(result, ["v"])):
+        np.testing.assert_allclose(found["v"], result.time * 1e3 - 2e-3, rtol=1e-12)
+    assert delivered_energy(result)["v"] == pytest.approx(2.0 * (2e-3 - 0.5e-3) * 1e-6, rel=1e-12)

@@ -111,6 +111,22 @@ def test_a_deck_s_measures_of_its_sweep_and_of_small_signals_are_told(
     assert said.err.count("this .measure card is left out") == (analysis == "dc")
 
 
+def test_a_sweep_has_the_currents_of_the_supplies_with_the_signs_of_the_deck(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cards = ".dc v1 0 2 0.5\n.measure dc x find i(v1) at=1.5\n.measure dc y find i(v2) at=1.5\n"
+    parts = "v1 a 0 1\nr1 a b 1k\nr2 b 0 1k\nv2 0 n 2\nr3 n b 1k\ni1 0 a 0.25m\n"
+    path, table = written(tmp_path / "supplies.cir", f"supplies\n{parts}{cards}"), tmp_path / "dc.csv"
+    assert main(["simulate", str(path), "--analysis", "dc", "--csv", str(table), "--json"]) == 0
+    found = {each["name"]: each["value"] for each in json.loads(capsys.readouterr().out)["measured"]}
+    assert found == pytest.approx({"x": -1.416667e-3, "y": -1.833333e-3}, rel=1e-6)  # ngspice's own
+    first, *rows = table.read_text().splitlines()
+    assert first == "v1,a_V,n_V,b_V,i(v1)_A,i(v2)_A"
+    assert [float(row.split(",")[5]) for row in rows if row.startswith("1.5")] == pytest.approx(
+        [-1.833333e-3]
+    )
+
+
 def test_a_node_that_a_current_feeds_is_an_answer_of_the_deck(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
