@@ -34,6 +34,7 @@ GROWTH = 1.15  # of steps along the dynamics, slow enough that an unstable state
 NUDGE = 10e-3  # V, ours: how far beside an unstable state the circuit is let go
 MAX_REST_UPDATE = 0.2  # V, of each node in one iteration
 _ROUNDED = 64.0 * 2.0**-52  # of the currents at a node, what rounding leaves of their sum; ours
+_HONOURED = 0.1  # V, ours: how far from a start the state may be before one is looked for with it held
 FAR = 100.0  # V, where a solve has run away
 _STRIDES = (2.0, 20.0, 200.0)  # V, of each node in one iteration, of a circuit that has no state within FAR
 
@@ -286,7 +287,8 @@ def operating_point(
     Parameters
     ----------
     start
-        Voltages (V) by node path near which the state is looked for; nodes that are left out start at 0 V.
+        Voltages (V) by node path near which the state is looked for; nodes that are left out start at 0 V,
+        and where that leads away from them, where the circuit rests with these voltages held.
         Without a start, a state that is not stable is left along the circuit's own dynamics where these
         settle (those of a latch do, those of an oscillator do not), and is reported among `others`.
     time
@@ -308,12 +310,38 @@ def operating_point(
         for node, value in given.items():
             guess[machine.column_of(node)] = value
         found = solve_near(machine, guess, time) or _far(machine, guess, time)
+        if found is None or _off(found, given) > _HONOURED:
+            held = _near_held(machine, given, time)
+            is_nearer = held is not None and (found is None or _off(held, given) < _off(found, given))
+            found = held if is_nearer else found
     else:
         found = met[0] if met else None
     if found is None:
         remedy = Outcome.NO_OPERATING_POINT.value
         raise SolverError(f"{machine.testbench.title}: no operating point; {remedy}")
     return replace(found, others=tuple(s for s in met if _apart(s, found)))
+
+
+def _off(point: OperatingPoint, given: Mapping[str, float]) -> float:
+    """How far a point is from voltages that were given, V."""
+    return max(abs(point[node] - value) for node, value in given.items())
+
+
+def _near_held(machine: Machine, given: Mapping[str, float], time: float | None) -> OperatingPoint | None:
+    """Solve from where the circuit rests with the voltages of a start held; None where it finds nothing."""
+    k = machine.kernel
+    hold = {node: value for node, value in given.items() if machine.column_of(node) < k.unknowns}
+    if not hold or len(hold) == np.unique(machine.column[machine.column < k.unknowns]).size:
+        return None
+    clamped = to_kernel(machine.testbench, machine.silicon, hold)
+    lines = (*machine.polylines, *clamped.polylines[len(machine.polylines) :])
+    direct = (*machine.direct, *clamped.direct[len(machine.direct) :])
+    rest = _cold(replace(clamped, polylines=lines, direct=direct), time)
+    if rest is None:
+        return None
+    guess = np.zeros(k.columns)
+    guess[machine.column] = rest.voltage[rest.machine.column]
+    return solve_near(machine, guess, time)
 
 
 def _apart(one: OperatingPoint, other: OperatingPoint) -> bool:

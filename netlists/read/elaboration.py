@@ -32,7 +32,7 @@ from netlists.read.limits import Limits
 from netlists.read.measure import Asked
 from netlists.read.note import Notes
 from netlists.read.text.name import circuit_name, is_ground, original_name
-from netlists.read.text.section import Deck, Section, duplicate
+from netlists.read.text.section import Deck, Section, duplicate, sections
 from netlists.read.waveform import Given, Span, read_waveform, small_signal, vertex_count
 
 
@@ -168,22 +168,22 @@ class Elaboration:
 
         None for one that only has commands, where cards for ngspice only are kept.
         """
-        sections = list(_sections(self.deck.top))
-        if not sections and self.notes.keeps and self.notes.found:
+        every = list(sections(self.deck.top))
+        if not every and self.notes.keeps and self.notes.found:
             return None
-        if not sections:
+        if not every:
             raise DataError(
                 f"{self.deck.top.card.place}: no elements; write one below the first line, the title"
             )
-        called = {s for each in sections for s in _called(each)}
-        roots = [s for s in sections if s not in called]
-        return roots[-1] if roots else sections[-1]
+        called = {s for each in every for s in _called(each)}
+        roots = [s for s in every if s not in called]
+        return roots[-1] if roots else every[-1]
 
     def _note_unused(self) -> None:
-        for section in _sections(self.deck.top):
+        for section in sections(self.deck.top):
             if section not in self.seen:
                 self.notes.add(f"sub-circuit {shown(section.name)}, not called", section.card.place)
-        for section in (self.deck.top, *(s for s in _sections(self.deck.top) if s in self.seen)):
+        for section in (self.deck.top, *(s for s in sections(self.deck.top) if s in self.seen)):
             for model in section.models.values():
                 shared = section.bins.get(model.name.rpartition(".")[0])
                 if model.card not in self.models and (shared is None or shared.card not in self.models):
@@ -437,12 +437,6 @@ def _texts(section: Section) -> Iterator[str]:
     yield from (text for text, _ in section.parameters.values())
     yield from (text for model in section.models.values() for text in model.parameters.values())
     yield from (c.text for conditions in section.conditions.values() for c in conditions)
-
-
-def _sections(top: Section) -> Iterator[Section]:
-    for section in top.children.values():
-        yield section
-        yield from _sections(section)
 
 
 def _call_words(words: Arguments) -> list[str]:

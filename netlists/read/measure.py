@@ -28,6 +28,7 @@ _DERIVATIVE = ("deriv", "derivative")
 _EDGES = {"rise": "rise", "fall": "fall", "cross": "either"}
 _OF_VECTORS = {"v": "", "vm": "mag", "vdb": "db", "vp": "phase", "i": ""}
 _VECTOR = re.compile(r"\b([vi])\(\s*([^\s(),]+)\s*\)")
+_NAMING = (".meas", ".ic", ".nodeset", ".noise")
 _ASKED = re.compile(r"\b([vi])\w*\s*\(([^()]*)\)")
 # a vector or a number, which stay, or a name, which may be a parameter
 _NAMED = re.compile(
@@ -73,15 +74,15 @@ class Measured:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What the measures of a netlist name: `nodes` and sources of `currents`, without the paths before."""
+    """What the cards of a netlist name: `nodes` and sources of `currents`, without the paths before."""
 
     nodes: frozenset[str] = frozenset()
     currents: frozenset[str] = frozenset()
 
 
 def asked_of(cards: Iterable[Card]) -> Asked:
-    """Give what the cards `.measure` among others name."""
-    text = " ".join(card.text.lower() for card in cards if card.name().startswith(".meas"))
+    """Give what the cards `.measure`, `.ic`, `.nodeset` and `.noise` among others name."""
+    text = " ".join(card.text.lower() for card in cards if card.name().startswith(_NAMING))
     found: dict[str, set[str]] = {"v": set(), "i": set()}
     for kind, names in _ASKED.findall(text):
         found[kind].update(name.rpartition(".")[2] for name in names.replace(",", " ").split())

@@ -41,7 +41,7 @@ from netlists.read.notes.syntax import syntax_of
 from netlists.read.number import MIL_OF_EXPRESSION, read_number
 from netlists.read.text.lines import ANNOTATION, Text, read_text
 from netlists.read.text.name import circuit_name, is_ground, original_name
-from netlists.read.text.section import Deck, declare, read_deck
+from netlists.read.text.section import Deck, declare, read_deck, sections
 
 DIALECTS = ("spice", "ngspice", "hspice", "xyce", "cdl")  # that a netlist without our notes may be in
 
@@ -200,7 +200,7 @@ def _read(
     controls = read_controls(deck.controls, scope, notes)
     uses_ic = controls.uic or dialect == "xyce"  # which takes them without uic, too
     nominal_c = NOMINAL_C if controls.nominal_c is None else controls.nominal_c
-    asked = asked_of(deck.controls)
+    asked = asked_of([*deck.controls, *(c for each in sections(deck.top) for c in each.voltages)])
     is_cdl = dialect == "cdl"
     elaboration = Elaboration(deck, scope, controls.span, limits, notes, is_cdl, uses_ic, nominal_c, asked)
     top = elaboration.top()

@@ -203,6 +203,13 @@ def read_deck(title: str, cards: Sequence[Card], notes: Notes) -> Deck:
     return deck
 
 
+def sections(top: Section) -> Iterator[Section]:
+    """Yield all sections below one, each before those inside it."""
+    for section in top.children.values():
+        yield section
+        yield from sections(section)
+
+
 def _declare_under(branches: list[Conditions], deck: Deck, here: Section, card: Card, notes: Notes) -> None:
     """Take a declaration, which waits for the parameters where it stands under `.if`."""
     if not branches:

@@ -152,6 +152,15 @@ def test_initial_voltages_in_a_sub_circuit_hold_for_each_call_with_its_parameter
     assert found.testbench.start == {"g": 2.0, "x1.q": 0.1, "x2.q": 0.1, "x3.x1.q": 0.1}
 
 
+def test_a_node_behind_a_source_of_0_v_may_be_given_a_voltage() -> None:
+    cell = ".subckt s p\nr3 p q 1k\nv3 q t 0\nr4 t 0 1k\n.ic v(t)=0.2\n.ends\n"
+    cards = ".nodeset v(b1)=0.5\n.noise v(c1) v1 dec 10 1 1k\n"
+    found = read(f"{cell}v1 a 0 1\nr1 a b 1k\nvz b b1 0\nr2 b1 c 1k\nvy c c1 0\nr5 c1 0 1k\nx1 a s\n{cards}")
+    assert found.testbench.start == {"b1": 0.5}
+    assert found.testbench.initial == {"x1.t": 0.2}
+    assert operating_point(found.testbench)["c1"] == pytest.approx(1.0 / 3.0, abs=1e-6)
+
+
 def test_initial_voltages_of_the_one_call_are_those_of_its_circuit() -> None:
     found = read(".subckt s p\nr1 p q 1k\nc1 q 0 1n\n.ic v(q)=0.5\n.nodeset v(p)=1\n.ends\nv1 a 0 1\nx1 a s")
     assert found.testbench.initial == {"q": 0.5}
