@@ -16,12 +16,14 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
+from circuits.checks import LIMITS
 from circuits.circuit import GROUND
 from circuits.devices import Capacitor, ControlledSource, Device, Resistor, Transistor
-from circuits.errors import DataError
+from circuits.errors import DataError, ParameterError
 from circuits.silicon.process import Polarity
 from circuits.silicon.silicon import Deviation
-from netlists.read.branch.element import TRANSCONDUCTANCE, Branch, branch_node
+from circuits.units import format_quantity
+from netlists.read.branch.element import INDUCTOR, TRANSCONDUCTANCE, Branch, branch_node
 from netlists.read.card import Arguments, Card, element_arguments, shown
 from netlists.read.expression.scope import Scope
 from netlists.read.foreign import REMEDY, foreign_element, foreign_transistor
@@ -209,7 +211,14 @@ def _inductor(card: Card, context: Context) -> Element:
         raise card.foreign(f"{own}.inductance: {value:g} H, must be > 0; {REMEDY}")
     if begins is not None:
         context.notes.add("ic of an inductor, which a run without uic does not use", card.place)
-    return _branch(card, Branch(name, a, b).inductor(value), "inductor", context)
+    try:
+        devices = Branch(name, a, b).inductor(value)
+    except ParameterError:  # of the capacitor that stands for it
+        low, high = (limit / INDUCTOR**2 for limit in LIMITS["F"])
+        rule = f"must be {format_quantity(low, 'H')} to {format_quantity(high, 'H')}"
+        meant = "give it in H, or `allow_implausible` where it is meant"
+        raise card.error(f"{own}.inductance: {value:g} H, {rule}; {meant}") from None
+    return _branch(card, devices, "inductor", context)
 
 
 def _branch(card: Card, devices: tuple[Device, ...], what: str, context: Context) -> Element:

@@ -16,6 +16,7 @@ from netlists.read.card import shown
 from netlists.read.limits import Limits
 from netlists.read.note import Notes
 
+_LAST = "\x1a"  # what ends a file of DOS, as vendors' libraries are
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f]")
 
 
@@ -136,6 +137,8 @@ def contents(files: Files, path: Path, place: str = "") -> str:
         line = data.count(b"\n", 0, error.start) + 1
         files.notes.add("text that is no UTF-8, read as Latin-1", f"{path.name}:{line}")
         text = data.decode("latin-1")
+    head, _, rest = text.partition(_LAST)
+    text = text if rest.strip(f"{_LAST} \r\n") else head
     count(files, text, path.name)
     return text
 

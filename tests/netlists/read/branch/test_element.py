@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from circuits.checks import implausible_allowed
 from circuits.errors import DataError
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
@@ -71,6 +72,16 @@ def test_a_resonance_in_small_signals() -> None:
     found = ac(operating_point(bench), "v1", frequency, ["c"]).transfer[:, 0]
     s = 2j * np.pi * frequency
     assert found == pytest.approx(1.0 / (1.0 + s * 1e-7 + s**2 * 1e-12), rel=1e-9)
+
+
+@pytest.mark.parametrize("value", ["100k", "1e-15"])
+def test_an_implausible_inductance_is_told_in_henry(value: str) -> None:
+    with pytest.raises(
+        DataError, match=rf"netlist:3: l1\.inductance: {float(value.replace('k', 'e3')):g} H, must be"
+    ):
+        read_netlist(f"t\nv1 a 0 1\nl1 a b {value}\nr1 b 0 1k\n.end\n")
+    with implausible_allowed():
+        assert read_netlist(f"t\nv1 a 0 1\nl1 a b {value}\nr1 b 0 1k\n.end\n").circuit.devices
 
 
 def test_a_deck_with_branches_is_exported_and_read_back_equal() -> None:

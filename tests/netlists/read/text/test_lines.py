@@ -157,6 +157,7 @@ def test_no_file(root: Path) -> None:
         (b"", "bad.cir:1: empty"),
         (b" \n\n", "bad.cir:1: empty"),
         (b"t\nr1 a\x00b 1\n", "bad.cir:2: control character"),
+        (b"t\nr1 a 0 1\n\x1ar2 b 0 1\n", "bad.cir:3: control character"),
     ],
 )
 def test_what_is_no_text_is_refused(tmp_path: Path, data: bytes, says: str) -> None:
@@ -164,6 +165,12 @@ def test_what_is_no_text_is_refused(tmp_path: Path, data: bytes, says: str) -> N
     path.write_bytes(data)
     with pytest.raises(DataError, match=says):
         read(path)
+
+
+def test_the_character_that_ends_a_file_of_dos_ends_it(tmp_path: Path) -> None:
+    path = tmp_path / "vendor.lib"
+    path.write_bytes(b"a library\r\nr1 a 0 1\r\n.ENDS\r\n\x1a\r\n")
+    assert [card.text for card in read(path).cards] == ["r1 a 0 1", ".ENDS"]
 
 
 @pytest.mark.parametrize(
