@@ -18,6 +18,8 @@ from numbers import Integral, Real
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+import numpy as np
+
 from circuits.errors import ParameterError, meant
 from circuits.units import format_quantity
 from system.reader import In, Reader, switch, whole, words
@@ -274,6 +276,13 @@ def check_options(
         if stated is not None and stated.needs_chip and value != _default(each):
             name = stated.name or each.name
             raise ParameterError(f"{name}: {value}, no chip is in the loop; {no_silicon}, or leave it out")
+
+
+def tupled(value: Any) -> Any:
+    """Return lists and arrays as the tuples that fields have, and all else as it is."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    return tuple(map(tupled, value)) if isinstance(value, list) else value
 
 
 def check_kind(path: str, hint: Any, value: Any) -> None:

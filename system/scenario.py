@@ -14,8 +14,10 @@ from os import PathLike, fspath
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
+import numpy as np
+
 from circuits.errors import ParameterError, UnknownNameError, meant
-from system.option import Option, Setting, check_kind, listed, settings, without_none
+from system.option import Option, Setting, check_kind, listed, settings, tupled, without_none
 
 S = TypeVar("S")
 Make = Callable[[dict[str, Any], Mapping[str, Any]], dict[str, Any]]
@@ -119,10 +121,10 @@ def _hint_of(one: Setting, known: Mapping[str, Any]) -> Any:
 
 
 def _plain(value: Any, hint: Any) -> Any:
-    """A list as the tuple, and a path as the text, that its field takes."""
+    """A list or an array as the tuple, and a path as the text, that its field takes."""
     kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
-    if isinstance(value, list) and any(get_origin(kind) is tuple for kind in kinds):
-        return tuple(tuple(each) if isinstance(each, list) else each for each in value)
+    if isinstance(value, list | np.ndarray) and any(get_origin(kind) is tuple for kind in kinds):
+        return tupled(value)
     return fspath(value) if isinstance(value, PathLike) and str in kinds else value
 
 

@@ -18,7 +18,23 @@ from chips.nef.chip import HEADROOM
 from chips.nef.network.network import Connection, Probe, label
 from chips.nef.population import Population, evaluate
 from circuits.arrays import F64
+from circuits.errors import ParameterError
 from system.mapping.report import Finding, spread, value
+
+OFF = 0.25  # by which a filter may be faster than it was asked to be; ours, as on ROLLS
+
+
+def check_synapses(built: Built) -> None:
+    """Raise `ParameterError` for a time constant that the chip's slowest filter does not come near."""
+    if built.where is None:
+        return
+    for c in built.network.connections:
+        got = float(built.where.filters(np.array([c.synapse])).tau[0])
+        if got < (1.0 - OFF) * c.synapse:
+            raise ParameterError(
+                f"{label(c)}.synapse: {c.synapse:g} s, must be <= {got / (1.0 - OFF):.3g} s, the slowest"
+                f" filter of the chip has {got:.3g} s; lower it"
+            )
 
 
 def findings_of(built: Built, ideal: Built) -> Iterator[Finding]:

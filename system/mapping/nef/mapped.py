@@ -17,7 +17,7 @@ from circuits.circuit import BiasKind
 from circuits.errors import ParameterError, TopologyError
 from circuits.silicon.silicon import Silicon
 from system.mapping.dynamics import Usual
-from system.mapping.nef.findings import findings_of
+from system.mapping.nef.findings import check_synapses, findings_of
 from system.mapping.nef.network import ValueNetwork
 from system.mapping.report import Finding
 
@@ -58,6 +58,7 @@ def map_on_nef(network: ValueNetwork, usual: Usual | None = None) -> MappedValue
         built = _nominal(network)
     except TopologyError as error:
         raise ParameterError(str(error)) from None
+    check_synapses(built)
     ideal = build(built.network, IdealCurves(), network.seed)
     return MappedValues(network, built, tuple(findings_of(built, ideal)))
 

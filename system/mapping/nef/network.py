@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from chips.nef.network import network as nef
-from circuits.errors import unknown_name
+from circuits.errors import ParameterError, unknown_name
 from system.mapping.network import Input, Matrix
-from system.option import Checked, check_options, option, required
+from system.option import Checked, check_options, option, required, tupled
 from system.options.code import code_of, guarded, load_code
 
 FUNCTIONS: Mapping[str, nef.Function] = {
@@ -64,6 +64,8 @@ class Ensemble:
     )
 
     def __post_init__(self) -> None:
+        for name in ("max_rates", "intercepts"):
+            object.__setattr__(self, name, tupled(getattr(self, name)))
         check_options(self)
         self.lowered()
 
@@ -85,7 +87,7 @@ class Connection(Checked):
     function : str
         f, a name of `FUNCTIONS`, `identity`, or `FILE.py:NAME`; an input has `identity` alone.
     transform : float or tuple of tuple of float
-        T: a number, or a row each result.
+        T: a number, or a row each result; an array is taken too.
     synapse : float
         Time constant of the low-pass, s.
 
@@ -100,6 +102,13 @@ class Connection(Checked):
     function: str = option(IDENTITY, f"{', '.join(FUNCTIONS)}, identity, or FILE.py:NAME")
     transform: float | Matrix = option(1.0, "A number, or rows of numbers, one each result", unit="")
     synapse: float = option(5e-3, "Time constant of the low-pass", unit="s", least=0.0)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "transform", tupled(self.transform))
+        check_options(self)
+        if isinstance(self.transform, tuple) and len({len(row) for row in self.transform}) != 1:
+            where = f"{self.source}->{self.target}"
+            raise ParameterError(f"{where}.transform: rows must be as long, and one each result")
 
     def lowered(self) -> nef.Connection:
         """Return what the chip builds; raises as `function_of`."""
@@ -169,11 +178,14 @@ class ValueNetwork:
 
     def __post_init__(self) -> None:
         own = self.lowered()
+        ends = [e.name for e in self.ensembles]
+        for one in self.connections:
+            if one.target not in ends:
+                raise unknown_name(f"target of {one.source}->{one.target}", one.target, ends)
         known = [*(e.name for e in self.ensembles), *(one.name for one in self.inputs)]
         for one in self.connections:
             if one.source not in known:
-                raise unknown_name("source of a connection", one.source, known)
-            own.ensemble(one.target)
+                raise unknown_name(f"source of {one.source}->{one.target}", one.source, known)
         for probe in self.probes:
             own.ensemble(probe.ensemble)
 

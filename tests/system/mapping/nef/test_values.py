@@ -119,11 +119,32 @@ def test_a_program_at_the_command_line(tmp_path: Path, capsys: pytest.CaptureFix
             lambda: ValueNetwork((Ensemble("a", 9),), (Input("i", 1),), (Connection("i", "a", "square"),)),
             "i->a.function: on a node, must be on an ensemble",
         ),
+        (
+            lambda: ValueNetwork((Ensemble("a", 9),), (Input("i", 1),), (Connection("a", "i"),)),
+            r"^target of a->i i: unknown; known are a$",
+        ),
+        (
+            lambda: ValueNetwork((Ensemble("a", 9),), (), (Connection("a", "a", synapse=100.0),)),
+            r"^a->a\.synapse: 100 s, must be <= 0\.679 s, the slowest filter of the chip has 0\.509 s; ",
+        ),
+        (
+            lambda: Connection("a", "b", transform=((1.0, 0.0), (0.0,))),
+            r"a->b\.transform: rows must be as long",
+        ),
+        (lambda: Connection("a", "b", transform="x"), "transform: 'x', must be a number or a tuple of"),  # type: ignore[arg-type]
+        (lambda: Ensemble("a", 9, max_rates=3.0), "max_rates: 3.0, must be a tuple of 2 numbers"),  # type: ignore[arg-type]
+        (lambda: Ensemble("a", 9, intercepts=("x", "y")), "intercepts: .* must be a tuple of 2 numbers"),  # type: ignore[arg-type]
     ],
 )
 def test_what_cannot_be_is_refused(network: object, told: str) -> None:
     with pytest.raises(CircuitError, match=told):
         map_on("nef", network())  # type: ignore[operator]
+
+
+def test_arrays_and_lists_are_taken_for_the_tuples_that_they_are() -> None:
+    one = Connection("a", "b", transform=np.eye(2))  # type: ignore[arg-type]
+    assert one == Connection("a", "b", transform=((1.0, 0.0), (0.0, 1.0)))
+    assert Ensemble("a", 9, max_rates=[100.0, 200.0]).max_rates == (100.0, 200.0)  # type: ignore[arg-type]
 
 
 def test_networks_go_to_their_chip_and_files_that_are_wrong_are_told(
