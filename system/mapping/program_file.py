@@ -111,6 +111,8 @@ def read_program_file(path: str | Path) -> Mapped:
 
 def read_program(tables: dict[str, Any], where: Path) -> Mapped:
     """Return the program of a TOML document's `tables`; where: its file. Raises as `read_program_file`."""
+    if tables.get("chip") == "nef":
+        raise DataError(f"{where}: a program of nef, must be of rolls; map a network of populations on that")
     found = converted(tables, ProgramFile, str(where), _REMEDY)
     try:
         return _mapped(found, where)

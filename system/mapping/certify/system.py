@@ -11,6 +11,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -19,7 +20,7 @@ from circuits.circuit import BiasKind
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
-from system.mapping.certify.player import ChipPlayer, IdealPlayer
+from system.mapping.certify.player import ChipPlayer, IdealPlayer, Player
 from system.mapping.certify.task import Samples, Task, task_of
 from system.mapping.program_file import read_program_file
 from system.mapping.rolls.calibrate import calibrated
@@ -114,7 +115,7 @@ def run(scenario: Scenario, progress: object = None) -> Trace:
     if s.codes == "calibrated":
         mapped = _calibrated(s.program, s.contents, s.silicon, s.bias_kind)
     player = ChipPlayer(mapped, s.silicon, s.bias_kind, device_noise(s))
-    score = float(task(player, s.seed))
+    score = _score(s.task, task, player, s.seed)
     world = 0 if isinstance(task, Samples) and not task.most else s.seed  # all samples are one world
     ideal = _ideal(s.program, s.task, s.samples, s.reach, s.contents, world)
     return Trace(s, score, ideal, player.lost)
@@ -133,7 +134,15 @@ def _calibrated(program: str, contents: str, silicon: Silicon, kind: BiasKind) -
 @lru_cache(maxsize=1024)
 def _ideal(program: str, task: str, samples: int, reach: str, contents: str, seed: int) -> float:
     mapped, played = _opened(program, task, samples, reach, contents)
-    return float(played(IdealPlayer(mapped.network), seed))
+    return _score(task, played, IdealPlayer(mapped.network), seed)
+
+
+def _score(name: str, task: Task, player: Player, seed: int) -> float:
+    """What a task gives; raises `ParameterError` for what is no number from 0 to 1."""
+    found = task(player, seed)
+    if not (isinstance(found, Real) and 0.0 <= found <= 1.0):
+        raise ParameterError(f"task: {name} gives {found!r:.40}, must be a number from 0 to 1")
+    return float(found)
 
 
 def numbers(trace: Trace) -> dict[str, float | None]:

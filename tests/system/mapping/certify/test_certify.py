@@ -70,6 +70,21 @@ def test_a_die_is_scored_beside_the_ideal_and_silence_is_wrong(folder: Path) -> 
         SYSTEM.run(SYSTEM.scenario(**{**given, "contents": "0"}))
 
 
+@pytest.mark.parametrize("gives", ["3.0", "float('nan')", "-0.1", "'1'"])
+def test_a_score_that_is_no_share_is_refused(folder: Path, gives: str) -> None:
+    (folder / "own.py").write_text(f"def task(network, seed):\n    return {gives}\n", encoding="utf-8")
+    program, task = str(folder / "p.toml"), f"{folder / 'own.py'}:task"
+    given = {"program": program, "task": task, "codes": "default", "contents": contents_of(program, task)}
+    with pytest.raises(ParameterError, match=r"task: .*own\.py:task gives .*, must be a number from 0 to 1$"):
+        SYSTEM.run(SYSTEM.scenario(**given))
+
+
+def test_a_program_of_another_chip_is_refused_by_its_name(tmp_path: Path) -> None:
+    (tmp_path / "v.toml").write_text('format = "noctule-program/1"\nchip = "nef"\n', encoding="utf-8")
+    with pytest.raises(DataError, match=r"v\.toml: a program of nef, must be of rolls; map"):
+        read_program_file(tmp_path / "v.toml")
+
+
 def test_what_is_healed_is_a_part_of_the_chip(folder: Path) -> None:
     program = read_program_file(folder / "p.toml").program
 
