@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from chips.rolls.circuit import FILTERS, chip
 from circuits.circuit import BiasKind
@@ -139,7 +139,7 @@ def _ideal(program: str, task: str, samples: int, reach: str, contents: str, see
 
 def _score(name: str, task: Task, player: Player, seed: int) -> float:
     """What a task gives; raises `ParameterError` for what is no number from 0 to 1."""
-    found = task(player, seed)
+    found: Any = task(player, seed)  # of a user's own, whatever it is
     if not (isinstance(found, Real) and 0.0 <= found <= 1.0):
         raise ParameterError(f"task: {name} gives {found!r:.40}, must be a number from 0 to 1")
     return float(found)
