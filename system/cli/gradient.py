@@ -42,7 +42,7 @@ def gradient_command(asked: Gradient) -> None:
     save_picture(asked.plot, lambda figure: _draw(found, figure))
     if asked.as_json:
         head = {"block": choice.block.name, **describe_silicon(choice.silicon)}
-        print_json({**head, "metrics": [_document(found, k) for k in range(len(found.measures))]})
+        print_json({**head, "metrics": [_document(found, k, choice) for k in range(len(found.measures))]})
         return
     for k in range(len(found.measures)):
         _print(found, k, choice)
@@ -66,14 +66,21 @@ def _order(found: Gradients, k: int) -> tuple[list[int], Any]:
     return [int(i) for i in np.lexsort((-np.abs(np.nan_to_num(found.by[k])), -share))], share
 
 
-def _document(found: Gradients, k: int) -> dict[str, Any]:
+def _note(found: Gradients, k: int, choice: Choice) -> str:
+    """What is to be said of a measure, and of its spread where dies have more than that has."""
+    plain = choice.silicon.die.variation == "plain"
+    more = "" if plain else "of lots, wafers, gradients and n with p the spread over dies has nothing"
+    return "; ".join(filter(None, (found.notes[k], more)))
+
+
+def _document(found: Gradients, k: int, choice: Choice) -> dict[str, Any]:
     order, share = _order(found, k)
     defined = math.isfinite(found.values[k])
     return {
         "metric": found.measures[k], "unit": found.units[k],
         "value": float(found.values[k]) if defined else None,
         "spread": float(found.spread[k]) if math.isfinite(found.spread[k]) else None,
-        "note": found.notes[k],
+        "note": _note(found, k, choice),
         "gradients": [
             {
                 "parameter": found.labels[i], "unit": found.of_units[i], "gradient": float(found.by[k, i]),
@@ -112,8 +119,8 @@ def _print(found: Gradients, k: int, choice: Choice) -> None:
     ]
     title = f"{name} {told}, sigma over dies {spread}, at {silicon_line(choice.silicon)}"
     print_table(title, ("parameter", "gradient:", "by one sigma:", "share of the variance:"), rows)
-    if found.notes[k]:
-        print_line(f"{name}: {found.notes[k]}")
+    if note := _note(found, k, choice):
+        print_line(f"{name}: {note}")
     print_line(f"{len(order) - len(rows)} more parameters; --csv FILE or --json has all")
 
 

@@ -83,7 +83,8 @@ class Gradients:
     labels, of_units : tuple of str
         Label of each parameter, and its SI unit, empty for a relative one.
     sigma : array
-        Standard deviation of each parameter over dies, float64[parameters]; 0 for what no die draws.
+        Standard deviation of each parameter over dies, float64[parameters]; 0 for what no die draws, and for
+        mismatch or process where the silicon's dies have none of it.
     by : array
         Derivative of each measure by each parameter, float64[measures, parameters], in SI units.
     result : Result
@@ -102,17 +103,24 @@ class Gradients:
 
     @property
     def spread(self) -> F64:
-        """Standard deviation of each measure over dies in the linear theory, float64[measures]."""
+        """Standard deviation of each measure over dies in the linear theory, float64[measures].
+
+        Of components of variation it has those of single capacitors alone.
+        """
         return np.asarray(np.sqrt(((self.by * self.sigma) ** 2).sum(axis=1)))
 
 
 class _Rows(NamedTuple):
-    """Parameters of one kind: labels, unit, sigma and derivatives, float64[measures, n]."""
+    """Parameters of one kind: labels, unit, sigma and derivatives, float64[measures, n].
+
+    varies: whether the silicon's dies differ in them.
+    """
 
     labels: Sequence[str]
     unit: str
     sigma: F64
     by: F64
+    varies: bool = True
 
 
 def gradients_of(machine: Machine, measures: Sequence[Measure], *, rtol: float = GRADIENT_RTOL) -> Gradients:
@@ -158,6 +166,7 @@ def gradients_of(machine: Machine, measures: Sequence[Measure], *, rtol: float =
     notes = tuple(note or kicked for note in notes)
     by = by[: len(read)]
     by[lost[: len(read)]] = np.nan
+    sigma = np.concatenate([rows.sigma * rows.varies for rows in solved])
     names = [(label, rows.unit) for rows in solved for label in rows.labels]
     return Gradients(
         tuple(m.name for m in measures), tuple(m.unit for m in measures),
@@ -381,10 +390,10 @@ def _transistors(machine: Machine, groups: Sequence[DeviceGroup], sums: Sums) ->
     at_gate, around = shares[:, 0] * channel, (shares[:, 1:] * overlap).sum(axis=1)
     by_width = (sums.current + sums.junction + at_gate + around + by_area) / width
     by_length = (at_gate - sums.current - sums.early + by_area) / length
-    process, none = silicon.process, np.zeros(width.size)
+    process, none, varies = silicon.process, np.zeros(width.size), silicon.die.mismatch
     return [
-        _Rows(_names(machine, groups, "v_t0"), "V", process.pair_a_vt / root, by_v),
-        _Rows(_names(machine, groups, "beta"), "", process.pair_a_beta / root, by_beta),
+        _Rows(_names(machine, groups, "v_t0"), "V", process.pair_a_vt / root, by_v, varies),
+        _Rows(_names(machine, groups, "beta"), "", process.pair_a_beta / root, by_beta, varies),
         _Rows(_names(machine, groups, "width"), "m", none, by_width),
         _Rows(_names(machine, groups, "length"), "m", none, by_length),
     ]
@@ -415,7 +424,7 @@ def _passive(machine: Machine, groups: Sequence[DeviceGroup], parameter: str, by
     if components is not None and silicon.die.variation == "full":
         drawn = _sizes(groups, parameter)
         sigma = value * components.pair_a_capacitance * np.sqrt(0.5 * components.capacitance_density / drawn)
-    return _Rows(_names(machine, groups, parameter), "F", sigma, by)
+    return _Rows(_names(machine, groups, parameter), "F", sigma, by, silicon.die.mismatch)
 
 
 def _diodes(machine: Machine, way: Way, moved: F64) -> list[_Rows]:
@@ -438,11 +447,13 @@ def _diodes(machine: Machine, way: Way, moved: F64) -> list[_Rows]:
     for name, unit in FIGURES.items():
         there = np.flatnonzero(values[name] != 0.0)
         names, value = _names(machine, groups, name), values[name][there]
-        found.append(_Rows([names[k] for k in there], unit, sigma[name][there], by[name][:, there] / value))
+        moves, labelled = by[name][:, there] / value, [names[k] for k in there]
+        found.append(_Rows(labelled, unit, sigma[name][there], moves, silicon.die.mismatch))
     if figures is not None:
         shared_by = (by["saturation_current"] / common).sum(axis=1)
         label = "process.diode.shared.saturation_current"
-        found.append(_Rows([label], "", np.array([figures.sigma_saturation]), shared_by[:, None]))
+        over_dies = np.array([figures.sigma_saturation])
+        found.append(_Rows([label], "", over_dies, shared_by[:, None], _process_varies(machine)))
     return found
 
 
@@ -493,9 +504,15 @@ def _shared(machine: Machine, devices: Sequence[_Rows], lines: dict[int, F64]) -
                 # every current is in proportion to 1 + shift and to 1 + its own
                 by = _by_shift(machine, rows.by, own, shift.beta)
             by = by + _by_lines(machine, lines, polarity, name, getattr(shift, name))
-            label = f"process.{polarity}.shared.{name}"
-            found.append(_Rows([label], "V" if name == "v_t0" else "", np.array([sigma]), by[:, None]))
+            label, unit = f"process.{polarity}.shared.{name}", "V" if name == "v_t0" else ""
+            found.append(_Rows([label], unit, np.array([sigma]), by[:, None], _process_varies(machine)))
     return found
+
+
+def _process_varies(machine: Machine) -> bool:
+    """Whether the process varies from die to die; a corner sets it."""
+    die = machine.silicon.die
+    return die.process and die.corner == "random"
 
 
 def _by_shift(machine: Machine, by_beta: F64, own: Bools, shift: float) -> F64:
@@ -558,7 +575,7 @@ def _behind_biases(machine: Machine, lines: dict[int, F64], measures: int) -> li
                 ("beta", "", process.pair_a_beta, moves.by_beta),
             ):
                 names = labels(family.place, family.paths, name)
-                rows = _Rows(names, unit, pair / root, by_lines.T @ by)
+                rows = _Rows(names, unit, pair / root, by_lines.T @ by, machine.silicon.die.mismatch)
                 before = found.get(names[0])
                 found[names[0]] = rows if before is None else rows._replace(by=rows.by + before.by)
     return list(found.values())

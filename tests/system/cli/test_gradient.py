@@ -5,6 +5,13 @@ import pytest
 from system.cli.command_line import main
 
 
+def test_what_the_spread_leaves_out_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["gradient", "latency-neuron", "--metric", "latency_s"]
+    for more, told in ((["--variation", "full"], True), ([], False)):
+        assert main([*asked, *more]) == 0
+        assert ("n with p the spread over dies has nothing" in capsys.readouterr().out) is told
+
+
 def test_a_metric_without_a_gradient_has_no_table_of_none(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["gradient", "differential-pair", "--metric", "offset_V"]) == 0
     said = capsys.readouterr().out

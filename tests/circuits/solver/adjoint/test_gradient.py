@@ -80,6 +80,21 @@ def test_spike_of_the_rebound_neuron(die):
         assert abs(other - found.by[0, k]) * found.sigma[k] < 0.01 * total
 
 
+def test_the_spread_is_that_of_what_varies_on_the_dies():
+    spike = (SpikeTime("spike"),)
+    local, process = (
+        float(gradients_of(neuron(replace(NOMINAL, **{off: False})), spike).spread[0])
+        for off in ("process", "mismatch")
+    )
+    found = gradients_of(neuron(), spike)
+    moved = np.abs(found.by[0] * found.sigma)
+    shared = np.array(["process" in label for label in found.labels])
+    assert local == pytest.approx(float(np.linalg.norm(moved[~shared])), rel=1e-9)
+    assert process == pytest.approx(float(np.linalg.norm(moved[shared])), rel=1e-9)
+    slow = gradients_of(neuron(replace(NOMINAL, corner="ss")), spike)
+    assert {float(x) for x, own in zip(slow.sigma, shared, strict=True) if own} == {0.0}
+
+
 @pytest.mark.parametrize("kind", ["ideal", "generator"])
 def test_devices_behind_biases_move_a_spike_and_are_in_its_spread(kind):
     machine, spike = neuron(kind=kind), SpikeTime("spike")
