@@ -34,9 +34,10 @@ def match_command(asked: Match) -> None:
         print_json(_document(asked, slopes, slope, found, checks))
         return
     _print(slopes, slope, found, quantity.limit_unit)
-    for name, estimate in checks.items():
+    for name, (defined, estimate) in checks.items():
         told = (format_quantity(x, quantity.limit_unit) for x in (estimate.value, *_ends(estimate)))
-        print_line("{} by {} dies: {}, 95 % interval {} to {}".format(name, asked.check, *told))
+        some = "" if defined == asked.check else f"{defined} of "  # the others have no such metric
+        print_line("{} by {}{} dies: {}, 95 % interval {} to {}".format(name, some, asked.check, *told))
 
 
 def _ends(estimate: Estimate) -> tuple[float, float]:
@@ -65,8 +66,8 @@ def _share(text: str, name: str) -> float:
     return share
 
 
-def _checks(asked: Match, slopes: Slopes, found: Matched) -> dict[str, Estimate]:
-    """Spread of sampled dies, as devices are and as they should be, on the same draws."""
+def _checks(asked: Match, slopes: Slopes, found: Matched) -> dict[str, tuple[int, Estimate]]:
+    """Dies with the metric, and its spread, as devices are and as they should be, on the same draws."""
     if asked.check == 0:
         return {}
     if asked.check < 10:
@@ -79,15 +80,19 @@ def _checks(asked: Match, slopes: Slopes, found: Matched) -> dict[str, Estimate]
     }
 
 
-def _spread(values: F64) -> Estimate:
+def _spread(values: F64) -> tuple[int, Estimate]:
     known = values[np.isfinite(values)]
     rng = np.random.Generator(np.random.Philox(key=0))
     sigma = float(known.std(ddof=1)) if len(known) > 1 else float("nan")
-    return Estimate(sigma, sigma_interval(known, rng))
+    return len(known), Estimate(sigma, sigma_interval(known, rng))
 
 
 def _document(
-    asked: Match, slopes: Slopes, slope: Slope, found: Matched, checks: dict[str, Estimate]
+    asked: Match,
+    slopes: Slopes,
+    slope: Slope,
+    found: Matched,
+    checks: dict[str, tuple[int, Estimate]],
 ) -> dict[str, Any]:
     quantity = quantity_of(slopes.target, slopes.metric)
     total = found.spread_now**2
@@ -115,8 +120,13 @@ def _document(
             for k in order(found)
         ],
         "checks": [
-            {"name": name, "spread": e.value, "interval": {"low": _ends(e)[0], "high": _ends(e)[1]}}
-            for name, e in checks.items()
+            {
+                "name": name,
+                "defined": defined,
+                "spread": e.value,
+                "interval": {"low": _ends(e)[0], "high": _ends(e)[1]},
+            }
+            for name, (defined, e) in checks.items()
         ],
     }
 

@@ -25,7 +25,8 @@ devices.area_m2         number  m^2  its area
 devices.area_wanted_m2  number  m^2  the area that it should get
 checks          object[]  -  what sampled dies show, on the same draws; none without `--check`
 checks.name     string    -  which dies
-checks.spread   number?   -  their standard deviation, in the metric's unit
+checks.defined  integer   -  how many of these have the metric
+checks.spread   number?   -  its standard deviation over them, in its unit
 checks.interval       object   -  its 95 % interval
 checks.interval.low   number?  -  lower end
 checks.interval.high  number?  -  upper end; null where there are too few dies

@@ -1,5 +1,8 @@
 """Areas of least total for a wanted spread: the closed form, its least areas, and dies of a real block."""
 
+import json
+import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,8 +11,10 @@ import pytest
 from scipy.optimize import minimize
 
 from circuits.errors import ParameterError
+from circuits.lowering.kernel import Machine
 from circuits.silicon.process import AMI_1500, DiodeVariation
 from circuits.silicon.process_file import format_process
+from system.cli.command_line import main
 from system.options.block import read_die
 from system.options.silicon import SiliconChoice
 from system.study.search.area import least_areas, matched, scaled_rows
@@ -127,3 +132,18 @@ def test_a_number_that_reads_currents_is_asked_of_dies() -> None:
     threshold = [label.endswith(("m1.v_t0", "m2.v_t0")) for label in found.labels]
     pair = target.choice.silicon.process.pair_a_vt / 1e-6  # of gates of 1 um by 1 um
     assert float(np.linalg.norm(slope.by[threshold])) == pytest.approx(pair, rel=1e-3)
+
+
+def often(machine: Machine) -> float:
+    """A threshold that is not defined where it is low."""
+    found = float(machine.kernel.transistors.v_t0[0])
+    return found if found > 0.47 else math.nan
+
+
+def test_a_check_tells_how_many_dies_have_the_metric(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["match", "differential-pair", "--metric", f"{__name__}:often", "--check", "40"]
+    assert main(asked) == 0
+    (first, _) = re.findall(r"by (\d+) of 40 dies", capsys.readouterr().out)
+    assert 10 < int(first) < 40
+    assert main([*asked, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["checks"][0]["defined"] == int(first)
