@@ -34,6 +34,8 @@ from system.study.statistics.rare import Fails, RareFailure, check_budget
 SCALES: Mapping[float, float] = MappingProxyType({1.4: 0.4, 1.8: 0.3, 2.5: 0.2, 4.0: 0.1})
 FEWEST_FAILURES = 5  # at a scale, for it to count as one of the three that the model needs
 _RESAMPLES = 999
+_COEFFICIENTS = 3  # of the model
+_NEVER = -1e3  # of ln P: exp of it is 0
 _STEPS = 50
 _SETTLED = 1e-9  # of ln P
 _LARGEST = 1.0 - 1e-9  # of a fitted probability, whose logarithm knows no such bound
@@ -121,7 +123,19 @@ def extrapolate(
 
 
 def _fit(scales: F64, tried: I64, failed: I64) -> F64:
-    """Logarithm of P(1) in the maximum-likelihood model of counts [m, n], by Fisher's scoring; float64[m]."""
+    """Logarithm of P(1) in the maximum-likelihood model of counts [m, n], float64[m].
+
+    Where failures are left at fewer than three scales it falls without end, and is `_NEVER`.
+    """
+    known = np.count_nonzero(failed, axis=1) >= _COEFFICIENTS
+    found = np.full(len(failed), _NEVER)
+    if known.any():
+        found[known] = _scored(scales, tried, failed[known])
+    return found
+
+
+def _scored(scales: F64, tried: I64, failed: I64) -> F64:
+    """Logarithm of P(1) of counts [m, n] that have one, by Fisher's scoring; float64[m]."""
     columns = np.column_stack([np.ones_like(scales), np.log(scales), scales**-2.0])
     logarithm = np.log((failed + 0.5) / (tried + 1.0))
     value = np.full(len(failed), np.nan)

@@ -51,6 +51,13 @@ def test_zero_failures_at_the_smallest_scale_count() -> None:
     assert "failures 0/2000 at 1.4" in found.detail
 
 
+def test_resamples_in_which_too_few_scales_fail_are_of_no_failure() -> None:
+    """Five failures are none in one resample of 150, beside none at the smallest scale two scales of four."""
+    scales, tried = np.array([1.4, 1.8, 2.5, 4.0]), np.array([2000, 1500, 1000, 500])
+    found = extrapolate(scales, tried, np.array([0, 5, 41, 81]), np.random.default_rng(0))
+    assert 0.0 <= found.interval.low < found.probability < found.interval.high < 5.0 / 1500.0
+
+
 def test_too_few_failures_are_refused() -> None:
     with pytest.raises(SolverError, match=r"scaled-sigma: failures 0/500 at 1\.4 .* at three scales"):
         scaled_sigma(lambda z: z[:, 0] > 99.0, 3, 1250, np.random.default_rng(0))
