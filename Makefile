@@ -37,7 +37,9 @@ LOAD_NGSPICE = $(BIN)/python -c 'import ctypes, ctypes.util, os; \
 	ctypes.CDLL(os.environ.get("NGSPICE_LIBRARY_PATH") or ctypes.util.find_library("ngspice") or "libngspice.so.0")' \
 	2>/dev/null
 
-SITE = $(KEEP_BYTE_CODE) $(BIN)/sphinx-build -q -W --keep-going -b html
+# Every page is read anew: Sphinx takes a page that has not changed as it was read before, with what its commands
+# said then, and without the error that it was read with. Commands and notebooks are kept beside, by what they run.
+SITE = $(KEEP_BYTE_CODE) $(BIN)/sphinx-build -q -W --keep-going -E -b html
 
 .PHONY: run test lint wheel ngspice browser docs docs-pages bench clean
 .DELETE_ON_ERROR:
