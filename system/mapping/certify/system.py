@@ -8,6 +8,7 @@ mission tells what their deviations cost; the die is calibrated as it then is.
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -140,9 +141,10 @@ def _ideal(program: str, task: str, samples: int, reach: str, contents: str, see
 def _score(name: str, task: Task, player: Player, seed: int) -> float:
     """What a task gives; raises `ParameterError` for what is no number from 0 to 1."""
     found: Any = task(player, seed)  # of a user's own, whatever it is
-    if not (isinstance(found, Real) and 0.0 <= found <= 1.0):
+    score = float(found) if isinstance(found, Real) else math.nan
+    if not 0.0 <= score <= 1.0:
         raise ParameterError(f"task: {name} gives {found!r:.40}, must be a number from 0 to 1")
-    return float(found)
+    return score
 
 
 def numbers(trace: Trace) -> dict[str, float | None]:
