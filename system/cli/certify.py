@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from system.study.mission.mission import Asked, mission_of
 from system.study.mission.page import write_page
 from system.study.mission.picture import draw_mission
 from system.study.mission.running import Part, run_mission
-from system.study.statistics.interval import mean_interval
+from system.study.statistics.clustered import mean_of_shares
 
 _SCORES = ("score", "ideal_score")
 _NOT_THE_RUNS = ("program", "output", "resume", "threads", "plot", "as_json")
@@ -88,11 +89,11 @@ def _scores(found: Found) -> dict[str, Any]:
     dies = np.array(
         [score[known & (found.table.die == die)].mean() for die in np.unique(found.table.die[known])]
     )
-    ends = mean_interval(dies, np.random.Generator(np.random.Philox(key=0)))
+    ends = mean_of_shares(dies)
     return {
         "name": found.way.name,
         "score": float(score[known].mean()),
-        "interval": {"low": max(ends.low, 0.0), "high": min(ends.high, 1.0)},
+        "interval": asdict(ends),
         "least": float(dies.min()),
         "ideal_score": float(ideal[known].mean()),
     }

@@ -11,8 +11,8 @@ import numpy as np
 from circuits.arrays import F64, I64, Bools
 from system.study.mission.mission import Mission, Way
 from system.study.statistics.causes import Cause, causes_of
-from system.study.statistics.clustered import ClusteredYield, clustered_yield
-from system.study.statistics.interval import Estimate, Interval, clopper_pearson, mean_interval
+from system.study.statistics.clustered import ClusteredYield, clustered_yield, mean_of_shares
+from system.study.statistics.interval import Estimate
 from system.study.table import FAILED, Table, counted
 from system.system import SUCCEEDED
 
@@ -109,20 +109,8 @@ def raised(found: Sequence[Found]) -> tuple[Raised, ...]:
 
 
 def _gain(more: F64) -> Estimate:
-    """Mean of differences of dies, float64[dies]; of dies that are all alike, some may differ unseen."""
-    if not len(more):
-        return Estimate(np.nan, Interval(-1.0, 1.0))
-    value = float(more.mean())
-    if np.ptp(more) == 0.0:
-        reach = clopper_pearson(0, len(more)).high
-        return Estimate(value, _of_shares(Interval(value - reach, value + reach)))
-    ends = mean_interval(more, _keyed())
-    return Estimate(value, _of_shares(ends))
-
-
-def _of_shares(ends: Interval) -> Interval:
-    """An interval of a difference of shares, which is -1 at least and 1 at most."""
-    return Interval(max(ends.low, -1.0), min(ends.high, 1.0))
+    """Mean of differences of dies, float64[dies]."""
+    return Estimate(float(more.mean()) if len(more) else np.nan, mean_of_shares(more, -1.0))
 
 
 def _keyed() -> np.random.Generator:

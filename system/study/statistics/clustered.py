@@ -29,7 +29,7 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.catalogue import later
 from circuits.errors import ParameterError
-from system.study.statistics.interval import LEVEL, Interval
+from system.study.statistics.interval import LEVEL, Interval, clopper_pearson, mean_interval
 
 stats, special = later("scipy.stats"), later("scipy.special")
 
@@ -94,6 +94,28 @@ def clustered_yield(shares: F64, trials: int, level: float = LEVEL) -> Clustered
     )
     interval = beta_interval(value, max(float(effective * reach), 1.0), level)
     return ClusteredYield(value, interval, dies, trials, effective, _correlation(shares, trials, value))
+
+
+def mean_of_shares(shares: F64, least: float = 0.0) -> Interval:
+    """Give the 95 % interval of the mean of dies' shares, or of differences of such shares.
+
+    Of dies that are all alike some may differ unseen, by as much as a share can.
+
+    Parameters
+    ----------
+    shares
+        Share of each die, float64[dies].
+    least
+        The least that one can be: -1 of differences.
+    """
+    if not len(shares):
+        return Interval(least, 1.0)
+    if np.ptp(shares) == 0.0:
+        value, reach = float(shares.mean()), clopper_pearson(0, len(shares)).high
+        ends = Interval(value - reach, value + reach)
+    else:
+        ends = mean_interval(shares, np.random.Generator(np.random.Philox(key=0)))
+    return Interval(max(ends.low, least), min(ends.high, 1.0))
 
 
 def narrow(found: ClusteredYield, half_width: float) -> bool:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from circuits.errors import ParameterError
-from system.study.statistics.clustered import clustered_yield, narrow
-from system.study.statistics.interval import clopper_pearson
+from system.study.statistics.clustered import clustered_yield, mean_of_shares, narrow
+from system.study.statistics.interval import Interval, clopper_pearson
 from tests.system.study.statistics.alike import studies
 
 
@@ -29,6 +29,16 @@ def test_without_a_failure_each_die_counts_once() -> None:
     assert (found.value, found.effective, found.interval.high) == (1.0, 50.0, 1.0)
     assert found.interval.low <= clopper_pearson(50, 50).low
     assert math.isnan(found.correlation)
+
+
+def test_the_mean_of_dies_that_are_all_alike_is_not_known_for_sure() -> None:
+    alike = mean_of_shares(np.ones(30))
+    assert alike.low == pytest.approx(1.0 - clopper_pearson(0, 30).high)
+    assert alike.high == 1.0
+    assert mean_of_shares(np.zeros(4), -1.0).low == pytest.approx(-clopper_pearson(0, 4).high)
+    assert mean_of_shares(np.array([])) == Interval(0.0, 1.0)
+    differ = np.repeat([0.5, 1.0], 15)
+    assert 0.6 < mean_of_shares(differ).low < 0.75 < mean_of_shares(differ).high < 0.9
 
 
 def test_one_die_or_none_says_next_to_nothing() -> None:
