@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -58,10 +58,12 @@ def ac_command(asked: Simulate) -> None:
             return ac(point, source, frequency, nodes or voltage_nodes(point.machine))
         return _by_ngspice(point, source, asked, nodes)
 
+    moves_of = _moves_once(asked.block)
+
     def solve(point: OperatingPoint, choice: Choice) -> Response:
         if asked.source is not None:
             return from_source(point, asked.source)
-        moves = own_moves(asked.block, choice)
+        moves = moves_of(choice)
         if not moves:
             raise ParameterError("--source: not given, --analysis ac needs one; name a source, as v_rest")
         return _together([from_source(point, source) for source in moves], list(moves.values()))
@@ -93,6 +95,18 @@ def ac_command(asked: Simulate) -> None:
         if rows:
             print_table("measures", ("run", "measure", "value"), rows)
         print_failures(runs)
+
+
+def _moves_once(target: str) -> Callable[[Choice], Mapping[str, complex]]:
+    """Give the AC values of a deck, which is read for the first die alone, since all have the same."""
+    known: dict[str, complex] = {}
+
+    def moves(choice: Choice) -> Mapping[str, complex]:
+        if not known:
+            known.update(own_moves(target, choice))
+        return known
+
+    return moves
 
 
 def _measures(asked: Simulate, run: Run[Response], answer: Response) -> tuple[Measure, ...]:
