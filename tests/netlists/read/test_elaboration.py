@@ -281,3 +281,12 @@ def test_a_card_without_nodes_is_refused_with_its_place(letter: str, rest: str, 
 def test_a_parameter_without_its_card_is_told_as_one() -> None:
     with pytest.raises(DataError, match=r"^netlist:2: r=: no element; write its nodes first"):
         read("r=1k")
+
+
+def test_a_reference_with_two_states_is_at_the_one_that_nodeset_names() -> None:
+    mirrors = "g1 vdd a x 0 -1m\ng2 vdd b1 x 0 -1m\ng3 vdd r x 0 -1m\nex x 0 b1 a 1e3\n"
+    parts = "d1 a 0 dm\nr1 b1 b2 5.4k\nd2 b2 0 dm area=8\nr2 r r3 54k\nd3 r3 0 dm\n.model dm d is=1e-16\n"
+    found = read(f"v1 vdd 0 2\n{mirrors}{parts}.nodeset v(a)=0.7 v(b1)=0.7")
+    point = operating_point(found.testbench)
+    assert point["r"] == pytest.approx(1.1928, abs=1e-3)  # ngspice has 1.19287 V
+    assert point["a"] == pytest.approx(0.655, abs=1e-3)
