@@ -65,6 +65,12 @@ def steps_of(name: str) -> tuple[Stepped, ...]:
         return read_netlist(deck.path, foreign="kept").steps
 
 
+def whole_deck(name: str, choice: Choice) -> Imported | None:
+    """Read the whole deck that a name is of, as in a choice of it; None for any other target."""
+    deck = deck_of(name)
+    return None if deck is None or deck.name else read_with(deck, choice)
+
+
 def read_with(deck: Code, choice: Choice, moved: Mapping[str, float] | None = None) -> Imported:
     """Read a deck with the values that its parameters have in a choice of it, or with other ones."""
     given = {f.name: getattr(choice.params, f.name) for f in fields(choice.params)} | dict(moved or {})

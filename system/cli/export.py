@@ -14,9 +14,9 @@ from netlists.foundry.engine import RELTOL, deck_of, on_cards
 from netlists.foundry.process import process_names, read_mapping
 from netlists.registry import Settings, load_dialect
 from netlists.verilog_a.cell import CellArray, format_cells
-from system.cli.block_choice import choose_block
+from system.cli.block_choice import choose_block, whole_deck
 from system.cli.export_rolls import export_rolls
-from system.cli.netlist_output import STDOUT, leave_netlist, settings_of
+from system.cli.netlist_output import STDOUT, leave_netlist, settings_of, unwritten
 from system.cli.output import print_line
 from system.cli.verbs import Export
 from system.options.begin import refuse_beginning
@@ -45,10 +45,13 @@ def export_command(asked: Export) -> None:
     settings = settings_of(asked, choice.circuit)
     text = _text(asked, choice, settings)
     sizes = None if mapping is None else str(read_mapping(mapping).sizes)
+    deck = whole_deck(block, choice)
+    left = [] if deck is None else [*unwritten(deck)]
     contents = _contents(bench, text) if asked.level == "transistor" else {"cells": text.count("  x")}
     document = {
         "block": choice.block.name, "dialect": asked.dialect, "level": asked.level, "models": asked.models,
         "parasitics": len(settings.parasitics), **contents, "mapping": mapping, "mapped_sizes": sizes,
+        "unwritten": left,
         **describe_silicon(choice.silicon), **describe_cards(choice.silicon, asked.dialect), "stimuli":
         choice.stimuli,
     }  # fmt: skip
@@ -56,6 +59,8 @@ def export_command(asked: Export) -> None:
     if not asked.as_json and asked.output != STDOUT and mapping is None and asked.level == "transistor":
         for line in cards_lines(choice.silicon, asked.dialect):
             print_line(f"{asked.output}: {line}")
+    if left and not asked.as_json and asked.output != STDOUT:
+        print_line(f"{asked.output}: not written: {', '.join(left)}; {block} has them")
     if sizes is not None and not asked.as_json and asked.output != STDOUT:
         print_line(f"{asked.output}: on {mapping} sizes of transistors are not those of {block}: {sizes}")
 

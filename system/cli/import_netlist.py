@@ -19,6 +19,7 @@ from netlists.read.analysis import Analysis, NoiseSpectrum, OperatingPoint, Smal
 from netlists.read.summary import summarise
 from netlists.registry import Settings, load_dialect
 from netlists.write.python import format_python
+from system.cli.netlist_output import unwritten
 from system.cli.output import print_json, print_line, print_table, quantity_cell
 from system.cli.verbs import Import, NetlistReading
 from system.files.writing import write_text_atomic
@@ -41,6 +42,9 @@ def import_command(asked: Import) -> None:
         print_json(document)
     else:
         _print(document)
+        left = [*unwritten(imported)]
+        if left and asked.output is not None:
+            print_line(f"{asked.output}: not written: {', '.join(left)}; {asked.file} has them")
 
 
 def _written(asked: Import, imported: Imported) -> str:

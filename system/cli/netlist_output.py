@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from circuits.circuit import Circuit
 from netlists.parasitics import read_parasitics
+from netlists.read import Imported
+from netlists.read.analysis import NoiseSpectrum, SmallSignals, Sweep
 from netlists.registry import Settings
 from system.cli.output import print_json
 from system.cli.verbs import Export
 from system.files.writing import write_text_atomic
 
 STDOUT = "-"
+_LEFT = {
+    Sweep: ".dc",
+    SmallSignals: ".ac",
+    NoiseSpectrum: ".noise",
+}  # analyses that no dialect is written with
 
 
 def settings_of(asked: Export, circuit: Circuit) -> Settings:
@@ -36,3 +43,14 @@ def leave_netlist(asked: Export, text: str, document: Mapping[str, Any]) -> None
         print_json({**document, "file": file, "lines": text.count("\n"), **netlist})
     elif to_stdout:
         sys.stdout.write(text)
+
+
+def unwritten(read: Imported) -> Iterator[str]:
+    """Give what a netlist asks for that is not in one that is written of its circuit and testbench."""
+    yield from dict.fromkeys(_LEFT[type(each)] for each in read.analyses if type(each) in _LEFT)
+    if read.moved:
+        yield f"AC values of {', '.join(read.moved)}"
+    if read.measures:
+        yield f"{len(read.measures)} of .measure"
+    for step in read.steps:
+        yield f".step of {step.name}"

@@ -29,6 +29,7 @@ devices       integer    -  devices in all its places
 cells         integer    -  behavioural cells, in the place of both
 mapping       string?    -  foundry's process; null for the block's own
 mapped_sizes  string?    -  which sizes the transistors have there
+unwritten     string[]   -  what a deck asks for that is not in what was written of it
 """),
     **SILICON_KEYS,
     **CARDS_KEYS,

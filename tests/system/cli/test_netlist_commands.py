@@ -60,6 +60,22 @@ def test_import_prints_tables(deck: Path, capsys: pytest.CaptureFixture[str]) ->
         assert text in out
 
 
+def test_what_a_deck_asks_for_and_is_not_written_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cards = ".tran 1u 1m\n.ac dec 5 1k 1meg\n.meas tran v_end find v(b) at=1m\n"
+    path = written(tmp_path / "rc.cir", f"RC\nv1 a 0 1 ac 2\nr1 a b 1k\nc1 b 0 1n\n{cards}.end\n")
+    out = tmp_path / "out.cir"
+    left = [".ac", "AC values of v1", "1 of .measure"]
+    assert main(["export", str(path), "-o", str(out), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["unwritten"] == left
+    for verb in ("export", "import"):
+        assert main([verb, str(path), "-o", str(out)]) == 0
+        assert f"{out}: not written: {', '.join(left)}; {path} has them" in capsys.readouterr().out
+    assert main(["export", str(out), "-o", str(tmp_path / "again.cir")]) == 0
+    assert "not written" not in capsys.readouterr().out
+
+
 def test_an_export_is_imported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "neuron.cir"
     assert main(["export", "rebound-neuron", "--die", "1003", "-o", str(path)]) == 0
