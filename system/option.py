@@ -18,11 +18,12 @@ from numbers import Integral, Real
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-import numpy as np
-
+from circuits.catalogue import later
 from circuits.errors import ParameterError, meant
 from circuits.units import format_quantity
 from system.reader import In, Reader, switch, whole, words
+
+np = later("numpy")
 
 OPTION = "option"  # key of a field's metadata
 _METAVARS = {

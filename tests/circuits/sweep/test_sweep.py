@@ -1,13 +1,16 @@
 """Sweeps of any kind: their order, hysteresis, currents, measures, and what is refused."""
 
+import math
+
 import numpy as np
 import pytest
 
 from circuits.circuit import Circuit, Port
-from circuits.devices import Capacitor, Resistor, Source
+from circuits.devices import Capacitor, Diode, Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.silicon.die import Die
+from circuits.silicon.process import thermal_voltage
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.sweep.sweep import sweep
@@ -120,11 +123,20 @@ def test_a_curve_is_measured_along_its_source() -> None:
     assert [found[name].attrs["units"] for name in "vgr"] == ["V", "", "Ohm"]
 
 
+def held_back() -> Testbench:
+    """A diode in reverse, which takes 5 mA at most: `I = I_S (1 - e^(-v / U_T))`."""
+    circuit = Circuit("r", (GATE,), (Diode("d", "0", "a", saturation_current=5e-3),))
+    return Testbench("bench", circuit, (Source("i", "a", Constant(0.0), "current"),), 1.0)
+
+
+def height(current: float) -> float:
+    """Where `held_back` stands at a current, V."""
+    return -thermal_voltage(27.0) * math.log1p(-current / 5e-3)
+
+
 def test_points_without_a_solution_are_told() -> None:
-    circuit = Circuit("r", (GATE,), (Resistor("r", "a", "0", 1e3),))
-    bench = Testbench("bench", circuit, (Source("i", "a", Constant(0.0), "current"),), 1.0)
-    found = sweep(bench, {"i": [0.0, 1e-3, 1.0]})
-    np.testing.assert_allclose(found.voltage.sel(node="a")[:2], [0.0, 1.0])
+    found = sweep(held_back(), {"i": [0.0, 1e-3, 1.0]})
+    np.testing.assert_allclose(found.voltage.sel(node="a")[:2], [0.0, height(1e-3)], rtol=1e-6, atol=1e-12)
     assert np.isnan(found.voltage.sel(node="a")[2])
     assert found.attrs["failures"][0].startswith("bench.i: 1 A: give start voltages")
 
@@ -149,10 +161,9 @@ def test_what_is_refused() -> None:
 
 
 def test_points_beyond_one_without_a_solution_are_found() -> None:
-    circuit = Circuit("r", (GATE,), (Resistor("r", "a", "0", 1e3),))
-    bench = Testbench("bench", circuit, (Source("i", "a", Constant(0.0), "current"),), 1.0)
-    found = sweep(bench, {"i": [1.0, 1e-3, 2.0, 2e-3]})
-    np.testing.assert_allclose(found.voltage.sel(node="a"), [np.nan, 1.0, np.nan, 2.0])
-    np.testing.assert_allclose(found.current.sel(device="r"), [np.nan, 1e-3, np.nan, 2e-3])
+    found = sweep(held_back(), {"i": [1.0, 1e-3, 2.0, 2e-3]})
+    stands = [np.nan, height(1e-3), np.nan, height(2e-3)]
+    np.testing.assert_allclose(found.voltage.sel(node="a"), stands, rtol=1e-6)
+    np.testing.assert_allclose(found.current.sel(device="d"), [np.nan, -1e-3, np.nan, -2e-3], rtol=1e-6)
     assert found.stable.values.tolist() == [False, True, False, True]
     assert found.attrs["failures"][0].startswith("bench.i: 1 A and 1 more: ")
