@@ -14,10 +14,11 @@ from os import PathLike, fspath
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
-import numpy as np
-
+from circuits.catalogue import later
 from circuits.errors import ParameterError, UnknownNameError, meant
 from system.option import Option, Setting, check_kind, listed, settings, tupled, without_none
+
+np = later("numpy")
 
 S = TypeVar("S")
 Make = Callable[[dict[str, Any], Mapping[str, Any]], dict[str, Any]]
