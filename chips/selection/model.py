@@ -43,7 +43,7 @@ of the least excitation, from -20 to 85 degC: nothing was measured outside. With
 off; a 16th as large, another cell wins once in 90, by a margin of 8e-4.
 
 All that is the ideal law. Under a law with second-order effects the decision is integrated, with each device
-by its whole law (`chips.selection.whole`), which takes some 0.6 ms in the place of 30 us. The coupling
+by its whole law (`chips.selection.whole`), which takes some 1 ms in the place of 30 us. The coupling
 through the projection is in it: of 240 pairs (dies A/1000 to A/1019 at -20, 27 and 85 degC) all have the same
 answer, and the time is 1.3 % rms off and 2.4 % at most.
 """

@@ -24,7 +24,7 @@ from circuits.silicon.silicon import Silicon
 from circuits.vectors.vector import WIDTH, rows
 
 OWN = ("mx", "my", "mk", "m1", "m2", "mo", "mb", "ms", "mr")
-"""Devices of a cell in the order of `Whole.specific`; behind them are the mirrors and the lone ones."""
+"""Devices of a cell in the order of `Whole.own`; behind them are the mirrors and the lone ones."""
 _LONE = ("mt", "md", "me")
 _TYPICAL = 50e-9  # A, of an excitation from whose rest others are looked for; ours
 _NO_ROW = np.zeros(0)
@@ -36,8 +36,7 @@ def no_whole() -> Whole:
     tables = ("shared", "side", "inverse_capacitance", "work")
     return Whole(
         v_dd=0.0, u_t=0.0, v_tail=0.0, quiet=0.0, flat=_NO_ROW, span=0, mirrors=0, threshold_of_line=_NO_ROW,
-        leak=(0.0, 0.0),
-        share_capacitance=0.0, taken_capacitance=0.0, near=(0.0, 0.0, 0.0), begin=0.0,
+        leak=(0.0, 0.0), share_capacitance=0.0, taken_capacitance=0.0, near=(0.0, 0.0, 0.0), begin=0.0,
         own=np.zeros((0, 0, 0)), **dict.fromkeys(tables, _NO_TABLE),
     )  # fmt: skip
 

@@ -42,7 +42,6 @@ _TAKEN = 20e-3  # V, tolerance of `taken` and of its crossing; ours
 _ROUNDS = 60  # of Newton's method
 _FARTHEST = 0.1  # V, of its steps
 _EXACT = 1e-10  # V, after which it ends
-_RESTED = 1e-8  # V, after which it ends of the joined v_in, whose sum little holds; ours
 _LEAST = 1e-30  # A: an excitation below it is none
 V, CURRENT, K1, K2, NEXT, SLOPE, GM1, GM2, REST, GIVEN, GIVEN_SLOPE, RATE, SPARE = range(13)
 ROWS = 15  # of the working space: see `decide_whole`
@@ -263,7 +262,7 @@ def _rest(w: Whole, cells: int) -> bool:
         far = max(abs(d_x), abs(d_c), abs(d_h))
         part = min(1.0, _FARTHEST / far)
         x, c, h = x + part * d_x, c + part * d_c, h + part * d_h
-        if far < _RESTED:
+        if far < _EXACT:
             for k in range(cells):
                 v[k] = x
             v[2 * cells] = c

@@ -45,14 +45,24 @@ def bent(v_p: Lanes, kappa: Lanes, v_x: Lanes, gamma: Lanes, surface: Lanes) -> 
 
 
 @compiled(forceinline=True)
-def channel_plain(
-    specific: Lanes, half: Lanes, v_d: Lanes, v_p: Lanes, v_s: Lanes
-) -> tuple[Lanes, Lanes, Lanes, Lanes]:
-    """Current from drain to source (A) without effects, and its derivatives by v_d, v_p and v_s, S."""
+def _ends(specific: Lanes, half: Lanes, v_d: Lanes, v_p: Lanes, v_s: Lanes) -> tuple[Lanes, ...]:
+    """`ln(1 + e^x)` at source and drain, both slopes, and the current without effects with its slopes there.
+
+    The current is in A, its slopes by the voltage at the source's end and at the drain's in S.
+    """
     forward, reverse, forward_slope, reverse_slope = softplus_of_two((v_p - v_s) * half, (v_p - v_d) * half)
     plain = specific * (forward - reverse) * (forward + reverse)
     twice = 2.0 * specific * half
     by_forward, by_reverse = twice * forward * forward_slope, twice * reverse * reverse_slope
+    return forward, reverse, forward_slope, reverse_slope, plain, by_forward, by_reverse
+
+
+@compiled(forceinline=True)
+def channel_plain(
+    specific: Lanes, half: Lanes, v_d: Lanes, v_p: Lanes, v_s: Lanes
+) -> tuple[Lanes, Lanes, Lanes, Lanes]:
+    """Current from drain to source (A) without effects, and its derivatives by v_d, v_p and v_s, S."""
+    _, _, _, _, plain, by_forward, by_reverse = _ends(specific, half, v_d, v_p, v_s)
     return plain, by_reverse, by_forward - by_reverse, 0.0 - by_forward
 
 
@@ -61,10 +71,9 @@ def channel_affected(
     specific: Lanes, half: Lanes, e: Effects, v_d: Lanes, v_p: Lanes, v_s: Lanes
 ) -> tuple[Lanes, Lanes, Lanes, Lanes]:
     """Current from drain to source (A) with all effects, and its derivatives by v_d, v_p and v_s, S."""
-    forward, reverse, forward_slope, reverse_slope = softplus_of_two((v_p - v_s) * half, (v_p - v_d) * half)
-    plain = specific * (forward - reverse) * (forward + reverse)
-    twice = 2.0 * specific * half
-    by_forward, by_reverse = twice * forward * forward_slope, twice * reverse * reverse_slope
+    forward, reverse, forward_slope, reverse_slope, plain, by_forward, by_reverse = _ends(
+        specific, half, v_d, v_p, v_s
+    )
     v_ds = v_d - v_s
     sign = select(v_ds >= 0.0, every(1.0), every(-1.0))
     v_ds = magnitude(v_ds)

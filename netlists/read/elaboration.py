@@ -1,14 +1,14 @@
 """The third step of reading a netlist: its sections become circuits.
 
 Every sub-circuit becomes a circuit once for each set of parameter values that it is called with or has from
-where it is called. A circuit
-has no stimuli, so that a source inside a sub-circuit is lifted to the top: the nodes that it drives become
-ports, which every call connects to nodes of their own, `x1.node`. The top level becomes a circuit `top` whose
-ports are the nodes that sources drive, a `supply` under a constant voltage and else `analog`. Where it is one
-call of a sub-circuit and sources at its ports, that sub-circuit is the circuit, and its ports that nothing
-drives are outputs. Where it is empty, as in a library, the last sub-circuit that no other calls is the
-circuit. A current source between two nodes becomes two, one at each; a voltage source between two nodes
-drives a port of its own, which the circuit's voltage follows. Global nodes become ports all the way up.
+where it is called. A circuit has no stimuli, so that a source inside a sub-circuit is lifted to the top: the
+nodes that it drives become ports, which every call connects to nodes of their own, `x1.node`. The top level
+becomes a circuit `top` whose ports are the nodes that sources drive, a `supply` under a constant voltage and
+else `analog`. Where it is one call of a sub-circuit and sources at its ports, that sub-circuit is the
+circuit, and its ports that nothing drives are outputs. Where it is empty, as in a library, the last
+sub-circuit that no other calls is the circuit. A current source between two nodes becomes two, one at each; a
+voltage source between two nodes drives a port of its own, which the circuit's voltage follows. Global nodes
+become ports all the way up.
 """
 
 from __future__ import annotations

@@ -28,6 +28,7 @@ from system.study.mission.page import write_page
 from system.study.mission.picture import draw_mission
 from system.study.mission.running import Part, run_mission
 from system.study.statistics.clustered import mean_of_shares
+from system.study.statistics.summary import means_of_dies
 
 _SCORES = ("score", "ideal_score")
 _NOT_THE_RUNS = ("program", "output", "resume", "threads", "plot", "as_json")
@@ -86,9 +87,7 @@ def _scores(found: Found) -> dict[str, Any]:
     known = np.isfinite(score)
     if not known.any():
         return {"name": found.way.name, **dict.fromkeys(("score", "interval", "least", "ideal_score"))}
-    dies = np.array(
-        [score[known & (found.table.die == die)].mean() for die in np.unique(found.table.die[known])]
-    )
+    dies = means_of_dies(score[known], found.table.die[known])
     ends = mean_of_shares(dies)
     return {
         "name": found.way.name,

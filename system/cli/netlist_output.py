@@ -16,11 +16,8 @@ from system.cli.verbs import Export
 from system.files.writing import write_text_atomic
 
 STDOUT = "-"
-_LEFT = {
-    Sweep: ".dc",
-    SmallSignals: ".ac",
-    NoiseSpectrum: ".noise",
-}  # analyses that no dialect is written with
+# Analyses that no dialect is written with.
+_LEFT = {Sweep: ".dc", SmallSignals: ".ac", NoiseSpectrum: ".noise"}
 
 
 def settings_of(asked: Export, circuit: Circuit) -> Settings:

@@ -227,9 +227,9 @@ def _waveforms(result: Result, condition: Condition, part: Table) -> dict[str, A
     }
 
 
-def _statistics(s: Summary, unit: str, alike: str) -> list[tuple[str, str, str]]:
-    """Rows of a table; alike: why what is known of independent samples alone has no interval here, if so."""
-    few = alike or "too few samples"
+def _statistics(s: Summary, unit: str, several: str) -> list[tuple[str, str, str]]:
+    """Rows of a table; several: why what is known of independent samples alone has no interval, if so."""
+    few = several or "too few samples"
     unknown = "values are equal" if s.sigma.value == 0.0 else few
     rows = [
         ("mean", *_estimate(s.mean, unit, unknown)),
