@@ -26,7 +26,7 @@ def check_inputs(times: F64, neurons: I64, columns: I64, now: float, program: Pr
         known[list(program.virtual.columns(inhibitory=inhibitory))] = True
     if _all_fit(times, neurons, columns, now, known):
         return
-    if times.min() < now:
+    if not times.min() >= now:
         raise ParameterError(f"chip.inputs: an event at {times.min():g} s, must be >= {now:g} s")
     if neurons.min() < 0 or neurons.max() >= NEURONS:
         wrong = neurons[(neurons < 0) | (neurons >= NEURONS)][0]

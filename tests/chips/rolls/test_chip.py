@@ -193,6 +193,7 @@ def test_temperature_may_change_in_a_run():
         (Inputs(np.array([0.1]), np.array([0]), np.array([520])), "column 520"),
         (Inputs(np.array([0.1]), np.array([0]), np.array([5])), "column 5"),
         (Inputs(np.array([-0.1]), np.array([0]), np.array([512])), "an event at"),
+        (Inputs(np.array([np.nan]), np.array([0]), np.array([512])), "an event at nan s"),
     ],
 )
 def test_inputs_that_it_does_not_have(driven, inputs, text):
