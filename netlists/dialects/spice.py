@@ -146,8 +146,12 @@ def mos_form(naming: Naming, *version: str, instance: bool) -> Form:
 
 
 def tolerances(models: str) -> str:
-    """Options gmin (S), abstol (A) and chgtol (C)."""
-    return f"gmin=1e-15 abstol={_ABSTOL[models]} chgtol=1e-17"
+    """Options gmin (S), abstol (A), vntol (V) and chgtol (C).
+
+    A node that holds a device's `u` (`netlists.write.law`) has 1e-3 at 1 pA, of which ngspice's usual 1 uV is
+    a part in a thousand of the current.
+    """
+    return f"gmin=1e-15 abstol={_ABSTOL[models]} vntol=1e-9 chgtol=1e-17"
 
 
 def analysis_card(control: Control, *times: str) -> str:
@@ -206,6 +210,8 @@ def law_lines(syntax: Syntax, device: Transistor, at: TransistorAtTemperature, *
         lines += syntax.current(node, GROUND, node, f"{value}-{held(tag)}")
     if leaks:
         for terminal, node, letter in ((device.drain, drain, "d"), (device.source, source, "s")):
+            if node == bulk:  # a junction without a voltage
+                continue
             leak = law.junction_current(device, at, terminal, between)
             lines += current(naming.part(device.name, f"{letter}b"), node, bulk, leak)
     return lines

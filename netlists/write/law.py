@@ -38,13 +38,17 @@ def quick_softplus(x: str) -> str:
 class Channel(NamedTuple):
     """Current of a channel, and what stands in it several times as the voltage of a node.
 
-    A simulator derives an expression anew wherever it is nested in another: with the pinch-off voltage
-    inside, ngspice takes three times as long for a transistor with second-order effects.
+    A simulator derives an expression anew by each voltage in it, and wherever it is nested in another: with
+    all of a transistor of second order in one expression ngspice takes six times as long. The current and its
+    derivatives are products of the nodes' voltages instead. A node's voltage may be anything on the way to a
+    solution, where `u` below zero would be a current that grows.
 
     Attributes
     ----------
     terms
-        Value of each node by its tag: `vp`, the pinch-off voltage to the bulk, V; none where it is simple.
+        Value of each node by its tag, none where the law is simple: `vp`, the pinch-off voltage to the bulk,
+        V; `f` and `r`, `u = ln(1 + e^x)` of source and drain, whose squares are the forward and the reverse
+        current over I_S; `m`, the mobility over that of a weak field.
     current
         Current from drain to source, A (nFET), or from source to drain (pFET).
     """
@@ -65,21 +69,24 @@ def channel_current(
     u_gate, u_source, u_drain = (_to_bulk(device, t, difference) for t in (gate, source, drain))
     terms: dict[str, str] = {}
     pinch_off = None
-    if law.gamma > 0.0 or law.mobility_reduction > 0.0:
+    of_second_order = law.gamma > 0.0 or law.mobility_reduction > 0.0
+    if of_second_order:
         terms["vp"], pinch_off = _pinch_off(law, u_gate), held("vp")
     forward, reverse = (form(_argument(law, u_gate, u, pinch_off)) for u in (u_source, u_drain))
+    if of_second_order:
+        terms |= {"f": forward, "r": reverse}
+        forward, reverse = (f"max({held(tag)},0)" for tag in "fr")
     specific = law.square_current * device.multiplicity * device.width / device.length
     current = f"{specific!r}*({forward}^2-{reverse}^2)"
     if law.early_field > 0.0:
         early = f"{1.0 / (law.early_field * device.length)!r}*abs({difference(drain, source)})"
         if law.early_rise > 0.0:
-            # what it rises with needs no digits in weak inversion
-            both = "+".join(quick_softplus(_argument(law, u_gate, u, pinch_off)) for u in (u_source, u_drain))
-            early = f"{early}/(1+{law.early_rise!r}*({both}))"
+            early = f"{early}/(1+{law.early_rise!r}*({forward}+{reverse}))"
         current = f"{current}*(1+{early})"
     if law.mobility_reduction > 0.0:
         twice = f"({pinch_off}+sqrt({pinch_off}^2+{2.0 * law.u_t**2!r}))"
-        current = f"{current}/(1+{0.5 * law.mobility_reduction!r}*{twice})"
+        terms["m"] = f"1/(1+{0.5 * law.mobility_reduction!r}*{twice})"
+        current = f"{current}*{held('m')}"
     return Channel(terms, current)
 
 
