@@ -26,8 +26,8 @@ from circuits.lowering.kernel import Machine, complete_sources, to_kernel
 from circuits.lowering.made import made
 from circuits.silicon.silicon import Silicon
 from circuits.solver.integrate import source_values
-from circuits.solver.modes import unstable_part, without_charges
-from circuits.solver.newton import allocate, newton, store_charges
+from circuits.solver.modes import unstable_part, ways_without_charge, without_charges
+from circuits.solver.newton import allocate, evaluate, newton, store_charges
 from circuits.solver.operating_point import NUDGE, OperatingPoint, operating_point
 from circuits.solver.outcome import Outcome
 from circuits.solver.small_signal import linearise
@@ -39,6 +39,7 @@ _TOGETHER = 1e-3  # ours: share of a displacement that another node grows by, fr
 _EQUAL = 0.99  # ours: nodes within this of the largest growth count as equal, so that rounding chooses none
 _INSTANT = 1e-18  # s, in which charges move to where the initial voltages put them
 _TRIES = 50
+_SETTLED = 1e-12  # V
 _SAME = 1e-9  # V, within which two statements about one node are the same
 
 
@@ -212,7 +213,8 @@ def _held(machine: Machine, held: Mapping[str, float], guess: Mapping[str, float
 def _from_charges(machine: Machine, time: float) -> F64:
     """Voltage vector in which every capacitance has the charge of its initial voltage.
 
-    The nodes move there in one implicit step of an instant, so that those without charge follow.
+    The nodes move there in one implicit step of an instant, so that those without charge follow. Those with
+    a charge between them follow to its rounding only: they are then set to where their currents add up.
     """
     k, before = machine.kernel, np.zeros(machine.kernel.columns)
     for node, voltage in machine.testbench.initial.items():
@@ -225,8 +227,28 @@ def _from_charges(machine: Machine, time: float) -> F64:
     v[k.columns - 1] = before[k.columns - 1] = 0.0
     for _ in range(_TRIES):
         if newton(k, 1.0 / _INSTANT, -before / _INSTANT, v, 1e-6, work) > 0:
-            return v
+            return _settled(machine, v)
     raise SolverError(f"{machine.testbench.title}: no start with uic; {Outcome.NO_OPERATING_POINT.value}")
+
+
+def _settled(machine: Machine, begun: F64) -> F64:
+    """The voltage vector next to `begun` with its charges, in which no current is left that no charge takes.
+
+    Nodes that this does not lead to stay as they are, as those of diodes with charges of their own.
+    """
+    k, v, work = machine.kernel, begun.copy(), allocate(machine.kernel)
+    n = k.unknowns
+    linear = linearise(OperatingPoint(machine, v, stable=False))
+    ways = ways_without_charge(linear.charge[:, :n].toarray()) if k.charges == 0 else np.zeros((n, 0))
+    for _ in range(_TRIES if ways.size else 0):
+        evaluate(k, v, work)
+        conductance = linearise(OperatingPoint(machine, v, stable=False)).conductance[:, :n]
+        left = ways.T @ work.residual[:n]
+        moved = ways @ np.linalg.lstsq(ways.T @ (conductance @ ways), left)[0]
+        v[:n] -= moved
+        if np.abs(moved).max() < _SETTLED:
+            return v
+    return begun
 
 
 def _offset(machine: Machine, before: F64) -> F64:

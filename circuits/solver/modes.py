@@ -67,6 +67,15 @@ def charged(conductance: F64, charge: F64) -> Charged:
     )
 
 
+def ways_without_charge(charge: F64) -> F64:
+    """Ways in which nodes move while every charge stays, float64[n, k], by column; of no particular size.
+
+    charge: float64[n, n], F, symmetric and positive semidefinite.
+    """
+    scale, share, modes = _own_modes(charge)
+    return np.asarray(scale[:, None] * modes[:, share <= _CHARGELESS] / scale.max(initial=0.0))
+
+
 def natural_rates(conductance: F64, charge: F64) -> C128:
     """Eigenvalues of `charge dv/dt = -conductance v`, 1/s, those of the nodes' charges only.
 

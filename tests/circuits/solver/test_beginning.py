@@ -185,6 +185,25 @@ def test_charges_of_capacitors_in_series_share_out() -> None:
     assert simulate(Testbench("shared", circuit, (SUPPLY,), TAU, begin="uic"))["m"][0] == pytest.approx(0.25)
 
 
+def test_a_charge_between_two_resistors_decides_where_both_its_nodes_begin() -> None:
+    """1 V, R, 0.5 V on C, R, ground: no end has a charge of its own; the current begins at 0.25 V / R."""
+    devices = (
+        Resistor("r1", "vdd", "a", R),
+        Capacitor("c", "a", "b", C, ic=0.5),
+        Resistor("r2", "b", "0", R),
+    )
+    circuit = Circuit("between", (Port("vdd", "supply"),), devices)
+    supply = Source("vdd", "vdd", Constant(1.0))
+    result = simulate(Testbench("between", circuit, (supply,), 4 * TAU, begin="uic"))
+    assert (result["a"][0], result["b"][0]) == pytest.approx((0.75, 0.25), abs=1e-9)
+    np.testing.assert_allclose(result["b"], 0.25 * np.exp(-result.time / (2 * TAU)), atol=1e-4)
+    held = Circuit(
+        "between", (Port("vdd", "supply"),), (devices[0], replace(devices[1], ic=None), devices[2])
+    )
+    named = Testbench("between", held, (supply,), TAU, begin="uic", initial={"a": 0.3})
+    assert simulate(named)["b"][0] == pytest.approx(0.35, abs=1e-9)
+
+
 def test_contradictions_are_refused() -> None:
     bench = low_pass(Constant(0.0), TAU)
     with pytest.raises(ParameterError, match=r"a: initial 1 V, but a source holds it at 0 V"):
