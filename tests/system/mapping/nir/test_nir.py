@@ -164,6 +164,8 @@ def test_a_network_with_a_clock_is_no_graph(tmp_path: Path) -> None:
     ("nodes", "told"),
     [
         ((nir.Threshold(np.ones(2)),), "threshold: Threshold, is refused on rolls.*LIF"),
+        ((nir.Linear(np.array([[1.0, np.inf], [0.0, 1.0]])), lif(2)), "linear.weight: inf, must be a finite"),
+        ((nir.Affine(np.eye(2), np.array([np.nan, 0.0])), lif(2)), "affine.bias: nan, must be a finite"),
         ((nir.Delay(np.full(2, 1e-3)), lif(2)), "delay: Delay, is refused on rolls"),
         (
             (lif(3), nir.Linear(np.ones((2, 3)))),
