@@ -26,7 +26,7 @@ from circuits.lowering.kernel import Machine, complete_sources, to_kernel
 from circuits.lowering.made import made
 from circuits.silicon.silicon import Silicon
 from circuits.solver.integrate import source_values
-from circuits.solver.modes import unstable_part, ways_without_charge, without_charges
+from circuits.solver.modes import parts_without_charge, unstable_part, without_charges
 from circuits.solver.newton import allocate, evaluate, newton, store_charges
 from circuits.solver.operating_point import NUDGE, OperatingPoint, operating_point
 from circuits.solver.outcome import Outcome
@@ -234,20 +234,21 @@ def _from_charges(machine: Machine, time: float) -> F64:
 def _settled(machine: Machine, begun: F64) -> F64:
     """The voltage vector next to `begun` with its charges, in which no current is left that no charge takes.
 
-    Nodes that this does not lead to stay as they are, as those of diodes with charges of their own.
+    `begun` is returned where none is found, and where diodes have charges of their own.
     """
     k, v, work = machine.kernel, begun.copy(), allocate(machine.kernel)
-    n = k.unknowns
-    linear = linearise(OperatingPoint(machine, v, stable=False))
-    ways = ways_without_charge(linear.charge[:, :n].toarray()) if k.charges == 0 else np.zeros((n, 0))
-    for _ in range(_TRIES if ways.size else 0):
+    n, linear = k.unknowns, linearise(OperatingPoint(machine, v, stable=False))
+    parts = np.zeros((n, 0)) if k.charges else parts_without_charge(linear.charge[:, :n])
+    if not (parts.sum(axis=0) > 1.0).any():  # a node by itself follows to its last digit
+        return begun
+    for _ in range(_TRIES):
         evaluate(k, v, work)
-        conductance = linearise(OperatingPoint(machine, v, stable=False)).conductance[:, :n]
-        left = ways.T @ work.residual[:n]
-        moved = ways @ np.linalg.lstsq(ways.T @ (conductance @ ways), left)[0]
+        inner = parts.T @ (linear.conductance[:, :n] @ parts)
+        moved = parts @ np.linalg.lstsq(inner, parts.T @ work.residual[:n])[0]
         v[:n] -= moved
         if np.abs(moved).max() < _SETTLED:
             return v
+        linear = linearise(OperatingPoint(machine, v, stable=False))
     return begun
 
 

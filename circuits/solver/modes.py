@@ -6,14 +6,18 @@ infinite eigenvalues they would come back as large numbers of either sign.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from circuits.arrays import C128, F64
 from circuits.catalogue import later
 
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
 linalg = later("scipy.linalg")
+csgraph = later("scipy.sparse.csgraph")
 
 _CHARGELESS = 1e-9  # share of a node's own capacitance below which a combination of nodes carries no charge
 ROUNDING = 1e-11  # share of the fastest rate below which the sign of another is rounding
@@ -67,13 +71,14 @@ def charged(conductance: F64, charge: F64) -> Charged:
     )
 
 
-def ways_without_charge(charge: F64) -> F64:
-    """Ways in which nodes move while every charge stays, float64[n, k], by column; of no particular size.
+def parts_without_charge(charge: csc_array) -> F64:
+    """Parts of a circuit that no capacitance joins to a known voltage: float64[n, parts], 1 at their nodes.
 
-    charge: float64[n, n], F, symmetric and positive semidefinite.
+    The nodes of one may all move by as much while every charge stays. charge: sparse[n, n], F.
     """
-    scale, share, modes = _own_modes(charge)
-    return np.asarray(scale[:, None] * modes[:, share <= _CHARGELESS] / scale.max(initial=0.0))
+    count, part = csgraph.connected_components(charge, directed=False)
+    outside, own = (np.bincount(part, each, count) for each in (charge.sum(axis=1), charge.diagonal()))
+    return np.asarray(part[:, None] == np.flatnonzero(outside <= _CHARGELESS * own), dtype=np.float64)
 
 
 def natural_rates(conductance: F64, charge: F64) -> C128:

@@ -33,7 +33,7 @@ from netlists.registry import DEFAULT_RELTOL, Method
 from netlists.write.traversal import Definition, to_design
 
 Write = Callable[[Testbench], str]  # the deck of a testbench
-POINT_RELTOL = 1e-7  # of an operating point, ours: it chooses no step, and at 1 pA 1e-5 is 1 uV of a diode
+_POINT_RELTOL = 1e-7  # of an operating point, ours: it chooses no step, and at 1 pA 1e-5 is 1 uV of a diode
 _HOLD = 1e-17  # S, ours: with 5 V a twentieth of the current that ngspice takes for nothing (abstol)
 
 
@@ -146,7 +146,7 @@ def operating_point(
     """
 
     def write(bench: Testbench) -> str:
-        return format_testbench(bench, silicon, analysis="op", reltol=POINT_RELTOL)
+        return format_testbench(bench, silicon, analysis="op", reltol=_POINT_RELTOL)
 
     return point_of_deck(testbench, silicon, write, deadline_s)
 

@@ -73,10 +73,11 @@ def linear(where: str, node: Any, signal: F64) -> F64:
 def check_linear(where: str, node: Any) -> None:
     """Raise `ParameterError` for a linear node with a delay or a number that is none; where: its path."""
     for name in ("weight", "scale", "bias"):
-        values = np.asarray(getattr(node, name, None), dtype=np.float64)
-        if getattr(node, name, None) is not None and not np.isfinite(values).all():
-            worst = values[~np.isfinite(values)][0]
-            raise ParameterError(f"{where}.{name}: {worst:g}, must be a finite number; mend it")
+        given = getattr(node, name, None)
+        values = np.zeros(1) if given is None else np.asarray(given, dtype=np.float64)
+        if not np.isfinite(values).all():
+            wrong = values[~np.isfinite(values)][0]
+            raise ParameterError(f"{where}.{name}: {wrong:g}, must be a finite number; mend it")
     if np.any(np.asarray(getattr(node, "delay", 0.0))):
         raise ParameterError(f"{where}: Delay, is refused on rolls; {REMEDY['Delay']}")
 

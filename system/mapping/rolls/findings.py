@@ -31,9 +31,11 @@ def findings_of(mapped: Mapped, curves: Mapping[str, Curve]) -> Iterator[Finding
     for each in mapped.filters:
         yield _of_filter(each, middle)
     for name, count in fan_out(mapped).items():
-        note = f"one becomes up to {count} of the chip, over {1e6 * SERVICE * count:.3g} us"
-        # what the report of weights says of each synapse stands here of the input
-        yield spread(name, "events", float(count == 0), note if count else "none of them has a synapse")
+        if count:
+            note = f"one becomes up to {count} of the chip, over {1e6 * SERVICE * count:.3g} us"
+            yield spread(name, "events", 0.0, note)
+        else:
+            yield spread(name, "events", 1.0, "none of them has a synapse")
 
 
 def beyond(

@@ -105,9 +105,12 @@ def test_a_transistor_has_its_capacitances_and_skips_those_between_one_node() ->
     names = [line.split()[0] for line in format_device(diode, SILICON)]
     assert names == ["bm", "cm#gb", "cm#gs", "cm#db"]
     leaky = Silicon(replace(AMI_1500_IDEAL, n=replace(AMI_1500_IDEAL.n, junction_leakage=1e-9)))
-    assert [n for n in (line.split()[0] for line in format_device(diode, leaky)) if n[0] == "b"] == [
-        "bm", "bm#db",
-    ]  # fmt: skip
+    lifted = replace(diode, source="s")
+    currents = [
+        [n for n in (line.split()[0] for line in format_device(device, leaky)) if n[0] == "b"]
+        for device in (lifted, diode)
+    ]
+    assert currents == [["bm", "bm#db", "bm#sb"], ["bm", "bm#db"]]
 
 
 def test_constants_are_folded_at_the_temperature() -> None:

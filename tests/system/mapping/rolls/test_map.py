@@ -103,21 +103,29 @@ def test_a_bias_of_a_graph_is_on_the_chip_what_it_is_in_the_network() -> None:
     levels = [0.5, 1.5, 2.0, 3.0]
     ones, drives = np.ones(24), np.repeat(levels, 6)
     cells = nir.CubaLIF(5e-3 * ones, 20e-3 * ones, ones, 0.0 * ones, ones)
-    network = network_of_graph(nir.NIRGraph.from_list(nir.Affine(1e-5 * np.eye(24), drives), cells))
+    network = network_of_graph(nir.NIRGraph.from_list(nir.Affine(0.01 * np.eye(24), drives), cells))
     mapped = map_on("rolls", network, usual_rates(network, NOTHING, 1.0))
     run = run_mapped(mapped, NOTHING, Silicon(ROLLS_180), 1.1)
     asked, got = (rates_of(t, 24, 0.1, 1.1).reshape(4, 6).mean(axis=1) for t in (run.asked, run.chip))
     assert got == pytest.approx(rates_of(run.expected, 24, 0.1, 1.1).reshape(4, 6).mean(axis=1), rel=NEAR)
     assert asked == pytest.approx([rate_of(x) for x in levels], rel=0.05)
-    told = {(f.where, f.what): f for f in mapped.findings}
-    assert told["input", "events"].note == "none of them has a synapse"  # its weights are next to nothing
-    assert told["affine.bias", "events"].how == "exact"
     (one,), (placed,) = mapped.filters, mapped.placed
     pivot = one.pivot / placed.current  # what the report tells of the filter: a power of what comes in
     assert got == pytest.approx([rate_of(pivot * (x / pivot) ** one.power) for x in levels], rel=NEAR)
     assert (run.lost_in, run.lost_out, run.later) == (0, 0, 0)
     with pytest.raises(DataError, match="event 0 of address 24, must be of a channel of outside"):
         check_channels(network, Events(np.array([0.1]), np.array([24])), "e.csv")
+
+
+def test_an_input_that_no_synapse_hears_is_told() -> None:
+    weights = {"loud": 0.5, "faint": 1e-6}
+    network = Network(
+        (Population("a", 2),), tuple(Input(name, 1) for name in weights),
+        tuple(Connection(name, "a", weight) for name, weight in weights.items()),
+    )  # fmt: skip
+    told = {f.where: f for f in map_on("rolls", network).findings if f.what == "events"}
+    assert told["loud"].how == "exact"
+    assert (told["faint"].how, told["faint"].note) == ("approximate", "none of them has a synapse")
 
 
 def test_the_nominal_die_needs_no_calibration(memory: Mapped) -> None:
