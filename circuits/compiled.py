@@ -45,12 +45,16 @@ def compiled(**options: Any) -> Callable[[F], F]:
     return decorate
 
 
-def instructions(function: Callable[..., Any]) -> Callable[..., Any]:
+def instructions(
+    function: Callable[..., Any], alone: Callable[..., Any] | str | None = None
+) -> Callable[..., Any]:
     """Decorator of a function that writes instructions itself, as numba's intrinsics do.
 
-    What is made is for kernels to call, with the arguments after the typing context; Python cannot.
+    What is made is for kernels to call, with the arguments after the typing context; Python cannot. alone:
+    what it is of numbers, where a kernel is worked out for one run (`circuits.machine_code.specialised`): a
+    function that is worked out with it, or the name under which the program calls it.
     """
-    return cast("Callable[..., Any]", Instructions(cast("FunctionType", function)))
+    return cast("Callable[..., Any]", Instructions(cast("FunctionType", function), alone))
 
 
 @contextmanager
@@ -115,8 +119,8 @@ class Kernel:
 class Instructions:
     """A function that writes instructions, which kernels alone can call."""
 
-    def __init__(self, function: FunctionType) -> None:
-        self.py_func = function
+    def __init__(self, function: FunctionType, alone: Callable[..., Any] | str | None) -> None:
+        self.py_func, self.alone = function, alone
 
     @cached_property
     def _made(self) -> tuple[Any, Any]:

@@ -20,6 +20,7 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.catalogue import later
 from circuits.compiled import compiled, instructions
+from circuits.vectors.vector import bits_of, of_bits
 
 ir, types = later("llvmlite.ir"), later("numba.core.types")
 kinds = later("circuits.vectors.vector_types")
@@ -44,24 +45,6 @@ _LOG1P = (
     0.10737294723392482, -0.08938938281612602, 0.06780283020082599, -0.043833282705579055,
     0.022414487349865928, -0.008294413449972171, 0.0019442707940410197, -0.00021467263078661544,
 )  # fmt: skip
-
-
-def _bits_of(typingctx: Any, value: Any) -> Any:
-    """Reinterpret a float64 as int64."""
-
-    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.bitcast(args[0], ir.IntType(64))
-
-    return types.int64(types.float64), codegen
-
-
-def _of_bits(typingctx: Any, value: Any) -> Any:
-    """Reinterpret an int64 as float64."""
-
-    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.bitcast(args[0], ir.DoubleType())
-
-    return types.float64(types.int64), codegen
 
 
 def _five_lanes(typingctx: Any, a: Any, b: Any, c: Any, d: Any, e: Any) -> Any:
@@ -184,11 +167,37 @@ def _lane(k: int) -> Any:
     return ir.Constant(ir.IntType(32), k)
 
 
-_to_bits = instructions(_bits_of)
-_from_bits = instructions(_of_bits)
+def _sum_of(x: float, coefficients: tuple[float, ...]) -> float:
+    total = coefficients[-1]
+    for c in coefficients[-2::-1]:
+        total = total * x + c
+    return total
+
+
+def _power_alone(x: float) -> float:
+    """`_Packed.power` of one number, for a run that goes alone."""
+    inside = -LIMIT if x < -LIMIT else LIMIT if x > LIMIT else x
+    y = inside * _LOG2E + _ROUND
+    r = (y - _ROUND) * -math.log(2.0) + inside
+    return _sum_of(r, _EXP) * of_bits((bits_of(y) << 52) + (1023 << 52))
+
+
+def _alone(x: float) -> tuple[float, float]:
+    t = _power_alone(-abs(x))
+    s = 1.0 / (t + 1.0)
+    return (x if x >= 0.0 else 0.0) + t * _sum_of(t, _LOG1P), s if x >= 0.0 else t * s
+
+
+def _two_alone(a: float, b: float) -> tuple[float, float, float, float]:
+    """`_Packed.softplus` of two numbers, for a run that goes alone."""
+    of_a, by_a = _alone(a)
+    of_b, by_b = _alone(b)
+    return of_a, of_b, by_a, by_b
+
+
 softplus_five = instructions(_five_lanes)
-softplus_of_two = instructions(_two_of_lanes)
-power_of_lanes = instructions(_power_of_lanes)
+softplus_of_two = instructions(_two_of_lanes, _two_alone)
+power_of_lanes = instructions(_power_of_lanes, _power_alone)
 
 
 @compiled(fastmath={"contract"})
@@ -208,7 +217,7 @@ def exp_negative(a: float) -> float:
     p = p * r + 0.5000000000000006
     p = p * r + 1.0000000000000067
     p = p * r + 1.0
-    power: float = _from_bits((_to_bits(y) << 52) + (1023 << 52))
+    power: float = of_bits((bits_of(y) << 52) + (1023 << 52))
     return p * power
 
 

@@ -10,6 +10,7 @@ WIDTH is twice what the widest vectors hold, so that while one half waits for a 
 
 from __future__ import annotations
 
+import math
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -167,9 +168,80 @@ def _bits(typingctx: Any, mask: Any) -> Any:
     return types.int64(kinds.mask), codegen
 
 
+def _bits_of(typingctx: Any, value: Any) -> Any:
+    """Reinterpret a float64 as int64."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], ir.IntType(64))
+
+    return types.int64(types.float64), codegen
+
+
+def _of_bits(typingctx: Any, value: Any) -> Any:
+    """Reinterpret an int64 as float64."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], ir.DoubleType())
+
+    return types.float64(types.int64), codegen
+
+
+bits_of, of_bits = instructions(_bits_of, "bits_of"), instructions(_of_bits, "of_bits")
+
 _HIGH_WORD = 20  # bits of the mantissa that a guess at a power does without
 _CUBE_ROOT = 0x553EF0FF289DD796  # less a third of a number's bits are nearly those of its inverse cube root
 
-load, store, every, select = (instructions(f) for f in (_load, _store, _every, _select))
-magnitude, larger, smaller = (instructions(f) for f in (_magnitude, _larger, _smaller))
-root, inverse_cube_root, bits = (instructions(f) for f in (_root, _inverse_cube_root, _bits))
+
+# What the instructions are of one number, where a kernel is worked out for a run that goes alone.
+
+
+def _load_alone(array: Any, row: int) -> Any:
+    return array[row, 0]
+
+
+def _store_alone(array: Any, row: int, value: float) -> None:
+    array[row, 0] = value
+
+
+def _every_alone(x: float) -> float:
+    return x
+
+
+def _select_alone(mask: bool, yes: float, no: float) -> float:  # noqa: FBT001 - as kernels call it
+    return yes if mask else no
+
+
+def _magnitude_alone(x: float) -> float:
+    return abs(x)
+
+
+def _larger_alone(x: float, y: float) -> float:
+    return x if x > y else y
+
+
+def _smaller_alone(x: float, y: float) -> float:
+    return x if x < y else y
+
+
+def _root_alone(x: float) -> float:
+    return math.sqrt(x)
+
+
+def _inverse_cube_root_alone(x: float) -> float:
+    high = float(bits_of(x) >> _HIGH_WORD)
+    y: float = of_bits(int(float(_CUBE_ROOT >> _HIGH_WORD) - high * (1.0 / 3.0)) << _HIGH_WORD)
+    for _ in range(3):
+        y = (y * (1.0 / 3.0)) * (4.0 - x * ((y * y) * y))
+    return y
+
+
+def _bits_alone(mask: bool) -> int:  # noqa: FBT001 - as kernels call it
+    return int(mask)
+
+
+load, store = instructions(_load, _load_alone), instructions(_store, _store_alone)
+every, select = instructions(_every, _every_alone), instructions(_select, _select_alone)
+magnitude, root = instructions(_magnitude, _magnitude_alone), instructions(_root, _root_alone)
+larger, smaller = instructions(_larger, _larger_alone), instructions(_smaller, _smaller_alone)
+inverse_cube_root = instructions(_inverse_cube_root, _inverse_cube_root_alone)
+bits = instructions(_bits, _bits_alone)

@@ -134,6 +134,7 @@ class Jobs(NamedTuple):
     rtol: float
     most: float  # steps
     resting: bool  # whether rest states are looked for, instead of runs
+    recording: bool  # whether points are recorded
 
 
 class Team(NamedTuple):
@@ -258,7 +259,7 @@ def jobs_of(
         np.stack([s.start + o for s, o in zip(packed, offset, strict=True)]),
         np.concatenate([s.time for s in packed]),
         np.concatenate([s.value for s in packed]),
-        float(first.testbench.stop), float(rtol), float(most), resting,
+        float(first.testbench.stop), float(rtol), float(most), resting, not resting,
     )  # fmt: skip
 
 

@@ -17,26 +17,20 @@ from circuits.errors import SolverError
 from circuits.lowering.kernel import Machine, on_die
 from circuits.silicon.die import NOMINAL
 from circuits.solver.beginning import Beginning, beginning, held_voltages
-from circuits.solver.lanes.layout import (
-    DONE,
-    FAILED,
-    Wiring,
-    dense,
-    jobs_of,
-    new_found,
-    new_team,
-)
-from circuits.solver.lanes.run import run
+from circuits.solver.lanes.layout import DONE, FAILED, Wiring, dense, jobs_of
+from circuits.solver.lanes.places import Runs, run_in_lanes
 from circuits.solver.modes import ROUNDING, all_natural_rates
 from circuits.solver.operating_point import OperatingPoint, charge_matrix, operating_point
 
 
-def beginnings(machines: Sequence[Machine], w: Wiring) -> list[Beginning | Exception]:
+def beginnings(
+    machines: Sequence[Machine], w: Wiring, runs: Runs = run_in_lanes
+) -> list[Beginning | Exception]:
     """Where a run of each machine begins, or why there is no such state; w: the structure of them all."""
     kinds = {(id(m.testbench), id(m.flat)): m for m in machines}
     at_rest = {key: _at_rest(machine) for key, machine in kinds.items()}
     every = [at_rest[id(m.testbench), id(m.flat)] for m in machines]
-    found = iter(rest_states([m for m, rests in zip(machines, every, strict=True) if rests], w))
+    found = iter(rest_states([m for m, rests in zip(machines, every, strict=True) if rests], w, runs))
     points = [next(found) if rests else None for rests in every]
     return [
         _alone(machine) if point is None else Beginning(point, point.voltage)
@@ -58,15 +52,17 @@ def _alone(machine: Machine) -> Beginning | Exception:
         return error
 
 
-def rest_states(machines: Sequence[Machine], w: Wiring) -> list[OperatingPoint | None]:
+def rest_states(
+    machines: Sequence[Machine], w: Wiring, runs: Runs = run_in_lanes
+) -> list[OperatingPoint | None]:
     """The stable rest state of each machine, None where lanes find none; w: the structure of them all."""
-    states = _solve(machines, w, [np.zeros(w.columns)] * len(machines))
+    states = _solve(machines, w, [np.zeros(w.columns)] * len(machines), runs)
     lost = [k for k, (state, _) in enumerate(states) if state == FAILED]
     if lost:
         near = _nominal_rests([machines[k] for k in lost])
         again = [k for k, start in zip(lost, near, strict=True) if start is not None]
         starts = [start for start in near if start is not None]
-        for k, found in zip(again, _solve([machines[k] for k in again], w, starts), strict=True):
+        for k, found in zip(again, _solve([machines[k] for k in again], w, starts, runs), strict=True):
             states[k] = found
     return [point for _, point in states]
 
@@ -85,13 +81,12 @@ def _nominal_rests(machines: Sequence[Machine]) -> list[F64 | None]:
 
 
 def _solve(
-    machines: Sequence[Machine], w: Wiring, starts: Sequence[F64]
+    machines: Sequence[Machine], w: Wiring, starts: Sequence[F64], runs: Runs
 ) -> list[tuple[int, OperatingPoint | None]]:
     """How each search ended, from voltages at the unknown nodes on, and the state where it is stable."""
     if not machines:
         return []
-    found = new_found(w, len(machines), 0, 1)
-    run(w, jobs_of(machines, starts, resting=True), new_team(w, len(machines)), found)
+    *_, found = runs(w, jobs_of(machines, starts, resting=True))
     good = found.state == DONE
     good[good] = _stable(w, [m for m, each in zip(machines, good, strict=True) if each], found.jacobian[good])
     points = [

@@ -40,8 +40,9 @@ def run(c: Wiring, jobs: Jobs, x: Team, found: Found) -> int:
     width, watched = x.doing.size, c.watch.size
     working = _fill(c, jobs, x, found)
     while working:
-        blocks_left, spikes_left = found.filled.size - found.used[0], found.spike_time.size - found.used[1]
-        if not jobs.resting and (blocks_left < width or spikes_left < width * watched):
+        if jobs.recording and found.filled.size - found.used[0] < width:
+            return FULL
+        if not jobs.resting and found.spike_time.size - found.used[1] < width * watched:
             return FULL
         begin(c, x)
         device_currents(c, x)
@@ -58,7 +59,8 @@ def run(c: Wiring, jobs: Jobs, x: Team, found: Found) -> int:
             _spikes(c, x, found, accepted & special)
         if accepted != 0:
             accept(c, x)
-            _record(c, x, found, accepted)
+            if jobs.recording:
+                _record(c, x, found, accepted)
         other = False
         for lane in range(width):
             other = other or not (x.doing[lane] == STEPPING or x.doing[lane] == IDLE)
@@ -100,11 +102,10 @@ def _next(c: Wiring, jobs: Jobs, x: Team, found: Found, lane: int) -> None:
     x.control[ROW.a, lane] = x.control[ROW.inverse_step, lane] = x.control[ROW.step, lane] = 1.0
     x.control[ROW.points, lane] = 1.0
     x.block[lane] = -1
-    if x.queue[0] >= x.queue[1]:
+    job = take(x)
+    if job >= x.queue[1]:
         x.doing[lane], x.job[lane] = IDLE, -1
         return
-    job = x.queue[0]
-    x.queue[0] += 1
     x.job[lane] = job
     found.state[job] = RUNNING
     _take_numbers(c, jobs, x, lane)
@@ -120,6 +121,14 @@ def _next(c: Wiring, jobs: Jobs, x: Team, found: Found, lane: int) -> None:
     for q in range(c.moving.size):
         x.cursor[q, lane] = jobs.line_start[jobs.line[job], c.moving[q]]
     _restart(c, jobs, x, lane)
+
+
+@compiled()
+def take(x: Team) -> int:
+    """The next run of the queue, which may be behind the last one."""
+    job = x.queue[0]
+    x.queue[0] = job + 1
+    return int(job)
 
 
 @compiled()
@@ -223,6 +232,9 @@ def _end(c: Wiring, x: Team, found: Found, lane: int, state: int) -> None:
         x.control[ROW.steps_rejected, lane],
     )
     found.steps[job, 2] = x.control[ROW.iterations, lane]
+    for side in range(2):
+        for j in range(c.watch.size):
+            found.extent[job, side, j] = x.extent[side * c.watch.size + j, lane]
     x.doing[lane] = IDLE
 
 

@@ -23,18 +23,18 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.lowering.kernel import Machine
 from circuits.solver.beginning import Beginning
-from circuits.solver.lanes.layout import DONE, Found, jobs_of, new_found, new_team, wiring
+from circuits.solver.lanes.layout import DONE, Found, jobs_of, wiring
+from circuits.solver.lanes.places import Place, Runs, runs_at
 from circuits.solver.lanes.rest import beginnings
-from circuits.solver.lanes.run import FINISHED, run
 from circuits.solver.outcome import Outcome
 from circuits.solver.swing import uncrossed
 from circuits.solver.transient import DEFAULT_RTOL, MAX_STEPS, Result, Runner, Steps, simulate
-from circuits.vectors.vector import WIDTH
 
 TOGETHER = 512
-"""Machines that are made ready at once; ours."""
-_POINTS = 256  # of a block
-_ROOM = 2 << 20  # bytes of all blocks, which stay near the processor; ours
+"""Machines that are made ready at once for lanes, and the fewest for a graphics processor; ours."""
+_MOST = 16384  # of them for a graphics processor
+_LIKELY = 4096  # points of a run, by which their number is chosen there; ours
+_HELD = 2 << 30  # bytes that their points may take; ours
 _MOST_UNKNOWNS = 300  # beyond which what all lanes work with leaves the processor's caches; ours
 
 
@@ -51,7 +51,11 @@ def fits(machine: Machine) -> bool:
 
 
 def simulate_each(
-    machines: Iterable[Machine], *, rtol: float = DEFAULT_RTOL, record: tuple[str, ...] | None = None
+    machines: Iterable[Machine],
+    *,
+    rtol: float = DEFAULT_RTOL,
+    record: tuple[str, ...] | None = None,
+    place: Place = "cpu",
 ) -> Iterator[Result | Exception]:
     """What a run of each machine gives, in order: the result, or the error that it raises.
 
@@ -63,10 +67,15 @@ def simulate_each(
         Local error of a step, relative to the larger of |v| and 1 V.
     record
         Nodes to keep, by path; all unless given.
+    place
+        Where they run (`PLACES`). Without a graphics processor `gpu` raises ParameterError.
     """
-    left = iter(machines)
-    while group := list(islice(left, TOGETHER)):
-        yield from _Group(group, rtol, record).results()
+    left, runs = iter(machines), runs_at(place)
+    for first in left:
+        nodes = len(first.names if record is None else record)
+        many = min(_MOST, max(TOGETHER, _HELD // (8 * (1 + nodes) * _LIKELY)))
+        group = [first, *islice(left, (many if place == "gpu" else TOGETHER) - 1)]
+        yield from _Group(group, rtol, record, runs).results()
 
 
 def simulate_as_many(machine: Machine) -> Result:
@@ -84,8 +93,10 @@ def simulate_as_many(machine: Machine) -> Result:
 class _Group:
     """Machines that run together."""
 
-    def __init__(self, machines: Sequence[Machine], rtol: float, record: tuple[str, ...] | None) -> None:
-        first = machines[0]
+    def __init__(
+        self, machines: Sequence[Machine], rtol: float, record: tuple[str, ...] | None, run: Runs
+    ) -> None:
+        first, self._run = machines[0], run
         self._machines, self._rtol, self._record = machines, rtol, record
         self._nodes = first.names if record is None else record
         self._runner = Runner(first, self._nodes, rtol)
@@ -96,7 +107,7 @@ class _Group:
 
     def results(self) -> Iterator[Result | Exception]:
         """Results in the order of the machines."""
-        begun = beginnings(self._machines, self._wiring)
+        begun = beginnings(self._machines, self._wiring, self._run)
         able = [(m, b) for m, b in zip(self._machines, begun, strict=True) if isinstance(b, Beginning)]
         runs = self._runs(able)
         for each in begun:
@@ -106,18 +117,16 @@ class _Group:
         """Runs from where they begin."""
         if not begun:
             return
-        count, w = len(begun), self._wiring
+        count = len(begun)
         jobs = jobs_of([m for m, _ in begun], [b.voltage for _, b in begun], self._rtol, MAX_STEPS)
-        blocks = max(4 * WIDTH, _ROOM // (8 * _POINTS * (1 + w.recorded.size)))
-        found, team = new_found(w, count, blocks, _POINTS), new_team(w, count)
-        taken, next_one, code = _Taken(count), 0, -1
-        while code != FINISHED:
-            code = run(w, jobs, team, found)
+        taken, next_one = _Taken(count), 0
+        for found in self._run(self._wiring, jobs):
             taken.take(found)
-            team.block[:] = -1
             while next_one < count and found.state[next_one] >= DONE:
                 yield self._result(*begun[next_one], taken, found, jobs.level[next_one, 0], next_one)
                 next_one += 1
+        for job in range(next_one, count):  # runs that were not done there
+            yield self._alone(*begun[job])
 
     def _result(
         self, machine: Machine, begun: Beginning, taken: _Taken, found: Found, thresholds: F64, job: int
@@ -156,7 +165,7 @@ class _Taken:
         self._spikes: list[list[tuple[int, float]]] = [[] for _ in range(count)]
 
     def take(self, found: Found) -> None:
-        """Take all that was written since the last time, and make its room free."""
+        """Take all that was written since the last time."""
         blocks, spikes = found.used.tolist()
         owners, filled = found.owner[:blocks].tolist(), found.filled[:blocks].tolist()
         for block, (owner, points) in enumerate(zip(owners, filled, strict=True)):
@@ -164,7 +173,6 @@ class _Taken:
         indices, times = found.spike_index[:spikes].tolist(), found.spike_time[:spikes].tolist()
         for job, *spike in zip(found.spike_job[:spikes].tolist(), indices, times, strict=True):
             self._spikes[job].append((spike[0], spike[1]))
-        found.used[:] = 0
 
     def of(self, job: int) -> tuple[list[F64], list[tuple[int, float]]]:
         """Points of a run that is over, and its spikes (position among the watched, s), which are let go."""

@@ -113,6 +113,19 @@ def test_thresholds_follow_the_supply_of_each() -> None:
             np.testing.assert_allclose(ours.spikes[port], times, rtol=0.0, atol=WITHIN)
 
 
+def test_a_signal_that_swings_below_its_threshold_is_told() -> None:
+    machine = machine_of("axon-hillock")
+    circuit = machine.testbench.circuit
+    ports = tuple(replace(p, threshold=2.5) if p.name == "spike" else p for p in circuit.ports)
+    bench = replace(machine.testbench, circuit=replace(circuit, ports=ports))
+    never = to_kernel(bench, machine.silicon)
+    (ours,) = results([never], rtol=1e-5)
+    assert ours.uncrossed.keys() == {"spike"}
+    swing, alone = ours.uncrossed["spike"], simulate(never, rtol=1e-5).uncrossed["spike"]
+    assert (swing.low, swing.high) == pytest.approx((alone.low, alone.high), abs=1e-3)
+    assert swing.threshold == 2.5
+
+
 def test_long_runs_record_every_point_in_order() -> None:
     machine = machine_of("rebound-neuron")
     (ours,), alone = results([machine], rtol=1e-6), simulate(machine, rtol=1e-6)

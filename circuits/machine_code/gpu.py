@@ -1,0 +1,132 @@
+"""Programs of `circuits.machine_code.specialised` on a graphics processor, a run a thread: the one place of CuPy.
+
+    on_gpu = compiled_program(program, private, constants.size)
+    on_gpu.launch(arrays, numbers, constants, order, runs, threads(runs))
+
+A thread does run after run: each takes the next one of a queue when its last one is over, so that runs may be
+as different as they like. Text is compiled by NVIDIA's run-time compiler at the first call, and CuPy keeps what
+it made. `there_is_one` says whether there is a graphics processor; without CuPy or without one there is none.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any, final
+
+import numpy as np
+
+from circuits.arrays import F64, I64
+from circuits.errors import ParameterError
+from circuits.machine_code.c_text import REAL, WHOLE, c_text
+from circuits.machine_code.specialised import Program
+
+THREADS = 128  # of a block
+BLOCKS = 2  # that a multiprocessor has at a time: more would leave a thread too few registers
+_WARP = 32  # threads that go together
+_CONSTANTS = 7000  # numbers that fit into the memory of constants
+_HEAD = """
+#define RUNS_OF_THREAD (blockIdx.x * blockDim.x + threadIdx.x)
+__device__ __forceinline__ long long bits_of(double x) { return __double_as_longlong(x); }
+__device__ __forceinline__ double of_bits(long long x) { return __longlong_as_double(x); }
+#define INFINITY __longlong_as_double(0x7ff0000000000000LL)
+#define NAN __longlong_as_double(0x7ff8000000000000LL)
+__device__ long long next_run(const long long *order, unsigned long long *queue, long long left, long long runs) {
+    const unsigned long long k = atomicAdd(queue, 1ULL);
+    return k < (unsigned long long) left ? order[k] : runs;
+}
+#define take() next_run(order, queue, left, runs)
+"""
+
+
+def there_is_one() -> bool:
+    """Whether there is a graphics processor that programs can run on."""
+    if importlib.util.find_spec("cupy") is None:
+        return False
+    cupy = importlib.import_module("cupy")
+    try:
+        return int(cupy.cuda.runtime.getDeviceCount()) > 0
+    except cupy.cuda.runtime.CUDARuntimeError:
+        return False
+
+
+def cupy() -> Any:
+    """CuPy, or ParameterError with what is missing."""
+    if importlib.util.find_spec("cupy") is None:
+        raise ParameterError("device: gpu, needs CuPy; install noctule[gpu], or leave the device out")
+    if not there_is_one():
+        raise ParameterError("device: gpu, there is no graphics processor that CUDA knows; leave the device out")
+    return importlib.import_module("cupy")
+
+
+def threads(runs: int) -> int:
+    """How many threads work on a number of runs."""
+    most = int(cupy().cuda.Device().attributes["MultiProcessorCount"]) * BLOCKS * THREADS
+    return min(most, -(-runs // _WARP) * _WARP)
+
+
+def compiled_program(program: Program, private: Mapping[str, int], constants: int) -> GpuProgram:
+    """What a program is for a graphics processor.
+
+    private: names of shared arrays of which each thread has its own part, with the part's size. constants: how
+    many numbers it has of the name `same`.
+    """
+    return GpuProgram(program, _text(program, private, constants), constants)
+
+
+@final
+class GpuProgram:
+    """A program, and the function that is compiled of its text."""
+
+    def __init__(self, program: Program, text: str, constants: int) -> None:
+        self._program, self.text, self._in_constants = program, text, constants <= _CONSTANTS
+
+    def launch(
+        self, arrays: Mapping[str, Any], numbers: Mapping[str, float], constants: F64, order: I64, runs: int,
+        count: int,
+    ) -> None:  # fmt: skip
+        """Have threads do the runs that are in `order`.
+
+        arrays: on the device, by name. numbers: by name. runs: how many there are in all. count: of threads.
+        """
+        cp = cupy()
+        function, module = _compiled(self.text)
+        same = cp.asarray(constants)
+        if self._in_constants and constants.size:
+            cp.ndarray(constants.shape, cp.float64, module.get_global("same"))[...] = same
+        given = [arrays[s.name] for s in self._program.shared]
+        given += [np.float64(numbers[name]) for name in self._program.arguments]
+        given += [same, cp.asarray(order), cp.zeros(1, cp.uint64), np.int64(order.size), np.int64(runs)]
+        size = min(THREADS, count)
+        function((-(-count // size),), (size,), tuple(given))
+
+
+@lru_cache(maxsize=64)
+def _compiled(text: str) -> tuple[Any, Any]:
+    """The function of a text, and its module."""
+    module = cupy().RawModule(code=text, options=("--std=c++14",))
+    return module.get_function("run"), module
+
+
+def _text(program: Program, private: Mapping[str, int], constants: int) -> str:
+    """CUDA's text of a program."""
+    declared, body = c_text(program, ("runs", "take"))
+    kinds = {s.name: WHOLE if s.whole else REAL for s in program.shared}
+    arguments = [f"{kind} * __restrict__ {name}" for name, kind in kinds.items()]
+    arguments += [f"const {REAL} {name}" for name in program.arguments]
+    held = "same_in_memory" if constants <= _CONSTANTS else "same"
+    arguments += [
+        f"const {REAL} * __restrict__ {held}", f"const {WHOLE} *order", f"unsigned {WHOLE} *queue",
+        f"const {WHOLE} left", f"const {WHOLE} runs",
+    ]  # fmt: skip
+    own = [f"{name} += ({WHOLE}) RUNS_OF_THREAD * {size};" for name, size in private.items() if name in kinds]
+    begun = [
+        f"for (int k = 0; k < {m.size}; k++) {m.name}[k] = 0;"
+        for m in program.memory if m.size <= 1
+    ]  # fmt: skip
+    lines = [*declared, *own, *begun, *body]
+    constant = [f"__constant__ {REAL} same[{max(constants, 1)}];"] if constants <= _CONSTANTS else []
+    signature = f'extern "C" __global__ void __launch_bounds__({THREADS}, {BLOCKS}) run({", ".join(arguments)}) {{'
+    return "\n".join([_HEAD, *constant, signature, *lines, "}", ""])

@@ -1,0 +1,212 @@
+"""Runs of one circuit on a graphics processor, a run a thread: what `circuits.solver.lanes.run` does with lanes.
+
+The kernel is the same, worked out for the circuit (`circuits.machine_code.specialised`): method, steps and
+tolerances are those of the lanes, and answers differ by roundings.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from circuits.arrays import F64, I64
+from circuits.machine_code import gpu
+from circuits.machine_code.specialised import Argument, Memory, Program, Shared, specialise
+from circuits.solver.lanes.layout import DONE, FAILED, Found, Jobs, Team, Wiring, new_team
+from circuits.solver.lanes.run import run, take
+
+_MEMORY = 4 << 30  # bytes of all points; ours
+_BLOCKS, _POINTS, _SPIKES = 32, 256, 256  # that a thread has room for, the spikes of each watched node; ours
+_OF_JOBS = ("coefficient", "charge", "conductance", "level")
+_VOLTAGES = ("v", "v0", "v1", "v2", "guess")
+_RATES = ("rate", "slope", "extra")
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """What a thread has to write into: blocks of points, points a block, spikes."""
+
+    blocks: int
+    points: int
+    spikes: int
+
+    @classmethod
+    def of(cls, w: Wiring, jobs: Jobs) -> Room:
+        """The room of jobs."""
+        spikes = 1 if jobs.resting else _SPIKES * max(1, w.watch.size)
+        return cls(_BLOCKS, _POINTS, spikes) if jobs.recording else cls(0, 0, spikes)
+
+    def threads(self, w: Wiring) -> int:
+        """For how many threads there is memory."""
+        return max(32, _MEMORY // (8 * max(1, self.private(w)["point"])))
+
+    def private(self, w: Wiring) -> dict[str, int]:
+        """Sizes of what each thread has for itself, by name."""
+        blocks = dict.fromkeys(("filled", "owner"), self.blocks)
+        spikes = dict.fromkeys(("spike_time", "spike_index", "spike_job"), self.spikes)
+        return {**blocks, **spikes, "used": 2, "point": self.blocks * self.points * (1 + w.recorded.size)}
+
+
+class Worked(NamedTuple):
+    """A program, the numbers that all runs share, and which elements of each array of `Jobs` do not.
+
+    own: places in the flat array of a run.
+    """
+
+    program: Program
+    constants: F64
+    own: Mapping[str, I64]
+
+
+def worked_out(w: Wiring, jobs: Jobs, room: Room) -> Worked:
+    """The program of runs of a circuit, with room for what they record where `jobs.recording` says so."""
+    return _Layout(w, jobs, room).worked()
+
+
+def run_on_gpu(w: Wiring, jobs: Jobs) -> Iterator[Found]:
+    """Do jobs on a graphics processor; gives what they have left each time that threads have no more room.
+
+    A run for which a thread has not room enough stays waiting. Raises ParameterError where there is no
+    graphics processor.
+    """
+    cp = gpu.cupy()
+    count = len(jobs.start)
+    room = Room.of(w, jobs)
+    threads = min(gpu.threads(count), room.threads(w))
+    worked = worked_out(w, jobs, room)
+    program = gpu.compiled_program(worked.program, room.private(w), worked.constants.size)
+    on_device = _inputs(cp, jobs, worked) | _outputs(cp, w, count, room, threads)
+    numbers = {"stop": jobs.stop, "rtol": jobs.rtol, "most": jobs.most}
+    left, before = np.arange(count), count + 1
+    while 0 < left.size < before:  # not fewer: of these each leaves a thread no room, even where it is alone
+        on_device["used"][:] = 0
+        program.launch(on_device, numbers, worked.constants, left, count, threads)
+        state = on_device["state"].get()
+        yield _found(cp, w, on_device, state)
+        before, left = left.size, np.flatnonzero((state != DONE) & (state != FAILED))
+
+
+def _inputs(cp: Any, jobs: Jobs, worked: Worked) -> dict[str, Any]:
+    """What programs read, on the device."""
+    own = {
+        f"jobs_{name}": getattr(jobs, name).reshape(len(jobs.start), -1)[:, places]
+        for name, places in worked.own.items()
+    }
+    names = ("curvature", "start", "line", "line_start", "line_time", "line_value")
+    return {name: cp.asarray(each) for name, each in (own | {n: getattr(jobs, n) for n in names}).items()}
+
+
+def _outputs(cp: Any, w: Wiring, count: int, room: Room, threads: int) -> dict[str, Any]:
+    """Where programs write, on the device."""
+    whole = {
+        "state": (count,), "filled": (threads, room.blocks), "owner": (threads, room.blocks),
+        "spike_index": (threads, room.spikes), "spike_job": (threads, room.spikes), "used": (threads, 2),
+    }  # fmt: skip
+    real = {
+        "rest": (count, w.columns), "jacobian_at_rest": (count, w.factor.entries), "steps": (count, 3),
+        "lowest_highest": (count, 2, w.watch.size), "spike_time": (threads, room.spikes),
+        "point": (threads, room.blocks, room.points, 1 + w.recorded.size),
+    }  # fmt: skip
+    found = {name: cp.zeros(shape, cp.int64) for name, shape in whole.items()}
+    return found | {name: cp.zeros(shape, cp.float64) for name, shape in real.items()}
+
+
+def _found(cp: Any, w: Wiring, on_device: Mapping[str, Any], state: I64) -> Found:
+    """What runs have left, with points and spikes of those that are over, thread after thread."""
+    over = cp.asarray((state == DONE) | (state == FAILED))
+    used = on_device["used"]
+
+    def of_runs_over(owner: Any, column: int) -> Any:
+        there = cp.arange(owner.shape[1])[None, :] < used[:, column, None]
+        return cp.nonzero(there & over[cp.where(there, owner, 0)])
+
+    blocks, spikes = of_runs_over(on_device["owner"], 0), of_runs_over(on_device["spike_job"], 1)
+    of_run = (on_device[name].get() for name in ("rest", "jacobian_at_rest", "steps", "lowest_highest"))
+    of_block = (on_device[name][blocks].get() for name in ("point", "filled", "owner"))
+    of_spike = (on_device[name][spikes].get() for name in ("spike_time", "spike_index", "spike_job"))
+    used_now = np.array([blocks[0].size, spikes[0].size])
+    return Found(state, *of_run, *of_block, *of_spike, used_now)
+
+
+@final
+class _Layout:
+    """Where a thread has what."""
+
+    def __init__(self, w: Wiring, jobs: Jobs, room: Room) -> None:
+        self._w, self._jobs, self._room = w, jobs, room
+        self._same: list[float] = []
+        self._own: dict[str, I64] = {}
+
+    def worked(self) -> Worked:
+        """The program."""
+        w, jobs, room = self._w, self._jobs, self._room
+        team, of_jobs = self._team()
+        shared = {name: Shared(name, (-1,)) for name in ("curvature", "line_time", "line_value")}
+        shared |= {
+            "start": Shared("start", (-1, w.columns)), "line": Shared("line", (-1,), whole=True),
+            "line_start": Shared("line_start", (-1, jobs.line_start.shape[1]), whole=True), **of_jobs,
+        }  # fmt: skip
+        numbers = {name: Argument(name) for name in ("stop", "rtol", "most")}
+        known = Jobs(**shared, **numbers, resting=jobs.resting, recording=jobs.recording)
+        found = Found(
+            Shared("state", (-1,), whole=True), Shared("rest", (-1, w.columns)),
+            Shared("jacobian_at_rest", (-1, w.factor.entries)), Shared("steps", (-1, 3)),
+            Shared("lowest_highest", (-1, 2, w.watch.size)),
+            Shared("point", (room.blocks, room.points, 1 + w.recorded.size)),
+            Shared("filled", (room.blocks,), whole=True), Shared("owner", (room.blocks,), whole=True),
+            Shared("spike_time", (room.spikes,)), Shared("spike_index", (room.spikes,), whole=True),
+            Shared("spike_job", (room.spikes,), whole=True), Shared("used", (2,), whole=True),
+        )  # fmt: skip
+        program = specialise(run, w, known, team, found, calls={take: "take"})
+        return Worked(program, np.array(self._same), self._own)
+
+    def _team(self) -> tuple[Team, dict[str, Shared]]:
+        """Working memory of a thread, and the arrays of jobs that it is filled from."""
+        w, jobs, team = self._w, self._jobs, new_team(self._w, 1)
+        fields: dict[str, Any] = {
+            name: Memory(name, (array.shape[0], 1), whole=array.dtype.kind == "i")
+            for name, array in team._asdict().items()
+            if array.ndim == 2
+        }
+        fields |= {name: Memory(name, (1,), whole=True) for name in ("doing", "job", "block")}
+        fields["queue"] = Memory("queue", (2,), whole=True, held={0: _zero(), 1: ast.Name("runs", ast.Load())})
+        of_jobs: dict[str, Shared] = {}
+        for name in _OF_JOBS:
+            array = getattr(jobs, name)
+            held, own = self._held(array)
+            fields[name] = Memory(name, (held.size + own.size, 1), held=self._numbers(array[0].ravel(), held))
+            place: dict[int, Any] = {**fields[name].held, **{int(k): i for i, k in enumerate(own)}}
+            of_jobs[name], self._own[name] = Shared(f"jobs_{name}", (-1, *array.shape[1:]), place=place), own
+        fields |= self._sources(fields)
+        return Team(**fields), of_jobs
+
+    def _sources(self, fields: Mapping[str, Memory]) -> dict[str, Memory]:
+        """Voltages of sources that do not move: numbers where all runs have the same, and at rest."""
+        w, jobs = self._w, self._jobs
+        still = np.setdiff1d(np.arange(w.unknowns, w.columns), w.unknowns + w.moving)
+        alike = still[(jobs.start[:, still] == jobs.start[:1, still]).all(axis=0)]
+        numbers = self._numbers(jobs.start[0], alike)
+        found = {name: Memory(name, (w.columns, 1), held=numbers) for name in _VOLTAGES}
+        rest = {int(k): ast.Constant(0.0) for k in still}
+        return found | {name: Memory(name, (w.columns, 1), held=rest) for name in _RATES}
+
+    def _held(self, array: F64) -> tuple[I64, I64]:
+        """Elements that all jobs share, and those that they have for themselves."""
+        flat = array.reshape(len(array), -1)
+        alike = (flat == flat[:1]).all(axis=0)
+        return np.flatnonzero(alike), np.flatnonzero(~alike)
+
+    def _numbers(self, values: F64, places: I64) -> dict[int, ast.expr]:
+        found: dict[int, ast.expr] = {}
+        for k in places.tolist():
+            found[k] = ast.Subscript(ast.Name("same", ast.Load()), ast.Constant(len(self._same)), ast.Load())
+            self._same.append(float(values[k]))
+        return found
+
+
+def _zero() -> ast.expr:
+    return ast.Constant(0)

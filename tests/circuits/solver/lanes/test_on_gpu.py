@@ -1,0 +1,52 @@
+"""Runs in threads of a graphics processor, beside runs in lanes: the text that is made for it, compiled here."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from circuits.lowering.kernel import Machine, to_kernel
+from circuits.lowering.on_dies import on_dies
+from circuits.machine_code import gpu
+from circuits.registry import load_block
+from circuits.silicon.die import Die
+from circuits.silicon.silicon import Silicon
+from circuits.solver.lanes.simulate import simulate_each
+from circuits.solver.transient import Result
+from tests.circuits.machine_code.stand_in import COMPILER, stand_in
+
+WITHIN = 1e-6  # s
+
+
+@pytest.fixture
+def stands_in(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    if COMPILER is None:
+        pytest.skip("no C++ compiler, which stands in for a graphics processor")
+    monkeypatch.setattr(gpu, "cupy", stand_in)
+    gpu._compiled.cache_clear()
+    yield
+    gpu._compiled.cache_clear()
+
+
+def dies_of(name: str, count: int) -> list[Machine]:
+    block = load_block(name)
+    machine = to_kernel(block.bench(), Silicon(block.process))
+    return on_dies(machine, [Die(number=n) for n in range(count)])
+
+
+def results(machines: list[Machine], place: str, **options: object) -> list[Result]:
+    found = list(simulate_each(machines, place=place, **options))  # type: ignore[arg-type]
+    assert all(isinstance(each, Result) for each in found)
+    return [each for each in found if isinstance(each, Result)]
+
+
+@pytest.mark.parametrize(("name", "count"), [("axon-hillock", 40), ("dpi-synapse", 3)])
+@pytest.mark.usefixtures("stands_in")
+def test_runs_are_those_of_the_lanes(name: str, count: int) -> None:
+    machines = dies_of(name, count)
+    for ours, lanes in zip(results(machines, "gpu"), results(machines, "cpu"), strict=True):
+        assert ours.steps.accepted == pytest.approx(lanes.steps.accepted, rel=0.02)
+        assert ours.steps.accepted == ours.time.size - 1
+        assert ours.spikes.keys() == lanes.spikes.keys()
+        for port, times in lanes.spikes.items():
+            np.testing.assert_allclose(ours.spikes[port], times, rtol=0.0, atol=WITHIN)
