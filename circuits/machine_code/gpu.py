@@ -92,7 +92,7 @@ class GpuProgram:
         arrays: on the device, by name. numbers: by name. runs: how many there are in all. count: of threads.
         """
         cp = cupy()
-        function, module = _compiled(self.text)
+        module = _compiled(self.text, ())
         same = cp.asarray(constants)
         if self._in_constants and constants.size:
             cp.ndarray(constants.shape, cp.float64, module.get_global("same"))[...] = same
@@ -100,14 +100,17 @@ class GpuProgram:
         given += [np.float64(numbers[name]) for name in self._program.arguments]
         given += [same, cp.asarray(order), cp.zeros(1, cp.uint64), np.int64(order.size), np.int64(runs)]
         size = min(THREADS, count)
-        function((-(-count // size),), (size,), tuple(given))
+        module.get_function("run")((-(-count // size),), (size,), tuple(given))
+
+
+def function_of(text: str, name: str, *options: str) -> Any:
+    """A function of a text of CUDA, compiled at the first call."""
+    return _compiled(text, options).get_function(name)
 
 
 @lru_cache(maxsize=64)
-def _compiled(text: str) -> tuple[Any, Any]:
-    """The function of a text, and its module."""
-    module = cupy().RawModule(code=text, options=("--std=c++14",))
-    return module.get_function("run"), module
+def _compiled(text: str, options: tuple[str, ...]) -> Any:
+    return cupy().RawModule(code=text, options=("--std=c++14", *options))
 
 
 def _text(program: Program, private: Mapping[str, int], constants: int) -> str:

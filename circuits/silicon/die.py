@@ -24,7 +24,7 @@ from __future__ import annotations
 import hashlib
 import math
 import operator
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Literal, NamedTuple
@@ -315,26 +315,38 @@ def alike(dies: Sequence[Die]) -> bool:
 
 
 def mismatch_of(
-    dies: Sequence[Die], process: Process, place: Place, paths: Sequence[Path], area: F64
+    dies: Sequence[Die],
+    process: Process,
+    place: Place,
+    paths: Sequence[Path],
+    area: F64,
+    normals: Normals | None = None,
 ) -> tuple[F64, F64]:
-    """What `mismatch` says of each of several dies that are `alike`, float64[dies, count] each."""
+    """What `mismatch` says of each of several dies that are `alike`, float64[dies, count] each.
+
+    normals: what draws, `normals_of` unless given.
+    """
     if not dies[0].mismatch:
         return np.zeros((len(dies), area.size)), np.zeros((len(dies), area.size))
     root, names, places = np.sqrt(2.0 * area), [_names(place, path) for path in paths], _places(place, paths)
     owners = [_key(die, place, PARAMETERS[0]) for die in dies]
-    v_t0, beta = (_normals_of(owners, names, places, name) for name in PARAMETERS)
+    draw = normals or normals_of
+    v_t0, beta = (draw(owners, names, places, name) for name in PARAMETERS)
     return v_t0 * process.pair_a_vt / root, beta * process.pair_a_beta / root
 
 
-def shared_of(dies: Sequence[Die], process: Process, polarity: Polarity) -> tuple[F64, F64]:
-    """What `shared` says of each of several dies that are `alike`, float64[dies] each."""
+def shared_of(
+    dies: Sequence[Die], process: Process, polarity: Polarity, normals: Normals | None = None
+) -> tuple[F64, F64]:
+    """What `shared` says of each of several dies that are `alike`, float64[dies] each; normals as there."""
     if dies[0].corner != "random" or not dies[0].process:
         shift = shared(dies[0], process, polarity)
         return np.full(len(dies), shift.v_t0), np.full(len(dies), shift.beta)
     path: Path = ((polarity, ()),)
     names, places = [_names(SHARED_PLACE, path)], _places(SHARED_PLACE, [path])
     owners = [_key(die, SHARED_PLACE, PARAMETERS[0]) for die in dies]
-    v_t0, beta = (_normals_of(owners, names, places, _SHARED + name)[:, 0] for name in PARAMETERS)
+    draw = normals or normals_of
+    v_t0, beta = (draw(owners, names, places, _SHARED + name)[:, 0] for name in PARAMETERS)
     return v_t0 * process.variation.sigma_v_t0, beta * process.variation.sigma_beta
 
 
@@ -506,12 +518,29 @@ def _whole(number: object) -> int:
     return whole
 
 
-class _Places(NamedTuple):
+class Places(NamedTuple):
     """All places of some paths, as `normal.fill_normals` takes them, and how many there are."""
 
     fixed: U32
     shapes: I64
     total: int
+
+    def counters(self) -> tuple[I64, U32]:
+        """Path, and counter of each place, int64[places] and uint32[places, 4]."""
+        path, counters = [], []
+        for k, shape in enumerate(self.shapes):
+            lengths = shape[shape >= 0]
+            index = np.indices(lengths).reshape(lengths.size, math.prod(lengths)).T
+            own = np.zeros((len(index), _COUNTERS), dtype=np.uint32)
+            own[:, : self.fixed.size] = self.fixed
+            own[:, self.fixed.size : self.fixed.size + index.shape[1]] = index
+            path.append(np.full(len(index), k))
+            counters.append(own)
+        return np.concatenate(path), np.concatenate(counters)
+
+
+Normals = Callable[[Sequence[str], Sequence[str], Places, str], F64]
+"""Draws of several owners at all places of paths, by their names, float64[owners, places]."""
 
 
 def _names(place: Place, path: Path) -> str:
@@ -519,7 +548,7 @@ def _names(place: Place, path: Path) -> str:
     return repr(tuple((str(name), len(dimensions)) for name, dimensions in (*place, *path)))
 
 
-def _places(place: Place, paths: Sequence[Path]) -> _Places:
+def _places(place: Place, paths: Sequence[Path]) -> Places:
     fixed = [i for _, index in place for i in index]
     shapes = [[n for _, shape in path for n in shape] for path in paths]
     found = np.full((len(paths), _COUNTERS), -1)
@@ -529,17 +558,22 @@ def _places(place: Place, paths: Sequence[Path]) -> _Places:
             dimensions = len(fixed) + len(shape)
             raise ParameterError(f"{label}: {dimensions} index dimensions, must be at most {_COUNTERS}")
         found[k, : len(shape)] = shape
-    return _Places(np.array(fixed, dtype=np.uint32), found, sum(map(math.prod, shapes)))
+    return Places(np.array(fixed, dtype=np.uint32), found, sum(map(math.prod, shapes)))
 
 
-def _normals(before: str, names: Sequence[str], places: _Places, parameter: str) -> F64:
+def _normals(before: str, names: Sequence[str], places: Places, parameter: str) -> F64:
     """Draws at all places, the 64-bit key of each path being a hash of owner, names and parameter."""
-    return np.asarray(_normals_of((before,), names, places, parameter)[0])
+    return np.asarray(normals_of((before,), names, places, parameter)[0])
 
 
-def _normals_of(owners: Sequence[str], names: Sequence[str], places: _Places, parameter: str) -> F64:
+def hashed(names: Sequence[str], parameter: str) -> list[bytes]:
+    """What is hashed of each path behind its owner."""
+    return [f"{n}, {parameter!r})".encode() for n in names]
+
+
+def normals_of(owners: Sequence[str], names: Sequence[str], places: Places, parameter: str) -> F64:
     """Draws of several owners at all places, float64[owners, places]."""
-    after = [f"{n}, {parameter!r})".encode() for n in names]
+    after = hashed(names, parameter)
     digests = [
         hashlib.blake2b(before + each, digest_size=8, person=b"noctule-die").digest()
         for before in map(str.encode, owners)

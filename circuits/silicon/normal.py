@@ -21,35 +21,35 @@ _MASK, _WORD = np.uint64(0xFFFFFFFF), np.uint64(32)
 _FACTORS = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _KEYS = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
 _HIGH, _LOW = np.uint64(21), np.uint64(11)  # bits of the first word's place, and that the second one loses
-_CELL = 2.0**-53
-_TAIL = 0.13533528323661269189  # e^-2: below, and above 1 less it, are the tails
-_ROOT = 2.50662827463100050242  # sqrt(2 pi)
-_FAR = 8.0  # sqrt(-2 ln p) from which on a tail has other coefficients
+CELL = 2.0**-53
+TAIL = 0.13533528323661269189  # e^-2: below, and above 1 less it, are the tails
+ROOT = 2.50662827463100050242  # sqrt(2 pi)
+FAR = 8.0  # sqrt(-2 ln p) from which on a tail has other coefficients
 _TOGETHER = 256
-_P0 = (
+P0 = (
     -5.99633501014107895267e1, 9.80010754185999661536e1, -5.66762857469070293439e1, 1.39312609387279679503e1,
     -1.23916583867381258016e0,
 )  # fmt: skip
-_Q0 = (
+Q0 = (
     1.95448858338141759834e0, 4.67627912898881538453e0, 8.63602421390890590575e1, -2.25462687854119370527e2,
     2.00260212380060660359e2, -8.20372256168333339912e1, 1.59056225126211695515e1, -1.18331621121330003142e0,
 )  # fmt: skip
-_P1 = (
+P1 = (
     4.05544892305962419923e0, 3.15251094599893866154e1, 5.71628192246421288162e1, 4.40805073893200834700e1,
     1.46849561928858024014e1, 2.18663306850790267539e0, -1.40256079171354495875e-1,
     -3.50424626827848203418e-2, -8.57456785154685413611e-4,
 )  # fmt: skip
-_Q1 = (
+Q1 = (
     1.57799883256466749731e1, 4.53907635128879210584e1, 4.13172038254672030440e1, 1.50425385692907503408e1,
     2.50464946208309415979e0, -1.42182922854787788574e-1, -3.80806407691578277194e-2,
     -9.33259480895457427372e-4,
 )  # fmt: skip
-_P2 = (
+P2 = (
     3.23774891776946035970e0, 6.91522889068984211695e0, 3.93881025292474443415e0, 1.33303460815807542389e0,
     2.01485389549179081538e-1, 1.23716634817820021358e-2, 3.01581553508235416007e-4,
     2.65806974686737550832e-6, 6.23974539184983293730e-9,
 )  # fmt: skip
-_Q2 = (
+Q2 = (
     6.02427039364742014255e0, 3.67983563856160859403e0, 1.37702099489081330271e0, 2.16236993594496635890e-1,
     1.34204006088543189037e-2, 3.28014464682127739104e-4, 2.89247864745380683936e-6,
     6.79019408009981274425e-9,
@@ -122,14 +122,14 @@ def _middles(key: int, other: int, counter: U64, moves: U64, out: F64, left: F64
             c0 + i * moves[0], c1 + i * moves[1], c2 + i * moves[2], c3 + i * moves[3], k0, k1
         )
         # 53 bits, centred in their cells so that neither 0 nor 1 occurs
-        p = (np.float64(np.int64((w0 << _HIGH) ^ (w1 >> _LOW))) + 0.5) * _CELL
-        upper = p > 1.0 - _TAIL
+        p = (np.float64(np.int64((w0 << _HIGH) ^ (w1 >> _LOW))) + 0.5) * CELL
+        upper = p > 1.0 - TAIL
         p = 1.0 - p if upper else p
         left[j] = -p if upper else p
         y = p - 0.5
         y2 = y * y
-        four = (((_P0[0] * y2 + _P0[1]) * y2 + _P0[2]) * y2 + _P0[3]) * y2 + _P0[4]
-        out[j] = (y + y * (y2 * four / _eight(y2, 1.0, _Q0))) * _ROOT
+        four = (((P0[0] * y2 + P0[1]) * y2 + P0[2]) * y2 + P0[3]) * y2 + P0[4]
+        out[j] = (y + y * (y2 * four / _eight(y2, 1.0, Q0))) * ROOT
 
 
 @compiled()
@@ -138,7 +138,7 @@ def _tails(out: F64, tail: F64, place: I64) -> None:
     count = 0
     for j in range(out.size):
         place[count] = j
-        count += 1 if abs(tail[0, j]) <= _TAIL else 0
+        count += 1 if abs(tail[0, j]) <= TAIL else 0
     for i in range(count):
         x = math.sqrt(-2.0 * math.log(abs(tail[0, place[i]])))
         tail[1, i] = x
@@ -146,9 +146,9 @@ def _tails(out: F64, tail: F64, place: I64) -> None:
     for i in range(count):
         x = tail[1, i]
         z = 1.0 / x
-        near = z * _eight(z, _P1[0], _P1[1:]) / _eight(z, 1.0, _Q1)
-        far = z * _eight(z, _P2[0], _P2[1:]) / _eight(z, 1.0, _Q2)
-        tail[1, i] = near if x < _FAR else far
+        near = z * _eight(z, P1[0], P1[1:]) / _eight(z, 1.0, Q1)
+        far = z * _eight(z, P2[0], P2[1:]) / _eight(z, 1.0, Q2)
+        tail[1, i] = near if x < FAR else far
     for i in range(count):
         x = out[place[i]] - tail[1, i]
         out[place[i]] = x if tail[0, place[i]] < 0.0 else -x

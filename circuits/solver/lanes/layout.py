@@ -199,6 +199,14 @@ def wiring(machine: Machine, recorded: I64, watch: I64, moving: I64) -> Wiring:
     )  # fmt: skip
 
 
+def moving_of(machines: Sequence[Machine]) -> I64:
+    """Sources that are not constant in all machines of one structure."""
+    sets = {id(m.polylines): m.polylines for m in machines}.values()
+    count = len(machines[0].polylines)
+    moving = [q for q in range(count) if any(lines[q][0].size > 1 for lines in sets)]
+    return np.array(moving, dtype=np.int64)
+
+
 def _at(matrix: Rows, entries: int) -> I32:
     """Which value of a matrix stands at each entry of the Jacobian, -1 for none."""
     found = np.full(entries, -1, dtype=np.int32)

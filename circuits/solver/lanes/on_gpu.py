@@ -73,63 +73,91 @@ def run_on_gpu(w: Wiring, jobs: Jobs) -> Iterator[Found]:
     A run for which a thread has not room enough stays waiting. Raises ParameterError where there is no
     graphics processor.
     """
-    cp = gpu.cupy()
     count = len(jobs.start)
-    room = Room.of(w, jobs)
-    threads = min(gpu.threads(count), room.threads(w))
-    worked = worked_out(w, jobs, room)
-    program = gpu.compiled_program(worked.program, room.private(w), worked.constants.size)
-    on_device = _inputs(cp, jobs, worked) | _outputs(cp, w, count, room, threads)
-    numbers = {"stop": jobs.stop, "rtol": jobs.rtol, "most": jobs.most}
+    batch = Batch(w, jobs, count)
     left, before = np.arange(count), count + 1
     while 0 < left.size < before:  # not fewer: of these each leaves a thread no room, even where it is alone
-        on_device["used"][:] = 0
-        program.launch(on_device, numbers, worked.constants, left, count, threads)
-        state = on_device["state"].get()
-        yield _found(cp, w, on_device, state)
-        before, left = left.size, np.flatnonzero((state != DONE) & (state != FAILED))
+        batch.launch(left)
+        found = batch.found()
+        yield found
+        before, left = left.size, np.flatnonzero((found.state != DONE) & (found.state != FAILED))
 
 
-def _inputs(cp: Any, jobs: Jobs, worked: Worked) -> dict[str, Any]:
-    """What programs read, on the device."""
-    own = {
-        f"jobs_{name}": getattr(jobs, name).reshape(len(jobs.start), -1)[:, places]
-        for name, places in worked.own.items()
-    }
-    names = ("curvature", "start", "line", "line_start", "line_time", "line_value")
-    return {name: cp.asarray(each) for name, each in (own | {n: getattr(jobs, n) for n in names}).items()}
+@final
+class Batch:
+    """Runs of one circuit on the device.
 
+    jobs: what the runs have in common, and which numbers differ among them. count: how many there are. given:
+    arrays of all runs, on the device or not, by the name of the field of `Jobs`; of those of `Worked.own` as
+    their own elements, [count, own]. The rest is that of `jobs`.
+    """
 
-def _outputs(cp: Any, w: Wiring, count: int, room: Room, threads: int) -> dict[str, Any]:
-    """Where programs write, on the device."""
-    whole = {
-        "state": (count,), "filled": (threads, room.blocks), "owner": (threads, room.blocks),
-        "spike_index": (threads, room.spikes), "spike_job": (threads, room.spikes), "used": (threads, 2),
-    }  # fmt: skip
-    real = {
-        "rest": (count, w.columns), "jacobian_at_rest": (count, w.factor.entries), "steps": (count, 3),
-        "lowest_highest": (count, 2, w.watch.size), "spike_time": (threads, room.spikes),
-        "point": (threads, room.blocks, room.points, 1 + w.recorded.size),
-    }  # fmt: skip
-    found = {name: cp.zeros(shape, cp.int64) for name, shape in whole.items()}
-    return found | {name: cp.zeros(shape, cp.float64) for name, shape in real.items()}
+    def __init__(self, w: Wiring, jobs: Jobs, count: int, given: Mapping[str, Any] | None = None) -> None:
+        self._cp, self._w, self._jobs, self._count = gpu.cupy(), w, jobs, count
+        room = Room.of(w, jobs)
+        self.threads = min(gpu.threads(count), room.threads(w))
+        self.worked = worked_out(w, jobs, room)
+        constants = self.worked.constants.size
+        self._program = gpu.compiled_program(self.worked.program, room.private(w), constants)
+        self.arrays = self._inputs(given or {}) | self._outputs(room)
 
+    def launch(self, order: I64) -> None:
+        """Have threads do the runs of `order`, until these are over or there is no more room."""
+        jobs = self._jobs
+        self.arrays["used"][:] = 0
+        numbers = {"stop": jobs.stop, "rtol": jobs.rtol, "most": jobs.most}
+        self._program.launch(self.arrays, numbers, self.worked.constants, order, self._count, self.threads)
 
-def _found(cp: Any, w: Wiring, on_device: Mapping[str, Any], state: I64) -> Found:
-    """What runs have left, with points and spikes of those that are over, thread after thread."""
-    over = cp.asarray((state == DONE) | (state == FAILED))
-    used = on_device["used"]
+    def _inputs(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """What programs read, on the device."""
+        jobs, found = self._jobs, {}
+        for name, places in self.worked.own.items():
+            own = given.get(name)
+            flat = getattr(jobs, name).reshape(len(jobs.start), -1)[:, places] if own is None else own
+            found[f"jobs_{name}"] = self._each(flat)
+        for name in ("curvature", "start", "line"):
+            found[name] = self._each(given.get(name, getattr(jobs, name)))
+        shared = ("line_start", "line_time", "line_value")
+        return found | {name: self._cp.asarray(getattr(jobs, name)) for name in shared}
 
-    def of_runs_over(owner: Any, column: int) -> Any:
-        there = cp.arange(owner.shape[1])[None, :] < used[:, column, None]
-        return cp.nonzero(there & over[cp.where(there, owner, 0)])
+    def _each(self, array: Any) -> Any:
+        """An array of all runs, on the device; of fewer each has the first one's."""
+        on_device = self._cp.asarray(array)
+        if len(on_device) == self._count:
+            return on_device
+        return self._cp.zeros((self._count, *on_device.shape[1:]), on_device.dtype) + on_device[:1]
 
-    blocks, spikes = of_runs_over(on_device["owner"], 0), of_runs_over(on_device["spike_job"], 1)
-    of_run = (on_device[name].get() for name in ("rest", "jacobian_at_rest", "steps", "lowest_highest"))
-    of_block = (on_device[name][blocks].get() for name in ("point", "filled", "owner"))
-    of_spike = (on_device[name][spikes].get() for name in ("spike_time", "spike_index", "spike_job"))
-    used_now = np.array([blocks[0].size, spikes[0].size])
-    return Found(state, *of_run, *of_block, *of_spike, used_now)
+    def _outputs(self, room: Room) -> dict[str, Any]:
+        """Where programs write, on the device."""
+        w, count, threads = self._w, self._count, self.threads
+        whole = {
+            "state": (count,), "filled": (threads, room.blocks), "owner": (threads, room.blocks),
+            "spike_index": (threads, room.spikes), "spike_job": (threads, room.spikes), "used": (threads, 2),
+        }  # fmt: skip
+        real = {
+            "rest": (count, w.columns), "jacobian_at_rest": (count, w.factor.entries), "steps": (count, 3),
+            "lowest_highest": (count, 2, w.watch.size), "spike_time": (threads, room.spikes),
+            "point": (threads, room.blocks, room.points, 1 + w.recorded.size),
+        }  # fmt: skip
+        found = {name: self._cp.zeros(shape, self._cp.int64) for name, shape in whole.items()}
+        return found | {name: self._cp.zeros(shape, self._cp.float64) for name, shape in real.items()}
+
+    def found(self) -> Found:
+        """What runs have left, with points and spikes of those that are over, thread after thread."""
+        state = self.arrays["state"].get()
+        over = self._cp.asarray((state == DONE) | (state == FAILED))
+        blocks, spikes = (self._of(over, name, k) for k, name in enumerate(("owner", "spike_job")))
+        of_run = (self.arrays[k].get() for k in ("rest", "jacobian_at_rest", "steps", "lowest_highest"))
+        of_block = (self.arrays[k][blocks].get() for k in ("point", "filled", "owner"))
+        of_spike = (self.arrays[k][spikes].get() for k in ("spike_time", "spike_index", "spike_job"))
+        used = np.array([blocks[0].size, spikes[0].size])
+        return Found(state, *of_run, *of_block, *of_spike, used)
+
+    def _of(self, over: Any, owner: str, column: int) -> Any:
+        """Which blocks, or spikes, of all threads are of runs that are over."""
+        cp, owners = self._cp, self.arrays[owner]
+        there = cp.arange(owners.shape[1])[None, :] < self.arrays["used"][:, column, None]
+        return cp.nonzero(there & over[cp.where(there, owners, 0)])
 
 
 @final

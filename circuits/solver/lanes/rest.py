@@ -28,7 +28,7 @@ def beginnings(
 ) -> list[Beginning | Exception]:
     """Where a run of each machine begins, or why there is no such state; w: the structure of them all."""
     kinds = {(id(m.testbench), id(m.flat)): m for m in machines}
-    at_rest = {key: _at_rest(machine) for key, machine in kinds.items()}
+    at_rest = {key: begins_at_rest(machine) for key, machine in kinds.items()}
     every = [at_rest[id(m.testbench), id(m.flat)] for m in machines]
     found = iter(rest_states([m for m, rests in zip(machines, every, strict=True) if rests], w, runs))
     points = [next(found) if rests else None for rests in every]
@@ -38,7 +38,7 @@ def beginnings(
     ]
 
 
-def _at_rest(machine: Machine) -> bool:
+def begins_at_rest(machine: Machine) -> bool:
     """Whether runs begin at a rest state that is looked for without a start: so on all dies, or on none."""
     bench = machine.testbench
     held = held_voltages(bench, machine.flat, machine.silicon)
@@ -103,11 +103,11 @@ def _stable(w: Wiring, machines: Sequence[Machine], jacobian: F64) -> Bools:
     same = all(c is charges[0] or np.array_equal(c, charges[0]) for c in charges)
     for part in [slice(None)] if same else [slice(k, k + 1) for k in range(len(machines))]:
         if machines[part]:
-            stable[part] = _decays(matrices[part], charge_matrix(machines[part][0].kernel))
+            stable[part] = decays(matrices[part], charge_matrix(machines[part][0].kernel))
     return stable
 
 
-def _decays(conductances: F64, charge: F64) -> Bools:
+def decays(conductances: F64, charge: F64) -> Bools:
     """Whether all modes of each state decay; not where their rates cannot be told."""
     try:
         rates = all_natural_rates(conductances, charge)

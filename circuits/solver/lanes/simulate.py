@@ -23,7 +23,7 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.lowering.kernel import Machine
 from circuits.solver.beginning import Beginning
-from circuits.solver.lanes.layout import DONE, Found, jobs_of, wiring
+from circuits.solver.lanes.layout import DONE, Found, jobs_of, moving_of, wiring
 from circuits.solver.lanes.places import Place, Runs, runs_at
 from circuits.solver.lanes.rest import beginnings
 from circuits.solver.outcome import Outcome
@@ -101,9 +101,7 @@ class _Group:
         self._nodes = first.names if record is None else record
         self._runner = Runner(first, self._nodes, rtol)
         self._kept = np.array([first.column_of(n) for n in self._nodes], dtype=np.int64)
-        sets = {id(m.polylines): m.polylines for m in machines}.values()
-        moving = [q for q in range(len(first.polylines)) if any(lines[q][0].size > 1 for lines in sets)]
-        self._wiring = wiring(first, self._kept, self._runner.watched, np.array(moving, dtype=np.int64))
+        self._wiring = wiring(first, self._kept, self._runner.watched, moving_of(machines))
 
     def results(self) -> Iterator[Result | Exception]:
         """Results in the order of the machines."""

@@ -33,6 +33,8 @@ extern "C" void be(unsigned block, unsigned size, unsigned thread) {
 }
 """
 
+_OPTIONS = {"--std=c++14": "-std=c++14", "--fmad=false": "-ffp-contract=off"}
+
 
 class Array(np.ndarray):
     """An array that is on no device."""
@@ -54,7 +56,7 @@ class RawModule:
             source, made = Path(folder, "text.cpp"), Path(folder, "text.so")
             source.write_text(_HEAD + code)
             command = [str(COMPILER), "-O1", "-w", "-shared", "-fPIC", "-o", str(made), str(source)]
-            subprocess.run([*command, *(o.replace("--", "-") for o in options)], check=True)
+            subprocess.run([*command, *(_OPTIONS[o] for o in options)], check=True)
             self._library = ctypes.CDLL(str(made))
 
     def get_function(self, name: str) -> Any:

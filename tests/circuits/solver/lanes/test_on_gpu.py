@@ -11,6 +11,7 @@ from circuits.machine_code import gpu
 from circuits.registry import load_block
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
+from circuits.solver.lanes.many import spikes_on_gpu
 from circuits.solver.lanes.simulate import simulate_each
 from circuits.solver.transient import Result
 from tests.circuits.machine_code.stand_in import COMPILER, stand_in
@@ -50,3 +51,20 @@ def test_runs_are_those_of_the_lanes(name: str, count: int) -> None:
         assert ours.spikes.keys() == lanes.spikes.keys()
         for port, times in lanes.spikes.items():
             np.testing.assert_allclose(ours.spikes[port], times, rtol=0.0, atol=WITHIN)
+
+
+@pytest.mark.usefixtures("stands_in")
+def test_spikes_of_many_dies_are_those_of_their_runs() -> None:
+    block = load_block("high-threshold-neuron")
+    machine, dies = to_kernel(block.bench(), Silicon(block.process)), [Die(number=n) for n in range(12)]
+    found = spikes_on_gpu(machine, dies, rtol=1e-5)
+    assert found.again.size == 0
+    assert found.failed == {}
+    assert found.time.size > 0
+    for k, lanes in enumerate(results(on_dies(machine, dies), "cpu", rtol=1e-5)):
+        for j, port in enumerate(found.ports):
+            own = found.time[(found.die == k) & (found.port == j)]
+            np.testing.assert_allclose(own, lanes.spikes[port], rtol=0.0, atol=WITHIN)
+        first = lanes.spikes["spike"][0] if lanes.spikes["spike"].size else np.nan
+        assert found.first("spike")[k] == pytest.approx(first, abs=WITHIN, nan_ok=True)
+        assert found.steps[k, 0] == pytest.approx(lanes.steps.accepted, rel=0.02)

@@ -1,0 +1,159 @@
+"""Spikes of very many dies on a graphics processor: draws, rest states and runs stay there, as arrays.
+
+`spikes_on_gpu(machine, dies)` gives what runs of a machine on each die leave, but without a result for each:
+their waveforms are not kept. Draws, rest states, steps and spikes are those of `circuits.solver.lanes`. While
+the runs are on the way, the processor tells from the rest states' modes which are stable. A die whose rest
+state is not found or not stable, and a run that fails, are done again by themselves, and counted.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from circuits.arrays import F64, I64, Bools
+from circuits.errors import CircuitError, ParameterError
+from circuits.lowering.kernel import Machine, on_die
+from circuits.lowering.on_dies import coefficients_on_dies, differ_in_transistors
+from circuits.silicon.die import Die
+from circuits.silicon.draws_on_gpu import normals_on_gpu
+from circuits.solver.lanes.layout import DONE, TERM, Jobs, Wiring, dense, jobs_of, moving_of, wiring
+from circuits.solver.lanes.on_gpu import Batch
+from circuits.solver.lanes.rest import begins_at_rest, decays
+from circuits.solver.lanes.simulate import fits
+from circuits.solver.operating_point import charge_matrix
+from circuits.solver.transient import DEFAULT_RTOL, MAX_STEPS, Runner, simulate
+
+_TOGETHER = 131072  # dies that are on the device at once; ours
+_MODES = 1024  # rest states of which a thread of the processor finds the modes at once; ours
+_ARRAYS = ("time", "die", "port", "steps", "again")
+
+
+class Spikes(NamedTuple):
+    """What runs of a machine leave on many dies.
+
+    ports: what is watched. time: of all spikes, s, die after die and each die's in their order. die, port: of
+    each spike, which die and which of the ports. steps: of each die, accepted, rejected and iterations.
+    again: dies that were done again by themselves. failed: why dies have no run, by the die's position.
+    """
+
+    ports: tuple[str, ...]
+    time: F64
+    die: I64
+    port: I64
+    steps: F64
+    again: I64
+    failed: dict[int, str]
+
+    def first(self, port: str) -> F64:
+        """The first spike at a port on each die, s, float64[dies]; NaN where there is none."""
+        found = np.full(len(self.steps), np.nan)
+        own = np.flatnonzero(self.port == self.ports.index(port))[::-1]
+        found[self.die[own]] = self.time[own]
+        return found
+
+
+def spikes_on_gpu(machine: Machine, dies: Sequence[Die], *, rtol: float = DEFAULT_RTOL) -> Spikes:
+    """Spikes of runs of a machine on many dies.
+
+    Parameters
+    ----------
+    machine
+        A lowered testbench whose runs fit for lanes, begin at rest, and differ from die to die in their
+        transistors alone; ParameterError otherwise.
+    dies
+        The dies.
+    rtol
+        Local error of a step, relative to the larger of |v| and 1 V.
+
+    Raises
+    ------
+    ParameterError
+        Where there is no graphics processor, too.
+    """
+    if not dies:
+        raise ParameterError("dies: none, must be at least one")
+    if not (fits(machine) and begins_at_rest(machine) and differ_in_transistors(machine, dies)):
+        raise ParameterError(
+            f"{machine.flat.circuit.name}: runs on these dies differ in more than their transistors, or are not "
+            "for lanes; call simulate_each with place='gpu', or simulate"
+        )
+    parts = [_part(machine, dies[k : k + _TOGETHER], rtol) for k in range(0, len(dies), _TOGETHER)]
+    first = np.cumsum([0, *(len(p.steps) for p in parts)])[:-1].tolist()
+    moved = [
+        p._replace(die=p.die + k, again=p.again + k, failed={k + die: why for die, why in p.failed.items()})
+        for p, k in zip(parts, first, strict=True)
+    ]
+    joined = {name: np.concatenate([getattr(p, name) for p in moved]) for name in _ARRAYS}
+    return Spikes(parts[0].ports, **joined, failed={k: why for p in moved for k, why in p.failed.items()})
+
+
+def _part(machine: Machine, dies: Sequence[Die], rtol: float) -> Spikes:
+    """Spikes of as many dies as are on the device at once."""
+    runner = Runner(machine, (), rtol)
+    w = wiring(machine, np.zeros(0, dtype=np.int64), runner.watched, moving_of([machine]))
+    two = [on_die(machine, replace(dies[0], number=k)) for k in range(2)]  # which tell what differs
+    zero = np.zeros(w.columns)
+    jobs = jobs_of(two, [zero, zero], rtol, MAX_STEPS, resting=True)
+    rest = Batch(w, jobs, len(dies), _own_coefficients(machine, dies, jobs))
+    rest.launch(np.arange(len(dies)))
+    states = rest.found()
+    jobs = jobs._replace(resting=False)
+    given = {"coefficient": rest.arrays["jobs_coefficient"], "start": rest.arrays["rest"]}
+    runs = Batch(w, jobs, len(dies), given)
+    runs.launch(np.arange(len(dies)))
+    good = states.state == DONE
+    good[good] = _stable(w, machine, states.jacobian[good])  # while the device has the runs
+    found = runs.found()
+    good &= found.state == DONE
+    order = np.lexsort((found.spike_time, found.spike_job))
+    order = order[good[found.spike_job[order]]]
+    mine = (found.spike_time[order], found.spike_job[order], found.spike_index[order])
+    return _with_others(machine, dies, rtol, Spikes(runner.labels, *mine, found.steps, np.flatnonzero(~good), {}))
+
+
+def _own_coefficients(machine: Machine, dies: Sequence[Die], jobs: Jobs) -> dict[str, F64]:
+    """Coefficients that differ from die to die, [dies, own], by the field of `Jobs`."""
+    v_t0, specific = coefficients_on_dies(machine, dies, normals_on_gpu)
+    phi, gamma = jobs.coefficient[0, TERM.surface_potential], jobs.coefficient[0, TERM.gamma]
+    lift = phi + gamma * np.sqrt(phi) - v_t0
+    drawn = {TERM.specific_current: specific, TERM.v_t0: v_t0, TERM.lift: lift}
+    differs = (jobs.coefficient[0] != jobs.coefficient[1]).reshape(-1)
+    places, n = np.flatnonzero(differs), v_t0.shape[1]
+    return {"coefficient": np.stack([drawn[k // n][:, k % n] for k in places.tolist()], axis=1)}
+
+
+def _stable(w: Wiring, machine: Machine, jacobian: F64) -> Bools:
+    """Whether small deviations die out from each rest state."""
+    charge = charge_matrix(machine.kernel)
+    parts = [jacobian[k : k + _MODES] for k in range(0, len(jacobian), _MODES)]
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        found = list(threads.map(lambda part: decays(dense(w, part), charge), parts))
+    return np.concatenate([np.zeros(0, dtype=np.bool_), *found])
+
+
+def _with_others(machine: Machine, dies: Sequence[Die], rtol: float, found: Spikes) -> Spikes:
+    """The spikes with those of dies that are done again by themselves."""
+    time, die, port, failed = [found.time], [found.die], [found.port], {}
+    for k in found.again.tolist():
+        try:
+            result = simulate(on_die(machine, dies[k]), rtol=rtol, record=())
+        except CircuitError as error:
+            failed[k] = str(error)
+            continue
+        for j, name in enumerate(found.ports):
+            own = result.spikes[name]
+            time.append(own)
+            die.append(np.full(own.size, k))
+            port.append(np.full(own.size, j))
+        found.steps[k] = result.steps.accepted, result.steps.rejected, result.steps.iterations
+    together = tuple(map(np.concatenate, (time, die, port)))
+    order = np.lexsort((together[0], together[1]))
+    return found._replace(
+        time=together[0][order], die=together[1][order], port=together[2][order], failed=failed
+    )
