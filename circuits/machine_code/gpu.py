@@ -61,6 +61,11 @@ def cupy() -> Any:
     return importlib.import_module("cupy")
 
 
+def stream() -> Any:
+    """What is done inside goes on by itself, beside what other threads of the processor have the device do."""
+    return cupy().cuda.Stream(non_blocking=True)
+
+
 def threads(runs: int) -> int:
     """How many threads work on a number of runs."""
     most = int(cupy().cuda.Device().attributes["MultiProcessorCount"]) * BLOCKS * THREADS

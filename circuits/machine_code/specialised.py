@@ -311,6 +311,8 @@ class _Work:
         names = {k: self.kept(v, k) for k, v in self._bound(function, given, named).items()}
         frame = _Frame(function, names, loop=early)
         body = _source(function).body
+        if isinstance(body[0], ast.Return) and body[0].value is not None:
+            return self._value(frame, body[0].value)  # what stands for it is read where it is used
         if not early:
             self._statements(frame, body)
             return frame.value

@@ -329,7 +329,7 @@ def mismatch_of(
     if not dies[0].mismatch:
         return np.zeros((len(dies), area.size)), np.zeros((len(dies), area.size))
     root, names, places = np.sqrt(2.0 * area), [_names(place, path) for path in paths], _places(place, paths)
-    owners = [_key(die, place, PARAMETERS[0]) for die in dies]
+    owners = _keys(dies)
     draw = normals or normals_of
     v_t0, beta = (draw(owners, names, places, name) for name in PARAMETERS)
     return v_t0 * process.pair_a_vt / root, beta * process.pair_a_beta / root
@@ -344,7 +344,7 @@ def shared_of(
         return np.full(len(dies), shift.v_t0), np.full(len(dies), shift.beta)
     path: Path = ((polarity, ()),)
     names, places = [_names(SHARED_PLACE, path)], _places(SHARED_PLACE, [path])
-    owners = [_key(die, SHARED_PLACE, PARAMETERS[0]) for die in dies]
+    owners = _keys(dies)
     draw = normals or normals_of
     v_t0, beta = (draw(owners, names, places, _SHARED + name)[:, 0] for name in PARAMETERS)
     return v_t0 * process.variation.sigma_v_t0, beta * process.variation.sigma_beta
@@ -500,6 +500,12 @@ def _key(die: Die, place: Place, parameter: str) -> str:
     elif place == LOT_PLACE and parameter.startswith(_SHARED):
         owner = repr("lot")
     return f"({die.lot!r}, {owner}, "
+
+
+def _keys(dies: Sequence[Die]) -> list[str]:
+    """`_key` of dies that are `alike`, of what is each one's own."""
+    before = f"({dies[0].lot!r}, "
+    return [f"{before}{die.number!r}, " for die in dies]
 
 
 def _planned(die: Die, place: Place, paths: Sequence[Path], parameter: str, own: F64) -> F64:

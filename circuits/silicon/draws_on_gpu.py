@@ -124,11 +124,9 @@ def normals_on_gpu(owners: Sequence[str], names: Sequence[str], places: Places, 
 
 
 def _padded(texts: Sequence[bytes]) -> tuple[np.ndarray, I64, int]:
-    """Texts as rows of bytes, their lengths, and the bytes of a row."""
-    sizes = np.array([len(text) for text in texts], dtype=np.int64)
-    room = max(1, int(sizes.max(initial=0)))
-    rows = np.frombuffer(b"".join(text.ljust(room, b"\0") for text in texts), dtype=np.uint8)
-    return rows.reshape(-1, room), sizes, room
+    """Texts, none of which ends in a 0, as rows of bytes; their lengths, and the bytes of a row."""
+    rows = np.array(texts)
+    return rows.view(np.uint8).reshape(len(texts), -1), np.char.str_len(rows), rows.itemsize
 
 
 @cache

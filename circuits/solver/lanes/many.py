@@ -12,24 +12,28 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from circuits.arrays import F64, I64, Bools
-from circuits.errors import CircuitError, ParameterError
+from circuits.errors import ParameterError, SolverError
 from circuits.lowering.kernel import Machine, on_die
 from circuits.lowering.on_dies import coefficients_on_dies, differ_in_transistors
-from circuits.silicon.die import Die
+from circuits.machine_code import gpu
+from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.draws_on_gpu import normals_on_gpu
+from circuits.solver.batch import samples
 from circuits.solver.lanes.layout import DONE, TERM, Jobs, Wiring, dense, jobs_of, moving_of, wiring
 from circuits.solver.lanes.on_gpu import Batch
 from circuits.solver.lanes.rest import begins_at_rest, decays
 from circuits.solver.lanes.simulate import fits
-from circuits.solver.operating_point import charge_matrix
+from circuits.solver.operating_point import charge_matrix, operating_point
 from circuits.solver.transient import DEFAULT_RTOL, MAX_STEPS, Runner, simulate
 
-_TOGETHER = 131072  # dies that are on the device at once; ours
+_TOGETHER = 25000  # dies that go to the device at once; ours
+_AHEAD = 3  # such groups that are on the way; ours
 _MODES = 1024  # rest states of which a thread of the processor finds the modes at once; ours
 _ARRAYS = ("time", "die", "port", "steps", "again")
 
@@ -83,7 +87,9 @@ def spikes_on_gpu(machine: Machine, dies: Sequence[Die], *, rtol: float = DEFAUL
             f"{machine.flat.circuit.name}: runs on these dies differ in more than their transistors, or are not "
             "for lanes; call simulate_each with place='gpu', or simulate"
         )
-    parts = [_part(machine, dies[k : k + _TOGETHER], rtol) for k in range(0, len(dies), _TOGETHER)]
+    groups = [dies[k : k + _TOGETHER] for k in range(0, len(dies), _TOGETHER)]
+    with ThreadPoolExecutor(_AHEAD) as threads:  # while the last runs of one are on the way, others begin
+        parts = list(threads.map(partial(_part, machine, rtol), groups))
     first = np.cumsum([0, *(len(p.steps) for p in parts)])[:-1].tolist()
     moved = [
         p._replace(die=p.die + k, again=p.again + k, failed={k + die: why for die, why in p.failed.items()})
@@ -93,8 +99,15 @@ def spikes_on_gpu(machine: Machine, dies: Sequence[Die], *, rtol: float = DEFAUL
     return Spikes(parts[0].ports, **joined, failed={k: why for p in moved for k, why in p.failed.items()})
 
 
-def _part(machine: Machine, dies: Sequence[Die], rtol: float) -> Spikes:
-    """Spikes of as many dies as are on the device at once."""
+def _part(machine: Machine, rtol: float, dies: Sequence[Die]) -> Spikes:
+    """Spikes of as many dies as go to the device at once."""
+    with gpu.stream():
+        found = _on_device(machine, rtol, dies)
+    return _with_others(machine, dies, rtol, found)
+
+
+def _on_device(machine: Machine, rtol: float, dies: Sequence[Die]) -> Spikes:
+    """Spikes of dies whose runs come to an end there."""
     runner = Runner(machine, (), rtol)
     w = wiring(machine, np.zeros(0, dtype=np.int64), runner.watched, moving_of([machine]))
     two = [on_die(machine, replace(dies[0], number=k)) for k in range(2)]  # which tell what differs
@@ -103,18 +116,37 @@ def _part(machine: Machine, dies: Sequence[Die], rtol: float) -> Spikes:
     rest = Batch(w, jobs, len(dies), _own_coefficients(machine, dies, jobs))
     rest.launch(np.arange(len(dies)))
     states = rest.found()
+    good, jacobian = states.state == DONE, states.jacobian
+    good |= _near_nominal(machine, w, jobs, rest, np.flatnonzero(~good), jacobian)
     jobs = jobs._replace(resting=False)
     given = {"coefficient": rest.arrays["jobs_coefficient"], "start": rest.arrays["rest"]}
     runs = Batch(w, jobs, len(dies), given)
     runs.launch(np.arange(len(dies)))
-    good = states.state == DONE
-    good[good] = _stable(w, machine, states.jacobian[good])  # while the device has the runs
+    good[good] = _stable(w, machine, jacobian[good])  # while the device has the runs
     found = runs.found()
     good &= found.state == DONE
     order = np.lexsort((found.spike_time, found.spike_job))
     order = order[good[found.spike_job[order]]]
     mine = (found.spike_time[order], found.spike_job[order], found.spike_index[order])
-    return _with_others(machine, dies, rtol, Spikes(runner.labels, *mine, found.steps, np.flatnonzero(~good), {}))
+    return Spikes(runner.labels, *mine, found.steps, np.flatnonzero(~good), {})
+
+
+def _near_nominal(machine: Machine, w: Wiring, jobs: Jobs, rest: Batch, lost: I64, jacobian: F64) -> Bools:
+    """Whether a rest state is found of dies that were lost, from the nominal die's; it is put among the others."""
+    good = np.zeros(len(jacobian), dtype=np.bool_)
+    if not lost.size:
+        return good
+    try:
+        near = operating_point(on_die(machine, NOMINAL), time=0.0).voltage
+    except SolverError:
+        return good
+    given = {"coefficient": rest.arrays["jobs_coefficient"][lost], "start": near[None]}
+    again = Batch(w, jobs, lost.size, given)
+    again.launch(np.arange(lost.size))
+    found = again.found()
+    good[lost] = found.state == DONE
+    rest.arrays["rest"][lost], jacobian[lost] = again.arrays["rest"], found.jacobian
+    return good
 
 
 def _own_coefficients(machine: Machine, dies: Sequence[Die], jobs: Jobs) -> dict[str, F64]:
@@ -140,18 +172,18 @@ def _stable(w: Wiring, machine: Machine, jacobian: F64) -> Bools:
 def _with_others(machine: Machine, dies: Sequence[Die], rtol: float, found: Spikes) -> Spikes:
     """The spikes with those of dies that are done again by themselves."""
     time, die, port, failed = [found.time], [found.die], [found.port], {}
-    for k in found.again.tolist():
-        try:
-            result = simulate(on_die(machine, dies[k]), rtol=rtol, record=())
-        except CircuitError as error:
-            failed[k] = str(error)
+    work = partial(simulate, rtol=rtol, record=())
+    for k, sample in zip(found.again.tolist(), samples(work, machine, [dies[k] for k in found.again]), strict=True):
+        if sample.value is None:
+            failed[k] = sample.reason
             continue
         for j, name in enumerate(found.ports):
-            own = result.spikes[name]
+            own = sample.value.spikes[name]
             time.append(own)
             die.append(np.full(own.size, k))
             port.append(np.full(own.size, j))
-        found.steps[k] = result.steps.accepted, result.steps.rejected, result.steps.iterations
+        steps = sample.value.steps
+        found.steps[k] = steps.accepted, steps.rejected, steps.iterations
     together = tuple(map(np.concatenate, (time, die, port)))
     order = np.lexsort((together[0], together[1]))
     return found._replace(

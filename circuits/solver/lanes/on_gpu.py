@@ -7,6 +7,7 @@ tolerances are those of the lanes, and answers differ by roundings.
 from __future__ import annotations
 
 import ast
+import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, final
@@ -15,12 +16,17 @@ import numpy as np
 
 from circuits.arrays import F64, I64
 from circuits.machine_code import gpu
+from circuits.machine_code.ordered import ordered
 from circuits.machine_code.specialised import Argument, Memory, Program, Shared, specialise
 from circuits.solver.lanes.layout import DONE, FAILED, Found, Jobs, Team, Wiring, new_team
 from circuits.solver.lanes.run import run, take
 
+_MOST_STEPS = 16384.0
+"""Steps of a run beyond which it is left to the processor, where one run takes a thirtieth of the time; ours."""
 _MEMORY = 4 << 30  # bytes of all points; ours
 _BLOCKS, _POINTS, _SPIKES = 32, 256, 256  # that a thread has room for, the spikes of each watched node; ours
+_PROGRAMS: dict[bytes, gpu.GpuProgram] = {}
+_KEPT = 64  # programs
 _OF_JOBS = ("coefficient", "charge", "conductance", "level")
 _VOLTAGES = ("v", "v0", "v1", "v2", "guess")
 _RATES = ("rate", "slope", "extra")
@@ -57,14 +63,20 @@ class Worked(NamedTuple):
     own: places in the flat array of a run.
     """
 
-    program: Program
+    program: gpu.GpuProgram
     constants: F64
     own: Mapping[str, I64]
 
 
 def worked_out(w: Wiring, jobs: Jobs, room: Room) -> Worked:
     """The program of runs of a circuit, with room for what they record where `jobs.recording` says so."""
-    return _Layout(w, jobs, room).worked()
+    layout = _Layout(w, jobs, room)
+    key = layout.key()
+    if key not in _PROGRAMS:
+        _PROGRAMS[key] = gpu.compiled_program(layout.program(), room.private(w), len(layout.same))
+        while len(_PROGRAMS) > _KEPT:
+            del _PROGRAMS[next(iter(_PROGRAMS))]
+    return Worked(_PROGRAMS[key], np.array(layout.same), layout.own)
 
 
 def run_on_gpu(w: Wiring, jobs: Jobs) -> Iterator[Found]:
@@ -97,16 +109,15 @@ class Batch:
         room = Room.of(w, jobs)
         self.threads = min(gpu.threads(count), room.threads(w))
         self.worked = worked_out(w, jobs, room)
-        constants = self.worked.constants.size
-        self._program = gpu.compiled_program(self.worked.program, room.private(w), constants)
         self.arrays = self._inputs(given or {}) | self._outputs(room)
 
     def launch(self, order: I64) -> None:
         """Have threads do the runs of `order`, until these are over or there is no more room."""
         jobs = self._jobs
         self.arrays["used"][:] = 0
-        numbers = {"stop": jobs.stop, "rtol": jobs.rtol, "most": jobs.most}
-        self._program.launch(self.arrays, numbers, self.worked.constants, order, self._count, self.threads)
+        most = min(jobs.most, _MOST_STEPS)
+        numbers = {"stop": jobs.stop, "rtol": jobs.rtol, "most": most}
+        self.worked.program.launch(self.arrays, numbers, self.worked.constants, order, self._count, self.threads)
 
     def _inputs(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """What programs read, on the device."""
@@ -166,17 +177,23 @@ class _Layout:
 
     def __init__(self, w: Wiring, jobs: Jobs, room: Room) -> None:
         self._w, self._jobs, self._room = w, jobs, room
-        self._same: list[float] = []
-        self._own: dict[str, I64] = {}
+        self.same: list[float] = []
+        self.own: dict[str, I64] = {}
+        self._team, self._of_jobs = self._places()
 
-    def worked(self) -> Worked:
+    def key(self) -> bytes:
+        """What tells programs apart: structure, room, and which numbers are whose."""
+        held = [(m.name, m.shape, sorted(m.held)) for m in self._team if isinstance(m, Memory)]
+        text = repr((self._jobs.resting, self._jobs.recording, self._room, held)).encode()
+        return hashlib.sha256(text + _bytes_of(self._w)).digest()
+
+    def program(self) -> Program:
         """The program."""
         w, jobs, room = self._w, self._jobs, self._room
-        team, of_jobs = self._team()
         shared = {name: Shared(name, (-1,)) for name in ("curvature", "line_time", "line_value")}
         shared |= {
             "start": Shared("start", (-1, w.columns)), "line": Shared("line", (-1,), whole=True),
-            "line_start": Shared("line_start", (-1, jobs.line_start.shape[1]), whole=True), **of_jobs,
+            "line_start": Shared("line_start", (-1, jobs.line_start.shape[1]), whole=True), **self._of_jobs,
         }  # fmt: skip
         numbers = {name: Argument(name) for name in ("stop", "rtol", "most")}
         known = Jobs(**shared, **numbers, resting=jobs.resting, recording=jobs.recording)
@@ -189,10 +206,9 @@ class _Layout:
             Shared("spike_time", (room.spikes,)), Shared("spike_index", (room.spikes,), whole=True),
             Shared("spike_job", (room.spikes,), whole=True), Shared("used", (2,), whole=True),
         )  # fmt: skip
-        program = specialise(run, w, known, team, found, calls={take: "take"})
-        return Worked(program, np.array(self._same), self._own)
+        return ordered(specialise(run, w, known, self._team, found, calls={take: "take"}))
 
-    def _team(self) -> tuple[Team, dict[str, Shared]]:
+    def _places(self) -> tuple[Team, dict[str, Shared]]:
         """Working memory of a thread, and the arrays of jobs that it is filled from."""
         w, jobs, team = self._w, self._jobs, new_team(self._w, 1)
         fields: dict[str, Any] = {
@@ -208,7 +224,7 @@ class _Layout:
             held, own = self._held(array)
             fields[name] = Memory(name, (held.size + own.size, 1), held=self._numbers(array[0].ravel(), held))
             place: dict[int, Any] = {**fields[name].held, **{int(k): i for i, k in enumerate(own)}}
-            of_jobs[name], self._own[name] = Shared(f"jobs_{name}", (-1, *array.shape[1:]), place=place), own
+            of_jobs[name], self.own[name] = Shared(f"jobs_{name}", (-1, *array.shape[1:]), place=place), own
         fields |= self._sources(fields)
         return Team(**fields), of_jobs
 
@@ -231,9 +247,16 @@ class _Layout:
     def _numbers(self, values: F64, places: I64) -> dict[int, ast.expr]:
         found: dict[int, ast.expr] = {}
         for k in places.tolist():
-            found[k] = ast.Subscript(ast.Name("same", ast.Load()), ast.Constant(len(self._same)), ast.Load())
-            self._same.append(float(values[k]))
+            found[k] = ast.Subscript(ast.Name("same", ast.Load()), ast.Constant(len(self.same)), ast.Load())
+            self.same.append(float(values[k]))
         return found
+
+
+def _bytes_of(tree: Any) -> bytes:
+    """The contents of named tuples of arrays and numbers."""
+    if isinstance(tree, tuple):
+        return b"".join(map(_bytes_of, tree))
+    return tree.tobytes() + repr(tree.shape).encode() if isinstance(tree, np.ndarray) else repr(tree).encode()
 
 
 def _zero() -> ast.expr:

@@ -6,6 +6,7 @@ import ctypes
 import shutil
 import subprocess
 import tempfile
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -96,5 +97,5 @@ def stand_in(multiprocessors: int = 1) -> SimpleNamespace:
         arange=lambda n: np.arange(n).view(Array),
         where=np.where, nonzero=np.nonzero, ndarray=_there, RawModule=RawModule,
         uint64=np.uint64, int64=np.int64, float64=np.float64,
-        cuda=SimpleNamespace(Device=lambda: device),
+        cuda=SimpleNamespace(Device=lambda: device, Stream=lambda **_: nullcontext()),
     )  # fmt: skip
