@@ -51,7 +51,7 @@ def instructions(
     """Decorator of a function that writes instructions itself, as numba's intrinsics do.
 
     What is made is for kernels to call, with the arguments after the typing context; Python cannot. alone:
-    what it is of numbers, where a kernel is worked out for one run (`circuits.machine_code.specialised`): a
+    what it is of numbers, where a kernel is worked out for one run (`circuits.programs.specialised`): a
     function that is worked out with it, or the name under which the program calls it.
     """
     return cast("Callable[..., Any]", Instructions(cast("FunctionType", function), alone))

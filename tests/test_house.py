@@ -63,6 +63,7 @@ def test_no_file_has_notes_to_oneself() -> None:
 IMPORTS_BY_NAME = {
     "system.animation.movie": "imageio_ffmpeg",
     "circuits.catalogue": None,
+    "circuits.programs.gpu": "cupy",
     "chips.rolls.program.nir": "nir",
     "netlists.ngspice.library": "PySpice.Spice.NgSpice.Shared",
     "netlists.verilog_a.host.module": "openvaf_py",

@@ -176,16 +176,17 @@ def _sum_of(x: float, coefficients: tuple[float, ...]) -> float:
 
 def _power_alone(x: float) -> float:
     """`_Packed.power` of one number, for a run that goes alone."""
-    inside = -LIMIT if x < -LIMIT else LIMIT if x > LIMIT else x
+    inside = max(-LIMIT, min(LIMIT, x))
     y = inside * _LOG2E + _ROUND
     r = (y - _ROUND) * -math.log(2.0) + inside
-    return _sum_of(r, _EXP) * of_bits((bits_of(y) << 52) + (1023 << 52))
+    scale: float = of_bits((bits_of(y) << 52) + (1023 << 52))
+    return _sum_of(r, _EXP) * scale
 
 
 def _alone(x: float) -> tuple[float, float]:
     t = _power_alone(-abs(x))
     s = 1.0 / (t + 1.0)
-    return (x if x >= 0.0 else 0.0) + t * _sum_of(t, _LOG1P), s if x >= 0.0 else t * s
+    return max(0.0, x) + t * _sum_of(t, _LOG1P), s if x >= 0.0 else t * s
 
 
 def _two_alone(a: float, b: float) -> tuple[float, float, float, float]:

@@ -12,11 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from typing import Any
 
 import numpy as np
 
 from circuits.arrays import F64, I64
-from circuits.machine_code import gpu
+from circuits.programs import gpu
 from circuits.silicon import normal
 from circuits.silicon.die import Places, hashed
 
@@ -50,7 +51,8 @@ __device__ void fold(word *h, const word *m, word bytes, int last) {
     ALL_ROUNDS
     for (int i = 0; i < 8; i++) h[i] ^= v[i] ^ v[i + 8];
 }
-__device__ word key_of(const unsigned char *one, long long first, const unsigned char *other, long long second) {
+__device__ word key_of(
+        const unsigned char *one, long long first, const unsigned char *other, long long second) {
     word h[8] = {BEGIN8}, m[16];
     h[0] ^= 0x01010000ULL ^ 8;
     h[6] ^= PERSON0; h[7] ^= PERSON1;
@@ -96,7 +98,8 @@ __device__ double draw(word key, const unsigned *counter) {
     x = x - log(x) / x - more;
     return upper ? x : -x;
 }
-extern "C" __global__ void draw_all(const unsigned char *owners, const long long *owner_sizes, long long owner_room,
+extern "C" __global__ void draw_all(
+        const unsigned char *owners, const long long *owner_sizes, long long owner_room,
         const unsigned char *names, const long long *name_sizes, long long name_room, const long long *path,
         const unsigned *counters, long long places, long long count, double *drawn) {
     const long long k = (long long) blockIdx.x * blockDim.x + threadIdx.x;
@@ -116,8 +119,8 @@ def normals_on_gpu(owners: Sequence[str], names: Sequence[str], places: Places, 
     path, counters = places.counters()
     count, drawn = len(owners) * path.size, cp.zeros((len(owners), path.size), cp.float64)
     texts = ([owner.encode() for owner in owners], hashed(names, parameter))
-    given = [x for each in texts for x in _padded(each)]
-    given = [cp.asarray(x) if isinstance(x, np.ndarray) else np.int64(x) for x in given]
+    texts_given = [x for each in texts for x in _padded(each)]
+    given: list[Any] = [cp.asarray(x) if isinstance(x, np.ndarray) else np.int64(x) for x in texts_given]
     given += [cp.asarray(path), cp.asarray(counters), np.int64(path.size), np.int64(count), drawn]
     function((-(-count // gpu.THREADS),), (gpu.THREADS,), tuple(given))
     return np.asarray(drawn.get())
@@ -148,7 +151,8 @@ def _text() -> str:
         "BEGIN8": ", ".join(f"0x{x:x}ULL" for x in _BEGIN), "ALL_ROUNDS": rounds, "TABLES": tables,
         "PERSON0": f"0x{int.from_bytes(person[:8], 'little'):x}ULL",
         "PERSON1": f"0x{int.from_bytes(person[8:], 'little'):x}ULL",
-        "CELL": repr(normal.CELL), "TAIL": repr(normal.TAIL), "ROOT": repr(normal.ROOT), "FAR": repr(normal.FAR),
+        "CELL": repr(normal.CELL), "TAIL": repr(normal.TAIL), "ROOT": repr(normal.ROOT),
+        "FAR": repr(normal.FAR),
     }  # fmt: skip
     text = _TEXT
     for name, value in numbers.items():

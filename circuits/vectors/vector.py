@@ -216,11 +216,11 @@ def _magnitude_alone(x: float) -> float:
 
 
 def _larger_alone(x: float, y: float) -> float:
-    return x if x > y else y
+    return max(y, x)
 
 
 def _smaller_alone(x: float, y: float) -> float:
-    return x if x < y else y
+    return min(y, x)
 
 
 def _root_alone(x: float) -> float:

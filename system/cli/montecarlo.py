@@ -89,9 +89,9 @@ def subject_of(asked: Montecarlo) -> Subject:
             ("--at", silicon.at), ("--measure", asked.measure)),
         )  # fmt: skip
         course = _course(asked.temperature)
-        if asked.engine != "native":
-            told_as = f"{asked.engine}, of blocks and chips, not of {target}"
-            raise ParameterError(f"--engine: {told_as}; leave it out")
+        for option, value, usual in (("--engine", asked.engine, "native"), ("--device", asked.device, "cpu")):
+            if value != usual:
+                raise ParameterError(f"{option}: {value}, of blocks and chips, not of {target}; leave it out")
         if course and COURSE not in loaded.settings:
             raise ParameterError(f"--temperature: a course, but {target} takes one number; give it so")
         system = loaded.study_options(asked.level, values.bias_kind, with_params(given, params))
@@ -108,6 +108,7 @@ def subject_of(asked: Montecarlo) -> Subject:
         Subject(
             target_of(target, values), measured, params, values.bias, values.bias_set, values.bias_kind,
             asked.stimulus, silicon, system, begin.held, begin.begin, engine=asked.engine,
+            device=asked.device,
         )
     )  # fmt: skip
 

@@ -16,6 +16,7 @@ from system.options.silicon import SiliconChoice
 
 _SpokenKind = Literal["gate", "ideal", "generator"]  # kinds of bias that a user can ask for
 Engine = Literal["native", "ngspice"]
+Device = Literal["cpu", "gpu"]
 Level = Literal["transistor", "behavioural"]
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from system.cli import shared_options as shared
-from system.cli.shared_options import BlockValues, Engine, Level, ManyDies, OnBlock
+from system.cli.shared_options import BlockValues, Device, Engine, Level, ManyDies, OnBlock
 from system.cli.verb import argument, like, required
 from system.cli.verbs import OnDie
 from system.option import option
@@ -48,6 +48,9 @@ class Montecarlo(ManyDies):
     stimulus: tuple[str, ...] = shared.stimulus_option()
     begin: BeginChoice = shared.begin_part()
     engine: Engine = option("native", "What solves a block's testbench")
+    device: Device = option(
+        "cpu", "Where a block's runs go; gpu: a graphics processor, in chunks of thousands"
+    )
     level: Level = option("behavioural", "Of a system")
     duration: str | None = option(None, "Of a system's run; the system's own", metavar="TIME")
     threads: int | None = shared.threads_option()

@@ -27,9 +27,11 @@ from circuits.errors import CircuitError, DataError, ParameterError, UnknownName
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.lowering.on_dies import on_dies
 from circuits.lowering.variation import variation_draws, variation_labels, variation_sigma
+from circuits.programs import gpu
 from circuits.silicon.course import Points
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.process_file import process_of
+from circuits.solver.lanes.places import Place
 from circuits.solver.lanes.simulate import fits, simulate_each
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Begin
@@ -57,6 +59,8 @@ from system.view.film import Film
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_ON_DEVICE = 4096  # dies that a graphics processor takes at once; ours
+
 Option = str | int | float | bool | tuple[float | tuple[float, float], ...] | None
 
 
@@ -83,6 +87,8 @@ class Subject:
         SHA-256 digest of the file that `target` names, which is checked before it is run; empty for a name.
     engine : Engine
         What solves a block's testbench.
+    device : Place
+        Where runs of a block's testbench go (`circuits.solver.lanes.places`).
     noises : int
         Runs of a system in each of the worlds that a die has for its own (`system.study.plan.seeds_of`); 0
         where a trial's number is the seed of all dies.
@@ -102,6 +108,7 @@ class Subject:
     code: str = field(default="", metadata=OPTIONAL)
     engine: Engine = field(default="native", metadata=OPTIONAL)
     noises: int = field(default=0, metadata=OPTIONAL)
+    device: Place = field(default="cpu", metadata=OPTIONAL)
 
     @property
     def course(self) -> Points:
@@ -298,8 +305,10 @@ class BlockTarget(Target):
             BeginChoice(s.held, s.begin),
         )  # fmt: skip
         self.of_file = file_of(s.target) is not None
-        self.engine = s.engine
+        self.engine, self.device = s.engine, s.device
         self.metrics = metrics_of(self.choice, s.metrics)
+        if s.device == "gpu" and s.engine == NGSPICE:
+            raise ParameterError("--device: gpu, of the native engine, not of ngspice; leave one out")
         if s.engine == NGSPICE:
             self.metrics = metrics_in_ngspice(self.metrics)
             self.choice = choice_on_cards(self.choice)
@@ -396,9 +405,22 @@ class BlockTarget(Target):
     def together(self) -> int:
         """How many dies it is best to measure at once: some where runs of the testbench go in lanes."""
         runs = [k for k, m in enumerate(measurements(self.metrics)) if m.measure is simulate]
-        if self.engine == NGSPICE or not runs:
-            return 1
-        return 2 * WIDTH if fits(self.machines(self.choice.silicon.temperature_c)[runs[0]]) else 1
+        in_lanes = self.engine != NGSPICE and bool(runs)
+        in_lanes = in_lanes and fits(self.machines(self.choice.silicon.temperature_c)[runs[0]])
+        if self.device == "gpu":
+            self._check_device(in_lanes=in_lanes)
+            return _ON_DEVICE
+        return 2 * WIDTH if in_lanes else 1
+
+    def _check_device(self, *, in_lanes: bool) -> None:
+        """Raise ParameterError where there is no graphics processor, or none of the runs can go there."""
+        if not in_lanes:
+            name = self.choice.circuit.name
+            raise ParameterError(
+                f"--device: gpu, no run of {name} goes there: its metrics are of other measurements, or it "
+                "has an amplifier, a diode or samples; leave it out"
+            )
+        gpu.cupy()
 
     def measure_each(self, dies: Sequence[Die], conditions: Sequence[Condition]) -> list[Measurement]:
         """Measure dies under conditions, die after die; runs of the testbench go together in lanes."""
@@ -412,7 +434,7 @@ class BlockTarget(Target):
         shared = list(zip(measurements(self.metrics), self.machines(condition.temperature_c), strict=True))
         run, testbench = next((m, machine) for m, machine in shared if m.measure is simulate)
         try:
-            runs = simulate_each(on_dies(testbench, dies))
+            runs = simulate_each(on_dies(testbench, dies), place=self.device)
         except CircuitError:  # of a die, which is told of each by itself
             return [measure_safely(self, die, condition) for die in dies]
         others = [(m, machine) for m, machine in shared if m is not run]
@@ -446,7 +468,8 @@ class BlockTarget(Target):
         begin = () if c.begin == FREE else (c.begin,)
         bench = (c.testbench(),) if self.of_file else ()
         by = () if self.engine == "native" else (self.engine, cards_digest(c.silicon))
-        more = (*begin, *bench, *by)
+        there = () if self.device == "cpu" else (self.device,)
+        more = (*begin, *bench, *by, *there)
         return _digest(c.circuit, c.silicon.process, c.silicon.place, c.stimuli, measured, *more)
 
 

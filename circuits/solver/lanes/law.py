@@ -65,15 +65,21 @@ def _channel(c: Wiring, x: Team, i: int, devices: Lanes) -> None:
 
 
 @compiled(forceinline=True)
+def flow(u: Lanes) -> tuple[Lanes, Lanes]:
+    """`1 - e^-u` and `e^-u`, u being a junction's voltage in U_T, along the tangent beyond `_FORWARD`."""
+    e = power_of_lanes(smaller(0.0 - u, every(_FORWARD)))
+    return 1.0 - e - e * larger(0.0 - u - _FORWARD, every(0.0)), e
+
+
+@compiled(forceinline=True)
 def _junction(c: Wiring, x: Team, i: int, side: int, devices: Lanes) -> None:
     """Current of a junction of transistor i, at side 0 (drain) or 1, and its slopes times `devices`."""
     n = c.polarity.size
     s = c.polarity[i]
     v_j, v_b = load(x.v, c.terminal[2 * side, i]), load(x.v, c.terminal[3, i])
     per_volt, total = 2.0 * _term(c, x, TERM.inverse_2ut, i), _term(c, x, TERM.leakage, i)
-    u = per_volt * (s * (v_j - v_b))
-    e = power_of_lanes(smaller(0.0 - u, every(_FORWARD)))
-    taken, by_gate = 1.0 - e - e * larger(0.0 - u - _FORWARD, every(0.0)), every(0.0)
+    taken, e = flow(per_volt * (s * (v_j - v_b)))
+    by_gate = every(0.0)
     if c.induces:
         slope = _term(c, x, TERM.induced_per_volt, i)
         over = s * (v_j - load(x.v, c.terminal[1, i]))

@@ -1,6 +1,6 @@
-"""Runs of one circuit on a graphics processor, a run a thread: what `circuits.solver.lanes.run` does with lanes.
+"""Runs of one circuit on a graphics processor, a run a thread, as `circuits.solver.lanes.run` does in lanes.
 
-The kernel is the same, worked out for the circuit (`circuits.machine_code.specialised`): method, steps and
+The kernel is the same, worked out for the circuit (`circuits.programs.specialised`): method, steps and
 tolerances are those of the lanes, and answers differ by roundings.
 """
 
@@ -10,22 +10,27 @@ import ast
 import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, final
+from typing import Any, NamedTuple, cast, final
 
 import numpy as np
 
 from circuits.arrays import F64, I64
-from circuits.machine_code import gpu
-from circuits.machine_code.ordered import ordered
-from circuits.machine_code.specialised import Argument, Memory, Program, Shared, specialise
+from circuits.devices.channel_lanes import bent, channel_affected, channel_plain
+from circuits.programs import gpu
+from circuits.programs.ordered import ordered
+from circuits.programs.program import Argument, Memory, Program, Shared
+from circuits.programs.specialised import specialise
+from circuits.solver.lanes.law import flow
 from circuits.solver.lanes.layout import DONE, FAILED, Found, Jobs, Team, Wiring, new_team
 from circuits.solver.lanes.run import run, take
 
 _MOST_STEPS = 16384.0
-"""Steps of a run beyond which it is left to the processor, where one run takes a thirtieth of the time; ours."""
+"""Steps of a run beyond which it is left to the processor, where one takes a thirtieth of the time; ours."""
 _MEMORY = 4 << 30  # bytes of all points; ours
 _BLOCKS, _POINTS, _SPIKES = 32, 256, 256  # that a thread has room for, the spikes of each watched node; ours
 _PROGRAMS: dict[bytes, gpu.GpuProgram] = {}
+_FUNCTIONS = (channel_plain, channel_affected, bent, flow)
+"""Kernels of which a program has one: written out for each device they would not fit where code is kept."""
 _KEPT = 64  # programs
 _OF_JOBS = ("coefficient", "charge", "conductance", "level")
 _VOLTAGES = ("v", "v0", "v1", "v2", "guess")
@@ -117,7 +122,9 @@ class Batch:
         self.arrays["used"][:] = 0
         most = min(jobs.most, _MOST_STEPS)
         numbers = {"stop": jobs.stop, "rtol": jobs.rtol, "most": most}
-        self.worked.program.launch(self.arrays, numbers, self.worked.constants, order, self._count, self.threads)
+        self.worked.program.launch(
+            self.arrays, numbers, self.worked.constants, order, self._count, self.threads
+        )
 
     def _inputs(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """What programs read, on the device."""
@@ -162,7 +169,7 @@ class Batch:
         of_block = (self.arrays[k][blocks].get() for k in ("point", "filled", "owner"))
         of_spike = (self.arrays[k][spikes].get() for k in ("spike_time", "spike_index", "spike_job"))
         used = np.array([blocks[0].size, spikes[0].size])
-        return Found(state, *of_run, *of_block, *of_spike, used)
+        return Found._make((state, *of_run, *of_block, *of_spike, used))
 
     def _of(self, over: Any, owner: str, column: int) -> Any:
         """Which blocks, or spikes, of all threads are of runs that are over."""
@@ -196,8 +203,9 @@ class _Layout:
             "line_start": Shared("line_start", (-1, jobs.line_start.shape[1]), whole=True), **self._of_jobs,
         }  # fmt: skip
         numbers = {name: Argument(name) for name in ("stop", "rtol", "most")}
-        known = Jobs(**shared, **numbers, resting=jobs.resting, recording=jobs.recording)
-        found = Found(
+        jobs_of, found_of = cast("Any", Jobs), cast("Any", Found)  # of what stands for arrays here
+        known = jobs_of(**shared, **numbers, resting=jobs.resting, recording=jobs.recording)
+        found = found_of(
             Shared("state", (-1,), whole=True), Shared("rest", (-1, w.columns)),
             Shared("jacobian_at_rest", (-1, w.factor.entries)), Shared("steps", (-1, 3)),
             Shared("lowest_highest", (-1, 2, w.watch.size)),
@@ -206,18 +214,21 @@ class _Layout:
             Shared("spike_time", (room.spikes,)), Shared("spike_index", (room.spikes,), whole=True),
             Shared("spike_job", (room.spikes,), whole=True), Shared("used", (2,), whole=True),
         )  # fmt: skip
-        return ordered(specialise(run, w, known, self._team, found, calls={take: "take"}))
+        kernel, called, kept = cast("Any", run), cast("Any", {take: "take"}), cast("Any", _FUNCTIONS)
+        return ordered(specialise(kernel, w, known, self._team, found, calls=called, functions=kept))
 
     def _places(self) -> tuple[Team, dict[str, Shared]]:
         """Working memory of a thread, and the arrays of jobs that it is filled from."""
-        w, jobs, team = self._w, self._jobs, new_team(self._w, 1)
+        jobs, team = self._jobs, new_team(self._w, 1)
         fields: dict[str, Any] = {
             name: Memory(name, (array.shape[0], 1), whole=array.dtype.kind == "i")
             for name, array in team._asdict().items()
             if array.ndim == 2
         }
         fields |= {name: Memory(name, (1,), whole=True) for name in ("doing", "job", "block")}
-        fields["queue"] = Memory("queue", (2,), whole=True, held={0: _zero(), 1: ast.Name("runs", ast.Load())})
+        fields["queue"] = Memory(
+            "queue", (2,), whole=True, held={0: _zero(), 1: ast.Name("runs", ast.Load())}
+        )
         of_jobs: dict[str, Shared] = {}
         for name in _OF_JOBS:
             array = getattr(jobs, name)

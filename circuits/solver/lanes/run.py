@@ -40,9 +40,7 @@ def run(c: Wiring, jobs: Jobs, x: Team, found: Found) -> int:
     width, watched = x.doing.size, c.watch.size
     working = _fill(c, jobs, x, found)
     while working:
-        if jobs.recording and found.filled.size - found.used[0] < width:
-            return FULL
-        if not jobs.resting and found.spike_time.size - found.used[1] < width * watched:
+        if not _has_room(c, jobs, x, found):
             return FULL
         begin(c, x)
         device_currents(c, x)
@@ -59,8 +57,7 @@ def run(c: Wiring, jobs: Jobs, x: Team, found: Found) -> int:
             _spikes(c, x, found, accepted & special)
         if accepted != 0:
             accept(c, x)
-            if jobs.recording:
-                _record(c, x, found, accepted)
+            _record(c, jobs, x, found, accepted)
         other = False
         for lane in range(width):
             other = other or not (x.doing[lane] == STEPPING or x.doing[lane] == IDLE)
@@ -68,6 +65,17 @@ def run(c: Wiring, jobs: Jobs, x: Team, found: Found) -> int:
             _turn_over(c, jobs, x, found, special)
             working = _fill(c, jobs, x, found)
     return FINISHED
+
+
+@compiled()
+def _has_room(c: Wiring, jobs: Jobs, x: Team, found: Found) -> bool:
+    """Whether what all lanes may record in a pass has a place."""
+    width = x.doing.size
+    if jobs.resting:
+        return True
+    if jobs.recording and found.filled.size - found.used[0] < width:
+        return False
+    return bool(found.spike_time.size - found.used[1] >= width * c.watch.size)
 
 
 @compiled()
@@ -239,9 +247,9 @@ def _end(c: Wiring, x: Team, found: Found, lane: int, state: int) -> None:
 
 
 @compiled()
-def _record(c: Wiring, x: Team, found: Found, accepted: int) -> None:
+def _record(c: Wiring, jobs: Jobs, x: Team, found: Found, accepted: int) -> None:
     """Write the last point of each lane that has a new one into its block, or into a new block."""
-    for lane in range(x.doing.size):
+    for lane in range(x.doing.size if jobs.recording else 0):
         if accepted & (1 << lane):
             block = x.block[lane]
             if block < 0 or found.filled[block] == found.point.shape[1]:

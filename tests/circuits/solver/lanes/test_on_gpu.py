@@ -1,4 +1,4 @@
-"""Runs in threads of a graphics processor, beside runs in lanes: the text that is made for it, compiled here."""
+"""Runs on a graphics processor beside runs in lanes: the text that is made for it, compiled here."""
 
 from collections.abc import Iterator
 
@@ -7,14 +7,14 @@ import pytest
 
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.lowering.on_dies import on_dies
-from circuits.machine_code import gpu
+from circuits.programs import gpu
 from circuits.registry import load_block
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
-from circuits.solver.lanes.many import spikes_on_gpu
 from circuits.solver.lanes.simulate import simulate_each
+from circuits.solver.many import spikes_on_gpu
 from circuits.solver.transient import Result
-from tests.circuits.machine_code.stand_in import COMPILER, stand_in
+from tests.circuits.programs.stand_in import COMPILER, stand_in
 
 WITHIN = 1e-6  # s
 

@@ -74,8 +74,8 @@ def test_a_die_has_its_bits_whatever_stands_beside_it() -> None:
 def test_a_die_has_its_bits_where_the_room_for_points_is_full(monkeypatch: pytest.MonkeyPatch) -> None:
     machines = on_dies(machine_of("high-threshold-neuron"), [Die(number=n) for n in range(20)])
     wide = results(machines, rtol=1e-5)
-    monkeypatch.setattr("circuits.solver.lanes.simulate._POINTS", 7)
-    monkeypatch.setattr("circuits.solver.lanes.simulate._ROOM", 1)
+    monkeypatch.setattr("circuits.solver.lanes.places._POINTS", 7)
+    monkeypatch.setattr("circuits.solver.lanes.places._ROOM", 1)
     for one, other in zip(wide, results(machines, rtol=1e-5), strict=True):
         assert same(one, other)
 

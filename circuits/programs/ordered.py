@@ -12,7 +12,7 @@ import ast
 from collections.abc import Iterator, Sequence
 from typing import final
 
-from circuits.machine_code.specialised import Program
+from circuits.programs.program import Program
 
 _LITTLE = 40  # statements that may be worked out early for one that is taken; ours
 _Place = tuple[str, int | None]  # a name, with the index where it is an element
@@ -63,16 +63,18 @@ class _Stretch:
         written: dict[_Place, int] = {}
         read: dict[_Place, list[int]] = {}
         for k, s in enumerate(statements):
-            target = next(_places(ast.Expr(s.targets[0])))
+            targets = list(_places(ast.Expr(s.targets[0])))
             sources = list(dict.fromkeys(_places(ast.Expr(s.value))))
             made = [written[place] for place in sources if place in written]
             for j in made:
                 self._takers[j].append(k)
-            before = [*read.get(target, ()), *([written[target]] if target in written else ())]
+            before = [j for t in targets for j in read.get(t, ())]
+            before += [written[t] for t in targets if t in written]
             self._needs.append(sorted({*made, *before}))
             for place in sources:
                 read.setdefault(place, []).append(k)
-            written[target], read[target] = k, []
+            for t in targets:
+                written[t], read[t] = k, []
         self._order: list[int] = []
         self._placed = [False] * len(statements)
 

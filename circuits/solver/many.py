@@ -21,7 +21,7 @@ from circuits.arrays import F64, I64, Bools
 from circuits.errors import ParameterError, SolverError
 from circuits.lowering.kernel import Machine, on_die
 from circuits.lowering.on_dies import coefficients_on_dies, differ_in_transistors
-from circuits.machine_code import gpu
+from circuits.programs import gpu
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.draws_on_gpu import normals_on_gpu
 from circuits.solver.batch import samples
@@ -32,8 +32,9 @@ from circuits.solver.lanes.simulate import fits
 from circuits.solver.operating_point import charge_matrix, operating_point
 from circuits.solver.transient import DEFAULT_RTOL, MAX_STEPS, Runner, simulate
 
-_TOGETHER = 25000  # dies that go to the device at once; ours
-_AHEAD = 3  # such groups that are on the way; ours
+_TOGETHER = 100_000  # dies that go to the device at once; ours
+_AHEAD = 2  # such groups that are on the way; ours
+_DRAWN = 16384  # dies that are drawn at once; ours
 _MODES = 1024  # rest states of which a thread of the processor finds the modes at once; ours
 _ARRAYS = ("time", "die", "port", "steps", "again")
 
@@ -84,30 +85,25 @@ def spikes_on_gpu(machine: Machine, dies: Sequence[Die], *, rtol: float = DEFAUL
         raise ParameterError("dies: none, must be at least one")
     if not (fits(machine) and begins_at_rest(machine) and differ_in_transistors(machine, dies)):
         raise ParameterError(
-            f"{machine.flat.circuit.name}: runs on these dies differ in more than their transistors, or are not "
-            "for lanes; call simulate_each with place='gpu', or simulate"
+            f"{machine.flat.circuit.name}: runs on these dies differ in more than their transistors, or are "
+            "not for lanes; call simulate_each with place='gpu', or simulate"
         )
     groups = [dies[k : k + _TOGETHER] for k in range(0, len(dies), _TOGETHER)]
     with ThreadPoolExecutor(_AHEAD) as threads:  # while the last runs of one are on the way, others begin
         parts = list(threads.map(partial(_part, machine, rtol), groups))
-    first = np.cumsum([0, *(len(p.steps) for p in parts)])[:-1].tolist()
-    moved = [
-        p._replace(die=p.die + k, again=p.again + k, failed={k + die: why for die, why in p.failed.items()})
-        for p, k in zip(parts, first, strict=True)
-    ]
+    first = np.cumsum([0, *map(len, groups)])[:-1].tolist()
+    moved = [p._replace(die=p.die + k, again=p.again + k) for p, k in zip(parts, first, strict=True)]
     joined = {name: np.concatenate([getattr(p, name) for p in moved]) for name in _ARRAYS}
-    return Spikes(parts[0].ports, **joined, failed={k: why for p in moved for k, why in p.failed.items()})
+    return _with_others(machine, dies, rtol, Spikes(parts[0].ports, **joined, failed={}))
 
 
 def _part(machine: Machine, rtol: float, dies: Sequence[Die]) -> Spikes:
-    """Spikes of as many dies as go to the device at once."""
+    """Spikes of as many dies as go to the device at once, of those whose runs come to an end there."""
     with gpu.stream():
-        found = _on_device(machine, rtol, dies)
-    return _with_others(machine, dies, rtol, found)
+        return _on_device(machine, rtol, dies)
 
 
 def _on_device(machine: Machine, rtol: float, dies: Sequence[Die]) -> Spikes:
-    """Spikes of dies whose runs come to an end there."""
     runner = Runner(machine, (), rtol)
     w = wiring(machine, np.zeros(0, dtype=np.int64), runner.watched, moving_of([machine]))
     two = [on_die(machine, replace(dies[0], number=k)) for k in range(2)]  # which tell what differs
@@ -128,11 +124,11 @@ def _on_device(machine: Machine, rtol: float, dies: Sequence[Die]) -> Spikes:
     order = np.lexsort((found.spike_time, found.spike_job))
     order = order[good[found.spike_job[order]]]
     mine = (found.spike_time[order], found.spike_job[order], found.spike_index[order])
-    return Spikes(runner.labels, *mine, found.steps, np.flatnonzero(~good), {})
+    return Spikes(tuple(runner.labels), *mine, found.steps, np.flatnonzero(~good), {})
 
 
 def _near_nominal(machine: Machine, w: Wiring, jobs: Jobs, rest: Batch, lost: I64, jacobian: F64) -> Bools:
-    """Whether a rest state is found of dies that were lost, from the nominal die's; it is put among the others."""
+    """Whether a rest state is found of dies that were lost, from the nominal die's; it joins the others."""
     good = np.zeros(len(jacobian), dtype=np.bool_)
     if not lost.size:
         return good
@@ -151,7 +147,10 @@ def _near_nominal(machine: Machine, w: Wiring, jobs: Jobs, rest: Batch, lost: I6
 
 def _own_coefficients(machine: Machine, dies: Sequence[Die], jobs: Jobs) -> dict[str, F64]:
     """Coefficients that differ from die to die, [dies, own], by the field of `Jobs`."""
-    v_t0, specific = coefficients_on_dies(machine, dies, normals_on_gpu)
+    parts = [dies[k : k + _DRAWN] for k in range(0, len(dies), _DRAWN)]
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        found = threads.map(lambda part: coefficients_on_dies(machine, part, normals_on_gpu), parts)
+        v_t0, specific = map(np.concatenate, zip(*found, strict=True))
     phi, gamma = jobs.coefficient[0, TERM.surface_potential], jobs.coefficient[0, TERM.gamma]
     lift = phi + gamma * np.sqrt(phi) - v_t0
     drawn = {TERM.specific_current: specific, TERM.v_t0: v_t0, TERM.lift: lift}
@@ -173,7 +172,9 @@ def _with_others(machine: Machine, dies: Sequence[Die], rtol: float, found: Spik
     """The spikes with those of dies that are done again by themselves."""
     time, die, port, failed = [found.time], [found.die], [found.port], {}
     work = partial(simulate, rtol=rtol, record=())
-    for k, sample in zip(found.again.tolist(), samples(work, machine, [dies[k] for k in found.again]), strict=True):
+    for k, sample in zip(
+        found.again.tolist(), samples(work, machine, [dies[k] for k in found.again]), strict=True
+    ):
         if sample.value is None:
             failed[k] = sample.reason
             continue
@@ -184,8 +185,6 @@ def _with_others(machine: Machine, dies: Sequence[Die], rtol: float, found: Spik
             port.append(np.full(own.size, j))
         steps = sample.value.steps
         found.steps[k] = steps.accepted, steps.rejected, steps.iterations
-    together = tuple(map(np.concatenate, (time, die, port)))
-    order = np.lexsort((together[0], together[1]))
-    return found._replace(
-        time=together[0][order], die=together[1][order], port=together[2][order], failed=failed
-    )
+    times, dies_of, ports = np.concatenate(time), np.concatenate(die), np.concatenate(port)
+    order = np.lexsort((times, dies_of))
+    return found._replace(time=times[order], die=dies_of[order], port=ports[order], failed=failed)

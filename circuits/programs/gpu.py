@@ -1,27 +1,26 @@
-"""Programs of `circuits.machine_code.specialised` on a graphics processor, a run a thread: the one place of CuPy.
+"""Programs (`circuits.programs.specialised`) on a graphics processor, a run a thread: the place of CuPy.
 
     on_gpu = compiled_program(program, private, constants.size)
     on_gpu.launch(arrays, numbers, constants, order, runs, threads(runs))
 
-A thread does run after run: each takes the next one of a queue when its last one is over, so that runs may be
-as different as they like. Text is compiled by NVIDIA's run-time compiler at the first call, and CuPy keeps what
-it made. `there_is_one` says whether there is a graphics processor; without CuPy or without one there is none.
+A thread does run after run: each takes the next one of a queue when its last one is over, so that runs may
+be as different as they like. Text is compiled by NVIDIA's run-time compiler at the first call, and CuPy keeps
+what it made. `there_is_one` says whether there is a graphics processor; without CuPy there is none.
 """
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import cache, lru_cache
+from importlib import import_module
 from typing import Any, final
 
 import numpy as np
 
 from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
-from circuits.machine_code.c_text import REAL, WHOLE, c_text
-from circuits.machine_code.specialised import Program
+from circuits.programs.c_text import REAL, WHOLE, c_text, functions_text
+from circuits.programs.program import Program
 
 THREADS = 128  # of a block
 BLOCKS = 2  # that a multiprocessor has at a time: more would leave a thread too few registers
@@ -33,7 +32,8 @@ __device__ __forceinline__ long long bits_of(double x) { return __double_as_long
 __device__ __forceinline__ double of_bits(long long x) { return __longlong_as_double(x); }
 #define INFINITY __longlong_as_double(0x7ff0000000000000LL)
 #define NAN __longlong_as_double(0x7ff8000000000000LL)
-__device__ long long next_run(const long long *order, unsigned long long *queue, long long left, long long runs) {
+__device__ long long next_run(
+        const long long *order, unsigned long long *queue, long long left, long long runs) {
     const unsigned long long k = atomicAdd(queue, 1ULL);
     return k < (unsigned long long) left ? order[k] : runs;
 }
@@ -43,26 +43,35 @@ __device__ long long next_run(const long long *order, unsigned long long *queue,
 
 def there_is_one() -> bool:
     """Whether there is a graphics processor that programs can run on."""
-    if importlib.util.find_spec("cupy") is None:
+    found = _imported()
+    if found is None:
         return False
-    cupy = importlib.import_module("cupy")
     try:
-        return int(cupy.cuda.runtime.getDeviceCount()) > 0
-    except cupy.cuda.runtime.CUDARuntimeError:
+        return int(found.cuda.runtime.getDeviceCount()) > 0
+    except found.cuda.runtime.CUDARuntimeError:
         return False
 
 
 def cupy() -> Any:
-    """CuPy, or ParameterError with what is missing."""
-    if importlib.util.find_spec("cupy") is None:
-        raise ParameterError("device: gpu, needs CuPy; install noctule[gpu], or leave the device out")
+    """CuPy; ParameterError, with what is missing, where programs cannot run."""
     if not there_is_one():
-        raise ParameterError("device: gpu, there is no graphics processor that CUDA knows; leave the device out")
-    return importlib.import_module("cupy")
+        missing = (
+            "CuPy; install noctule[gpu]" if _imported() is None else "a graphics processor, and CUDA has none"
+        )
+        raise ParameterError(f"device: gpu, needs {missing}; or leave the device out")
+    return _imported()
+
+
+@cache
+def _imported() -> Any:
+    try:
+        return import_module("cupy")
+    except ImportError:
+        return None
 
 
 def stream() -> Any:
-    """What is done inside goes on by itself, beside what other threads of the processor have the device do."""
+    """What is done inside goes on by itself, beside what other threads have the device do."""
     return cupy().cuda.Stream(non_blocking=True)
 
 
@@ -75,8 +84,8 @@ def threads(runs: int) -> int:
 def compiled_program(program: Program, private: Mapping[str, int], constants: int) -> GpuProgram:
     """What a program is for a graphics processor.
 
-    private: names of shared arrays of which each thread has its own part, with the part's size. constants: how
-    many numbers it has of the name `same`.
+    private: names of shared arrays of which each thread has its own part, with the part's size. constants:
+    how many numbers it has of the name `same`.
     """
     return GpuProgram(program, _text(program, private, constants), constants)
 
@@ -136,5 +145,8 @@ def _text(program: Program, private: Mapping[str, int], constants: int) -> str:
     ]  # fmt: skip
     lines = [*declared, *own, *begun, *body]
     constant = [f"__constant__ {REAL} same[{max(constants, 1)}];"] if constants <= _CONSTANTS else []
-    signature = f'extern "C" __global__ void __launch_bounds__({THREADS}, {BLOCKS}) run({", ".join(arguments)}) {{'
-    return "\n".join([_HEAD, *constant, signature, *lines, "}", ""])
+    signature = (
+        f'extern "C" __global__ void __launch_bounds__({THREADS}, {BLOCKS}) run({", ".join(arguments)}) {{'
+    )
+    functions = functions_text(program, "__device__ __noinline__")
+    return "\n".join([_HEAD, *functions, *constant, signature, *lines, "}", ""])

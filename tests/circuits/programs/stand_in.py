@@ -1,4 +1,4 @@
-"""A stand-in for CuPy without a graphics processor: a C++ compiler makes the text, and threads go one by one."""
+"""A stand-in for CuPy without a graphics processor: a C++ compiler, and threads that go one by one."""
 
 from __future__ import annotations
 
@@ -20,11 +20,16 @@ _HEAD = """
 #include <string.h>
 #define __device__ static
 #define __forceinline__ inline
+#define __noinline__ inline
 #define __global__
 #define __constant__
 #define __launch_bounds__(...)
 struct Three { unsigned x; } blockIdx, blockDim, threadIdx;
-static unsigned long long atomicAdd(unsigned long long *p, unsigned long long k) { auto v = *p; *p += k; return v; }
+static unsigned long long atomicAdd(unsigned long long *p, unsigned long long k) {
+    const auto v = *p;
+    *p += k;
+    return v;
+}
 static long long __double_as_longlong(double x) { long long y; memcpy(&y, &x, 8); return y; }
 static double __longlong_as_double(long long x) { double y; memcpy(&y, &x, 8); return y; }
 #undef INFINITY
@@ -89,7 +94,7 @@ def _there(shape: tuple[int, ...], _kind: Any, place: int) -> Any:
 
 
 def stand_in(multiprocessors: int = 1) -> SimpleNamespace:
-    """What `circuits.machine_code.gpu.cupy` gives, of a device of so many multiprocessors."""
+    """What `circuits.programs.gpu.cupy` gives, of a device of so many multiprocessors."""
     device = SimpleNamespace(attributes={"MultiProcessorCount": multiprocessors})
     return SimpleNamespace(
         asarray=_asarray,

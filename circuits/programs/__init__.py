@@ -1,0 +1,1 @@
+"""Kernels worked out for one structure, as straight code for graphics processors."""
