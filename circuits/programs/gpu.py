@@ -27,7 +27,7 @@ BLOCKS = 2  # that a multiprocessor has at a time: more would leave a thread too
 _WARP = 32  # threads that go together
 _CONSTANTS = 7000  # numbers that fit into the memory of constants
 _HEAD = """
-#define RUNS_OF_THREAD (blockIdx.x * blockDim.x + threadIdx.x)
+#define THREAD (blockIdx.x * blockDim.x + threadIdx.x)
 __device__ __forceinline__ long long bits_of(double x) { return __double_as_longlong(x); }
 __device__ __forceinline__ double of_bits(long long x) { return __longlong_as_double(x); }
 #define INFINITY __longlong_as_double(0x7ff0000000000000LL)
@@ -68,6 +68,12 @@ def _imported() -> Any:
         return import_module("cupy")
     except ImportError:
         return None
+
+
+def name() -> str:
+    """What the graphics processor is called."""
+    runtime = cupy().cuda.runtime
+    return str(runtime.getDeviceProperties(runtime.getDevice())["name"].decode())
 
 
 def stream() -> Any:
@@ -113,6 +119,7 @@ class GpuProgram:
         given = [arrays[s.name] for s in self._program.shared]
         given += [np.float64(numbers[name]) for name in self._program.arguments]
         given += [same, cp.asarray(order), cp.zeros(1, cp.uint64), np.int64(order.size), np.int64(runs)]
+        given.append(np.int64(count))
         size = min(THREADS, count)
         module.get_function("run")((-(-count // size),), (size,), tuple(given))
 
@@ -136,14 +143,15 @@ def _text(program: Program, private: Mapping[str, int], constants: int) -> str:
     held = "same_in_memory" if constants <= _CONSTANTS else "same"
     arguments += [
         f"const {REAL} * __restrict__ {held}", f"const {WHOLE} *order", f"unsigned {WHOLE} *queue",
-        f"const {WHOLE} left", f"const {WHOLE} runs",
+        f"const {WHOLE} left", f"const {WHOLE} runs", f"const {WHOLE} threads",
     ]  # fmt: skip
-    own = [f"{name} += ({WHOLE}) RUNS_OF_THREAD * {size};" for name, size in private.items() if name in kinds]
+    own = [f"{name} += ({WHOLE}) THREAD * {size};" for name, size in private.items() if name in kinds]
     begun = [
         f"for (int k = 0; k < {m.size}; k++) {m.name}[k] = 0;"
         for m in program.memory if m.size <= 1
     ]  # fmt: skip
-    lines = [*declared, *own, *begun, *body]
+    leave = ["if (THREAD >= threads) return;"]  # of the last block, which have no part of their own
+    lines = [*declared, *leave, *own, *begun, *body]
     constant = [f"__constant__ {REAL} same[{max(constants, 1)}];"] if constants <= _CONSTANTS else []
     signature = (
         f'extern "C" __global__ void __launch_bounds__({THREADS}, {BLOCKS}) run({", ".join(arguments)}) {{'

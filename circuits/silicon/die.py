@@ -281,8 +281,8 @@ def standard_normals(die: Die, place: Place, paths: Sequence[Path], parameter: s
     there on, the device's name last with shape (). parameter: name of what is drawn. Raises `ParameterError`
     for more than four index dimensions in all.
     """
-    names, key = [_names(place, path) for path in paths], _key(die, place, parameter)
-    own = _normals(key, names, _places(place, paths), parameter)
+    names, key = [place_names(place, path) for path in paths], _key(die, place, parameter)
+    own = _normals(key, names, places_of(place, paths), parameter)
     planned = _planned(die, place, paths, parameter, own)
     changed = edited(die.edits, place, tuple(paths), parameter) if die.edits else None
     return planned if changed is None else changed.kept * planned
@@ -328,7 +328,11 @@ def mismatch_of(
     """
     if not dies[0].mismatch:
         return np.zeros((len(dies), area.size)), np.zeros((len(dies), area.size))
-    root, names, places = np.sqrt(2.0 * area), [_names(place, path) for path in paths], _places(place, paths)
+    root, names, places = (
+        np.sqrt(2.0 * area),
+        [place_names(place, path) for path in paths],
+        places_of(place, paths),
+    )
     owners = _keys(dies)
     draw = normals or normals_of
     v_t0, beta = (draw(owners, names, places, name) for name in PARAMETERS)
@@ -343,7 +347,7 @@ def shared_of(
         shift = shared(dies[0], process, polarity)
         return np.full(len(dies), shift.v_t0), np.full(len(dies), shift.beta)
     path: Path = ((polarity, ()),)
-    names, places = [_names(SHARED_PLACE, path)], _places(SHARED_PLACE, [path])
+    names, places = [place_names(SHARED_PLACE, path)], places_of(SHARED_PLACE, [path])
     owners = _keys(dies)
     draw = normals or normals_of
     v_t0, beta = (draw(owners, names, places, _SHARED + name)[:, 0] for name in PARAMETERS)
@@ -366,7 +370,7 @@ def _drawn_mismatch(
     if die.number is None or not die.mismatch:
         return 0.0, 0.0
     root = np.sqrt(2.0 * np.asarray(area))
-    names, places = [_names(place, path) for path in paths], _places(place, paths)
+    names, places = [place_names(place, path) for path in paths], places_of(place, paths)
     key = _key(die, place, PARAMETERS[0])
     v_t0, beta = (
         _planned(die, place, paths, name, _normals(key, names, places, name)) for name in PARAMETERS
@@ -549,12 +553,13 @@ Normals = Callable[[Sequence[str], Sequence[str], Places, str], F64]
 """Draws of several owners at all places of paths, by their names, float64[owners, places]."""
 
 
-def _names(place: Place, path: Path) -> str:
+def place_names(place: Place, path: Path) -> str:
     """Names with their numbers of indices, as text in which no two different paths look alike."""
     return repr(tuple((str(name), len(dimensions)) for name, dimensions in (*place, *path)))
 
 
-def _places(place: Place, paths: Sequence[Path]) -> Places:
+def places_of(place: Place, paths: Sequence[Path]) -> Places:
+    """All places of paths; raises `ParameterError` for more than four index dimensions in all."""
     fixed = [i for _, index in place for i in index]
     shapes = [[n for _, shape in path for n in shape] for path in paths]
     found = np.full((len(paths), _COUNTERS), -1)

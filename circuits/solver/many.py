@@ -39,7 +39,7 @@ _MODES = 1024  # rest states of which a thread of the processor finds the modes 
 _ARRAYS = ("time", "die", "port", "steps", "again")
 
 
-class Spikes(NamedTuple):
+class SpikesOfDies(NamedTuple):
     """What runs of a machine leave on many dies.
 
     ports: what is watched. time: of all spikes, s, die after die and each die's in their order. die, port: of
@@ -63,7 +63,7 @@ class Spikes(NamedTuple):
         return found
 
 
-def spikes_on_gpu(machine: Machine, dies: Sequence[Die], *, rtol: float = DEFAULT_RTOL) -> Spikes:
+def spikes_on_gpu(machine: Machine, dies: Sequence[Die], *, rtol: float = DEFAULT_RTOL) -> SpikesOfDies:
     """Spikes of runs of a machine on many dies.
 
     Parameters
@@ -94,16 +94,16 @@ def spikes_on_gpu(machine: Machine, dies: Sequence[Die], *, rtol: float = DEFAUL
     first = np.cumsum([0, *map(len, groups)])[:-1].tolist()
     moved = [p._replace(die=p.die + k, again=p.again + k) for p, k in zip(parts, first, strict=True)]
     joined = {name: np.concatenate([getattr(p, name) for p in moved]) for name in _ARRAYS}
-    return _with_others(machine, dies, rtol, Spikes(parts[0].ports, **joined, failed={}))
+    return _with_others(machine, dies, rtol, SpikesOfDies(parts[0].ports, **joined, failed={}))
 
 
-def _part(machine: Machine, rtol: float, dies: Sequence[Die]) -> Spikes:
+def _part(machine: Machine, rtol: float, dies: Sequence[Die]) -> SpikesOfDies:
     """Spikes of as many dies as go to the device at once, of those whose runs come to an end there."""
     with gpu.stream():
         return _on_device(machine, rtol, dies)
 
 
-def _on_device(machine: Machine, rtol: float, dies: Sequence[Die]) -> Spikes:
+def _on_device(machine: Machine, rtol: float, dies: Sequence[Die]) -> SpikesOfDies:
     runner = Runner(machine, (), rtol)
     w = wiring(machine, np.zeros(0, dtype=np.int64), runner.watched, moving_of([machine]))
     two = [on_die(machine, replace(dies[0], number=k)) for k in range(2)]  # which tell what differs
@@ -124,7 +124,7 @@ def _on_device(machine: Machine, rtol: float, dies: Sequence[Die]) -> Spikes:
     order = np.lexsort((found.spike_time, found.spike_job))
     order = order[good[found.spike_job[order]]]
     mine = (found.spike_time[order], found.spike_job[order], found.spike_index[order])
-    return Spikes(tuple(runner.labels), *mine, found.steps, np.flatnonzero(~good), {})
+    return SpikesOfDies(tuple(runner.labels), *mine, found.steps, np.flatnonzero(~good), {})
 
 
 def _near_nominal(machine: Machine, w: Wiring, jobs: Jobs, rest: Batch, lost: I64, jacobian: F64) -> Bools:
@@ -168,7 +168,7 @@ def _stable(w: Wiring, machine: Machine, jacobian: F64) -> Bools:
     return np.concatenate([np.zeros(0, dtype=np.bool_), *found])
 
 
-def _with_others(machine: Machine, dies: Sequence[Die], rtol: float, found: Spikes) -> Spikes:
+def _with_others(machine: Machine, dies: Sequence[Die], rtol: float, found: SpikesOfDies) -> SpikesOfDies:
     """The spikes with those of dies that are done again by themselves."""
     time, die, port, failed = [found.time], [found.die], [found.port], {}
     work = partial(simulate, rtol=rtol, record=())

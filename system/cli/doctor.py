@@ -72,6 +72,7 @@ EXTRAS = {
     "neo": Extra(("neo", "nixio", "pynwb"), "spikes cannot be written as NIX or NWB"),
     "animation": Extra(("imageio-ffmpeg",), "runs cannot be written as .mp4 or .webm, only as .gif"),
     "gymnasium": Extra(("gymnasium",), "robots are no environments for learning libraries"),
+    "gpu": Extra(("cupy-cuda13x",), "no dies on a graphics processor"),
     "tutorials": Extra(("jupyterlab", "jupytext", "nengo"), "the tutorials cannot be opened as notebooks"),
     "docs": Extra(
         ("sphinx", "myst-nb", "furo", "sphinx-design", "sphinx-copybutton", "latex2mathml"),

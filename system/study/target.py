@@ -308,7 +308,7 @@ class BlockTarget(Target):
         self.engine, self.device = s.engine, s.device
         self.metrics = metrics_of(self.choice, s.metrics)
         if s.device == "gpu" and s.engine == NGSPICE:
-            raise ParameterError("--device: gpu, of the native engine, not of ngspice; leave one out")
+            raise ParameterError("device: gpu, of the native engine, not of ngspice; leave one out")
         if s.engine == NGSPICE:
             self.metrics = metrics_in_ngspice(self.metrics)
             self.choice = choice_on_cards(self.choice)
@@ -417,7 +417,7 @@ class BlockTarget(Target):
         if not in_lanes:
             name = self.choice.circuit.name
             raise ParameterError(
-                f"--device: gpu, no run of {name} goes there: its metrics are of other measurements, or it "
+                f"device: gpu, no run of {name} goes there: its metrics are of other measurements, or it "
                 "has an amplifier, a diode or samples; leave it out"
             )
         gpu.cupy()

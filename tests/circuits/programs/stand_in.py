@@ -1,4 +1,4 @@
-"""A stand-in for CuPy without a graphics processor: a C++ compiler, and threads that go one by one."""
+"""A stand-in for CuPy without a graphics processor: a C++ compiler, and threads one by one."""
 
 from __future__ import annotations
 
@@ -70,8 +70,8 @@ class RawModule:
         function = self._library[name]
 
         def call(blocks: tuple[int], size: tuple[int], given: tuple[Any, ...]) -> None:
-            for block in range(blocks[0]):
-                for thread in range(size[0]):
+            for block in reversed(range(blocks[0])):
+                for thread in reversed(range(size[0])):
                     self._library.be(block, size[0], thread)
                     function(*map(_argument, given))
 
