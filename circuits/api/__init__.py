@@ -54,7 +54,6 @@ from circuits.silicon.process_file import process_of
 from circuits.silicon.silicon import Deviation, Silicon
 from circuits.solver.batch import Sample, map_dies
 from circuits.solver.device_table import TransistorTable, transistor_table_at
-from circuits.solver.many import SpikesOfDies, spikes_on_gpu
 from circuits.solver.noise.analysis import Noise, noise
 from circuits.solver.noise.event_jitter import EventJitter, event_jitter
 from circuits.solver.noise.transient import NoiseRun, simulate_noisy
@@ -149,8 +148,6 @@ __all__ = [  # noqa: RUF022 - in the order of the reference, grouped by its head
     # Many dies
     "map_dies",
     "Sample",
-    "spikes_on_gpu",
-    "SpikesOfDies",
     # What a circuit becomes
     "to_kernel",
     "Machine",

@@ -131,7 +131,7 @@ def function_of(text: str, name: str, *options: str) -> Any:
 
 @lru_cache(maxsize=64)
 def _compiled(text: str, options: tuple[str, ...]) -> Any:
-    return cupy().RawModule(code=text, options=("--std=c++14", *options))
+    return cupy().RawModule(code=text, options=("-std=c++14", *options))
 
 
 def _text(program: Program, private: Mapping[str, int], constants: int) -> str:

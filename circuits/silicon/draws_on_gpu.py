@@ -115,7 +115,7 @@ extern "C" __global__ void draw_all(
 def normals_on_gpu(owners: Sequence[str], names: Sequence[str], places: Places, parameter: str) -> F64:
     """What `circuits.silicon.die.normals_of` gives; raises ParameterError without a graphics processor."""
     cp = gpu.cupy()
-    function = gpu.function_of(_text(), "draw_all", "--fmad=false")  # as the processor rounds
+    function = gpu.function_of(_text(), "draw_all", "-fmad=false")  # as the processor rounds
     path, counters = places.counters()
     count, drawn = len(owners) * path.size, cp.zeros((len(owners), path.size), cp.float64)
     texts = ([owner.encode() for owner in owners], hashed(names, parameter))

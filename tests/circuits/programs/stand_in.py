@@ -39,7 +39,7 @@ extern "C" void be(unsigned block, unsigned size, unsigned thread) {
 }
 """
 
-_OPTIONS = {"--std=c++14": "-std=c++14", "--fmad=false": "-ffp-contract=off"}
+_OPTIONS = {"-std=c++14": "-std=c++14", "-fmad=false": "-ffp-contract=off"}
 
 
 class Array(np.ndarray):
