@@ -49,7 +49,7 @@ from system.worlds.arena.scene import COLOURS as REFLECTANCES
 
 SPEEDS = (0.35, 0.5)  # m/s; the paper's
 SCENES, DIES = 100, 25
-WAY = 20.0  # m; ours: one collision comes in 13 to 60 m
+WAY = 20.0  # m; ours: one collision comes in 12 to 46 m
 LIMIT, EARLY = 600.0, 40.0  # s; ours
 FRESH = FIRST + 500  # first die and seed: none that another experiment reports on, or that other codes saw
 P = 0.05
