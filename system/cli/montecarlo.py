@@ -168,7 +168,17 @@ def _tell(
         cards = {} if silicon is None else describe_cards(silicon, asked.engine)
         extra = {"contributions": [breakdown_document(b) for b in found]} if asked.contributions else {}
         report = {"report": None if page is None else str(page)}
-        print_json({**document(result), **report, **extra, **told(nominal), "engine": asked.engine, **cards})
+        print_json(
+            {
+                **document(result),
+                **report,
+                **extra,
+                **told(nominal),
+                "engine": asked.engine,
+                "device": asked.device,
+                **cards,
+            }
+        )
         return
     print_study(result)
     for line in () if silicon is None else cards_lines(silicon, asked.engine):

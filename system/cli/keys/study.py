@@ -77,6 +77,7 @@ seed               integer          -     seed of the sampling
 samples            integer          -     samples that were measured
 wanted             integer          -     samples that were asked for
 engine             string           -     what solved the testbench
+device             string           -     where a block's runs went, `cpu` or `gpu`
 stopped            boolean          -     whether `--until` or `--require` ended it before
 chunks_read        integer          -     chunks that `--resume` found measured
 chunks_redone      string[]         -     what it found, but did not believe

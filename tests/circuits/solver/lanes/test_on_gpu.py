@@ -11,6 +11,7 @@ from circuits.programs import gpu
 from circuits.registry import load_block
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
+from circuits.solver.lanes import on_gpu
 from circuits.solver.lanes.simulate import simulate_each
 from circuits.solver.many import spikes_on_gpu
 from circuits.solver.transient import Result
@@ -69,3 +70,18 @@ def test_spikes_of_many_dies_are_those_of_their_runs() -> None:
         first = lanes.spikes["spike"][0] if lanes.spikes["spike"].size else np.nan
         assert found.first("spike")[k] == pytest.approx(first, abs=WITHIN, nan_ok=True)
         assert found.steps[k, 0] == pytest.approx(lanes.steps.accepted, rel=0.02)
+
+
+@pytest.mark.parametrize("blocks", [16, 2])
+@pytest.mark.usefixtures("stands_in")
+def test_runs_without_room_are_done_again_or_by_themselves(
+    monkeypatch: pytest.MonkeyPatch, blocks: int
+) -> None:
+    # 32 threads have two or three runs each, with room for one of some 3,000 points, or for none
+    monkeypatch.setattr(on_gpu, "_MEMORY", 1)
+    monkeypatch.setattr(on_gpu, "_BLOCKS", blocks)
+    machines = dies_of("axon-hillock", 80)
+    for ours, lanes in zip(results(machines, "gpu"), results(machines, "cpu"), strict=True):
+        assert ours.steps.accepted == ours.time.size - 1
+        assert (np.diff(ours.time) > 0.0).all()
+        np.testing.assert_allclose(ours.spikes["spike"], lanes.spikes["spike"], rtol=0.0, atol=WITHIN)
