@@ -110,21 +110,26 @@ def _on_device(machine: Machine, rtol: float, dies: Sequence[Die]) -> SpikesOfDi
     zero = np.zeros(w.columns)
     jobs = jobs_of(two, [zero, zero], rtol, MAX_STEPS, resting=True)
     rest = Batch(w, jobs, len(dies), _own_coefficients(machine, dies, jobs))
-    rest.launch(np.arange(len(dies)))
-    states = rest.found()
-    good, jacobian = states.state == DONE, states.jacobian
-    good |= _near_nominal(machine, w, jobs, rest, np.flatnonzero(~good), jacobian)
+    (states,) = rest.all_found()
+    rests, jacobian = states.state == DONE, states.jacobian
+    rests |= _near_nominal(machine, w, jobs, rest, np.flatnonzero(~rests), jacobian)
     jobs = jobs._replace(resting=False)
     given = {"coefficient": rest.arrays["jobs_coefficient"], "start": rest.arrays["rest"]}
-    runs = Batch(w, jobs, len(dies), given)
-    runs.launch(np.arange(len(dies)))
-    good[good] = _stable(w, machine, jacobian[good])  # while the device has the runs
-    found = runs.found()
-    good &= found.state == DONE
-    order = np.lexsort((found.spike_time, found.spike_job))
-    order = order[good[found.spike_job[order]]]
-    mine = (found.spike_time[order], found.spike_job[order], found.spike_index[order])
-    return SpikesOfDies(tuple(runner.labels), *mine, found.steps, np.flatnonzero(~good), {})
+    stable = np.zeros(len(dies), dtype=np.bool_)
+
+    def tell_stable() -> None:
+        stable[rests] = _stable(w, machine, jacobian[rests])
+
+    parts = list(Batch(w, jobs, len(dies), given).all_found(tell_stable))
+    good = stable & (parts[-1].state == DONE)
+    time, die, port = (
+        np.concatenate([getattr(part, name) for part in parts])
+        for name in ("spike_time", "spike_job", "spike_index")
+    )
+    order = np.lexsort((time, die))
+    order = order[good[die[order]]]
+    mine = (time[order], die[order], port[order])
+    return SpikesOfDies(tuple(runner.labels), *mine, parts[-1].steps, np.flatnonzero(~good), {})
 
 
 def _near_nominal(machine: Machine, w: Wiring, jobs: Jobs, rest: Batch, lost: I64, jacobian: F64) -> Bools:
@@ -138,8 +143,7 @@ def _near_nominal(machine: Machine, w: Wiring, jobs: Jobs, rest: Batch, lost: I6
         return good
     given = {"coefficient": rest.arrays["jobs_coefficient"][lost], "start": near[None]}
     again = Batch(w, jobs, lost.size, given)
-    again.launch(np.arange(lost.size))
-    found = again.found()
+    (found,) = again.all_found()
     good[lost] = found.state == DONE
     rest.arrays["rest"][lost], jacobian[lost] = again.arrays["rest"], found.jacobian
     return good
@@ -149,14 +153,17 @@ def _own_coefficients(machine: Machine, dies: Sequence[Die], jobs: Jobs) -> dict
     """Coefficients that differ from die to die, [dies, own], by the field of `Jobs`."""
     parts = [dies[k : k + _DRAWN] for k in range(0, len(dies), _DRAWN)]
     with ThreadPoolExecutor(os.cpu_count()) as threads:
-        found = threads.map(lambda part: coefficients_on_dies(machine, part, normals_on_gpu), parts)
-        v_t0, specific = map(np.concatenate, zip(*found, strict=True))
+        each = threads.map(lambda part: coefficients_on_dies(machine, part, normals_on_gpu), parts)
+        v_t0, specific = map(np.concatenate, zip(*each, strict=True))
     phi, gamma = jobs.coefficient[0, TERM.surface_potential], jobs.coefficient[0, TERM.gamma]
     lift = phi + gamma * np.sqrt(phi) - v_t0
     drawn = {TERM.specific_current: specific, TERM.v_t0: v_t0, TERM.lift: lift}
     differs = (jobs.coefficient[0] != jobs.coefficient[1]).reshape(-1)
-    places, n = np.flatnonzero(differs), v_t0.shape[1]
-    return {"coefficient": np.stack([drawn[k // n][:, k % n] for k in places.tolist()], axis=1)}
+    n, own = v_t0.shape[1], np.flatnonzero(differs).tolist()
+    found = np.empty((len(dies), len(own)))
+    for column, k in enumerate(own):
+        found[:, column] = drawn[k // n][:, k % n]
+    return {"coefficient": found}
 
 
 def _stable(w: Wiring, machine: Machine, jacobian: F64) -> Bools:

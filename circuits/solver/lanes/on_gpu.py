@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast, final
 
@@ -90,14 +90,7 @@ def run_on_gpu(w: Wiring, jobs: Jobs) -> Iterator[Found]:
     A run for which a thread has not room enough stays waiting. Raises ParameterError where there is no
     graphics processor.
     """
-    count = len(jobs.start)
-    batch = Batch(w, jobs, count)
-    left, before = np.arange(count), count + 1
-    while 0 < left.size < before:  # not fewer: of these each leaves a thread no room, even where it is alone
-        batch.launch(left)
-        found = batch.found()
-        yield found
-        before, left = left.size, np.flatnonzero((found.state != DONE) & (found.state != FAILED))
+    yield from Batch(w, jobs, len(jobs.start)).all_found()
 
 
 @final
@@ -115,6 +108,22 @@ class Batch:
         self.threads = min(gpu.threads(count), room.threads(w))
         self.worked = worked_out(w, jobs, room)
         self.arrays = self._inputs(given or {}) | self._outputs(room)
+
+    def all_found(self, meanwhile: Callable[[], object] = tuple) -> Iterator[Found]:
+        """Do all runs; what they have left each time that threads have no more room.
+
+        meanwhile: is called once while the device has the first of them.
+        """
+        left, before = np.arange(self._count), self._count + 1
+        while (
+            0 < left.size < before
+        ):  # not fewer: each of these leaves a thread no room, even where it is alone
+            self.launch(left)
+            if before > self._count:
+                meanwhile()
+            found = self.found()
+            yield found
+            before, left = left.size, np.flatnonzero((found.state != DONE) & (found.state != FAILED))
 
     def launch(self, order: I64) -> None:
         """Have threads do the runs of `order`, until these are over or there is no more room."""
@@ -226,9 +235,8 @@ class _Layout:
             if array.ndim == 2
         }
         fields |= {name: Memory(name, (1,), whole=True) for name in ("doing", "job", "block")}
-        fields["queue"] = Memory(
-            "queue", (2,), whole=True, held={0: _zero(), 1: ast.Name("runs", ast.Load())}
-        )
+        queue: dict[int, ast.expr] = {0: ast.Constant(0), 1: ast.Name("runs", ast.Load())}
+        fields["queue"] = Memory("queue", (2,), whole=True, held=queue)
         of_jobs: dict[str, Shared] = {}
         for name in _OF_JOBS:
             array = getattr(jobs, name)
@@ -236,10 +244,10 @@ class _Layout:
             fields[name] = Memory(name, (held.size + own.size, 1), held=self._numbers(array[0].ravel(), held))
             place: dict[int, Any] = {**fields[name].held, **{int(k): i for i, k in enumerate(own)}}
             of_jobs[name], self.own[name] = Shared(f"jobs_{name}", (-1, *array.shape[1:]), place=place), own
-        fields |= self._sources(fields)
+        fields |= self._sources()
         return Team(**fields), of_jobs
 
-    def _sources(self, fields: Mapping[str, Memory]) -> dict[str, Memory]:
+    def _sources(self) -> dict[str, Memory]:
         """Voltages of sources that do not move: numbers where all runs have the same, and at rest."""
         w, jobs = self._w, self._jobs
         still = np.setdiff1d(np.arange(w.unknowns, w.columns), w.unknowns + w.moving)
@@ -268,7 +276,3 @@ def _bytes_of(tree: Any) -> bytes:
     if isinstance(tree, tuple):
         return b"".join(map(_bytes_of, tree))
     return tree.tobytes() + repr(tree.shape).encode() if isinstance(tree, np.ndarray) else repr(tree).encode()
-
-
-def _zero() -> ast.expr:
-    return ast.Constant(0)

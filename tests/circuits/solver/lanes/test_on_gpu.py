@@ -43,7 +43,7 @@ def results(machines: list[Machine], place: str, **options: object) -> list[Resu
 
 
 # 150 runs have 160 threads, which are no whole number of blocks of 128
-@pytest.mark.parametrize(("name", "count"), [("axon-hillock", 150), ("dpi-synapse", 3)])
+@pytest.mark.parametrize(("name", "count"), [("axon-hillock", 150), ("nef-neuron", 3)])
 @pytest.mark.usefixtures("stands_in")
 def test_runs_are_those_of_the_lanes(name: str, count: int) -> None:
     machines = dies_of(name, count)
@@ -56,14 +56,29 @@ def test_runs_are_those_of_the_lanes(name: str, count: int) -> None:
 
 
 @pytest.mark.usefixtures("stands_in")
-def test_spikes_of_many_dies_are_those_of_their_runs() -> None:
+def test_more_numbers_than_constants_have_room_for_stand_in_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    machines = dies_of("axon-hillock", 2)
+    some = results(machines, "gpu")
+    monkeypatch.setattr(gpu, "_CONSTANTS", 10)
+    on_gpu._PROGRAMS.clear()
+    for one, other in zip(some, results(machines, "gpu"), strict=True):
+        np.testing.assert_array_equal(one.voltage, other.voltage)
+    on_gpu._PROGRAMS.clear()
+
+
+@pytest.mark.parametrize("room", [256, 3])
+@pytest.mark.usefixtures("stands_in")
+def test_spikes_of_many_dies_are_those_of_their_runs(monkeypatch: pytest.MonkeyPatch, room: int) -> None:
+    monkeypatch.setattr(on_gpu, "_SPIKES", room)
     block = load_block("high-threshold-neuron")
-    machine, dies = to_kernel(block.bench(), Silicon(block.process)), [Die(number=n) for n in range(12)]
+    machine, dies = to_kernel(block.bench(), Silicon(block.process)), [Die(number=n) for n in range(70)]
     found = spikes_on_gpu(machine, dies, rtol=1e-5)
-    assert found.again.size == 0
+    runs = results(on_dies(machine, dies), "cpu", rtol=1e-5)
+    # a run that fills a thread's room cannot go on there
+    assert found.again.tolist() == [k for k, r in enumerate(runs) if r.spikes["spike"].size >= room]
     assert found.failed == {}
     assert found.time.size > 0
-    for k, lanes in enumerate(results(on_dies(machine, dies), "cpu", rtol=1e-5)):
+    for k, lanes in enumerate(runs):
         for j, port in enumerate(found.ports):
             own = found.time[(found.die == k) & (found.port == j)]
             np.testing.assert_allclose(own, lanes.spikes[port], rtol=0.0, atol=WITHIN)
