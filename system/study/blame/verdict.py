@@ -87,10 +87,14 @@ class Accused:
         return self.interval.low > 0.0
 
 
+class NothingFailsError(ParameterError):
+    """None of the first trials fails, so that there is nothing to blame a die for."""
+
+
 def accuse(trials: Trials, first: int) -> Accused:
     """Say whether the die is to blame, over trials from a seed on.
 
-    Raises `ParameterError` where none of the first trials fails, and `UnknownNameError` for an edit of the
+    Raises `NothingFailsError` where none of the first trials fails, and `UnknownNameError` for an edit of the
     die that means no device.
     """
     *some, most = LOOKS
@@ -107,7 +111,7 @@ def _look(trials: Trials, first: int, count: int) -> Accused:
     pairs = paired(trials, case.die, case.healed(ALL), range(first, first + count))
     check_drawn(case.die)
     if all(pairs.first):
-        raise ParameterError(
+        raise NothingFailsError(
             f"{case.system.name}: on {case.die} all trials of seeds {first} to {first + count - 1} succeed,"
             " must fail in one; take another die or seed"
         )

@@ -20,11 +20,11 @@ from typing import cast
 
 import numpy as np
 
-from circuits.errors import ParameterError
 from system.codes.find import quietly
 from system.registry import load_system
 from system.study.blame.blame import BUDGET, blame
 from system.study.blame.trial import Case
+from system.study.blame.verdict import NothingFailsError
 from system.study.campaign import Campaign, Execution, Numbered, Workers, here
 from system.study.engine import dies_of
 from system.study.manifest import describe, study_key
@@ -102,7 +102,7 @@ class _One:
         try:
             with quietly():
                 found = blame(case)
-        except ParameterError:  # with noise of blame's own no trial fails
+        except NothingFailsError:  # with noise of blame's own no trial fails
             return begun
         verified = found.verified
         return Blamed(

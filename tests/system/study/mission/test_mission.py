@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from circuits.errors import ParameterError
 from system.study.campaign import Numbered
 from system.study.mission.blamed import NOT_SHOWN, NOT_THE_DIE, Blamed, blame_failing, block_shares
 from system.study.mission.mission import Asked, mission_of
@@ -160,6 +161,18 @@ def test_a_die_is_blamed_for_what_success_is_in_the_users_words() -> None:
     (found,) = blame_failing(made, failing)
     assert not found.guilty
     assert [(row.block, row.share.value) for row in block_shares([found])] == [(NOT_THE_DIE, 1.0)]
+
+
+def test_an_error_while_a_die_is_blamed_is_no_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = mission_of(Asked(TOY, dies=2, worlds=1, trials=1))
+    failing = {Numbered(made.ways[0].name, 1001): 0}
+
+    def refused(case: object) -> None:
+        raise ParameterError("cell: 3, must be another")
+
+    monkeypatch.setattr("system.study.mission.blamed.blame", refused)
+    with pytest.raises(ParameterError, match="cell: 3, must be another"):
+        blame_failing(made, failing)
 
 
 def test_a_die_is_divided_among_its_devices() -> None:
