@@ -21,6 +21,7 @@ trials             integer   -  runs in each world
 until              number?   -  half-width at which a yield is known well enough; null without `--until`
 runs               integer   -  runs that were made
 wanted             integer   -  runs that were asked for
+shared             string    -  of which lot and wafers the dies are, where they share these draws
 report             string?   -  page of the mission; null without `--output`
 ways               object[]  -  what was found at each temperature, kind of bias and change
 """),

@@ -79,6 +79,7 @@ wanted             integer          -     samples that were asked for
 engine             string           -     what solved the testbench
 device             string           -     where a block's runs went, `cpu` or `gpu`
 stopped            boolean          -     whether `--until` or `--require` ended it before
+shared             string           -     of which lot and wafers the dies are, where they share these draws
 chunks_read        integer          -     chunks that `--resume` found measured
 chunks_redone      string[]         -     what it found, but did not believe
 """),

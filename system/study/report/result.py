@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from circuits.arrays import F64
+from circuits.silicon.components import DIES_A_WAFER
+from system.options.silicon import SiliconChoice
 from system.study.engine import Outcome
 from system.study.in_ngspice import named_statistics
 from system.study.manifest import Study
@@ -154,4 +156,19 @@ def varied(study: Study) -> str:
     if silicon.process_variation and any(c.corner == "random" for c in study.conditions):
         parts.append("process")
     told = " and ".join(parts) or "corners only"
-    return f"{told}{named_statistics(silicon.process, study.subject.engine)}"
+    more = "" if silicon.variation == "plain" or not parts else f", variation {silicon.variation}"
+    return f"{told}{more}{named_statistics(silicon.process, study.subject.engine)}"
+
+
+def of_one_lot(silicon: SiliconChoice, dies: Iterable[int], corners: Collection[str] = ("random",)) -> str:
+    """Say of which lot and how many wafers dies are that share these draws; empty where none are shared.
+
+    corners: at which they are; all but `random` leave nothing to draw.
+    """
+    if silicon.variation == "plain" or not silicon.process_variation or "random" not in corners:
+        return ""
+    wafers = len({die // DIES_A_WAFER for die in dies})
+    return (
+        f"The dies are of lot {silicon.lot} and {wafers} wafer{'s' if wafers > 1 else ''} of it, whose draws "
+        "they share: spreads, intervals and yields are of that lot, and take its dies as independent."
+    )

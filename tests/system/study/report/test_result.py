@@ -1,13 +1,16 @@
 """Samples of a finished study by condition, and its yield."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from circuits.arrays import F64
+from system.options.silicon import SiliconChoice
 from system.study.engine import Outcome
 from system.study.manifest import Study
 from system.study.plan import Plan
-from system.study.report.result import Result, groups, study_yield, summary, varied
+from system.study.report.result import Result, groups, of_one_lot, study_yield, summary, varied
 from system.study.specification import Limits
 from system.study.statistics.confidence_sequence import StopRule, sequence_interval
 from system.study.statistics.interval import clopper_pearson
@@ -100,3 +103,17 @@ def test_a_rule_over_temperatures_takes_each_as_its_own() -> None:
 def test_what_varies(corner: str, text: str) -> None:
     study = Study(STUDY.subject, STUDY.plan, (Condition(corner, 27.0, 0),), 4)
     assert varied(study) == text
+    full = replace(STUDY.subject, silicon=replace(STUDY.subject.silicon, variation="full"))
+    assert varied(replace(study, subject=full)) == f"{text}, variation full"
+
+
+def test_dies_that_share_draws_are_said_to() -> None:
+    full = SiliconChoice(variation="full")
+    said = of_one_lot(full, range(1000, 1040))
+    assert said.startswith(
+        "The dies are of lot A and 1 wafer of it, whose draws they share: spreads, intervals"
+    )
+    assert "and 3 wafers of it" in of_one_lot(full, range(1000, 1100))
+    assert of_one_lot(SiliconChoice(), range(1000, 1040)) == ""
+    assert of_one_lot(replace(full, process_variation=False), range(1000, 1040)) == ""
+    assert of_one_lot(full, range(1000, 1040), ("ss", "ff")) == ""
