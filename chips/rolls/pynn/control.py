@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
+import numpy as np
 from pyNN import common
 from pyNN.connectors import FixedProbabilityConnector
 from pyNN.recording import get_io
@@ -26,13 +27,15 @@ def setup(
     timestep : step of the chip, ms; min_delay, max_delay : of the synapses, ms, or auto; chip : the fields of
     `Setting`: `die`, `temperature_c`, `bias_kind`, `biases`, `noise`, and `seed` of random events.
 
-    Raises `ParameterError` for a delay, `UnknownNameError` for something else about the chip.
+    Raises `ParameterError` for a step or a delay, `UnknownNameError` for something else about the chip.
     """
     for name, value in (("min_delay", min_delay), ("max_delay", max_delay)):
         if value not in {"auto", timestep}:
             raise ParameterError(
                 f"pynn.setup.{name}: {value} ms, must be auto; synapses of ROLLS have no delay"
             )
+    if not (np.isfinite(timestep) and timestep > 0.0):
+        raise ParameterError(f"pynn.setup.timestep: {timestep:g} ms, must be > 0 and finite")
     known = [each.name for each in fields(Setting)]
     for name in chip:
         if name not in known:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -76,8 +77,25 @@ class Population(common.Population):  # type: ignore[misc]  # PyNN has no types
         parameter_space.evaluate(simplify=False)
         given = parameter_space.as_dict()
         _check(given, self.label)
+        if "spike_times" in given:
+            self._warn_of_past(self.all_cells[places], given["spike_times"])
         for name, values in given.items():
             self.parameters[name][places] = values
+
+    def _warn_of_past(self, cells: Any, times: Any) -> None:
+        """Warn of events before now that were not given then: only after a reset would they happen."""
+        now = simulator.state.t
+        sent = simulator.state.given([int(cell) for cell in cells])
+        late = 0
+        for cell, each in zip(cells, times, strict=True):
+            asked = np.asarray(each.value, dtype=np.float64)
+            late += int(np.count_nonzero(~np.isin(asked[asked < now], sent[int(cell)])))
+        if late:
+            warnings.warn(
+                f"pynn.{self.label}.spike_times: {late} events before now, {now:g} ms, which do not happen;"
+                " give later ones, or reset",
+                stacklevel=5,
+            )
 
     def inject(self, current_source: Any) -> None:
         """Raise `ParameterError`: nothing drives a current of one neuron."""
@@ -122,8 +140,8 @@ class Population(common.Population):  # type: ignore[misc]  # PyNN has no types
 
 
 def _check(parameters: dict[str, Any], label: str) -> None:
-    """Raise `ParameterError` for a rate or an event's time that no source can have."""
-    for name, unit in (("rate", "Hz"), ("spike_times", "ms")):
+    """Raise `ParameterError` for a rate or a time that no source can have."""
+    for name, unit in (("rate", "Hz"), ("spike_times", "ms"), ("start", "ms"), ("duration", "ms")):
         for each in parameters.get(name, ()):
             values = np.asarray(getattr(each, "value", each), dtype=np.float64)
             wrong = values[~(np.isfinite(values) & (values >= 0.0))]

@@ -19,15 +19,26 @@ class Connection(common.Connection):  # type: ignore[misc]  # PyNN has no types
     """A synapse.
 
     presynaptic_index, postsynaptic_index : places within the two populations; origin, target : ids of cells.
-    weight : a level; delay : ms.
+    level : of the chip; delay : ms; label : of its projection.
     """
 
     presynaptic_index: int
     postsynaptic_index: int
     origin: int
     target: int
-    weight: float
+    level: int
     delay: float
+    label: str
+
+    @property
+    def weight(self) -> float:
+        """The level, as PyNN's weight; raises `ParameterError` for none, and after the first run."""
+        return float(self.level)
+
+    @weight.setter
+    def weight(self, value: float) -> None:
+        simulator.state.check_open(self.label)
+        self.level = simulator.level_of(float(value), self.label)
 
     def as_tuple(self, *names: str) -> tuple[Any, ...]:
         """Return some of it, by name."""
@@ -66,15 +77,28 @@ class Projection(common.Projection):  # type: ignore[misc]  # PyNN has no types
         return len(self.connections)
 
     def set(self, **attributes: Any) -> None:
-        """Change weights of all synapses, until the first run."""
+        """Change weights of all synapses, until the first run.
+
+        A weight is a number, a `RandomDistribution`, an array as `get` gives it, one number a synapse in the
+        order of that array, or an expression of the distance. None is changed where one of them is no level.
+        """
         simulator.state.check_open(self.label)
-        for name, value in attributes.items():
+        for name in attributes:
             if name != "weight":
                 raise ParameterError(f"pynn.{self.label}.{name}: cannot be changed; ROLLS has weights alone")
-            for synapse, one in zip(
-                self.connections, np.broadcast_to(value, (len(self.connections),)), strict=True
-            ):
-                synapse.weight = float(simulator.level_of(float(one), self.label))
+        super().set(**attributes)
+
+    def __getitem__(self, place: int) -> Connection:
+        return self.connections[place]
+
+    def _set_attributes(self, parameter_space: Any) -> None:
+        parameter_space.evaluate()
+        weights = parameter_space["weight"]
+        given = [weights[each.presynaptic_index, each.postsynaptic_index] for each in self.connections]
+        for weight in given:
+            simulator.level_of(float(weight), self.label)
+        for synapse, weight in zip(self.connections, given, strict=True):
+            synapse.weight = weight
 
     def _convergent_connect(
         self, presynaptic_indices: Any, postsynaptic_index: int, location_selector: Any = None, **given: Any
@@ -86,10 +110,16 @@ class Projection(common.Projection):  # type: ignore[misc]  # PyNN has no types
                 f"pynn.{self.label}: delay {delays.max():g} ms, must be {simulator.state.dt:g} ms, the step;"
                 " synapses of ROLLS have no delay, leave it out"
             )
-        for weight in np.unique(weights):
-            simulator.level_of(float(weight), self.label)
         cells, target = self.pre.all_cells, int(self.post.all_cells[postsynaptic_index])
         self.connections += [
-            Connection(int(k), int(postsynaptic_index), int(cells[k]), target, float(weight), float(delay))
+            Connection(
+                int(k),
+                int(postsynaptic_index),
+                int(cells[k]),
+                target,
+                simulator.level_of(float(weight), self.label),
+                float(delay),
+                self.label,
+            )
             for k, weight, delay in zip(origins, weights, delays, strict=True)
         ]

@@ -93,6 +93,7 @@ class State(common.control.BaseState):  # type: ignore[misc]  # PyNN has no type
         self.segment_counter += 1
         self._at: ChipState | None = None
         self._spikes: list[tuple[F64, I64]] = []
+        self._given: list[tuple[F64, I64]] = []
         self.lost = {"lost_in": 0, "lost_out": 0, "held": 0}
 
     def place(self, count: int, *, source: bool, label: str) -> I64:
@@ -132,6 +133,8 @@ class State(common.control.BaseState):  # type: ignore[misc]  # PyNN has no type
     def run_until(self, stop: float) -> None:
         """Go on to `stop`, ms; raises `ParameterError` where that is not a whole number of steps."""
         steps = (stop - self.t) / self.dt
+        if not np.isfinite(steps):
+            raise ParameterError(f"pynn.run: {stop - self.t:g} ms, must be finite")
         if not abs(steps - round(steps)) < WHOLE:
             raise ParameterError(
                 f"pynn.run: {stop - self.t:g} ms, must be whole steps of {self.dt:g} ms; round it, or give"
@@ -147,6 +150,13 @@ class State(common.control.BaseState):  # type: ignore[misc]  # PyNN has no type
         if lost:
             warnings.warn(f"pynn.run: the chip's bus lost {lost} events; see counts()", stacklevel=4)
         self.t, self.running = stop, True
+
+    def given(self, cells: list[int]) -> dict[int, F64]:
+        """Return the events that some sources gave so far by their ids, ms, in their order."""
+        if not self._given:
+            return {cell: np.empty(0) for cell in cells}
+        found, origins = (np.concatenate(each) for each in zip(*self._given, strict=True))
+        return {cell: found[origins == self.neurons[cell]] for cell in cells}
 
     def times(self, cells: list[int]) -> dict[int, F64]:
         """Return the times of the spikes of some cells so far by their ids, ms, in their order."""
@@ -171,18 +181,19 @@ class State(common.control.BaseState):  # type: ignore[misc]  # PyNN has no type
         for projection in self.projections:
             sign = -1 if projection.receptor_type == "inhibitory" else 1
             for synapse in projection.connections:
-                level = sign * level_of(synapse.weight, projection.label)
+                level = sign * synapse.level
                 pair = self.neurons[synapse.target], self.neurons[synapse.origin]
-                if levels[pair] not in {0, level}:
+                if levels[pair]:
                     raise ParameterError(
                         f"pynn.{projection.label}: weight {level} of a pair that has {levels[pair]} already,"
-                        " must be the same; a synapse has one level: drop one of them"
+                        " must be alone; two cells have one synapse with one level: drop one of them, or give"
+                        " the connector with_replacement=False"
                     )
                 levels[pair] = level
         return levels
 
     def _inputs(self, chip: RollsChip, begin: float, stop: float) -> Inputs:
-        """Events of all sources from `begin` to before `stop`, ms."""
+        """Events of all sources from `begin` to before `stop`, ms, which are remembered as given."""
         times, origins = [np.empty(0)], [np.empty(0, dtype=np.int64)]
         for population in self.populations:
             if population.is_source:
@@ -192,8 +203,10 @@ class State(common.control.BaseState):  # type: ignore[misc]  # PyNN has no type
                     origins.append(np.full(some.size, self.neurons[cell]))
         when, column = np.concatenate(times), np.concatenate(origins)
         order = np.argsort(when, kind="stable")
-        event, target = np.nonzero(chip.program.levels.T[column[order]])
-        return Inputs(when[order][event] * MS, target, NONPLASTIC + column[order][event])
+        when, column = when[order], column[order]
+        self._given.append((when, column))
+        event, target = np.nonzero(chip.program.levels.T[column])
+        return Inputs(when[event] * MS, target, NONPLASTIC + column[event])
 
 
 def level_of(weight: float, label: str) -> int:

@@ -114,6 +114,11 @@ def test_populations_projections_and_their_views_are_pynns() -> None:
         (lambda _: sim.Population(2, sim.SpikeSourcePoisson(rate=-5.0)), "rate: -5 Hz, must be 0 or more"),
         (lambda one: [joined(one, weight=w) for w in (1, 2)] + [sim.program()], "2 of a pair that has"),
         (lambda _: sim.run(0.3), r"^pynn\.run: 0\.3 ms, must be whole steps of 0\.4 ms"),
+        (lambda one: [joined(one, weight=2) for _ in range(2)] + [sim.program()],
+         r"weight 2 of a pair that has 2 already, must be alone; .* with_replacement=False"),
+        (lambda _: sim.Population(2, sim.SpikeSourcePoisson(start=float("nan"))), "start: nan ms, must be 0"),
+        (lambda _: sim.run(float("nan")), r"^pynn\.run: nan ms, must be finite"),
+        (lambda _: sim.setup(timestep=0.0), r"timestep: 0 ms, must be > 0"),
         (lambda _: sim.setup(min_delay=2.0), r"min_delay: 2\.0 ms, must be auto"),
         (lambda _: sim.setup(dye=3), "pynn.setup dye: unknown; did you mean die"),
     ],
@@ -130,3 +135,63 @@ def source(times: Any = ()) -> Any:
 
 def joined(one: Any, **given: float) -> Any:
     return sim.Projection(one, one, sim.AllToAllConnector(), sim.StaticSynapse(**given))
+
+
+def recorded(each: Any, *, clear: bool = False) -> list[float]:
+    """Times of the first cell of a population in its last segment, ms."""
+    found: list[float] = each.get_data(clear=clear).segments[-1].spiketrains[0].magnitude.tolist()
+    return found
+
+
+def test_what_a_source_gave_stays_recorded_when_its_parameters_change() -> None:
+    given, noise = source([5.0, 10.0]), sim.Population(1, sim.SpikeSourcePoisson(rate=300.0))
+    given.record("spikes")
+    noise.record("spikes")
+    sim.run(20.0)
+    before = recorded(noise)
+    assert before
+    with pytest.warns(UserWarning, match=r"source\.spike_times: 1 events before now, 20 ms, which do not"):
+        given[0:1].set(spike_times=[5.0, 15.0, 25.0])
+    noise.set(rate=0.0)
+    sim.run(20.0)
+    assert (recorded(given), recorded(noise)) == ([5.0, 10.0, 25.0], before)
+    sim.reset()
+    sim.run(40.0)
+    assert recorded(given) == [5.0, 15.0, 25.0]
+
+
+def test_data_are_cleared_and_recording_begins_where_a_script_says_so() -> None:
+    given, one = source(GIVEN), sim.Population(2, sim.RollsNeuron())
+    sim.Projection(given, one, sim.OneToOneConnector(), sim.StaticSynapse(weight=4))
+    one.record("spikes")
+    sim.run(20.0)
+    given.record("spikes")
+    whole = recorded(one, clear=True)
+    sim.run(40.0)
+    assert recorded(given) == [30.0, 31.0, 32.0, 33.0]
+    later = recorded(one)
+    assert whole
+    assert later
+    assert (max(whole) < 20.0, min(later) >= 20.0) == (True, True)
+    assert one.get_spike_counts()[one[0]] == len(later)
+
+
+def test_weights_are_set_as_pynn_sets_them_and_not_after_the_first_run() -> None:
+    one = sim.Population(3, sim.RollsNeuron(), structure=sim.Line(), label="one")
+    some = joined(one, weight=1)
+    wanted = np.arange(9.0).reshape(3, 3) % 4 + 1
+    some.set(weight=wanted)
+    assert np.array_equal(some.get("weight", format="array"), wanted)
+    assert np.array_equal(sim.program().levels[:3, :3], wanted.T)
+    some.set(weight="1 + (d > 1.5)")
+    assert some.get("weight", format="array").tolist() == [[1, 1, 2], [1, 1, 1], [2, 1, 1]]
+    with pytest.raises(CircuitError, match=r"weight 0\.5, must be 1, 2, 3 or 4"):
+        some.set(weight=[4.0] * 8 + [0.5])
+    some.set(weight=sim.RandomDistribution("uniform_int", low=3, high=5, rng=sim.NumpyRNG(seed=1)))
+    assert set(some.get("weight", format="array").ravel()) == {3.0, 4.0}
+    for each in some:
+        each.weight = 2
+    sim.run(0.4)
+    with pytest.raises(CircuitError, match="changed after the first run"):
+        some[0].weight = 3
+    assert set(some.get("weight", format="array").ravel()) == {2.0}
