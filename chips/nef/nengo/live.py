@@ -24,13 +24,16 @@ class _Link:
     keep: float  # 0: no synapse
     matrix: F64
     function: Callable[[F64], Any] | None = None
-    value: F64 = field(default_factory=lambda: np.zeros(0))
+    value: F64 = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Begin at 0, as nengo's low-pass does."""
+        self.value = np.zeros(len(self.matrix))
 
     def step(self) -> F64:
         """The low-passed input of this step."""
         given = self.read()
         given = self.matrix @ (given if self.function is None else np.ravel(self.function(given)))
-        self.value = given if self.keep == 0.0 or not self.value.size else self.value
         self.value = given + self.keep * (self.value - given)
         return self.value
 

@@ -254,3 +254,16 @@ def test_what_it_cannot_do_is_refused_by_name(add: Any, says: str) -> None:
         Simulator(net)
     with pytest.raises(CircuitError, match=r"dt: 0\.002 s"):
         Simulator(net, dt=0.002)
+
+
+def test_low_passes_of_nodes_begin_at_zero_as_nengos_do() -> None:
+    with nengo.Network(seed=1) as network:
+        given, passed = nengo.Node(2.0), nengo.Node(size_in=1)
+        nengo.Connection(given, passed, synapse=0.01)
+        seen = nengo.Probe(given, synapse=0.02), nengo.Probe(passed)
+    ours = Simulator(network, chip=None)
+    ours.run_steps(50)
+    with nengo.Simulator(network, progress_bar=False) as theirs:
+        theirs.run_steps(50, progress_bar=False)
+        for probe in seen:  # a step is what nengo's is later
+            assert np.allclose(ours.data[probe][:-1], theirs.data[probe][1:], rtol=0.0, atol=1e-12)
