@@ -168,7 +168,7 @@ class Simulator:
     def run(self, time_in_seconds: float, progress_bar: object = None) -> None:
         """Run for a time.
 
-        Raises `ParameterError` for a time below 0.
+        Raises `ParameterError` for a time below 0, or none.
 
         Parameters
         ----------
@@ -177,13 +177,18 @@ class Simulator:
         progress_bar
             Taken as nengo's, and not drawn.
         """
-        if time_in_seconds < 0.0:
-            raise ParameterError(f"time_in_seconds: {time_in_seconds:g} s, must be >= 0")
+        if not 0.0 <= time_in_seconds < np.inf:
+            raise ParameterError(f"time_in_seconds: {time_in_seconds:g} s, must be >= 0 and finite")
         self.run_steps(round(time_in_seconds / self.dt))
 
     def run_steps(self, steps: int, progress_bar: object = None) -> None:
-        """Take a number of `steps`; `progress_bar` is taken as nengo's, and not drawn."""
-        for _ in range(steps):
+        """Take a number of `steps`; `progress_bar` is taken as nengo's, and not drawn.
+
+        Raises `ParameterError` for no whole number of them, or one below 0.
+        """
+        if not (steps >= 0 and steps % 1 == 0):
+            raise ParameterError(f"steps: {steps}, must be a whole number >= 0")
+        for _ in range(int(steps)):
             self.step()
 
     def step(self) -> None:

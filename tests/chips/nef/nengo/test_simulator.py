@@ -10,7 +10,7 @@ import pytest
 
 from chips.nef.chip import NefChip
 from chips.nef.nengo.simulator import Simulator
-from circuits.errors import CircuitError
+from circuits.errors import CircuitError, ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180, ROLLS_180_IDEAL, Process
 
@@ -267,3 +267,16 @@ def test_low_passes_of_nodes_begin_at_zero_as_nengos_do() -> None:
         theirs.run_steps(50, progress_bar=False)
         for probe in seen:  # a step is what nengo's is later
             assert np.allclose(ours.data[probe][:-1], theirs.data[probe][1:], rtol=0.0, atol=1e-12)
+
+
+def test_times_and_steps_that_are_none_are_refused() -> None:
+    with nengo.Network() as network:
+        nengo.Node(1.0)
+    ours = Simulator(network, chip=None)
+    for steps in (-1, 2.5):
+        with pytest.raises(ParameterError, match=f"steps: {steps}, must be a whole number >= 0"):
+            ours.run_steps(steps)  # type: ignore[arg-type]  # what a script may give
+    with pytest.raises(ParameterError, match="time_in_seconds: nan s, must be >= 0 and finite"):
+        ours.run(float("nan"))
+    ours.run_steps(np.int64(3))
+    assert ours.n_steps == 3
