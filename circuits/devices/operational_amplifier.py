@@ -110,7 +110,7 @@ def amplifier_currents(terminal: I32, value: F64, v: F64, current: F64, slope: F
         current[1, k] = 0.0
         current[2, k] = i_out
         current[3, k] = -up * i_out
-        current[4, k] = -(1.0 - up) * i_out
+        current[4, k] = -i_out - current[3, k]  # what flows in flows out, to a rounding of any size
         for j in range(TERMINALS):
             slope[0, j, k] = 0.0
             slope[1, j, k] = 0.0
