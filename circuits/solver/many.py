@@ -1,4 +1,4 @@
-"""Spikes of very many dies on a graphics processor: draws, rest states and runs stay there, as arrays.
+"""Spikes of very many dies as arrays: draws, rest states and runs are made on a graphics processor.
 
 `spikes_on_gpu(machine, dies)` gives what runs of a machine on each die leave, but without a result for each:
 their waveforms are not kept. Draws, rest states, steps and spikes are those of `circuits.solver.lanes`. While
@@ -18,18 +18,18 @@ from typing import NamedTuple
 import numpy as np
 
 from circuits.arrays import F64, I64, Bools
-from circuits.errors import ParameterError, SolverError
+from circuits.errors import ParameterError
 from circuits.lowering.kernel import Machine, on_die
 from circuits.lowering.on_dies import coefficients_on_dies, differ_in_transistors
 from circuits.programs import gpu
-from circuits.silicon.die import NOMINAL, Die
+from circuits.silicon.die import Die
 from circuits.silicon.draws_on_gpu import normals_on_gpu
 from circuits.solver.batch import samples
 from circuits.solver.lanes.layout import DONE, TERM, Jobs, Wiring, dense, jobs_of, moving_of, wiring
 from circuits.solver.lanes.on_gpu import Batch
-from circuits.solver.lanes.rest import begins_at_rest, decays
+from circuits.solver.lanes.rest import begins_at_rest, decays, nominal_rests
 from circuits.solver.lanes.simulate import fits
-from circuits.solver.operating_point import charge_matrix, operating_point
+from circuits.solver.operating_point import charge_matrix
 from circuits.solver.transient import DEFAULT_RTOL, MAX_STEPS, Runner, simulate
 
 _TOGETHER = 100_000  # dies that go to the device at once; ours
@@ -137,9 +137,8 @@ def _near_nominal(machine: Machine, w: Wiring, jobs: Jobs, rest: Batch, lost: I6
     good = np.zeros(len(jacobian), dtype=np.bool_)
     if not lost.size:
         return good
-    try:
-        near = operating_point(on_die(machine, NOMINAL), time=0.0).voltage
-    except SolverError:
+    (near,) = nominal_rests([machine])
+    if near is None:
         return good
     given = {"coefficient": rest.arrays["jobs_coefficient"][lost], "start": near[None]}
     again = Batch(w, jobs, lost.size, given)

@@ -13,7 +13,7 @@ from system.cli.option_names import as_options
 from system.cli.output import print_line, print_table, quantity_cell
 from system.cli.run_command_line import names_in_study
 from system.options.block import describe_dies
-from system.study.report.result import Result, groups, of_one_lot, shares_of, study_yield, summary, varied
+from system.study.report.result import Result, groups, shares_of, study_yield, summary, varied
 from system.study.statistics.summary import Proportion, Yield
 from system.study.table import Table, counted, place_text, unmeasured
 from system.study.target import Quantity
@@ -43,7 +43,7 @@ def document(result: Result) -> dict[str, Any]:
         "samples": len(table),
         "wanted": study.samples,
         "stopped": result.outcome.stopped,
-        "shared": _shared(result),
+        "shared": result.shared,
         "chunks_read": result.outcome.chunks_read,
         "chunks_redone": result.outcome.chunks_redone,
         **_statistics(result, table),
@@ -117,8 +117,8 @@ def print_study(result: Result) -> None:
     """Print the statistics of a study by condition, and the samples that failed."""
     table = result.table
     print_line(f"{_heading(result)}\n")
-    if shared := _shared(result):
-        print_line(f"{shared}\n")
+    if result.shared:
+        print_line(f"{result.shared}\n")
     for corner, celsius, part in groups(result):
         place = place_text(corner, celsius)
         _print_group(result, part, f" from {place} on" if result.study.subject.course else f" at {place}")
@@ -134,12 +134,6 @@ def print_study(result: Result) -> None:
 def said_of(result: Result, reason: str) -> str:
     """Give the reason why a sample failed, with the options of the study that set the fields it names."""
     return as_options(reason, names_in_study({"target": result.study.subject.target}))
-
-
-def _shared(result: Result) -> str:
-    """What the dies share that they are not told apart by; empty where that is nothing."""
-    study = result.study
-    return of_one_lot(study.subject.silicon, result.table.die.tolist(), {c.corner for c in study.conditions})
 
 
 def _heading(result: Result) -> str:

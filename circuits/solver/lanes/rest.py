@@ -59,7 +59,7 @@ def rest_states(
     states = _solve(machines, w, [np.zeros(w.columns)] * len(machines), runs)
     lost = [k for k, (state, _) in enumerate(states) if state == FAILED]
     if lost:
-        near = _nominal_rests([machines[k] for k in lost])
+        near = nominal_rests([machines[k] for k in lost])
         again = [k for k, start in zip(lost, near, strict=True) if start is not None]
         starts = [start for start in near if start is not None]
         for k, found in zip(again, _solve([machines[k] for k in again], w, starts, runs), strict=True):
@@ -67,7 +67,7 @@ def rest_states(
     return [point for _, point in states]
 
 
-def _nominal_rests(machines: Sequence[Machine]) -> list[F64 | None]:
+def nominal_rests(machines: Sequence[Machine]) -> list[F64 | None]:
     """Voltages at rest of each machine's nominal die, which is solved for once for machines that share it."""
     known: dict[tuple[int, float], F64 | None] = {}
     for machine in machines:

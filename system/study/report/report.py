@@ -26,16 +26,7 @@ from system.study.report.again import AGAIN_SAID, Options, Replay, again_with_pa
 from system.study.report.growing import Going
 from system.study.report.page import Code, Grid, Link, picture, render
 from system.study.report.picture import histogram, is_log_normal, normal_quantiles, values_of
-from system.study.report.result import (
-    Result,
-    alike,
-    groups,
-    of_one_lot,
-    shares_of,
-    study_yield,
-    summary,
-    varied,
-)
+from system.study.report.result import Result, alike, groups, shares_of, study_yield, summary, varied
 from system.study.report.waveform import runs_of
 from system.study.report.worst import replay_options, worst
 from system.study.search.breakdown import BY, Breakdown, share_rows
@@ -142,14 +133,13 @@ def _asked(result: Result, manifest: Mapping[str, Any]) -> Grid:
     study = result.study
     silicon, plan, samples = study.subject.silicon, study.plan, len(result.table)
     last = int(result.table.die.max()) if samples else 0
-    shared = of_one_lot(silicon, result.table.die.tolist(), {c.corner for c in study.conditions})
     early = f", {study.samples} were wanted: a rule stopped it" if result.outcome.stopped else ""
     rows: list[tuple[str, object]] = [
         ("command", Code(_command(manifest.get("command", ())))),
         ("dies", f"{silicon.lot}/{plan.first} to {last}" if samples else "none"),
         ("samples", f"{samples}{early}"),
         ("plan", f"{plan.method}, seed {plan.seed}"),
-        ("varied", f"{varied(study)}{f'. {shared}' if shared else ''}"),
+        ("varied", ". ".join(filter(None, (varied(study), result.shared)))),
         ("trials a die", len({c.trial for c in study.conditions})),
         ("specifications", "; ".join(map(str, result.specifications)) or "none"),
         ("circuit", Code(str(manifest.get("circuit", "")))),

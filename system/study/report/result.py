@@ -58,6 +58,14 @@ class Result:
         """The quantities that were measured, in the order of the columns of the table."""
         return self.target.quantities
 
+    @property
+    def shared(self) -> str:
+        """Which lot and wafers the dies share draws of, in words; empty where they share none."""
+        study = self.study
+        return of_one_lot(
+            study.subject.silicon, self.table.die.tolist(), {c.corner for c in study.conditions}
+        )
+
     def interval_kind(self, table: Table) -> str:
         """Give the name of the kind of interval that shares and yields of the samples of `table` have."""
         if self.rule:
