@@ -17,10 +17,11 @@ from dataclasses import replace
 import numpy as np
 
 from chips.lso.measure import (
+    AT,
     FROM,
     LEVELS,
+    QUIET,
     RTOL,
-    THRESHOLD,
     circuits,
     crossing,
     measure,
@@ -28,6 +29,7 @@ from chips.lso.measure import (
 )
 from chips.lso.model import LEAST_AREA, SIDES, Head, head_on, level_times, side_spikes
 from chips.lso.place import NAME, line_volts
+from chips.lso.rest import THRESHOLD
 from chips.measured.held_out import of_dies, rms_and_max, silicon_in_turn
 from chips.model import plain_model
 from circuits.arrays import F64
@@ -44,8 +46,7 @@ from circuits.testbench import Testbench
 
 HELD_OUT = tuple(range(500, 524))  # dies; none is used to build
 SMALL = tuple(range(524, 540))  # likewise, with devices of the least area
-AT, SPREAD = 0.5e-3, 0.15e-3  # s, of the first input after the reset, and of all
-QUIET = 10e-3  # s, ours: before a ramp, three refractory periods
+SPREAD = 0.15e-3  # s, of all inputs
 RAMPS = 800.0, 10e3  # V/s, between those that the record is of and beyond
 
 

@@ -22,8 +22,13 @@ With a = I_exc - I_inh, b = I_inh and y = e^(V / U_T) this is U_T C dy/dt = a y 
 
 I_inh is what a mirror makes of the sum of the inhibitory currents, by the law of its two transistors. A
 membrane from which more is taken than it is given rests at y = b / (b - I_exc). It reaches V_ref = Q / C,
-spikes when its comparator has turned, as a level unit's on the ramp C dV/dt that goes on, is emptied for a
-dead time, and begins anew from what is left. The mirror takes nothing before its own gate is charged.
+spikes when its comparator has turned, as a level unit's on the ramp C dV/dt that goes on, and is emptied
+for a dead time. What a mirror carries follows the sum S as its gate is charged, each factor e by Q_e:
+
+    dI/dt = I (S - I) / Q_e,    int I dt = Q_e ln(1 + (I_0 / S) (e^(S t / Q_e) - 1))
+
+which is Q_e ln(1 + I_0 t / Q_e) for S = 0. It is taken in pieces of constant current, each of which has the
+charge of that law.
 """
 
 from __future__ import annotations
@@ -65,32 +70,42 @@ class Comparator(NamedTuple):
 AT_ONCE = Comparator(0.0, 1.0, 1.0, 0.0)
 
 
+class Gate(NamedTuple):
+    """The gate of a mirror.
+
+    charge: what it takes from rest until its diode carries `current` (A), C; fold: what it takes then for
+    each factor e of the current, C.
+    """
+
+    charge: float
+    current: float
+    fold: float
+
+
 class Membrane(NamedTuple):
     """A membrane with its comparator: capacitance (F), reference voltage (V), dead time after a spike (s).
 
-    left: voltage after a spike, V; leak: what switches that are off take from it, A; u_t: thermal voltage, V;
-    turn: charge of the inhibitory mirror's gate, C, before which it takes nothing; comparator: what delays a
-    spike.
+    leak: what switches that are off take from it, A; u_t: thermal voltage, V; comparator: what delays a
+    spike; gate: of the inhibitory mirror, None for one that follows at once.
     """
 
     capacitance: float
     reference: float
     dead: float
     u_t: float
-    turn: float
     comparator: Comparator = AT_ONCE
     leak: float = 0.0
-    left: float = 0.0
+    gate: Gate | None = None
 
 
-def ramp_delay(slope: ArrayLike, charge: float, current: ArrayLike, kappa: float, u_t: float) -> F64:
+def ramp_delay(slope: ArrayLike, charge: ArrayLike, current: ArrayLike, kappa: ArrayLike, u_t: float) -> F64:
     """Return the time from a ramp's crossing of the threshold to the spike, s.
 
     slope: of the ramp, V/s, above 0; charge: that the comparator's output needs, C; current: of its tail, A;
-    kappa, u_t (V): of its pair. The result has the shape of slope and current.
+    kappa, u_t (V): of its pair. The result has the shape of all.
     """
-    scale = 2.0 * u_t / (kappa * np.asarray(slope, dtype=np.float64))
-    x = charge / (scale * np.asarray(current, dtype=np.float64))
+    scale = 2.0 * u_t / (np.asarray(kappa) * np.asarray(slope, dtype=np.float64))
+    x = np.asarray(charge) / (scale * np.asarray(current, dtype=np.float64))
     # arcosh(e^x) without the overflow of e^x
     return np.asarray(scale * (x + np.log1p(np.sqrt(-np.expm1(-2.0 * x)))))
 
@@ -109,9 +124,12 @@ def rest_depth(tail: F64, least: F64, mirror: Mirror, pair: float, kappa: float,
     return found
 
 
-def mirrored(mirror: Mirror, current: float) -> float:
-    """Return what a saturated mirror takes, A, where it is given a current (A)."""
-    return float(mirror.copied(np.array(current))) if current > 0.0 else 0.0
+def mirrored(mirror: Mirror, currents: ArrayLike) -> F64:
+    """Return what a saturated mirror takes, A, where it is given currents (A), in their shape."""
+    given = np.asarray(currents, dtype=np.float64)
+    taken = np.zeros(given.shape)
+    taken[given > 0.0] = mirror.copied(given[given > 0.0])
+    return taken
 
 
 def rise_time(membrane: Membrane, volts: float, given: float, taken: float) -> float:
@@ -154,7 +172,7 @@ def moved(membrane: Membrane, volts: float, given: float, taken: float, time: fl
 def lso_spikes(excitation: Steps, inhibition: Steps, membrane: Membrane, mirror: Mirror) -> F64:
     """Return the spikes (s) of an LSO neuron whose membrane is at ground before any of its steps."""
     edges, given, sums = segments(excitation, inhibition, membrane)
-    taken = [mirrored(mirror, current) for current in sums]
+    taken = mirrored(mirror, sums).tolist()
     spikes: list[float] = []
     volts, free = 0.0, -math.inf  # V, and from when the membrane is let go, s
     for begin, end, exc, inh in zip(edges[:-1], edges[1:], given, taken, strict=True):
@@ -166,30 +184,55 @@ def lso_spikes(excitation: Steps, inhibition: Steps, membrane: Membrane, mirror:
                 break
             spike = reached + spike_delay(membrane, exc, inh)
             spikes.append(spike)
-            volts, free = membrane.left, spike + membrane.dead
+            volts, free = 0.0, spike + membrane.dead
             now = free
     return np.array(spikes)
 
 
-def turned(inhibition: Steps, charge: float) -> Steps:
-    """Return the steps, each from when all of them have charged the mirror's gate (C); their ends stay."""
-    gathered, before, amperes = 0.0, -math.inf, 0.0
-    for k in np.argsort(inhibition.start):
-        start = float(inhibition.start[k])
-        if not math.isfinite(start):
-            break
-        more = amperes * (start - before) if amperes else 0.0
-        if gathered + more >= charge:
-            break
-        gathered, before, amperes = gathered + more, start, amperes + float(inhibition.current[k])
-    if not amperes:
-        return inhibition
-    on = before + (charge - gathered) / amperes
-    kept = np.isfinite(inhibition.start)
-    begin, last = inhibition.start.copy(), inhibition.last.copy()
-    begin[kept] = np.maximum(begin[kept], on)
-    last[kept] = np.maximum(last[kept] - begin[kept] + inhibition.start[kept], 0.0)
-    return Steps(begin, last, inhibition.current)
+def carried(edges: list[float], sums: list[float], gate: Gate) -> tuple[list[float], list[float]]:
+    """Return edges (s) between which what a mirror carries is taken as constant, and that current (A).
+
+    edges, sums: between which the current into its diode is constant, one more than that, and it, A.
+    """
+    rest = gate.current * math.exp(-gate.charge / gate.fold)
+    now, marks, found = rest, [edges[0]], []
+    for begin, end, given in zip(edges[:-1], edges[1:], sums, strict=True):
+        first, before, past = now, begin, 0.0
+        for at in [*_cuts(begin, end, given, first, gate.fold), end]:
+            gone, now = _carried(at - begin, given, first, gate.fold)
+            marks.append(at)
+            found.append((gone - past) / (at - before))
+            before, past = at, gone
+        now = max(now, rest)
+    return marks, found
+
+
+def _carried(time: float, given: float, first: float, fold: float) -> tuple[float, float]:
+    """The charge (C) that a mirror has carried after a time (s), and its current (A) then.
+
+    given: into its diode, A; first: what it carries at first, A; fold: charge of a factor e, C.
+    """
+    if given <= LEAST:
+        grown = 1.0 + first * time / fold
+        return fold * math.log(grown), first / grown
+    x, part = given * time / fold, first / given
+    left = part + (1.0 - part) * math.exp(-x)
+    return fold * (x + math.log(left)), first / left
+
+
+def _cuts(begin: float, end: float, given: float, first: float, fold: float) -> list[float]:
+    """Where what a mirror carries is cut into pieces between two times, s; arguments as of `_carried`."""
+    last = end - begin
+    if given <= LEAST:
+        scale, n = fold / first, 0
+        found = []
+        while scale * 3.0**n < last:
+            found.append(begin + scale * 3.0**n)
+            n += 1
+        return found
+    scale = fold / given
+    middle = scale * math.log(given / first) if given > first else 0.0
+    return [begin + t for k in (-3.0, -1.0, 1.0, 3.0) if 0.0 < (t := middle + k * scale) < last]
 
 
 def segments(
@@ -197,20 +240,42 @@ def segments(
 ) -> tuple[list[float], list[float], list[float]]:
     """Return the edges (s) between which all currents are constant, and both sides' currents (A) there.
 
-    What leaks from the membrane is taken from what excites it.
+    What leaks from the membrane is taken from what excites it, and what inhibits it is what the mirror
+    carries.
     """
-    marks: list[tuple[float, float, float]] = []
-    for k, steps in enumerate((excitation, turned(inhibition, membrane.turn))):
-        on = np.isfinite(steps.start)
-        for start, last, amperes in zip(steps.start[on], steps.last[on], steps.current[on], strict=True):
-            change = (float(amperes), 0.0) if k == 0 else (0.0, float(amperes))
-            marks += [(float(start), *change), (float(start + last), -change[0], -change[1])]
-    marks.sort()
-    edges, given, taken = [], [], []
-    exc = inh = 0.0
-    for at, more, less in marks:
-        edges.append(at)
-        exc, inh = exc + more, inh + less
-        given.append(max(exc - membrane.leak, 0.0) if exc > LEAST else 0.0)
-        taken.append(inh if inh > LEAST else 0.0)
-    return edges, given[:-1], taken[:-1]
+    excited, given = _sums(excitation)
+    inhibited, taken = _sums(inhibition)
+    if inhibited and membrane.gate is not None:
+        late = max(inhibited[-1], excited[-1] if excited else -math.inf)
+        more = [late] if late > inhibited[-1] else []
+        inhibited, taken = carried([*inhibited, *more], [*taken[:-1], *(0.0 for _ in more)], membrane.gate)
+        taken.append(0.0)
+    edges = sorted({*excited, *inhibited})
+    exc, inh = (_held(edges, *each) for each in ((excited, given), (inhibited, taken)))
+    return edges, [max(i - membrane.leak, 0.0) if i > LEAST else 0.0 for i in exc[:-1]], inh[:-1]
+
+
+def _sums(steps: Steps) -> tuple[list[float], list[float]]:
+    """The edges (s) of steps, and the sum of their currents (A) from each on."""
+    on = np.isfinite(steps.start)
+    marks = sorted(
+        mark
+        for start, last, amperes in zip(steps.start[on], steps.last[on], steps.current[on], strict=True)
+        for mark in ((float(start), float(amperes)), (float(start + last), -float(amperes)))
+    )
+    edges: list[float] = []
+    sums: list[float] = []
+    total = 0.0
+    for at, change in marks:
+        total += change
+        if not edges or at > edges[-1]:
+            edges.append(at)
+            sums.append(0.0)
+        sums[-1] = total if total > LEAST else 0.0
+    return edges, sums
+
+
+def _held(edges: list[float], at: list[float], values: list[float]) -> list[float]:
+    """The value that holds from each edge on, 0 before the first: `values` from `at` on, both in order."""
+    place = np.searchsorted(at, edges, side="right") - 1
+    return [values[k] if k >= 0 else 0.0 for k in place]

@@ -22,32 +22,36 @@ deviate each charge has its own capacitor's; that of a level unit is its axon's 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from chips.lso.law import Comparator, Membrane, Steps, lso_spikes, ramp_delay, rest_depth
+from chips.lso.law import Comparator, Gate, Membrane, Steps, lso_spikes, ramp_delay
 from chips.lso.measure import (
+    LEVEL_AXON,
     LEVEL_COMPARATOR,
     LEVELS,
     MEMBRANE_SWITCHES,
     QUANTITIES,
-    THRESHOLD,
+    WEAK,
     circuits,
     idle,
-    pair_kappa,
+    level_kappa,
+    own_current,
     spike_kappa,
 )
 from chips.lso.place import NAME, Currents, line_volts
+from chips.lso.rest import PART as _PART
+from chips.lso.rest import law_depth
 from chips.measured.table_record import all_on_silicon, check_box, tables_of, temperature_weights
 from chips.measured.timer import COMPARATOR
 from chips.validity import require_area
 from circuits.arrays import F64
+from circuits.bias import rebias
 from circuits.blocks.latency.synapse import REFERENCE
 from circuits.circuit import BiasKind, Circuit
-from circuits.devices.channel import early
-from circuits.devices.ekv import argument
 from circuits.event import WIDTH
 from circuits.lowering.capacitors_on_die import added_capacitance
 from circuits.lowering.on_die import DieDevices, Mirror, on_die, transistor_of
@@ -56,20 +60,24 @@ from circuits.silicon.silicon import Silicon
 
 RECORD = "lso_neuron"
 SIDES = 2  # left, right
+REST_ERROR = 5e-4  # V, within which of the limit the model does not know whether a unit hears; ours
+SPIKE_ERROR = 1e-3  # of a neuron's charge, by which the model may be off as to its count of spikes; ours
 LEAST_AREA = 1.0 / 16.0  # of the circuits' devices, down to which the model was measured
-_PART = "generator.comparator"  # of a level unit
 _TAIL = "cell.threshold.mc0"  # of an LSO neuron's comparator
-_STAGE = "cell.threshold.mc6"  # what its second stage falls by
-_STARVED = "cell.mds"  # what a spike's end is slowed by
+_STARVED = {"cell.mds": 0.5, "cell.mos": 0.3}  # what slows a spike's end, and shares of it
+_STAGE = 0.6  # of a comparator's lag, what its own second stage makes; the rest by what the die shares
 _LSO = (
-    "md", "mk", _STARVED, *(f"cell.threshold.{d}" for d in COMPARATOR),
+    "md", "mk", *_STARVED, *(f"cell.threshold.{d}" for d in COMPARATOR),
     *(f"{name}{k}.{d}" for name in ("excite", "inhibit") for k in range(LEVELS)
       for d in ("me", "mt", "mr", *(f"timer.{c}" for c in COMPARATOR))),
     *MEMBRANE_SWITCHES,
 )  # fmt: skip
 _MEMBRANE = "cell.cm"
 _CAPACITORS = (_MEMBRANE, *(f"{name}{k}.ct" for name in ("excite", "inhibit") for k in range(LEVELS)))
-_LEVEL = tuple(f"{_PART}.{d}" for d in (*LEVEL_COMPARATOR, "mc3", "mc6", "mc7"))
+_LEVEL = (
+    *(f"{_PART}.{d}" for d in (*LEVEL_COMPARATOR, "mc3", "mc6", "mc7")),
+    *(f"generator.axon.{d}" for d in LEVEL_AXON),
+)
 
 
 class Head(NamedTuple):
@@ -77,11 +85,12 @@ class Head(NamedTuple):
 
     excite, inhibit: currents of the LSO neurons' synapses, [s, k]; excite_step, inhibit_step: how long they
     last, [s, k]; charge: of the membrane, [s]; leak: what switches take from it, [s]; onset: delay of an
-    event; spike_charge, spike_current [s], spike_kappa, lag [s]: of its comparator, as of `Comparator`; dead:
-    time after a spike, [s], in which the membrane is emptied to left, V; turn: charge of the mirror's gate;
-    mirror_in, mirror_out, mirror_shift: fields of a `Mirror`, [s]; offset: of a level unit's threshold, V,
-    [s, k]; rest: how far below it an input at rest must be, V, [s, k]; level_current: of a level unit's
-    comparator, [s, k]; level_charge: of its axon's input; kappa, u_t: of the level units' law.
+    event; spike_charge, spike_current, spike_kappa, lag [s]: of its comparator, as of `Comparator`; dead:
+    time after a spike, [s], in which the membrane is emptied; gate_charge, gate_current, gate_fold: fields of
+    a `Gate` of the mirror, [s]; mirror_in, mirror_out, mirror_shift: fields of a `Mirror`, [s]; offset: of a
+    level unit's threshold, V, [s, k]; rest: how far below it an input at rest must be, V, [s, k];
+    level_current: of a level unit's comparator, [s, k]; level_charge, level_lag: of its axon's input, and how
+    much later it spikes on any ramp, [s, k]; kappa [s, k], u_t: of the level units' law.
     """
 
     excite: F64
@@ -91,21 +100,23 @@ class Head(NamedTuple):
     charge: F64
     leak: F64
     onset: float
-    spike_charge: float
+    spike_charge: F64
     spike_current: F64
-    spike_kappa: float
+    spike_kappa: F64
     lag: F64
     dead: F64
-    left: float
-    turn: float
+    gate_charge: F64
+    gate_current: F64
+    gate_fold: F64
     mirror_in: F64
     mirror_out: F64
     mirror_shift: F64
     offset: F64
     rest: F64
     level_current: F64
-    level_charge: float
-    kappa: float
+    level_charge: F64
+    level_lag: F64
+    kappa: F64
     u_t: float
 
 
@@ -131,10 +142,17 @@ def level_times(head: Head, crossed: F64, slope: F64) -> F64:
     """
     on = np.isfinite(crossed)
     found = np.full(crossed.shape, np.inf)
-    found[on] = crossed[on] + ramp_delay(
-        slope[on], head.level_charge, head.level_current[on], head.kappa, head.u_t
-    )
+    found[on] = crossed[on] + level_delays(head, np.where(on, slope, 1.0))[on]
     return found
+
+
+def level_delays(head: Head, slope: F64) -> F64:
+    """Return how long after their thresholds are passed level units spike, s, float64[SIDES, LEVELS].
+
+    slope: of the envelope, V/s, above 0, of that shape.
+    """
+    own = ramp_delay(slope, head.level_charge, head.level_current, head.kappa, head.u_t)
+    return np.asarray(own + head.level_lag)
 
 
 def side_spikes(head: Head, side: int, level: F64, *, inhibited: bool = True) -> F64:
@@ -144,6 +162,18 @@ def side_spikes(head: Head, side: int, level: F64, *, inhibited: bool = True) ->
     side inhibits it.
     """
     return lso_spikes(*side_inputs(head, side, level, inhibited=inhibited))
+
+
+def is_count_certain(head: Head, side: int, level: F64) -> bool:
+    """Whether an LSO neuron makes as many spikes with a charge of the membrane that is `SPIKE_ERROR` off.
+
+    Where a spike comes just before its steps end, or just does not, the model does not know which.
+    """
+    counts = {
+        side_spikes(head._replace(charge=head.charge * part), side, level).size
+        for part in (1.0 - SPIKE_ERROR, 1.0, 1.0 + SPIKE_ERROR)
+    }
+    return len(counts) == 1
 
 
 def side_inputs(
@@ -158,13 +188,28 @@ def side_inputs(
     inhibition = Steps(far + head.onset, head.inhibit_step[side], head.inhibit[side])
     charge = float(head.charge[side])
     comparator = Comparator(
-        head.spike_charge, float(head.spike_current[side]), head.spike_kappa, float(head.lag[side])
+        *(float(x[side]) for x in (head.spike_charge, head.spike_current, head.spike_kappa, head.lag))
     )
     dead = float(head.dead[side])
     leak = float(head.leak[side])
-    membrane = Membrane(charge / REFERENCE, REFERENCE, dead, head.u_t, head.turn, comparator, leak, head.left)
+    gate = Gate(*(float(x[side]) for x in (head.gate_charge, head.gate_current, head.gate_fold)))
+    membrane = Membrane(charge / REFERENCE, REFERENCE, dead, head.u_t, comparator, leak, gate)
     mirror = Mirror(head.mirror_in[side], head.mirror_out[side], head.mirror_shift[side])
     return excitation, inhibition, membrane, mirror
+
+
+def _together(currents: Sequence[tuple[float, F64]]) -> F64:
+    """The current (A) of a time of which each current sets a share; shares add up to 1."""
+    return np.asarray(1.0 / sum(share / current for share, current in currents))
+
+
+class _Comparators(NamedTuple):
+    """Comparators as of `Comparator`, [SIDES] each."""
+
+    charge: F64
+    current: F64
+    kappa: F64
+    lag: F64
 
 
 class _Maker:
@@ -176,23 +221,31 @@ class _Maker:
         found = all_on_silicon(self.tables, QUANTITIES, silicon)
         self.charge = {name: float(value) for name, value in zip(QUANTITIES, found, strict=True)}
         self.lso, self.level = circuits()
-        lines = line_volts(self.silicon, kind, currents)
+        self.lines = lines = line_volts(self.silicon, kind, currents)
         sides: Path = ((NAME, ()), ("lso", (SIDES,)))
         self.sides = on_die(self.lso, self.silicon, _LSO, sides, lines)
         self.added = added_capacitance(self.lso, self.silicon, _CAPACITORS, sides)
         units: Path = ((NAME, ()), ("ear", (SIDES,)), ("level", (LEVELS,)))
         self.units = on_die(self.level, self.silicon, _LEVEL, units, lines)
-        alone = replace(self.silicon, die=silicon.die.without_mismatch())
-        self.shared = on_die(self.lso, alone, (_TAIL,), ((NAME, ()),), lines)
+        self.alone = replace(self.silicon, die=silicon.die.without_mismatch())
+        self.shared = on_die(self.lso, self.alone, (_TAIL,), ((NAME, ()),), lines)
+        self.common = self.current(self.shared, self.lso, _TAIL)
+        self.ideal = rebias(self.level, {}, "ideal")
 
     def make(self) -> Head:
         q = self.charge
-        comparator = float(self.current(self.shared, self.lso, _TAIL))
+        shared = self.common
         currents = {name: self.synapses(name, "me") for name in ("excite", "inhibit")}
         steps = {name: WIDTH + self.times(name) for name in currents}
         ends = self.sides.offset(*(f"cell.threshold.{d}" for d in COMPARATOR))
+        comparator = self.comparator("cell.threshold")
+        own = [(share, self.current(self.sides, self.lso, d)) for d, share in _STARVED.items()]
+        starved = _together([*own, (1.0 - sum(_STARVED.values()), shared)])
         mirror = self.sides.mirror("md", "mk")
         levels = self.units.offset(*(f"{_PART}.{d}" for d in LEVEL_COMPARATOR))
+        axons = self.units.offset(*(f"generator.axon.{d}" for d in LEVEL_AXON))
+        level_current = self.current(self.units, self.level, f"{_PART}.mc3")
+        gate_charge, gate_current, gate_fold = self.gate(currents["inhibit"])
         return Head(
             excite=currents["excite"],
             inhibit=currents["inhibit"],
@@ -200,24 +253,60 @@ class _Maker:
             inhibit_step=steps["inhibit"],
             charge=(q["membrane"] + self.more(_MEMBRANE)) * np.exp(ends @ self.slopes("comparator")),
             leak=np.zeros(SIDES) + idle(self.sides, *MEMBRANE_SWITCHES),
-            onset=q["onset"] / comparator,
-            spike_charge=q["spike"],
-            spike_current=self.current(self.sides, self.lso, _TAIL),
-            spike_kappa=spike_kappa(self.silicon),
-            lag=q["lag"] / self.current(self.sides, self.lso, _STAGE),
-            dead=q["dead"] / self.current(self.sides, self.lso, _STARVED),
-            left=max(0.0, q["left"]),
-            turn=q["turn"],
+            onset=float(self.at("onset", shared) / shared),
+            spike_charge=comparator.charge,
+            spike_current=comparator.current,
+            spike_kappa=comparator.kappa,
+            lag=comparator.lag,
+            dead=self.at("dead", starved) / starved,
+            gate_charge=gate_charge,
+            gate_current=gate_current,
+            gate_fold=gate_fold,
             mirror_in=np.asarray(mirror.given),
             mirror_out=np.asarray(q["mirror"] * mirror.taken),
             mirror_shift=self.mirror_shift(currents["inhibit"]),
-            offset=q["level_offset"] + levels @ self.slopes("level"),
+            offset=self.at("level_offset", level_current) + levels @ self.slopes("level"),
             rest=self.rest(),
-            level_current=self.current(self.units, self.level, f"{_PART}.mc3"),
-            level_charge=q["level_charge"],
-            kappa=pair_kappa(self.silicon),
+            level_current=level_current,
+            level_charge=self.at("level_charge", level_current)
+            * np.exp(axons @ self.slopes("axon") + self.limited()),
+            level_lag=q["level_lag"] / level_current,
+            kappa=level_kappa(self.level, self.silicon, level_current),
             u_t=self.silicon.thermal_voltage,
         )
+
+    def limited(self) -> float:
+        """How far ln of what level units' axons take is from the record's by their limit's current.
+
+        That differs from the record's ideal one with fixed gates, and moves the axon as a beta of its device.
+        """
+        name = f"generator.axon.{LEVEL_AXON[0]}"
+        alone = on_die(self.level, self.alone, (name,), ((NAME, ()),), self.lines)
+        ratio = self.current(alone, self.level, name) / own_current(self.ideal, "i_lim", self.alone)
+        return float(self.slopes("axon")[1] * np.log(ratio))
+
+    def at(self, name: str, current: F64) -> F64:
+        """A quantity of `FOLLOWING` at currents (A) of the comparators: straight in their logarithms."""
+        usual = self.charge["level_compared" if name.startswith("level") else "compared"]
+        part = np.log(current / usual) / np.log(WEAK)
+        return np.asarray(self.charge[name] + part * (self.charge[f"{name}_weak"] - self.charge[name]))
+
+    def comparator(self, name: str) -> _Comparators:
+        """The comparators called `name` of both sides."""
+        tail, stage = (self.current(self.sides, self.lso, f"{name}.{d}") for d in ("mc0", "mc6"))
+        kappa = spike_kappa(self.lso, self.silicon, tail)
+        lag = self.at("lag", tail) / _together([(_STAGE, stage), (1.0 - _STAGE, self.common)])
+        return _Comparators(self.at("spike", tail), tail, kappa, lag)
+
+    def gate(self, current: F64) -> tuple[F64, F64, F64]:
+        """What charges the mirror's gate, as of `Gate`, [SIDES] each, for one inhibition.
+
+        current: of the synapses, A, [SIDES, LEVELS].
+        """
+        one = current.mean(axis=-1)
+        volts, twice = (self.sides.gate_for("md", times * one) for times in (1.0, 2.0))
+        charge = self.charge["gate"] * np.maximum(volts - self.charge["gate_rest"], 0.0)
+        return np.asarray(charge), one, np.asarray(self.charge["gate"] * (twice - volts) / np.log(2.0))
 
     def mirror_shift(self, current: F64) -> F64:
         """`(v_p,out - v_p,in) / 2 U_T` of the mirror, [SIDES], at the gate that one inhibition gives it.
@@ -233,15 +322,21 @@ class _Maker:
         return np.stack(each, axis=-1)
 
     def times(self, name: str) -> F64:
-        """Charge over current of each synapse's timer, [SIDES, LEVELS]."""
-        ends = [self.sides.offset(*(f"{name}{k}.timer.{d}" for d in COMPARATOR)) for k in range(LEVELS)]
-        own = np.stack([self.more(f"{name}{k}.ct") for k in range(LEVELS)], axis=-1)
-        drawn = np.exp(np.stack(ends, axis=1) @ self.slopes("comparator"))
-        charges = (self.charge["timer"] + own) * drawn
-        taken = np.stack(
-            [idle(self.sides, f"{name}{k}.mr") + np.zeros(SIDES) for k in range(LEVELS)], axis=-1
+        """How long after its event each synapse's timer has charged and its comparator has turned, s."""
+        found = [self.time(f"{name}{k}", own) for k, own in enumerate(self.synapses(name, "mt").T)]
+        return np.stack(found, axis=-1)
+
+    def time(self, synapse: str, current: F64) -> F64:
+        """That of a synapse of both sides, s; current: which its timer's source gives, A."""
+        ends = self.sides.offset(*(f"{synapse}.timer.{d}" for d in COMPARATOR))
+        charge = (self.charge["timer"] + self.more(f"{synapse}.ct")) * np.exp(
+            ends @ self.slopes("comparator")
         )
-        return np.asarray(charges / (self.synapses(name, "mt") - taken))
+        net = current - idle(self.sides, f"{synapse}.mr")
+        c = self.comparator(f"{synapse}.timer")
+        slope = net * REFERENCE / charge
+        late = c.lag + ramp_delay(slope, c.charge, c.current, c.kappa, self.silicon.thermal_voltage)
+        return np.asarray(charge / net + late)
 
     def more(self, name: str) -> F64:
         """What a capacitor takes beyond what is drawn until the comparator turns, C, [SIDES]."""
@@ -253,28 +348,8 @@ class _Maker:
 
     def rest(self) -> F64:
         """How far below its threshold each level unit's input must rest to be heard, V, [SIDES, LEVELS]."""
-        law = self.silicon.law("p")
-        tail, least = (self.current(self.units, self.level, f"{_PART}.{m}") for m in ("mc3", "mc7"))
-        pair = law.square_current * transistor_of(self.level, f"{_PART}.mc1").square
         own = self.units.offset(*(f"{_PART}.{d}" for d in LEVEL_COMPARATOR[:2])) @ self.slopes("level")[:4]
-        if self.units.full:
-            tail, least = self.at_drains(tail, pair)
-        mirror = self.units.mirror(f"{_PART}.mc4", f"{_PART}.mc6")
-        return rest_depth(tail, least, mirror, pair, pair_kappa(self.silicon), law.u_t) - own
-
-    def at_drains(self, tail: F64, pair: float) -> tuple[F64, F64]:
-        """Current of a level unit's tail, and what must be exceeded over the copy's Early effect, A.
-
-        Where the comparator turns: the pair's sources are where the pair shares the tail's current, and the
-        output is a threshold above ground. tail: saturated, A; pair: specific current of its devices, A.
-        """
-        d, v_dd, gate = self.units, self.silicon.process.v_dd, self.units.below("v_bcmp")
-        output = self.silicon.law("n").v_t0
-        source = d.pinch(f"{_PART}.mc1", v_dd - THRESHOLD) - argument(0.5 * tail / pair)
-        whole = d.channel(f"{_PART}.mc3", gate, d.u_t * source)
-        least = d.channel(f"{_PART}.mc7", gate, v_dd - output)
-        copy = d.fet[f"{_PART}.mc6"]
-        return whole, least / early(copy.law, copy.length, output, np.sqrt(least / copy.current))
+        return np.asarray(self.charge["level_rest"] * law_depth(self.units, self.level, self.silicon) - own)
 
     def current(self, d: DieDevices, circuit: Circuit, name: str) -> F64:
         """Saturated current of a device whose gate is a line of the chip, A."""

@@ -32,9 +32,10 @@ from numpy.typing import ArrayLike
 
 from chips.lines.wander import Reach, WanderDraws, joined, wander_draws, wander_of
 from chips.lso.law import Membrane, Steps, mirrored, moved, rise_time, segments, spike_delay
-from chips.lso.measure import circuits, pair_kappa
+from chips.lso.measure import circuits
 from chips.lso.model import RECORD, SIDES, Head, side_inputs
 from chips.lso.place import NAME, Currents, biased
+from chips.lso.rest import pair_kappa
 from chips.measured.table_record import all_on_silicon, tables_of
 from chips.noise import SiliconNoise, die_name
 from chips.noise_draw import Draws, new_draws, normals
@@ -226,10 +227,11 @@ def noisy_spikes(
     """
     edges, given, sums = segments(excitation, inhibition, membrane)
     emptied = ELEMENTARY_CHARGE * membrane.u_t * membrane.capacitance  # k T C
+    takes = mirrored(mirror, sums)
+    rates = shot_rates(grain, mirror, np.array(given), np.array(sums), takes).tolist()
     spikes: list[float] = []
     volts, free, variance, normal = 0.0, -math.inf, emptied, drawn(0)
-    for begin, end, exc, inh in zip(edges[:-1], edges[1:], given, sums, strict=True):
-        taken, rate = mirrored(mirror, inh), shot_rate(grain, mirror, exc, inh)
+    for begin, end, exc, taken, rate in zip(edges[:-1], edges[1:], given, takes.tolist(), rates, strict=True):
         now = max(begin, free)
         while now < end:
             reached = now + rise_time(membrane, volts, exc, taken)
@@ -244,22 +246,21 @@ def noisy_spikes(
                 break
             spike = reached + spike_delay(membrane, exc, taken)
             spikes.append(spike)
-            volts, free, variance, normal = membrane.left, spike + membrane.dead, emptied, drawn(len(spikes))
+            volts, free, variance, normal = 0.0, spike + membrane.dead, emptied, drawn(len(spikes))
             now = free
     return np.array(spikes)
 
 
-def shot_rate(grain: Grain, mirror: Mirror, given: float, inhibition: float) -> float:
-    """Return the variance of the membrane's charge a second, C^2/s.
+def shot_rates(grain: Grain, mirror: Mirror, given: F64, inhibition: F64, taken: F64) -> F64:
+    """Return the variance of the membrane's charge a second, C^2/s, arrays of one shape.
 
-    given: exciting current, A; inhibition: sum of the inhibiting currents, before the mirror, A.
+    given: exciting current, A; inhibition: what the mirror's diode carries, A; taken: what its copy does, A.
     """
-    taken = mirrored(mirror, inhibition)
     rate = grain.exciting * given
-    if inhibition > 0.0:
-        within = shot_share(inhibition, mirror.given) * taken**2 / inhibition
-        out = shot_share(taken, mirror.taken) * taken
-        rate += grain.inhibiting * taken**2 / inhibition + ELEMENTARY_CHARGE * float(within + out)
+    on = inhibition > 0.0
+    into, out = inhibition[on], taken[on]
+    within = shot_share(into, mirror.given) * out**2 / into + shot_share(out, mirror.taken) * out
+    rate[on] += grain.inhibiting * out**2 / into + ELEMENTARY_CHARGE * within
     return rate
 
 

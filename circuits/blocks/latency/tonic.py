@@ -74,13 +74,22 @@ def _long_synapse(timer_capacitance: float) -> Circuit:
     return Circuit("long_synapse", ports, devices, (compared("timer", "timer", "off"),))
 
 
-def spike_and_reset() -> tuple[Device, ...]:
-    """Devices that make a spike of the node `above`, and then empty the node `v_mem`."""
+def spike_and_reset(*, held: bool = False) -> tuple[Device, ...]:
+    """Devices that make a spike of the node `above`, and then empty the node `v_mem`.
+
+    held: whether the node that empties it falls slowly, by the current set at `v_cmp`. Else a comparator that
+    turns back while the membrane has just begun to fall can end the emptying before its end.
+    """
+    slow = (
+        mos("mop", "p", "drain", "late", "vdd", 3, 1.5),
+        mos("mon", "n", "drain", "late", "kept", 3, 1.5),
+        mos("mos", "n", "kept", "v_cmp", "0", 6, 6),
+    )
     return (
         *inverter("ma", "above", "below", width=3.0, length=1.5),
         *inverter("mb", "below", "spike", width=3.0, length=1.5),
         *starved_inverter("spike"),
-        *inverter("mo", "late", "drain", width=3.0, length=1.5),
+        *(slow if held else inverter("mo", "late", "drain", width=3.0, length=1.5)),
         mos("mz", "n", "v_mem", "drain", "0", 6, 1.5),
     )
 

@@ -9,9 +9,10 @@ local mismatch tells them apart. The membrane integrates what is left and is emp
     spikes of simultaneous inputs = (n_exc - n_inh) I T / (C V_ref),    T = C_t V_ref / I_step
 
 The number of spikes is a ratio of two currents, which neither temperature nor the process moves. Each spike
-costs a dead time: two inverters make the edge of the comparator steep, and a starved inverter empties the
-membrane some 13 us later, as in `circuits.blocks.latency.tonic`. The call, at `reset`, empties the membrane
-too.
+costs a dead time of some 8 us: two inverters make the edge of the comparator steep, and a starved inverter
+empties the membrane a little later, as in `circuits.blocks.latency.tonic`. The node that empties it falls
+slowly as well, so that the membrane is at ground on any die before it is let go. The call, at `reset`,
+empties the membrane too.
 
 Source: Cheely & Horiuchi 2003, section 4, names the circuit (their reference 23, Horiuchi & Hynna 2001):
 excitation from one side and inhibition from the other. The circuit and all numbers are ours.
@@ -64,7 +65,7 @@ def _spiking_cell(membrane_capacitance: float) -> Circuit:
     ports = (SUPPLY, *analog_in("v_mem"), *events, *bias_in("v_cmp", "v_ref"))
     devices = (
         Capacitor("cm", "v_mem", "0", membrane_capacitance),
-        *spike_and_reset(),
+        *spike_and_reset(held=True),
         mos("mq", "n", "v_mem", "reset", "0", 6, 1.5),
     )
     return Circuit("spiking_cell", ports, devices, (compared("threshold", "v_mem", "above"),))

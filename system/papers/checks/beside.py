@@ -66,9 +66,9 @@ def compared(
     records: Sequence[str],
     statements: Callable[[list[T]], tuple[Statement, ...]],
     times: Callable[[list[T]], Times],
-    what: str = "time",
+    first: int = FIRST,
 ) -> Experiment:
-    """Make the experiment that holds both levels beside each other at all conditions of dies from `FIRST` on.
+    """Make the experiment that holds both levels beside each other at all conditions of dies from a first on.
 
     Parameters
     ----------
@@ -80,19 +80,21 @@ def compared(
         Names of the records of the models: what is kept is refused when one of them is another.
     statements
         Tell what was found, in the order of the conditions, after how many they are.
-    times, what
-        Gives the times that are drawn (`draw_errors`), and what they are, in a word.
+    times
+        Gives the times that are drawn (`draw_errors`).
+    first
+        Number of the first die.
     """
 
     def run(progress: Progress, execution: Execution = ALONE, dies: int = DIES) -> Report:
         """Compare both levels on `dies` dies."""
         digests = tuple(record_digest(current_record(each, AMI_1500)) for each in records)
         campaign = Campaign(name, one, Condition, result, (VERSION, *digests))
-        keys = conditions(range(FIRST, FIRST + dies))
+        keys = conditions(range(first, first + dies))
         with closing(execution.results(campaign, keys)) as results:
             found = [next(results) for _ in with_progress(keys, progress)]
         rows = judged([("cases", float(len(found)), at_least(ENOUGH))]) + statements(found)
-        return Report(rows, lambda figure: draw_errors(times(found), what, figure))
+        return Report(rows, lambda figure: draw_errors(times(found), figure))
 
     return Experiment(name, summary, run, {"dies": DIES})
 
@@ -119,17 +121,17 @@ def largest_error(circuit: F64, model: F64) -> float:
     return float(np.abs(model / circuit - 1.0).max(initial=0.0))
 
 
-def draw_errors(times: Times, what: str, figure: Figure) -> None:
+def draw_errors(times: Times, figure: Figure, what: str = "time") -> None:
     """Draw the error of each time over the circuit's, beside the margin.
 
     Parameters
     ----------
     times
         Times (s) of the circuit and of the model, float64[n] each, by what the legend calls them.
-    what
-        What the times are, in a word.
     figure
         An empty figure.
+    what
+        What the times are, in a word.
     """
     ax = figure.add_subplot()
     for (name, (circuit, model)), colour in zip(times.items(), COLOURS, strict=False):

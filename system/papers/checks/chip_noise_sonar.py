@@ -20,10 +20,10 @@ from chips.boards.vocalization.model import VocalizationModel
 from chips.boards.vocalization.noise import AHEAD, comparator_jitter, interval_spread
 from chips.hearing.model import HearingState, hear, hearing_on
 from chips.hearing.noise import chain_machine
-from chips.lso.law import ramp_delay
-from chips.lso.measure import LEVELS, THRESHOLD, crossing, ramp_bench
-from chips.lso.model import SIDES, head_on
+from chips.lso.measure import LEVELS, crossing, ramp_bench
+from chips.lso.model import SIDES, head_on, level_delays
 from chips.lso.noise import head_of_ping, level_spread, noise_of, noisy_side_spikes
+from chips.lso.rest import THRESHOLD
 from chips.noise import SiliconNoise
 from circuits.arrays import F64
 from circuits.bias import rebias
@@ -95,7 +95,7 @@ def level_beside(slope: float, trials: int) -> Beside:
     head = head_on(SILICON, "gate")
     noise = noise_of(head, SILICON, WHITE, kind="gate")
     current = head.level_current[0, :1]
-    delay = ramp_delay(slope, head.level_charge, current, head.kappa, head.u_t)
+    delay = level_delays(head, np.full(head.offset.shape, slope))[0, :1]
     ours = level_spread(noise.level, delay, np.array([slope]), current)
     return Beside(f"level_unit_{slope:.0f}_V_s", *known(times), float(ours[0]))
 

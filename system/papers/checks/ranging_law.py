@@ -88,5 +88,4 @@ EXPERIMENT = compared(
     ("rebound_neuron",),
     statements,
     inhibitions,
-    "inhibition",
 )

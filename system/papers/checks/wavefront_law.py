@@ -170,7 +170,7 @@ def run(progress: Progress) -> Report:
 def draw(found: list[Axons], figure: Figure) -> None:
     """Draw the error of each delay over its length."""
     of_kind = {kind: [a for a in found if a.kind == kind] for kind in KINDS}
-    draw_errors({kind: _joined(own) for kind, own in of_kind.items()}, "delay", figure)
+    draw_errors({kind: _joined(own) for kind, own in of_kind.items()}, figure, "delay")
 
 
 def _joined(axons: list[Axons]) -> tuple[F64, F64]:

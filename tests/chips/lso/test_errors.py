@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from chips.lso.errors import AT, inputs, level_delays, neuron_spikes
-from chips.lso.measure import FROM
+from chips.lso.errors import inputs, level_delays, neuron_spikes
+from chips.lso.measure import AT, FROM
 from chips.lso.model import RECORD, head_on
 from chips.record import kept_record
 from circuits.circuit import BiasKind

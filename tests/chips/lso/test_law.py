@@ -8,20 +8,23 @@ from scipy.integrate import solve_ivp
 
 from chips.lso.law import (
     Comparator,
+    Gate,
     Membrane,
     Steps,
+    carried,
     lso_spikes,
     mirrored,
     moved,
     ramp_delay,
     rest_depth,
     rise_time,
+    segments,
     spike_delay,
 )
-from chips.lso.law import turned as charged
 from circuits.lowering.on_die import Mirror
 
-M = Membrane(5e-12, 2.0, 20e-6, 26e-3, 0.0)
+M = Membrane(5e-12, 2.0, 20e-6, 26e-3)
+GATE = Gate(1.3e-13, 6e-9, 1.2e-14)
 EQUAL = Mirror(1e-7, 1e-7, 0.0)
 NEVER = Steps(np.array([math.inf]), np.array([4e-3]), np.array([6e-9]))
 
@@ -59,13 +62,10 @@ def test_spikes_of_one_input_come_with_the_charge_and_the_dead_time() -> None:
     assert found == pytest.approx([1e-3 + alone, 1e-3 + 2.0 * alone + M.dead])
 
 
-def test_what_leaks_slows_the_membrane_and_what_a_spike_leaves_shortens_the_next_interval() -> None:
-    leaking = M._replace(leak=1e-9, left=0.5)
-    found = lso_spikes(steps((1e-3, 6e-3, 6e-9)), NEVER, leaking, EQUAL)
+def test_what_leaks_slows_the_membrane() -> None:
+    found = lso_spikes(steps((1e-3, 5e-3, 6e-9)), NEVER, M._replace(leak=1e-9), EQUAL)
     alone = 10e-12 / 5e-9
-    assert found == pytest.approx(
-        [1e-3 + alone, 1e-3 + 1.75 * alone + M.dead, 1e-3 + 2.5 * alone + 2 * M.dead]
-    )
+    assert found == pytest.approx([1e-3 + alone, 1e-3 + 2.0 * alone + M.dead])
 
 
 def test_equal_inputs_cancel_and_an_early_one_does_not() -> None:
@@ -84,13 +84,55 @@ def test_a_mirror_is_nothing_but_its_devices() -> None:
     assert mirrored(Mirror(1e-3, 1e-3, 0.1), 1e-12) == pytest.approx(math.exp(0.2) * 1e-12, rel=1e-3)
 
 
-def test_the_mirrors_gate_is_charged_before_it_takes() -> None:
-    found = charged(steps((1e-3, 4e-3, 6e-9), (1e-3, 4e-3, 4e-9)), 1e-13)
-    assert found.start == pytest.approx([1e-3 + 1e-5, 1e-3 + 1e-5])
-    assert found.start + found.last == pytest.approx([5e-3, 5e-3])
-    apart = charged(steps((1e-3, 4e-3, 6e-9), (3e-3, 4e-3, 4e-9)), 1.2e-13)
-    assert apart.start == pytest.approx([1e-3 + 2e-5, 3e-3])
-    assert charged(NEVER, 1e-13) is NEVER
+def test_a_mirror_carries_what_charges_its_gate_leaves() -> None:
+    """Pieces have the charge of the law's own integral: it turns on, takes a second input, loses both."""
+    edges, sums = [0.0, 100e-6, 160e-6, 400e-6, 3e-3], [6e-9, 15e-9, 4e-9, 0.0]
+    marks, found = carried(edges, sums, GATE)
+    assert set(edges) <= set(marks)
+    assert np.all(np.diff(marks) > 0.0)
+
+    def change(t: float, log: np.ndarray) -> np.ndarray:
+        given = sums[int(np.searchsorted(edges, t, side="right")) - 1]
+        return np.asarray((given - np.exp(log)) / GATE.fold)
+
+    start = math.log(GATE.current) - GATE.charge / GATE.fold
+    for begin, end, amperes in zip(marks[:-1], marks[1:], found, strict=True):
+        middle = begin, 0.5 * (begin + end), end - 1e-9 * (end - begin)
+        run = solve_ivp(
+            change, (begin, middle[-1]), [start], method="LSODA", rtol=1e-10, atol=1e-12, dense_output=True
+        )
+        t = np.linspace(begin, middle[-1], 4001)
+        assert amperes * (end - begin) == pytest.approx(np.trapezoid(np.exp(run.sol(t)[0]), t), rel=1e-4)
+        start = float(run.y[0, -1])
+
+
+def test_inhibition_begins_when_the_gate_is_charged_and_ends_late() -> None:
+    slow, quick = M._replace(gate=GATE), M
+    far = steps((1e-3, 1e-3, 6e-9))
+    given = steps((1e-3, 5e-3, 12e-9))
+    at_once, later = (dict(zip(*_taken(given, far, m), strict=True)) for m in (quick, slow))
+    assert at_once == {1e-3: 6e-9, 2e-3: 0.0}
+    taken = np.array(list(later.values()))
+    begins = np.array([*later, 6e-3])
+    charge = taken * np.diff(begins)
+    # what charges the gate is missing, and what is left of it at the end comes back but for ln(1 + t / tau)
+    left = GATE.charge - GATE.fold * math.log(1.0 + 6e-9 * 4e-3 / GATE.fold)
+    assert charge.sum() == pytest.approx(6e-12 - left, rel=1e-3)
+    assert charge[begins[:-1] >= 2e-3].sum() == pytest.approx(GATE.charge - left, rel=1e-3)
+    assert (np.diff(taken[begins[:-1] >= 2e-3]) < 0.0).all()
+
+
+def test_inputs_at_one_instant_are_a_sum() -> None:
+    far = steps((1e-3, 1e-3, 6e-9), (1e-3, 1e-3, 4e-9))
+    edges, given, taken = segments(steps((1e-3, 5e-3, 6e-9), (1e-3, 5e-3, 6e-9)), far, M._replace(gate=GATE))
+    assert np.diff(edges).min() > 0.0
+    assert set(given) == {12e-9}
+    assert max(taken) == pytest.approx(10e-9, rel=1e-2)
+
+
+def _taken(excitation: Steps, inhibition: Steps, membrane: Membrane) -> tuple[list[float], list[float]]:
+    edges, _, taken = segments(excitation, inhibition, membrane)
+    return edges[:-1], taken
 
 
 def test_a_ramp_charges_the_axon() -> None:

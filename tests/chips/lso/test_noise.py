@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from chips.lso.law import ramp_delay
-from chips.lso.measure import LEVELS, THRESHOLD, crossing, ramp_bench
-from chips.lso.model import SIDES, head_on, side_spikes
+from chips.lso.measure import LEVELS, crossing, ramp_bench
+from chips.lso.model import SIDES, head_on, level_delays, side_spikes
 from chips.lso.noise import head_of_ping, level_spread, noise_of, noisy_side_spikes
+from chips.lso.rest import THRESHOLD
 from chips.noise import SiliconNoise
 from circuits.bias import rebias
 from circuits.blocks.latency.tonic import START
@@ -72,7 +72,7 @@ def test_a_level_unit_jitters_as_the_transistors():
     run = NoiseRun(1, 0.2e-6, WHITE_ONLY)
     theirs = np.array(map_trials(lambda r: r.spikes["spike"][0], machine, run, range(24), 1, record=()))
     current = HEAD.level_current[0, :1]
-    delay = ramp_delay(slope, HEAD.level_charge, current, HEAD.kappa, HEAD.u_t)
+    delay = level_delays(HEAD, np.full(HEAD.offset.shape, slope))[0, :1]
     assert theirs.mean() - crossing(slope) == pytest.approx(float(delay[0]), rel=0.05)
     ours = level_spread(WHITE.level, delay, np.array([slope]), current)[0]
     # some 10 % below, without what comes before the crossing; 24 trials know 15 %

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chips.lso.errors import AT, SPREAD, inputs, neuron_bench
-from chips.lso.measure import circuits
+from chips.lso.errors import SPREAD, inputs, neuron_bench
+from chips.lso.measure import AT, circuits
 from chips.lso.model import head_on, side_spikes
 from chips.lso.place import NAME
 from circuits.blocks.latency.tonic import START

@@ -47,7 +47,9 @@ def test_the_design_is_the_nominal_chip_of_the_ideal_law() -> None:
     wanted = designed(SILICON, DESIGN)
     assert wanted.balance == 0.0
     assert not wanted.deaf.any()
-    assert wanted.step == pytest.approx(4.07e-3, rel=0.03)  # by whole spikes of some 23
+    nominal = head_on(Silicon(SILICON.process.under("ideal")), "gate")
+    # told by whole spikes of some 23
+    assert wanted.step == pytest.approx(float(nominal.excite_step.mean()), rel=1.0 / 23.0)
 
 
 def test_deaf_level_units_are_told() -> None:

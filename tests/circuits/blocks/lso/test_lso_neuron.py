@@ -1,5 +1,7 @@
 """Spikes for the difference of both ears, and for nothing else."""
 
+from itertools import pairwise
+
 import pytest
 
 from circuits.bias import rebias
@@ -7,7 +9,7 @@ from circuits.blocks.lso.lso_neuron import BLOCK, Params, build
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500_IDEAL
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 
@@ -76,3 +78,16 @@ def test_what_cannot_be_is_refused() -> None:
         Params(inhibitions=0)
     with pytest.raises(ParameterError, match=r"excite_2: 0.0005 s, there is one synapse"):
         run(build(Params(excitations=1)), excite_2=AT)
+
+
+@pytest.mark.parametrize("celsius", [-10.0, 27.0, 60.0])
+@pytest.mark.parametrize(("n", "p"), [(-0.1, 0.07), (0.1, -0.07), (-0.1, -0.07), (0.1, 0.07)])
+def test_a_spike_empties_the_membrane_on_any_die(celsius: float, n: float, p: float) -> None:
+    """Fixed gates make currents a tenth or ten times as large there."""
+    die = Die(number=3).with_("process.n", "v_t0", n).with_("process.p", "v_t0", p)
+    found = run(silicon=Silicon(AMI_1500, celsius, die), duration=40e-3, excite_1=AT, excite_2=AT)
+    spikes = found.spikes["spike"]
+    assert spikes.size > 1
+    for begin, end in pairwise(spikes):
+        between = (found.time > begin) & (found.time < end)
+        assert found["v_mem"][between].min() < 1e-3

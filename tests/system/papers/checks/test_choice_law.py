@@ -16,8 +16,11 @@ def test_every_row_can_fail() -> None:
         Decision((3, 3), np.array([1e-5, 1e-5]), 0.0),
     )
     delays = np.array([(math.nan, 1e-5), (1e-5, 1.1e-5)])
-    wrong = Beside(decisions, (2, 3), np.array([(1e-3, 1.04e-3)]), delays, hears=True)
-    rows = {row.name: row for row in statements([wrong])}
+    wrong = Beside(decisions, (2, 3), np.array([(1e-3, 1.04e-3)]), delays, True, True, True)
+    unknown = Beside(decisions, (2, 3), np.array([(1e-3, 1.04e-3)]), delays, True, False, False)
+    rows = {row.name: row for row in statements([wrong, unknown])}
     assert rows["winner_share"].ours == 0.5
     assert rows["hears_share"].ours == 0.5
+    assert rows["count_share"].ours == 0.0
+    assert rows["count_undecided_share"].ours == rows["hears_undecided_share"].ours == 0.5
     assert not any(row.agrees for row in rows.values())
