@@ -18,6 +18,7 @@ from circuits.errors import ParameterError
 
 How = Literal["faithful", "approximate", "refused"]
 DIRECT = 2e-3  # s, of a synapse for weights that reach a membrane at once; ours
+SHARE = 0.05  # of the membrane's time constant, which such a synapse has where that is longer; ours
 SLOW = 100e-3  # s, of the membrane that stands for none that leaks; ours
 RATE = 500.0  # Hz, of the events that stand for a bias, the most of whose bursts do not overlap; ours
 _NEF: How = "refused"  # the NEF chip takes ensembles, which no node of NIR is
@@ -37,7 +38,11 @@ NODES = (
     Node("Output", "faithful", _NEF, "a probe of the population before it"),
     Node("NIRGraph", "faithful", _NEF, "a graph in a graph: its nodes are named `graph.node`; it may recur"),
     Node(
-        "LIF", "approximate", _NEF, f"a population; weights reach it through synapses of {1e3 * DIRECT:g} ms"
+        "LIF",
+        "approximate",
+        _NEF,
+        f"a population; weights reach it through synapses of {1e3 * DIRECT:g} ms, or {SHARE:.0%} of the"
+        " membrane's time constant where that is longer",
     ),
     Node("CubaLIF", "faithful", _NEF, "a population, and the time constant of all synapses to it"),
     Node("IF", "approximate", _NEF, f"a population whose membrane leaks, in {1e3 * SLOW:g} ms"),

@@ -8,9 +8,9 @@ all linear nodes, graphs within graphs and loops among them. With the neuron's
     LI       tau dv/dt = v_leak - v + R I, before a neuron: its synapses
 
 a weight w is R w / (v_threshold tau_s) in the network's units (`system.mapping.network`), tau_s being that of
-CubaLIF or LI, or `DIRECT` where pulses reach the membrane at once; v_threshold counts from v_leak, which must
-be v_reset. NIR knows no refractory period: it is 0. Populations and inputs come in the order of the file,
-which NIR sorts by name.
+CubaLIF or LI, or where pulses reach the membrane at once `DIRECT`, or `SHARE` of the membrane's if longer;
+v_threshold counts from v_leak, which must be v_reset. NIR knows no refractory period: it is 0. Populations
+and inputs come in the order of the file, which NIR sorts by name.
 
 A bias is a constant current: an input of its own, `NODE.bias`, whose regular events (`RATE`) bring it in the
 mean, through the same synapses as the weights beside it.
@@ -39,6 +39,7 @@ from system.mapping.nir.nodes import (
     NODES,
     RATE,
     REMEDY,
+    SHARE,
     SLOW,
     How,
     added,
@@ -340,7 +341,8 @@ def _connection(source: str, way: Way, node: Any, size: int, times: Times) -> Co
         tau = _one_value(way.node, "tau_syn", node.tau_syn)
         over = over * np.asarray(node.w_in, dtype=np.float64).ravel() / tau
     elif tau is None:
-        tau = DIRECT / times.unit
+        held = SLOW if kind == "IF" else times.unit * _one_value(way.node, "tau", node.tau)
+        tau = max(DIRECT, SHARE * held) / times.unit
         over = over / tau
     matrix = np.broadcast_to(over, (size,))[:, None] * weights
     rows = tuple(map(tuple, matrix.tolist()))

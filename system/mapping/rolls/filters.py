@@ -48,12 +48,14 @@ COLUMNS = {
         FILTERS, (NONPLASTIC + 200, NONPLASTIC + 210, VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY), strict=True
     )
 }  # that a bench drives
+ROUNDED = 1e-12  # of weights that add up, up to which what is left of them is rounding; ours
 NOTHING = Events(np.empty(0), np.empty(0, np.int64))
 BESIDE = "virtual_excitatory"  # excites where an inhibition is measured
 # Of the bench, ours: events of a neuron in Hz, and the rate that is to bring the pivot; for how many time
 # constants and for how long (s) after these it runs; rheobases between which a current counts
 _RATES, _MIDDLE = np.geomspace(300.0, 4000.0, 24), 1600.0
 _SETTLED, _MEASURED, BAND = 8.0, 0.1, (0.5, 4.5)
+_FEWEST = 3  # of the bench's rates, for a line; ours
 _LEAK_TIMES_TAU, _TRIALS = 5e-14, 2  # A s, about what a filter's leak is tried first by, and how many are
 _FIRST_GAIN, PULSE_LENGTH = 0.16, 82e-6  # about a filter's gain; s, about a pulse
 
@@ -62,7 +64,8 @@ _FIRST_GAIN, PULSE_LENGTH = 0.16, 82e-6  # about a filter's gain; s, about a pul
 class Law:
     """What a filter does.
 
-    tau : time constant, s; power : p; pivot : A; gain : A a C/s; error : largest relative one of the law.
+    tau : time constant, s; power : p; pivot : A; gain : A a C/s; error : largest relative one of the mean
+    current by these equations at the bench's rates, infinite where too few of them bring such currents.
     """
 
     tau: float
@@ -75,6 +78,13 @@ class Law:
         """Return the same law with another pivot, A."""
         gain = self.gain * (self.pivot / pivot) ** ((1.0 - self.power) / self.power)
         return replace(self, pivot=pivot, gain=gain)
+
+    def mean(self, charge: float, rate: F64) -> F64:
+        """Mean current (A) under regular events (Hz) that bring a charge, C, by the equations."""
+        share = 1.0 / (rate * self.tau)  # of a time constant, between two events
+        most = float(self.weight(np.array(charge))) / -np.expm1(-share)  # S behind an event
+        held = -np.expm1(-self.power * share) / (self.power * share)
+        return np.asarray(self.pivot * (most / self.pivot) ** self.power * held)
 
     def weight(self, charge: F64) -> F64:
         """Weights (A, the jump of S) of events that bring charges, C."""
@@ -148,12 +158,16 @@ def laws(biases: BiasTable, rheobase: float, used: Collection[str]) -> dict[str,
 def _law(biases: BiasTable, name: str, rheobase: float, charge: float, currents: F64) -> Law:
     """The line through a filter's currents (A) at the bench's rates."""
     pivot = AT * rheobase
+    tau = tau_of(bench_built(biases), name)
     near = (currents > BAND[0] * rheobase) & (currents < BAND[1] * rheobase)
+    if near.sum() < _FEWEST:
+        return Law(tau, 1.0, pivot, 1.0, np.inf)
     came, got = np.log(_RATES[near] * charge), np.log(currents[near])
     power, offset = np.polyfit(came, got, 1)
     gain = np.exp(offset + (power - 1.0) * np.log(pivot)) ** (1.0 / power)
-    error = np.abs(np.expm1(power * came + offset - got)).max()
-    return Law(tau_of(bench_built(biases), name), float(power), pivot, float(gain), float(error))
+    found = Law(tau, float(power), pivot, float(gain))
+    error = np.abs(found.mean(charge, _RATES[near]) / currents[near] - 1.0).max()
+    return replace(found, error=float(error))
 
 
 def _currents(biases: BiasTable) -> dict[str, F64]:

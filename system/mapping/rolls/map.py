@@ -30,6 +30,7 @@ from system.mapping.rolls.filters import (
     EXTRA,
     FIRST_OF,
     PULSE_LENGTH,
+    ROUNDED,
     SIGN,
     Law,
     built_of,
@@ -38,7 +39,7 @@ from system.mapping.rolls.filters import (
     laws,
     with_filters,
 )
-from system.mapping.rolls.findings import beyond, findings_of
+from system.mapping.rolls.findings import beyond, findings_of, unfit
 from system.mapping.rolls.levels import Levels, Repeats, levels_of, repeats_of
 from system.mapping.rolls.mapped import Mapped, Placed, PlacedFilter, virtual_inputs
 from system.mapping.rolls.neuron import (
@@ -54,7 +55,8 @@ from system.mapping.rolls.neuron import (
 PULSE = 1.5e-9  # A, of NPA_PWLK_P: pulses of 0.08 ms, within the chip's step; ours
 SLOPE = 0.16  # d of the neuron's law, before its codes are known
 LONGEST = 0.3  # s, of a membrane: leaks of 2 pA; ours
-ROUNDS = 3  # of the search of the weights' codes
+ROUNDS = 4  # of the search of the weights' codes
+_LOWEST = 1e-15  # A, below what any code brings
 
 Charges = Mapping[str | int, float]
 Sets = Mapping[str, Levels | Repeats]
@@ -97,9 +99,11 @@ def map_on_rolls(network: Network, usual: Usual | None = None) -> Mapped:
     check_possible(tuple(_too_much(network)))
     neurons = _neurons(network)
     asked = tuple(_asked(network, neurons))
+    check_possible(tuple(_both_ways(network, asked)))
     biases = with_filters(neurons.biases, {a.name: a.tau for a in asked})
     middle = _middle(network, neurons)
     found = laws(biases, middle, [a.name for a in asked])
+    check_possible(tuple(unfit(found, {a.name: a.tau for a in asked}, middle)))
     if usual is not None:
         found = {a.name: found[a.name].about(_usual_current(a, usual, middle)) for a in asked}
     sets = {a.name: _chosen(a, found[a.name]) for a in asked}
@@ -114,7 +118,7 @@ def map_on_rolls(network: Network, usual: Usual | None = None) -> Mapped:
         for name, chosen in sets.items()
     }
     check_possible(tuple(beyond(mapped, {a.name: a.tau for a in asked}, least, weighted.built)))
-    return replace(mapped, findings=tuple(findings_of(mapped, neurons.curves)))
+    return replace(mapped, findings=tuple(findings_of(mapped, neurons.curves, found)))
 
 
 def _too_much(network: Network) -> Iterator[Finding]:
@@ -172,36 +176,79 @@ def _middle(network: Network, neurons: Neurons) -> float:
     return float(np.exp(np.average(each, weights=sizes)))
 
 
+@dataclass(frozen=True, slots=True)
+class Together:
+    """Connections whose events decay alike, from neurons or from channels.
+
+    inner : whether from neurons; tau : s; members : their numbers in the network; charge : what an event is
+    to bring, A s, float64[n, sources]; below 0 it inhibits.
+    """
+
+    inner: bool
+    tau: float
+    members: tuple[int, ...]
+    charge: F64
+
+
 def asked_charges(
     network: Network, currents: Mapping[str, float], matrices: Sequence[F64]
-) -> tuple[F64, F64]:
-    """Return what an event is to bring from neurons and from channels, A s, float64[n, sources] each.
+) -> tuple[Together, ...]:
+    """Return what events are to bring, of neurons and of channels and each time constant by itself.
 
-    Weights of one pair add up. currents: A that stand for 1, by population; matrices: of the connections.
+    Weights of one pair add up there. currents: A that stand for 1, by population; matrices: of the
+    connections.
     """
     at, channels = spans(network.populations), spans(network.inputs)
-    inside = np.zeros((network.neurons, network.neurons))
-    outside = np.zeros((network.neurons, network.channels))
-    for one, weights in zip(network.connections, matrices, strict=True):
-        inner = one.source in at
-        where = np.ix_(at[one.target], (at if inner else channels)[one.source])
-        (inside if inner else outside)[where] += currents[one.target] * one.tau * weights
-    return inside, outside
+    kinds: dict[tuple[bool, float], list[int]] = {}
+    for k, one in enumerate(network.connections):
+        kinds.setdefault((one.source in at, one.tau), []).append(k)
+    found = []
+    for (inner, tau), members in kinds.items():
+        sources = at if inner else channels
+        charge, size = np.zeros((2, network.neurons, network.neurons if inner else network.channels))
+        for k in members:
+            one = network.connections[k]
+            where = np.ix_(at[one.target], sources[one.source])
+            charge[where] += currents[one.target] * tau * matrices[k]
+            size[where] += currents[one.target] * tau * np.abs(matrices[k])
+        charge[np.abs(charge) < ROUNDED * size] = 0.0
+        found.append(Together(inner, tau, tuple(members), charge))
+    return tuple(found)
+
+
+def charges_by(asked: Sequence[Together], network: Network) -> dict[str, F64]:
+    """Return what an event is to bring through each filter, A s, float64[n, sources], 0 or above."""
+    found = {}
+    for name in FILTERS:
+        inner, sign = name in FILTERS[:2], SIGN[name]
+        empty = np.zeros((network.neurons, network.neurons if inner else network.channels))
+        found[name] = sum((np.maximum(sign * a.charge, 0.0) for a in asked if a.inner == inner), empty)
+    return found
 
 
 def _asked(network: Network, neurons: Neurons) -> Iterator[Asked]:
     """What is asked of each filter that is in use."""
-    at, matrices = spans(network.populations), [matrix_of(network, c) for c in network.connections]
-    inside, outside = asked_charges(network, neurons.currents, matrices)
-    sizes: dict[str, list[tuple[float, float]]] = {name: [] for name in FILTERS}
-    for one, weights in zip(network.connections, matrices, strict=True):
-        for name in FILTERS[:2] if one.source in at else FILTERS[2:]:
-            sizes[name].append((np.log(one.tau), float(np.maximum(SIGN[name] * weights, 0.0).sum())))
-    for name in FILTERS:
-        charge = np.maximum(SIGN[name] * (inside if name in FILTERS[:2] else outside), 0.0)
+    each = asked_charges(network, neurons.currents, [matrix_of(network, c) for c in network.connections])
+    for name, charge in charges_by(each, network).items():
         if charge.any():
-            taus, shares = np.array(sizes[name]).T
-            yield Asked(name, charge, float(np.exp(np.average(taus, weights=shares))))
+            alike = [a for a in each if a.inner == (name in FILTERS[:2])]
+            shares = [float(np.maximum(SIGN[name] * a.charge, 0.0).sum()) / a.tau for a in alike]
+            tau = float(np.exp(np.average(np.log([a.tau for a in alike]), weights=shares)))
+            yield Asked(name, charge, tau)
+
+
+def _both_ways(network: Network, asked: Sequence[Asked]) -> Iterator[Finding]:
+    """Pairs of neurons with synapses of both signs, of which the chip has one a pair."""
+    charges = {a.name: a.charge for a in asked}
+    if not all(name in charges for name in FILTERS[:2]):
+        return
+    both = int(np.logical_and(*(charges[name] > 0.0 for name in FILTERS[:2])).sum())
+    if both:
+        note = (
+            "the chip has one synapse from a neuron to another, which excites or inhibits: give both the same"
+            " tau, so that they add up, leave one out, or take a population between"
+        )
+        yield impossible("network", "pairs that excite and inhibit", both, 0, "", note)
 
 
 def _usual_current(asked: Asked, usual: Usual, middle: float) -> float:
@@ -232,16 +279,30 @@ def _with_weights(biases: BiasTable, sets: Sets) -> Weighted:
     for name, chosen in sets.items():
         wanted |= _steps(name, np.atleast_1d(np.asarray(chosen[0])))
     found = _weighted(biases, {bias: charge / PULSE_LENGTH for bias, charge in wanted.items()})
+    before: dict[str, Point] = {}
     for _ in range(ROUNDS - 1):
         has: dict[str, float] = {}
         for name in sets:
             has |= _steps(name, _charges(name, found.charges))
-        currents = {
-            bias: found.biases.current(bias) * wanted[bias] / max(has[bias], 1e-3 * wanted[bias])
-            for bias in wanted
-        }
-        found = _weighted(found.biases, currents)
+        now = {bias: Point(found.biases.current(bias), has[bias]) for bias in wanted}
+        currents = {bias: _next(now[bias], before.get(bias), wanted[bias]) for bias in wanted}
+        found, before = _weighted(found.biases, currents), now
     return found
+
+
+class Point(NamedTuple):
+    """Current of a weight's bias, A, and the charge that it brings, C."""
+
+    current: float
+    charge: float
+
+
+def _next(now: Point, before: Point | None, wanted: float) -> float:
+    """Current that brings a charge, on the line through two points, as devices leak too, or in proportion."""
+    if before is not None and (now.current - before.current) * (now.charge - before.charge) > 0.0:
+        slope = (now.charge - before.charge) / (now.current - before.current)
+        return max(now.current + (wanted - now.charge) / slope, _LOWEST)
+    return now.current * wanted / max(now.charge, 1e-3 * wanted)
 
 
 def _weighted(biases: BiasTable, currents: Mapping[str, float]) -> Weighted:

@@ -18,7 +18,7 @@ from circuits.errors import ParameterError
 from system.mapping.network import Network, matrix_of, spans
 from system.mapping.rolls.filters import SIGN
 from system.mapping.rolls.levels import Repeats
-from system.mapping.rolls.map import asked_charges, chosen_of
+from system.mapping.rolls.map import Together, asked_charges, charges_by, chosen_of
 from system.mapping.rolls.mapped import Mapped, PlacedFilter
 from system.mapping.train.form import Weights
 from system.mapping.train.ratios import Ratios
@@ -47,11 +47,10 @@ class Trainable:
 
     def on_dies(self, matrices: Sequence[F64], dies: Sequence[Ratios]) -> OnDies:
         """Return the weights as dies have them, from matrices of all connections."""
-        network, asked = self.mapped.network, self._charges(matrices)
-        found, slopes = [], []
+        network, found, slopes = self.mapped.network, [], []
+        charges = charges_by(self._charges(matrices), network)
         for one in self.mapped.filters:
-            charge = np.maximum(SIGN[one.name] * asked[_kind(one)], 0.0)
-            jump, chosen = _jumps(one.name, charge / one.tau)
+            jump, chosen = _jumps(one.name, charges[one.name] / one.tau)
             ratio = np.stack([_ratio(d.weights[one.name], chosen, self.mapped.neurons) for d in dies])
             both = [np.zeros((len(dies), network.neurons, k)) for k in (network.neurons, network.channels)]
             both[_kind(one)] = jump * ratio
@@ -61,21 +60,20 @@ class Trainable:
 
     def derivatives(self, matrices: Sequence[F64], on: OnDies, found: Sequence[Weights]) -> tuple[F64, ...]:
         """Return the derivatives by the matrices, of those by the weights on dies."""
-        asked = self._charges(matrices)
-        by = [np.zeros_like(each) for each in asked]
-        for one, slope, each in zip(self.mapped.filters, on.slopes, found, strict=True):
-            kind, sign = _kind(one), SIGN[one.name]
-            share = np.heaviside(sign * asked[kind], 0.5)  # at 0 both signs are as near
-            by[kind] += sign * share * (each[kind] * slope).sum(axis=0)
         network, currents = self.mapped.network, self._currents()
         at, channels = spans(network.populations), spans(network.inputs)
-        sources = {**at, **channels}
-        return tuple(
-            currents[c.target]
-            * c.tau
-            * by[int(c.source in channels)][np.ix_(at[c.target], sources[c.source])]
-            for c in network.connections
-        )
+        sources, by = {**at, **channels}, [np.zeros(m.shape) for m in matrices]
+        for asked in self._charges(matrices):
+            rise = np.zeros_like(asked.charge)
+            for one, slope, each in zip(self.mapped.filters, on.slopes, found, strict=True):
+                if asked.inner == (_kind(one) == 0):
+                    sign = SIGN[one.name]
+                    share = np.heaviside(sign * asked.charge, 0.5)  # at 0 both signs are as near
+                    rise += sign * share * (each[_kind(one)] * slope).sum(axis=0)
+            for k in asked.members:
+                c = network.connections[k]
+                by[k] = currents[c.target] * c.tau * rise[np.ix_(at[c.target], sources[c.source])]
+        return tuple(by)
 
     def moved(self, matrices: Sequence[F64], by: Sequence[F64]) -> tuple[F64, ...]:
         """Return matrices moved, within their bounds."""
@@ -90,7 +88,7 @@ class Trainable:
         found = (replace(c, matrix=m) if free.any() else c for c, m, free in every)  # type: ignore[arg-type]
         return replace(self.mapped.network, connections=tuple(found))
 
-    def _charges(self, matrices: Sequence[F64]) -> tuple[F64, F64]:
+    def _charges(self, matrices: Sequence[F64]) -> tuple[Together, ...]:
         return asked_charges(self.mapped.network, self._currents(), matrices)
 
     def _currents(self) -> dict[str, float]:

@@ -16,7 +16,7 @@ from system.mapping.clock import outside, with_own
 from system.mapping.dynamics import asked, rates_of, run
 from system.mapping.network import Connection, Network, matrix_of
 from system.mapping.network_file import read_network
-from system.mapping.nir.nodes import DIRECT, NODES, RATE, SLOW, linear
+from system.mapping.nir.nodes import DIRECT, NODES, RATE, SHARE, SLOW, linear
 from system.mapping.nir.read import Times, network_of_graph, read_nir
 from system.mapping.nir.write import write_nir_network
 
@@ -99,7 +99,9 @@ def test_a_neuron_that_does_not_leak_has_a_slow_membrane() -> None:
     graph = nir.NIRGraph.from_list(nir.Linear(np.eye(2)), nir.IF(r=ones, v_threshold=ones))
     found = network_of_graph(graph)
     assert found.populations[0].tau == SLOW
-    assert np.array(found.connections[0].matrix) == pytest.approx(np.eye(2) * SLOW / DIRECT)
+    one = found.connections[0]
+    assert one.tau == SHARE * SLOW > DIRECT
+    assert np.array(one.matrix) == pytest.approx(np.eye(2) * SLOW / one.tau)
 
 
 def rate_of(drive: float) -> float:

@@ -156,6 +156,72 @@ def test_many_weights_and_two_membranes_are_drawn_together_and_still_as_expected
     assert all(f.error for f in mapped.findings if f.how == "approximate")
 
 
+def one_input(*connections: Connection) -> Network:
+    """Four neurons and an input, with connections."""
+    return Network((Population("a", 4),), (Input("in", 1),), connections)
+
+
+def test_an_input_that_excites_and_then_inhibits_does_both() -> None:
+    """The mean of both is 0 in the second network, whose synapses are there all the same."""
+    for slow in (-0.05, -0.1):
+        mapped = map_on(
+            "rolls", one_input(Connection("in", "a", tau=5e-3), Connection("in", "a", slow, tau=50e-3))
+        )
+        by_name = {f.name: f.tau for f in mapped.filters}
+        assert by_name == pytest.approx({"virtual_excitatory": 5e-3, "virtual_inhibitory": 50e-3}, rel=0.05)
+        told = [f for f in mapped.findings if f.where == "in -> a"]
+        assert [f.what for f in told] == ["tau", "weights"] * 2
+        assert all(abs(f.error) < 0.05 for f in told)
+        check_rates(run_mapped(mapped, poisson([(1000.0, 0.0, 0.6)], 1000), Silicon(ROLLS_180), 0.6))
+
+
+def test_a_neuron_that_excites_and_inhibits_another_is_refused_unless_both_add_up() -> None:
+    drive, fast = Connection("in", "a", tau=5e-3), Connection("a", "a", 0.3)
+    slow = Connection("a", "a", -0.1, "one-to-one", tau=50e-3)
+    with pytest.raises(ParameterError, match=r"^network\.pairs that excite and inhibit: 4, must be <= 0"):
+        map_on("rolls", one_input(drive, fast, slow))
+    less = [Connection("a", "a", -each) for each in (0.1, 0.2)]
+    mapped = map_on("rolls", one_input(drive, fast, *less))  # 0.3 - 0.1 - 0.2 is not 0 in floating point
+    assert [f.name for f in mapped.filters] == ["virtual_excitatory"]
+    assert [f.note for f in mapped.findings if f.where == "a -> a"] == [
+        "those between the same neurons add up to none"
+    ] * 3
+
+
+@pytest.mark.parametrize(("weight", "source"), [(1e-3, "in"), (3e-3, "a"), (-0.01, "a")])
+def test_the_search_of_codes_finds_weights_that_the_chip_has(weight: float, source: str) -> None:
+    mapped = map_on("rolls", one_input(Connection(source, "a", weight)))
+    (found,) = (f.error for f in mapped.findings if f.what == "weights")
+    assert found < 0.02
+
+
+def test_weights_of_which_some_are_lost_are_not_told_as_exact() -> None:
+    rows = ((1.0, 1e-3), *((1.0, 1.0),) * 3)
+    network = Network(
+        (Population("a", 4),), (Input("in", 2),), (Connection("in", "a", rule="matrix", matrix=rows),)
+    )
+    (told,) = (f for f in map_on("rolls", network).findings if f.what == "weights")
+    assert told.how == "approximate"
+    assert told.note.endswith("1 of 8 synapses are too weak to be there")
+
+
+@pytest.mark.parametrize(("membrane", "tau"), [(20e-3, 0.5e-3), (20e-3, 10e-6), (0.1, 0.1e-3), (0.3, 5e-3)])
+def test_a_filter_that_is_no_low_pass_at_the_currents_of_its_neurons_is_refused(
+    membrane: float, tau: float
+) -> None:
+    def network(tau: float) -> Network:
+        one = Connection("in", "a", 2.0 / (2000.0 * tau), tau=tau)
+        return Network((Population("a", 8, membrane),), (Input("in", 10),), (one,))
+
+    with pytest.raises(ParameterError, match=r"^virtual excitatory synapses\.tau: .* no low-pass") as e:
+        map_on("rolls", network(tau))
+    least = float(str(e.value).split(">= ")[1].split()[0])
+    mapped = map_on("rolls", network(least))  # the remedy is one
+    check_rates(run_mapped(mapped, poisson([(300.0, 0.0, 1.0)] * 10, 1000), Silicon(ROLLS_180), 1.0))
+    (told,) = (f for f in mapped.findings if f.what == "current")
+    assert "this within" in told.note
+
+
 @pytest.mark.parametrize(
     ("chip", "size", "weight", "told"),
     [
