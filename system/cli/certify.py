@@ -20,6 +20,9 @@ from system.cli.workers import workers_of
 from system.mapping.certify.system import NAME, contents_of
 from system.mapping.certify.task import Episodes, Samples, task_of
 from system.mapping.program_file import read_program_file
+from system.mapping.train.recipe import UNSEEN
+from system.notice import say
+from system.options.silicon import SiliconChoice
 from system.plot import check_picture, save_picture
 from system.study.mission.folder import begin
 from system.study.mission.found import Found
@@ -43,6 +46,8 @@ def certify_command(asked: Certify) -> int:
     if isinstance(task, Samples | Episodes):
         task.check(network)
     made = mission_of(_asked(asked))
+    if asked.first_die < UNSEEN and asked.lot == "A":
+        say(f"first-die: {asked.first_die}, noctule train may have seen dies below {UNSEEN}; take later ones")
     folder, command = None if asked.output is None else Path(asked.output), _command(asked)
     if folder is not None:
         begin(folder, made, Part(), command, resume=asked.resume)
@@ -74,6 +79,7 @@ def _asked(asked: Certify) -> Asked:
     return Asked(
         NAME, None, asked.first_die, asked.dies, 1, asked.trials, celsius, (asked.bias_kind,), options,
         changes=() if asked.change == (NO_CHANGE,) else asked.change,
+        silicon=SiliconChoice(lot=asked.lot, variation=asked.variation),
     )  # fmt: skip
 
 

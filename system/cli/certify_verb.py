@@ -28,6 +28,10 @@ class Certify:
     dies: int = option(20, "Number of dies", short="n")
     first_die: int = option(1000, "Number of the first die")
     trials: int = option(1, "Runs of each die, with noise of their own")
+    lot: str = option("A", "Lot of dies")
+    variation: Literal["plain", "transistors", "full"] = option(
+        "plain", "Lot, wafer, gradients and n with p beside; full: capacitors and resistors too"
+    )
     temperature: tuple[str, ...] = option((USUAL_CELSIUS,), "Degrees Celsius, repeatable", metavar="DEGC")
     bias_kind: Literal["ideal", "generator"] = option("generator", "Of the chip's biases")
     change: tuple[str, ...] = option(

@@ -109,16 +109,16 @@ def contents_of(program: str, task: str) -> str:
 
 def run(scenario: Scenario, progress: object = None) -> Trace:
     """Run a scenario; raises `ParameterError` for files that are not those of its study."""
-    s = scenario
-    if s.contents and s.contents != contents_of(s.program, s.task):
+    s, contents = scenario, contents_of(scenario.program, scenario.task)
+    if s.contents not in {"", contents}:
         raise ParameterError(f"program: {s.program} or {s.task} has changed since; certify anew")
-    mapped, task = _opened(s.program, s.task, s.samples, s.reach, s.contents)
+    mapped, task = _opened(s.program, s.task, s.samples, s.reach, contents)
     if s.codes == "calibrated":
-        mapped = _calibrated(s.program, s.contents, s.silicon, s.bias_kind)
+        mapped = _calibrated(s.program, contents, s.silicon, s.bias_kind)
     player = ChipPlayer(mapped, s.silicon, s.bias_kind, device_noise(s))
     score = _score(s.task, task, player, s.seed)
     world = 0 if isinstance(task, Samples) and not task.most else s.seed  # all samples are one world
-    ideal = _ideal(s.program, s.task, s.samples, s.reach, s.contents, world)
+    ideal = _ideal(s.program, s.task, s.samples, s.reach, contents, world)
     return Trace(s, score, ideal, player.lost)
 
 

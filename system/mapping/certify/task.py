@@ -132,14 +132,16 @@ def task_of(text: str, samples: int, reach: str) -> Task:
     samples
         How many samples or episodes a run takes; all samples, or 10 episodes, where 0.
     reach
-        Of each number that an environment shows, separated by commas; its own bounds where empty.
+        Of each number that an environment shows, separated by commas; where empty, the larger size of its own
+        two bounds.
 
     Raises
     ------
     DataError
         There is no such file, it has no samples, or one of them is no rates with a label.
     ParameterError
-        There is no such environment, it has no actions to choose from, or its numbers have no bound.
+        There is no such environment, it has no actions to choose from, no threshold other than 0, it shows no
+        array of numbers, or these have no bound.
     """
     code = code_of(text)
     if code is not None:
@@ -178,11 +180,14 @@ def _episodes(name: str, count: int, reach: str) -> Episodes:
     except gymnasium.error.Error as error:
         line = " ".join(str(error).split())[:100]
         raise ParameterError(f"task: {name}, {line}; name an environment, FILE.npz or FILE.py:NAME") from None
-    space, bounds = environment.observation_space, environment.observation_space.high
+    space = environment.observation_space
     if not isinstance(environment.action_space, gymnasium.spaces.Discrete):
         raise ParameterError(f"task: {name} has no actions to choose from; write a FILE.py:NAME for it")
-    if environment.spec.reward_threshold is None:
-        raise ParameterError(f"task: {name} has no threshold of its own; write a FILE.py:NAME for it")
+    if not environment.spec.reward_threshold:
+        raise ParameterError(f"task: {name} has no threshold of its own, or 0; write a FILE.py:NAME for it")
+    if not isinstance(space, gymnasium.spaces.Box):
+        raise ParameterError(f"task: {name} shows no array of numbers; write a FILE.py:NAME for it")
+    bounds = np.maximum(np.abs(space.low), np.abs(space.high))
     try:
         own = tuple(float(x) for x in (reach.split(",") if reach else np.ravel(bounds)))
     except ValueError:

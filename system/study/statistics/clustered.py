@@ -5,8 +5,8 @@ variance over the dies, s^2 / D, is what is known of it, whatever makes trials o
 number of trials n = p (1 - p) / (s^2 / D) would be as well known if they were independent; the interval is
 that of Clopper and Pearson (1934) for p n passes of n, from quantiles of the beta distribution at fractional
 counts, n being made smaller by the square of Student's quantile over the normal one, since s is estimated
-from D dies. Source: Korn and Graubard, "Confidence intervals for proportions with small expected number of
-positive counts estimated from survey data" (1998).
+from D dies. With one trial a die nothing is estimated: n is D. Source: Korn and Graubard, "Confidence
+intervals for proportions with small expected number of positive counts estimated from survey data" (1998).
 
 Where few trials fail, little is known of how alike they are, and from no failure nothing is. So `PRIOR` is
 added to the squares of the dies' deviations, and to what these would be if trials of a die were all alike,
@@ -86,6 +86,9 @@ def clustered_yield(shares: F64, trials: int, level: float = LEVEL) -> Clustered
     if dies == 0:
         return ClusteredYield(math.nan, Interval(0.0, 1.0), 0, trials, 0.0, math.nan)
     value = float(shares.mean())
+    if trials == 1:
+        exact = beta_interval(value, dies, level)
+        return ClusteredYield(value, exact, dies, trials, float(dies), math.nan)
     effective = _effective(shares, trials, value)
     reach = (
         (special.ndtri(0.5 + 0.5 * level) / special.stdtrit(dies - 1, 0.5 + 0.5 * level)) ** 2

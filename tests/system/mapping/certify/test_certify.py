@@ -1,6 +1,7 @@
 """A mapped network at a task: windows, samples, environments, and the same task on the ideal and on a die."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -126,6 +127,44 @@ def test_a_task_that_is_none_is_refused_in_a_line(
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert told in error
+
+
+@pytest.mark.parametrize("task", ["FrozenLake-v1", "Blackjack-v1"])
+def test_an_environment_that_shows_no_array_or_has_no_threshold_is_refused(task: str) -> None:
+    with pytest.raises(ParameterError, match=f"task: {task} (shows no array of numbers|has no threshold)"):
+        task_of(task, 1, "")
+
+
+def test_the_reach_of_an_environment_is_the_larger_of_its_bounds() -> None:
+    task = task_of("MountainCar-v0", 1, "")  # from -1.2 to 0.6
+    assert isinstance(task, Episodes)
+    assert task.reach == pytest.approx((1.2, 0.07))
+
+
+def test_a_program_that_is_written_anew_is_read_anew(folder: Path, tmp_path: Path) -> None:
+    given = {"program": str(tmp_path / "p.toml"), "task": str(folder / "s.npz"), "codes": "default"}
+    scores = []
+    for outputs in (NET.probes, NET.probes[::-1]):
+        write_program(tmp_path / "p.toml", map_on("rolls", replace(NET, probes=outputs)))
+        scores.append(SYSTEM.run(SYSTEM.scenario(**given)).ideal)
+    assert scores == [0.75, 0.0]
+
+
+def test_dies_of_one_lot_are_told_as_such(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = [
+        "certify",
+        str(folder / "p.toml"),
+        "--task",
+        str(folder / "s.npz"),
+        "--dies",
+        "2",
+        "--change",
+        "none",
+    ]
+    assert main([*words, "--lot", "B", "--variation", "transistors"]) == 0
+    told = capsys.readouterr().out
+    assert "The dies are of lot B and 1 wafer of it, whose draws they share" in told
+    assert "16 to 100 %" in told  # Clopper's and Pearson's for 2 of 2
 
 
 def test_no_change_is_tried_where_none_is_asked(folder: Path) -> None:

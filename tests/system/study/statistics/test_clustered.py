@@ -31,6 +31,14 @@ def test_without_a_failure_each_die_counts_once() -> None:
     assert math.isnan(found.correlation)
 
 
+@pytest.mark.parametrize(("passed", "dies"), [(3, 3), (24, 24), (0, 5), (17, 20)])
+def test_with_one_trial_a_die_the_interval_is_the_exact_one(passed: int, dies: int) -> None:
+    found = clustered_yield(np.repeat([1.0, 0.0], [passed, dies - passed]), 1)
+    exact = clopper_pearson(passed, dies)
+    assert (found.interval.low, found.interval.high) == pytest.approx((exact.low, exact.high))
+    assert found.effective == dies
+
+
 def test_the_mean_of_dies_that_are_all_alike_is_not_known_for_sure() -> None:
     alike = mean_of_shares(np.ones(30))
     assert alike.low == pytest.approx(1.0 - clopper_pearson(0, 30).high)
