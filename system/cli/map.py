@@ -73,8 +73,8 @@ def _usual(network: AnyNetwork, path: str | None) -> Usual | None:
         raise ParameterError(f"input: {path}, a network of values is met at all of them; leave it out")
     events = read_spikes(path)
     check_channels(network, events, path)
-    if not events.times.size:
-        raise ParameterError(f"{path}: no events, must have some; leave it out")
+    if not events.times.size or not events.times[-1] > 0.0:
+        raise ParameterError(f"{path}: no events after 0 s, must have some; leave it out")
     return usual_rates(network, events, float(events.times[-1]))
 
 

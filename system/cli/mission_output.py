@@ -25,12 +25,12 @@ from system.study.mission.page import (
     cause_rows,
     gain_row,
     share_rows,
+    shared_by,
     state,
     verdict,
     yield_row,
 )
 from system.study.report.again import Replay
-from system.study.report.result import of_one_lot
 
 SHOWN = 10  # failing dies of each way that the reader sees
 
@@ -54,15 +54,10 @@ def document(mission: Mission, found: Sequence[Found], folder: Path | None, repl
         "until": a.until,
         "runs": sum(len(each.table) for each in found),
         "wanted": mission.runs,
-        "shared": _shared(mission),
+        "shared": shared_by(mission),
         "ways": [_way(each, folder, replay) for each in found],
         "changes": [_change(row) for row in raised(found)],
     }
-
-
-def _shared(mission: Mission) -> str:
-    a = mission.asked
-    return of_one_lot(a.silicon, range(a.first, a.first + a.dies))
 
 
 def _way(found: Found, folder: Path | None, replay: Replay) -> dict[str, Any]:
@@ -135,7 +130,7 @@ def print_mission(mission: Mission, found: Sequence[Found], folder: Path | None,
     runs = sum(len(each.table) for each in found)
     print_line(f"mission of {mission.asked.system}: {mission.definition}")
     print_line(f"{state(mission, runs, found)}\n")
-    if shared := _shared(mission):
+    if shared := shared_by(mission):
         print_line(f"{shared}\n")
     print_table("yield", YIELD_HEADS, map(yield_row, found))
     print_table("what failures come from", CAUSE_HEADS, [row for each in found for row in cause_rows(each)])

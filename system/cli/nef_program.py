@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict
 from functools import partial
 from typing import Any
@@ -49,6 +50,11 @@ def size_of_values(mapped: MappedValues) -> str:
     most = "" if chip is None else f" of {chip.chip.neurons}"
     size = f"{told['neurons']}{most} neurons, {told['filters']} filters"
     return f"{size}, {told['channels']} channels of inputs"
+
+
+def share_or_none(share: float, digits: int) -> str:
+    """Return how far an output is off as text; that there is none to compare with where it is NaN."""
+    return "silent" if math.isnan(share) else f"{share:.{digits}%}"
 
 
 def run_value_program(path: str, asked: RunProgram, mapped: MappedValues, silicon: Silicon) -> None:
@@ -101,7 +107,7 @@ def _document(path: str, asked: RunProgram, silicon: Silicon, run: ValueRun) -> 
 
 def _print(title: str, run: ValueRun) -> None:
     every = (run.from_asked, run.ideal_from_asked, run.from_ideal)
-    rows = [(name, *(f"{off[name]:.2%}" for off in every)) for name in run.chip]
+    rows = [(name, *(share_or_none(off[name], 2) for off in every)) for name in run.chip]
     columns = ("output", "die from asked:", "ideal from asked:", "die from ideal:")
     print_table(f"{title}: rms over the largest value, {run.begin:g} to {run.duration:g} s", columns, rows)
     c = run.counters

@@ -11,7 +11,7 @@ from circuits.silicon.course import beginning_of, course_through
 from circuits.silicon.silicon import Silicon
 from circuits.units import parse_quantity
 from system.cli.map_verb import RunProgram
-from system.cli.nef_program import run_value_program
+from system.cli.nef_program import run_value_program, share_or_none
 from system.cli.output import print_json, print_line, print_table, working
 from system.mapping.chips import read_any_program
 from system.mapping.picture import draw_mapped_run
@@ -117,7 +117,7 @@ def _print(title: str, run: MappedRun) -> None:
         rows,
     )
     outputs = [
-        (name, f"{off:.1%}", f"{run.from_expected.outputs[name]:.1%}")
+        (name, share_or_none(off, 1), share_or_none(run.from_expected.outputs[name], 1))
         for name, off in run.from_asked.outputs.items()
     ]
     if outputs:

@@ -25,7 +25,7 @@ import numpy as np
 
 from chips.aer import Events
 from circuits.arrays import F64, I64, Bools
-from circuits.errors import DataError
+from circuits.errors import DataError, ParameterError
 from system.mapping.clock import with_own
 from system.mapping.kernel import CellArrays, FilterArrays, Sent, StateArrays, move_all, run_steps
 from system.mapping.network import Network, matrix_of, spans
@@ -228,7 +228,14 @@ def usual_rates(network: Network, events: Events, duration: float) -> Usual:
         Events of its inputs from outside; addresses are channels, one input after the other.
     duration
         For how long it runs, s.
+
+    Raises
+    ------
+    ParameterError
+        That is less than a step of 0.1 ms.
     """
+    if not STEP <= duration < np.inf:
+        raise ParameterError(f"duration: {duration:g} s, must be at least a step of {STEP:g} s")
     every = with_own(network, events, 0.0, duration)
     neurons = rates_of(run(asked(network), every, duration), network.neurons, 0.0, duration)
     channels = np.bincount(every.addresses, minlength=network.channels) / duration

@@ -25,6 +25,7 @@ Rule = Literal["all", "one-to-one", "random", "matrix"]
 Leak = Literal["membrane", "constant"]
 Matrix = tuple[tuple[float, ...], ...]
 MOST = 1_000_000  # neurons or channels of a group; ours
+_OF_RULES = (("weight", 1.0, ("all", "one-to-one", "random")), ("probability", 1.0, ("random",)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +101,7 @@ class Connection:
     source, target : str
         Names of what is connected.
     weight : float
-        Weight of every synapse, unless there is a matrix.
+        Weight of every synapse; of all rules but `matrix`.
     rule : str
         Which pairs are connected: `all`, `one-to-one`, `random` or `matrix`.
     tau : float
@@ -110,14 +111,15 @@ class Connection:
     probability : float
         Probability that a pair is connected, of `random`.
     seed : int
-        Of the draws of `random`.
+        Of the draws of `random`; two connections of as many neurons with one seed have the same pairs.
     matrix : tuple of tuple of float
         Weights, a row each target, of `matrix`; an array is taken too.
 
     Raises
     ------
     ParameterError
-        A value is outside of its limits, or the matrix is not a rectangle of finite numbers.
+        A value is outside of its limits, the matrix is not a rectangle of finite numbers, or a value is given
+        that is not of the rule.
     """
 
     source: str = required("Name of a population or an input", name="from")
@@ -142,6 +144,13 @@ class Connection:
             lacks = "missing, must be given with" if self.rule == "matrix" else "given, must not be without"
             raise ParameterError(f"{self.name}.matrix: {lacks} the rule matrix")
         object.__setattr__(self, "matrix", tuple(map(tuple, given.tolist())))
+        for name, usual, rules in _OF_RULES:
+            given_as = getattr(self, name)
+            if given_as != usual and self.rule not in rules:
+                raise ParameterError(
+                    f"{self.name}.{name}: {given_as:g}, is not of the rule {self.rule}; leave it out, or take"
+                    f" {' or '.join(rules)}"
+                )
 
     @property
     def name(self) -> str:
@@ -191,7 +200,8 @@ class Network:
     Raises
     ------
     ParameterError
-        There is no population, a name is given twice, or a connection does not fit what it connects.
+        There is no population, a name is given twice or cannot be shown on a line, or a connection does not
+        fit what it connects.
     UnknownNameError
         A connection or probe names what is not there.
     """
@@ -269,6 +279,8 @@ def matrix_of(network: Network, one: Connection) -> F64:
 def _check_names(groups: Iterable[Population | Input | Probe], path: str) -> None:
     seen: set[str] = set()
     for group in groups:
+        if not group.name.strip() or not group.name.isprintable():
+            raise ParameterError(f"{path}{group.name!r}: must be letters that show, on one line; rename it")
         if group.name in seen:
             raise ParameterError(f"{path}{group.name}: given twice, must be once; rename one")
         seen.add(group.name)

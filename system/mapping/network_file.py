@@ -11,6 +11,7 @@ A time is a text with its unit, as "20ms". `matrix` is a list of rows, or "FILE.
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Mapping
 from dataclasses import MISSING
 from pathlib import Path
@@ -29,6 +30,7 @@ from system.option import settings
 from system.table import read_table
 
 SUFFIX = ".toml"
+_OWN = re.compile(r"connection\d+|bias|stages|decoders")  # arrays of networks and programs
 INLINE = 1024  # entries of a matrix up to which it stands in the TOML itself; ours
 
 
@@ -56,13 +58,14 @@ def network_of(tables: Mapping[str, Any], folder: Path) -> Network:
 def write_network(path: str | Path, network: Network) -> None:
     """Write `network` to the TOML file at `path`, large matrices beside it to that with `.npz` at its end.
 
-    Raises `ParameterError` for a path that does not end with `.toml`, and `DataError` where it cannot write.
+    Raises `ParameterError` for a path that does not end with `.toml`, or where the `.npz` has other arrays,
+    and `DataError` where it cannot write.
     """
     checked_suffix(path, (SUFFIX,))
     arrays = Path(path).with_suffix(".npz")
     tables, large = tables_of(network, arrays.name)
     if large:
-        write_bytes_atomic(arrays, npz_of(large))
+        write_arrays(arrays, large)
     write_text_atomic(path, tomli_w.dumps(tables))
 
 
@@ -86,11 +89,27 @@ def tables_of(network: Any, arrays: str) -> tuple[dict[str, Any], dict[str, F64]
     return tables, large
 
 
-def npz_of(arrays: Mapping[str, F64]) -> bytes:
-    """Return the bytes of a file of arrays."""
+def write_arrays(path: Path, arrays: Mapping[str, F64]) -> None:
+    """Write a file of arrays of a network or program; raises as `check_arrays`, and where it cannot write."""
+    check_arrays(path)
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **arrays)
-    return buffer.getvalue()
+    write_bytes_atomic(path, buffer.getvalue())
+
+
+def check_arrays(path: Path) -> None:
+    """Raise `ParameterError` where there is a file at `path` already that is of no network or program."""
+    if not path.exists():
+        return
+    try:
+        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as held:
+            own = all(_OWN.fullmatch(name) for name in held)
+    except UNREADABLE:
+        own = False
+    if not own:
+        raise ParameterError(
+            f"{path}: is there, of other arrays than a network's, which would be lost; give another name"
+        )
 
 
 def without_none(value: Any) -> Any:

@@ -27,8 +27,15 @@ from chips.rolls.program.program import Program
 from circuits.arrays import I64
 from circuits.errors import DataError, ParameterError
 from system.files.document import converted, plain, toml_file
-from system.files.writing import check_folder, checked_suffix, write_bytes_atomic, write_text_atomic
-from system.mapping.network_file import SUFFIX, network_of, npz_of, tables_of, without_none
+from system.files.writing import check_folder, checked_suffix, write_text_atomic
+from system.mapping.network_file import (
+    SUFFIX,
+    check_arrays,
+    network_of,
+    tables_of,
+    without_none,
+    write_arrays,
+)
 from system.mapping.report import Finding
 from system.mapping.rolls.mapped import Mapped, Placed, PlacedFilter, virtual_inputs
 
@@ -90,7 +97,7 @@ def write_program(path: str | Path, mapped: Mapped) -> None:
         _rows(mapped.excite), _rows(mapped.inhibit), mapped.findings,
     )  # fmt: skip
     if large:
-        write_bytes_atomic(arrays, npz_of(large))
+        write_arrays(arrays, large)
     write_text_atomic(path, tomli_w.dumps(without_none(plain(document))))
 
 
@@ -98,6 +105,7 @@ def check_program_path(path: str) -> None:
     """Raise before anything is computed if a program cannot be written to `path`, as `write_program` says."""
     checked_suffix(path, (SUFFIX,))
     check_folder(path)
+    check_arrays(Path(path).with_suffix(".npz"))
 
 
 def read_program_file(path: str | Path) -> Mapped:

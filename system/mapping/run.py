@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -96,7 +96,7 @@ def run_mapped(
     silicon
         Process, temperature and die.
     duration
-        Of the run, s; until a little after the last event unless given.
+        Of the run, s; until a little after the last event, and after it has settled, unless given.
     kind
         Kind of the biases.
     temperature
@@ -107,7 +107,7 @@ def run_mapped(
     ParameterError
         The run is not longer than what it takes to settle.
     """
-    last = float(events.times[-1]) if events.times.size else 0.0
+    last = max(float(events.times[-1]) if events.times.size else 0.0, SETTLING)
     end = STEP * np.ceil((last + AFTER if duration is None else duration) / STEP - 1e-9)
     if not end > SETTLING:
         raise ParameterError(f"duration: {end:g} s, must be > {SETTLING:g} s, after which rates are counted")
@@ -123,7 +123,7 @@ def run_mapped(
     }
     rates = {k: population_rates(network, rates_of(t, n, SETTLING, end)) for k, t in runs.items()}
     away = [distance(network, runs["chip"], runs[k], SETTLING, end) for k in ("asked", "expected")]
-    cautions = *short_of(mapped, rates["asked"], rates["expected"]), *chip.cautions()
+    cautions = *short_of(mapped, given, float(end), rates["asked"], rates["expected"]), *chip.cautions()
     return MappedRun(
         **runs, rates=rates, from_asked=away[0], from_expected=away[1], begin=SETTLING, duration=float(end),
         lost_in=spikes.lost_in, lost_out=spikes.lost_out, held=spikes.held, later=int((~mine).sum()),
@@ -131,25 +131,26 @@ def run_mapped(
     )  # fmt: skip
 
 
-def short_of(mapped: Mapped, asked: Mapping[str, float], expected: Mapping[str, float]) -> tuple[str, ...]:
+def short_of(
+    mapped: Mapped, given: Events, end: float, asked: Mapping[str, float], expected: Mapping[str, float]
+) -> tuple[str, ...]:
     """A caution where populations fire as mapped at other rates than asked for, with what to do; else none.
 
-    asked, expected : mean rates by population, Hz.
+    given : all events, until `end`, s; asked, expected : mean rates by population, Hz.
     """
     off = {name: (expected[name] - rate) / max(rate, FEW) for name, rate in asked.items()}
-    wrong = [
-        name
-        for name, share in off.items()
-        if abs(share) * max(asked[name], FEW) > max(OFF * asked[name], FEW)
-    ]
+    wrong = _wrong(asked, expected)
     if not wrong:
         return ()
     worst = max(wrong, key=lambda name: abs(off[name]))
     more = f", and {len(wrong) - 1} more populations" if len(wrong) > 1 else ""
     told = (
         f"{worst}: {expected[worst]:.3g} Hz as mapped where {asked[worst]:.3g} Hz were asked for"
-        f" ({off[worst]:+.0%}){more}; the current of the chip's synapses is a power of what comes in"
+        f" ({off[worst]:+.0%}){more}"
     )
+    if worst in _wrong(asked, _straight(mapped, given, end)):
+        return (f"{told}; its neurons, time constants or weights are others, as noctule show tells",)
+    told += "; the current of the chip's synapses is a power of what comes in"
     middle = float(np.exp(np.log(mapped.dynamics().cells.unit).mean()))
     if not all(np.isclose(each.pivot, AT * middle) for each in mapped.filters):
         return (f"{told}, as noctule show tells of each kind",)
@@ -158,3 +159,16 @@ def short_of(mapped: Mapped, asked: Mapping[str, float], expected: Mapping[str, 
         " map_on their usual_rates, and it is so at theirs"
     )
     return (f"{told}, {remedy}",)
+
+
+def _wrong(asked: Mapping[str, float], got: Mapping[str, float]) -> list[str]:
+    """Populations whose rate is off by more than `OFF` of it and `FEW`."""
+    return [name for name, rate in asked.items() if abs(got[name] - rate) > max(OFF * rate, FEW)]
+
+
+def _straight(mapped: Mapped, given: Events, end: float) -> dict[str, float]:
+    """Mean rates as mapped, Hz, were the filters' currents what comes in and no power of it."""
+    dynamics = mapped.dynamics()
+    filters = tuple(replace(each, power=1.0) for each in dynamics.filters)
+    trains = run_equations(replace(dynamics, filters=filters), given, end)
+    return population_rates(mapped.network, rates_of(trains, mapped.network.neurons, SETTLING, end))

@@ -14,10 +14,10 @@ import tomli_w
 
 from circuits.errors import DataError, ParameterError
 from system.files.document import converted, plain
-from system.files.writing import checked_suffix, write_bytes_atomic, write_text_atomic
+from system.files.writing import checked_suffix, write_text_atomic
 from system.mapping.nef.mapped import MappedValues, codes_of, mapped_with
 from system.mapping.nef.network import ValueNetwork
-from system.mapping.network_file import SUFFIX, array_of, npz_of, tables_of, without_none
+from system.mapping.network_file import SUFFIX, array_of, tables_of, without_none, write_arrays
 from system.mapping.report import Finding
 from system.table import read_table
 
@@ -54,7 +54,7 @@ def write_value_program(path: str | Path, mapped: MappedValues) -> None:
     arrays = Path(path).with_suffix(".npz")
     tables, _ = tables_of(mapped.network, arrays.name)
     document = ValueProgramFile(FORMAT, "nef", tables, arrays.name, mapped.findings)
-    write_bytes_atomic(arrays, npz_of(codes_of(mapped)))
+    write_arrays(arrays, codes_of(mapped))
     write_text_atomic(path, tomli_w.dumps(without_none(plain(document))))
 
 

@@ -18,6 +18,7 @@ from system.study.mission.picture import draw_mission
 from system.study.report.again import AGAIN_SAID, Replay, again_with_page
 from system.study.report.growing import Going
 from system.study.report.page import Code, Grid, picture, render
+from system.study.report.result import of_one_lot
 from system.study.report.worst import replay_options
 from system.study.statistics.clustered import ClusteredYield
 from system.study.statistics.interval import Interval
@@ -132,7 +133,15 @@ def _asked(mission: Mission, command: Sequence[str]) -> Grid:
         ("worlds a die", a.worlds),
         ("runs in a world", a.trials),
     ]
+    if shared := shared_by(mission):
+        rows.append(("shared", shared))
     return Grid(("", ""), rows)
+
+
+def shared_by(mission: Mission) -> str:
+    """Say of which lot and wafers the dies are, where they share these draws; else nothing."""
+    a = mission.asked
+    return of_one_lot(a.silicon, range(a.first, a.first + a.dies))
 
 
 def _place(found: Found) -> tuple[str, str]:

@@ -10,6 +10,7 @@ import pytest
 from circuits.errors import DataError, ParameterError, UnknownNameError
 from system.mapping.network import Connection, Input, Network, Population, Probe, matrix_of
 from system.mapping.network_file import INLINE, read_network, write_network
+from system.mapping.program_file import check_program_path
 
 LARGE = np.arange(40.0 * 30.0).reshape(40, 30) / 1e3
 NETWORK = Network(
@@ -29,6 +30,19 @@ def test_a_network_comes_back_from_its_file_with_large_matrices_beside(tmp_path:
     write_network(tmp_path / "a.toml", NETWORK)
     assert read_network(tmp_path / "a.toml") == NETWORK
     assert "a.npz:connection0" in (tmp_path / "a.toml").read_text()
+
+
+def test_a_file_of_other_arrays_is_never_written_over(tmp_path: Path) -> None:
+    """Samples of a task stand beside a network of their name; a network's own arrays are written anew."""
+    write_network(tmp_path / "own.toml", NETWORK)
+    write_network(tmp_path / "own.toml", NETWORK)
+    np.savez(tmp_path / "a.npz", inputs=np.ones((2, 30)), labels=[0, 1])
+    with pytest.raises(ParameterError, match=r"a\.npz: is there, of other arrays than a network's"):
+        write_network(tmp_path / "a.toml", NETWORK)
+    with pytest.raises(ParameterError, match="give another name"):
+        check_program_path(str(tmp_path / "a.toml"))
+    with np.load(tmp_path / "a.npz") as held:
+        assert sorted(held) == ["inputs", "labels"]
 
 
 def test_rules_make_matrices_of_targets_and_sources() -> None:
@@ -72,6 +86,13 @@ def test_connections_that_do_not_fit_are_refused() -> None:
         (lambda: Population("a", 2.5), r"^size: 2\.5, must be a whole number$"),  # type: ignore[arg-type]
         (lambda: Population("a", "3"), r"^size: '3', must be a whole number$"),  # type: ignore[arg-type]
         (lambda: Input("in", 1, "500Hz"), r"^rate: '500Hz', must be a number$"),  # type: ignore[arg-type]
+        (
+            lambda: Connection("a", "b", 3.0, "matrix", matrix=((1.0,),)),
+            r"^a -> b\.weight: 3, is not of",
+        ),
+        (lambda: Connection("a", "b", probability=0.3), r"^a -> b\.probability: 0\.3, .* or take random$"),
+        (lambda: Network((Population("", 1),)), r"^'': must be letters"),
+        (lambda: Network((Population("a\nb", 1),)), r"^'a\\nb': must be letters that show, on one line"),
         (lambda: Connection("a", "b", to_itself="no"), r"^to_itself: 'no', must be True or False$"),  # type: ignore[arg-type]
     ],
 )

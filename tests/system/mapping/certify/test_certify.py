@@ -150,20 +150,15 @@ def test_a_program_that_is_written_anew_is_read_anew(folder: Path, tmp_path: Pat
     assert scores == [0.75, 0.0]
 
 
-def test_dies_of_one_lot_are_told_as_such(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = [
-        "certify",
-        str(folder / "p.toml"),
-        "--task",
-        str(folder / "s.npz"),
-        "--dies",
-        "2",
-        "--change",
-        "none",
-    ]
-    assert main([*words, "--lot", "B", "--variation", "transistors"]) == 0
-    told = capsys.readouterr().out
-    assert "The dies are of lot B and 1 wafer of it, whose draws they share" in told
+def test_dies_of_one_lot_are_told_as_such(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["certify", str(folder / "p.toml"), "--task", str(folder / "s.npz"), "-o", str(tmp_path / "kept")]
+    more = ["--dies", "2", "--change", "none", "--lot", "B", "--variation", "transistors"]
+    assert main([*words, *more]) == 0
+    told, shared = capsys.readouterr().out, "The dies are of lot B and 1 wafer of it, whose draws they share"
+    assert shared in told
+    assert shared in (tmp_path / "kept" / "report.html").read_text(encoding="utf-8")
     assert "16 to 100 %" in told  # Clopper's and Pearson's for 2 of 2
 
 

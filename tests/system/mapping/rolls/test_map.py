@@ -156,6 +156,24 @@ def test_many_weights_and_two_membranes_are_drawn_together_and_still_as_expected
     assert all(f.error for f in mapped.findings if f.how == "approximate")
 
 
+def test_a_caution_names_what_makes_rates_others() -> None:
+    """Two populations share a refractory period: no usual events bring their rates back."""
+    network = Network(
+        (Population("quick", 4, refractory=0.0), Population("lazy", 4, refractory=20e-3)),
+        (Input("in", 1),),
+        tuple(Connection("in", name, 0.5, tau=5e-3) for name in ("quick", "lazy")),
+    )
+    run = run_mapped(map_on("rolls", network), poisson([(1500.0, 0.0, 0.6)], 1000), Silicon(ROLLS_180))
+    (told,) = (line for line in run.cautions if "were asked for" in line)
+    assert told.endswith("its neurons, time constants or weights are others, as noctule show tells")
+
+
+def test_a_run_without_events_is_as_long_as_it_takes_to_settle_and_count(memory: Mapped) -> None:
+    run = run_mapped(memory, NOTHING, Silicon(ROLLS_180))
+    assert run.duration == pytest.approx(0.2, abs=1e-3)
+    assert run.rates["chip"] == {"memory": 0.0}
+
+
 def one_input(*connections: Connection) -> Network:
     """Four neurons and an input, with connections."""
     return Network((Population("a", 4),), (Input("in", 1),), connections)
