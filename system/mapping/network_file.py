@@ -126,7 +126,7 @@ def _row(thing: Any) -> dict[str, Any]:
     for key, one in settings(kind).items():
         value = getattr(thing, one.field)
         if one.default is MISSING or value != one.default:
-            found[key] = f"{value!r}s" if one.option.unit == "s" else value
+            found[key] = f"{float(value)!r}s" if one.option.unit == "s" else value
     return found
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from system.option import Checked, option
 
 UNSEEN = 1000  # the first die that is kept for judging
+LARGEST = (1 << 64) - 1  # seed, of a generator's key
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,4 +42,4 @@ class Recipe(Checked):
     pace: float = option(
         0.03, "Of the first steps, as a share of the largest weight", unit="", above=0.0, most=1.0
     )
-    seed: int = option(0, "Of what is drawn", least=0)
+    seed: int = option(0, "Of what is drawn", least=0, most=LARGEST)

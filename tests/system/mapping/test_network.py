@@ -32,6 +32,13 @@ def test_a_network_comes_back_from_its_file_with_large_matrices_beside(tmp_path:
     assert "a.npz:connection0" in (tmp_path / "a.toml").read_text()
 
 
+def test_numbers_of_arrays_are_written_as_numbers(tmp_path: Path) -> None:
+    network = Network((Population("a", 2, np.float64(0.03)),))
+    write_network(tmp_path / "a.toml", network)
+    assert 'tau = "0.03s"' in (tmp_path / "a.toml").read_text()
+    assert read_network(tmp_path / "a.toml") == network
+
+
 def test_a_file_of_other_arrays_is_never_written_over(tmp_path: Path) -> None:
     """Samples of a task stand beside a network of their name; a network's own arrays are written anew."""
     write_network(tmp_path / "own.toml", NETWORK)

@@ -176,6 +176,7 @@ def test_the_command_finds_weights_and_refuses_in_a_line(
     assert (left[:, 0] > left[:, 1]).all()
     for wrong, text in (
         (["--task", "s.npz", "--dies", "1001"], "dies: 1001, must be"),
+        (["--task", "s.npz", "--seed", str(1 << 64)], "seed: 1.84467e+19, must be >= 0"),
         (["--task", "CartPole-v1"], "task: CartPole-v1, must be a FILE.npz"),
     ):
         assert main(["train", "n.toml", *wrong, "-o", "u.toml"]) == 2
