@@ -124,10 +124,10 @@ def update(
     count = end - begin
     v, r, j = u[begin:end], rest[begin:end], current[begin:end]
     scale = 1.0 / tau_rc
+    quick = DT * scale > 0.05  # beyond which the sum below is not 1 - e^-a within 3e-9
     for i in range(count):
         a = scale * min(max(DT - r[i], 0.0), DT)
-        # 1 - e^-a within 3e-9 for a up to DT / tau_rc = 0.05
-        rise = a * (1.0 - a * (0.5 - a * (1.0 / 6.0 - a * (1.0 / 24.0))))
+        rise = -math.expm1(-a) if quick else a * (1.0 - a * (0.5 - a * (1.0 / 6.0 - a * (1.0 / 24.0))))
         v[i] = max(v[i] + (j[i] - v[i]) * rise, 0.0)
         r[i] -= DT
     found = 0
