@@ -268,6 +268,11 @@ class _Wiring:
                 raise ParameterError(
                     f"{label(c)}.function: {values.shape[1]} results of a number of an array, must be 1"
                 )
+            if not p.rates.any():
+                raise ParameterError(
+                    f"{label(c)}: no neuron of {held.ensemble.name} fires at the points where its function is"
+                    " fitted; choose others, or other intercepts"
+                )
             solved = c.solver(p.rates, values) if c.solver else p.decoders(values, c.regularisation)
             found.append((self.number[id(held)], solved, slice(at, at + values.shape[1])))
             at += values.shape[1]

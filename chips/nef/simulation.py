@@ -84,6 +84,16 @@ class Simulation:
         """Return what a probe shows or a node gets, by its `name`, float64[size], in its own unit."""
         return self.state.y[self.built.read[name]].copy()
 
+    def arrived(self, name: str) -> F64:
+        """Return what spikes have added so far in this step to what `read` shows, float64[size]."""
+        return self.state.raw[self.built.read[name]].copy()
+
+    def coming(self, name: str) -> F64:
+        """Return what `read` will show after the next step of a probe, float64[size]."""
+        lanes = self.built.read[name]
+        now = self.state.raw[lanes]
+        return np.asarray(now + self.built.net.keep[lanes] * (self.state.y[lanes] - now))
+
     def advance(self, duration: float) -> None:
         """Go on for the time `duration`, s, in whole intervals."""
         for _ in range(round(duration / self.interval)):

@@ -103,7 +103,7 @@ class Data(Mapping[Any, Any]):
 
     def _ensemble(self, e: Any) -> BuiltEnsemble:
         drawn = self._plan.drawn[e]
-        gain, bias = e.neuron_type.gain_bias(drawn.rate, drawn.intercept)
+        gain, bias = self._plan.currents[e]
         scaled = drawn.encoders * (gain / e.radius)[:, None]
         return BuiltEnsemble(
             drawn.points,
@@ -122,7 +122,8 @@ class Data(Mapping[Any, Any]):
         if own is None or isinstance(c.pre_obj, nengo.ensemble.Neurons):
             return BuiltConnection(None, {}, None if plain else sample, c.transform)
         (decoders,) = self._built.solved[own]
-        return BuiltConnection(own.points, {}, _times(sample, decoders.T), c.transform)
+        points = None if isinstance(c.solver, nengo.solvers.NoSolver) else own.points
+        return BuiltConnection(points, {}, _times(sample, decoders.T), c.transform)
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,6 +153,10 @@ class Model:
             f"Simulator.model.{name}: a chip has no signals and operators; params, seeds, toplevel and dt are"
             " there"
         )
+
+    def __reduce__(self) -> Any:
+        """Refuse to be pickled or copied; raises `TypeError`."""
+        raise TypeError("Simulator.model: cannot be pickled or copied; pickle the network")
 
 
 def _times(transform: F64, decoders: F64) -> F64:

@@ -11,25 +11,27 @@ import scipy.linalg
 from nengo.builder.ensemble import gen_eval_points, get_gain_bias
 from nengo.builder.network import seed_network
 from nengo.dists import Distribution, get_samples
+from nengo.utils import least_squares_solvers as lstsq
 from nengo.utils.builder import full_transform
 
+from chips.nef.nengo.errors import RefusedError
 from chips.nef.network.curves import IdealCurves
 from chips.nef.network.network import Connection, Drawn, Ensemble, Network, Neurons, Node, Probe
 from circuits.arrays import F64
-from circuits.errors import ParameterError
 
 
 class Plan:
     """A nengo network in the chip's terms, and what of it stays in Python."""
 
-    def __init__(self, network: nengo.Network, seed: int) -> None:
+    def __init__(self, network: nengo.Network) -> None:
         self.source = network
-        self.seeds: dict[Any, int] = {network: seed}
+        self.seeds: dict[Any, int] = {}
         seed_network(network, self.seeds, {})
         self.names = {e: f"{k}.{e.label or 'ensemble'}" for k, e in enumerate(network.all_ensembles)}
         self.ideal = _ideal(network.all_ensembles)
         self.points: dict[Any, F64] = {}
         self.drawn: dict[Any, Drawn] = {}
+        self.currents: dict[Any, tuple[F64, F64]] = {}  # gains and biases of nengo's neurons
         self.sources: dict[Any, Connection | Probe | None] = {}  # connection of nengo's: ours, None of a node
         self.ensembles = tuple(self._ensemble(e) for e in network.all_ensembles)
         self.connections: list[Connection] = []
@@ -38,8 +40,11 @@ class Plan:
         self.fed: list[tuple[str, Any]] = []  # node of ours, connection from a node of nengo's
         self.read: dict[Any, str] = {}  # connection into a node, or probe: probe of ours
         for k, c in enumerate(network.all_connections):
+            for end in (c.pre_obj, c.post_obj):
+                self._check_there(end, str(c))
             self._connect(c, f"connection {k}")
         for k, p in enumerate(network.all_probes):
+            self._check_there(p.obj, str(p))
             self._probe(p, f"probe {k}")
 
     def network(self) -> Network:
@@ -49,7 +54,7 @@ class Plan:
     def _ensemble(self, e: Any) -> Ensemble:
         label = str(e)
         if e.noise is not None:
-            raise ParameterError(f"{label}.noise: {e.noise}, the chip has no injected noise; leave it out")
+            raise RefusedError(f"{label}.noise: {e.noise}, the chip has no injected noise; leave it out")
         rng = np.random.RandomState(self.seeds[e])
         points = np.asarray(gen_eval_points(e, e.eval_points, rng=rng), dtype=float)
         drawn = isinstance(e.encoders, Distribution)
@@ -57,34 +62,41 @@ class Plan:
         encoders = np.array(encoders, dtype=float, ndmin=2)
         length = np.sqrt((encoders**2).sum(axis=1, keepdims=True))
         if not (length > 0.0).all():
-            raise ParameterError(f"{label}.encoders: one of length 0, must point somewhere")
+            raise RefusedError(f"{label}.encoders: one of length 0, must point somewhere")
         if not e.normalize_encoders:
-            raise ParameterError(
-                f"{label}.normalize_encoders: False, encoders are unit vectors; leave it out"
-            )
-        _, _, rate, intercept = get_gain_bias(e, rng)
-        self.points[e] = points
+            raise RefusedError(f"{label}.normalize_encoders: False, encoders are unit vectors; leave it out")
+        with np.errstate(divide="ignore", invalid="ignore"):  # what comes of it is refused
+            gain, bias, rate, intercept = get_gain_bias(e, rng)
+        self.points[e], self.currents[e] = points, (gain, bias)
         if not (np.asarray(intercept) < 1.0).all():
-            raise ParameterError(f"{label}.intercepts: {np.max(intercept):g}, must be below 1")
+            given = "" if e.gain is None else ", by gain and bias"
+            raise RefusedError(f"{label}.intercepts: {np.max(intercept):g}{given}, must be below 1")
         own = Drawn(
             np.asarray(rate, dtype=float), np.asarray(intercept, dtype=float), encoders / length, points
         )
         self.drawn[e] = own
         return Ensemble(self.names[e], e.n_neurons, e.dimensions, float(e.radius), drawn=own)
 
+    def _check_there(self, end: Any, label: str) -> None:
+        """Raise `RefusedError` for an end that is not of the network."""
+        known = isinstance(end, nengo.Node | nengo.Ensemble | nengo.ensemble.Neurons)
+        if known and _ensemble_of(end) not in self.seeds:
+            raise RefusedError(f"{label}: {end} is not of this network; build the one that has it")
+
     def _connect(self, c: Any, name: str) -> None:
         label = str(c)
         if c.learning_rule is not None:
-            raise ParameterError(f"{label}.learning_rule: {c.learning_rule}, the chip does not learn")
+            raise RefusedError(f"{label}.learning_rule: {c.learning_rule}, the chip does not learn")
         self.sources[c] = None
         pre, post = c.pre_obj, c.post_obj
         if isinstance(post, nengo.Node):
             if not isinstance(pre, nengo.Node):
-                self.probes.append(Probe(name, self.names[_ensemble_of(pre)], **self._decoded(c, label)))
+                given = self._decoded(c, label, tau_of_reading(c.synapse) or 0.0)
+                self.probes.append(Probe(name, self.names[_ensemble_of(pre)], **given))
                 self.sources[c], self.read[c] = self.probes[-1], name
             return
         if not isinstance(post, nengo.Ensemble | nengo.ensemble.Neurons):
-            raise ParameterError(f"{label}.post: {post}, must be a node, an ensemble or its neurons")
+            raise RefusedError(f"{label}.post: {post}, must be a node, an ensemble or its neurons")
         end: str | Neurons = self.names[_ensemble_of(post)]
         if isinstance(post, nengo.ensemble.Neurons):
             end = Neurons(self.names[post.ensemble], scaled=True)
@@ -97,7 +109,7 @@ class Plan:
             self.fed.append((name, (c, rows)))
             self.connections.append(Connection(name, end, None, transform, tau_of(c.synapse, label)))
             return
-        given = self._decoded(c, label)
+        given = self._decoded(c, label, tau_of(c.synapse, label))
         matrix = given["transform"]
         if isinstance(end, Neurons) and matrix.size and (matrix == matrix[0]).all():
             given["transform"] = matrix[:1]
@@ -120,12 +132,12 @@ class Plan:
             return total[:1], np.ones((1, 1))
         return rows, currents
 
-    def _decoded(self, c: Any, label: str) -> dict[str, Any]:
+    def _decoded(self, c: Any, label: str, tau: float) -> dict[str, Any]:
         """Fields of a connection from an ensemble or its neurons."""
-        common = {"transform": matrix_of(c, label), "synapse": tau_of(c.synapse, label)}
+        common = {"transform": matrix_of(c, label), "synapse": tau}
         if isinstance(c.pre_obj, nengo.ensemble.Neurons):
             if c.function is not None:
-                raise ParameterError(f"{label}.function: of neurons, must be of the ensemble")
+                raise RefusedError(f"{label}.function: of neurons, must be of the ensemble")
             return {**common, "decoders": np.eye(c.pre_obj.size_out)}
         rng = np.random.RandomState(self.seeds.get(c, 0))
         e = c.pre_obj
@@ -133,15 +145,7 @@ class Plan:
         if c.eval_points is not None:
             points = np.asarray(gen_eval_points(e, c.eval_points, rng, c.scale_eval_points), dtype=float)
         common |= {"points": points, "function": _tabulated(c, label)}
-        if c.solver.weights:
-            raise ParameterError(f"{label}.solver: {c.solver}, must not solve for weights")
-        if type(c.solver) is nengo.solvers.LstsqL2:
-            return {**common, "regularisation": c.solver.reg}
-
-        def solver(rates: F64, values: F64) -> F64:
-            return np.asarray(c.solver(rates, values, rng=rng)[0])
-
-        return {**common, "solver": solver}
+        return {**common, **_solver(c.solver, rng, label)}
 
     def _probe(self, p: Any, name: str) -> None:
         target, label = p.obj, str(p)
@@ -149,17 +153,15 @@ class Plan:
             size = target.size_out
             matrix = np.eye(size)[slice_of_probe(p)]
             given: dict[str, Any] = {"transform": matrix, "points": self.points[target]}
-            if isinstance(p.solver, nengo.solvers.Solver):
-                if type(p.solver) is not nengo.solvers.LstsqL2:
-                    raise ParameterError(f"{label}.solver: {p.solver}, must be LstsqL2 for a probe")
-                given["regularisation"] = p.solver.reg
-            self.probes.append(Probe(name, self.names[target], synapse=tau_of(p.synapse, label), **given))
+            given |= _solver(p.solver, np.random.RandomState(self.seeds[p]), label)
+            tau = tau_of_reading(p.synapse) or 0.0
+            self.probes.append(Probe(name, self.names[target], synapse=tau, **given))
             self.read[p] = name
         elif not (
             (isinstance(target, nengo.Node) and p.attr == "output")
             or (isinstance(target, nengo.ensemble.Neurons) and p.attr in ("output", "spikes"))
         ):
-            raise ParameterError(f"{label}: {p.attr} of {target}, must be an output, or spikes of neurons")
+            raise RefusedError(f"{label}: {p.attr} of {target}, must be an output, or spikes of neurons")
 
 
 def _ideal(ensembles: list[Any]) -> IdealCurves:
@@ -168,11 +170,25 @@ def _ideal(ensembles: list[Any]) -> IdealCurves:
     for e in ensembles:
         kind = e.neuron_type
         if type(kind) is not nengo.LIF or kind.min_voltage != 0.0 or kind.amplitude != 1.0:
-            raise ParameterError(f"{e}.neuron_type: {kind}, must be LIF with its usual voltage and amplitude")
+            raise RefusedError(f"{e}.neuron_type: {kind}, must be LIF with its usual voltage and amplitude")
         found.add((float(kind.tau_rc), float(kind.tau_ref)))
     if len(found) > 1:
-        raise ParameterError(f"network: neurons of {len(found)} kinds of LIF, must all be alike")
+        raise RefusedError(f"network: neurons of {len(found)} kinds of LIF, must all be alike")
     return IdealCurves(*found.pop()) if found else IdealCurves()
+
+
+def _solver(solver: Any, rng: np.random.RandomState, label: str) -> dict[str, Any]:
+    """Fields of a connection or probe for a solver of nengo's."""
+    if solver.weights:
+        raise RefusedError(f"{label}.solver: {solver}, must not solve for weights")
+    usual = type(solver) is nengo.solvers.LstsqL2 and type(solver.solver) is lstsq.Cholesky
+    if usual and solver.reg > 0.0:
+        return {"regularisation": solver.reg}
+
+    def solve(rates: F64, values: F64) -> F64:
+        return np.asarray(solver(rates, values, rng=rng)[0])
+
+    return {"solver": solve}
 
 
 def _basis(network: Any, node: Any, seen: tuple[Any, ...]) -> F64:
@@ -208,9 +224,9 @@ def matrix_of(c: Any, label: str) -> F64:
     It is float64[size of post, size of what comes]; label: what errors call the connection.
     """
     if not isinstance(c.transform, nengo.Dense | nengo.transforms.NoTransform):
-        raise ParameterError(f"{label}.transform: {type(c.transform).__name__}, must be dense")
+        raise RefusedError(f"{label}.transform: {type(c.transform).__name__}, must be dense")
     if isinstance(c.transform, nengo.Dense) and isinstance(c.transform.init, Distribution):
-        raise ParameterError(f"{label}.transform: drawn from {c.transform.init}, must be numbers")
+        raise RefusedError(f"{label}.transform: drawn from {c.transform.init}, must be numbers")
     sliced = isinstance(c.pre_obj, nengo.ensemble.Neurons)
     return np.asarray(full_transform(c, slice_pre=sliced, allow_scalars=False), dtype=float)
 
@@ -219,9 +235,16 @@ def tau_of(synapse: Any, label: str) -> float:
     """Return the time constant of a synapse, s, 0 for none; label: what errors call its connection."""
     if synapse is None:
         return 0.0
-    if type(synapse) is not nengo.Lowpass:
-        raise ParameterError(f"{label}.synapse: {synapse}, must be a low-pass or None")
-    return float(synapse.tau)
+    tau = tau_of_reading(synapse)
+    if tau is None:
+        raise RefusedError(f"{label}.synapse: {synapse}, must be a low-pass or None")
+    return tau
+
+
+def tau_of_reading(synapse: Any) -> float | None:
+    """Return the time constant of a low-pass, s; None of no synapse, and of others, which nengo filters."""
+    usual = type(synapse) is nengo.Lowpass and synapse.analog and synapse.method == "zoh"
+    return float(synapse.tau) if usual else None
 
 
 def _tabulated(c: Any, label: str) -> Callable[[F64], F64]:
@@ -235,7 +258,7 @@ def _tabulated(c: Any, label: str) -> Callable[[F64], F64]:
             return np.asarray(function, dtype=float)
         found = [function(x) for x in points[:, part]]
         if any(y is None for y in found):
-            raise ParameterError(f"{label}.function: gives None, must give numbers")
+            raise RefusedError(f"{label}.function: gives None, must give numbers")
         return np.array(
             [np.hstack(y) if isinstance(y, list | tuple) else np.ravel(y) for y in found], dtype=float
         )

@@ -78,8 +78,8 @@ def test_networks_of_nengo_do_the_same(make: Callable[[], Any]) -> None:
             found.append(run.data[probe][SETTLED:])
     nengos, ideal, die = found
     scale = rms(nengos)
-    # the same neurons by nengo's seeds, but decoders solved in another order, so spikes come to differ
-    assert rms(ideal - nengos) < 0.08 * scale
+    # the same spikes; the winner's thresholds get theirs without a synapse, which takes a step here
+    assert rms(ideal - nengos) < (0.005 if make is winner else 1e-12) * scale
     # other neurons: each population's own noise and decoding error, of 50 to 100 neurons
     assert rms(die - nengos) < 0.2 * scale
 
