@@ -70,6 +70,13 @@ class Live:
             (name, _weighted(c, rows, self._values), c.synapse is None and c.pre_obj not in late)
             for name, (c, rows) in plan.fed
         ]
+        self.delayed = [
+            c
+            for c in plan.source.all_connections
+            if c.synapse is None
+            and not isinstance(c.post_obj, nengo.Node)
+            and not (isinstance(c.pre_obj, nengo.Node) and c.pre_obj not in late)
+        ]  # by which spikes act a step later than in nengo
         self._first, self._last = ([f[:2] for f in feeds if f[2] == now] for now in (True, False))
         self._spikes = run.state.spikes.copy()
         self._spiking = np.zeros(len(self._spikes))

@@ -5,7 +5,7 @@ and membranes at the beginning are drawn by nengo's rules from its seeds, decode
 own solver from the curves that are measured on the chip (`LstsqL2`, nengo's default, by our fixed-order least
 squares). Nodes run in Python every step of 1 ms. What goes to a node or probe is there in the step in which
 it is in nengo's own simulator; so is what a synapse brings to neurons. Spikes that go to neurons without a
-synapse, directly or by way of nodes, act a step later than in nengo.
+synapse, directly or by way of nodes, act a step later than in nengo, which is warned of.
 
 `chip=None` stands for an ideal die: nengo's own neurons, LIF with their time constants, spike by spike. What
 cannot be done is refused by name: other neurons than LIF, learning, noise, other synapses than a low-pass
@@ -105,6 +105,15 @@ class Simulator:
         self.seed = int(np.random.default_rng().integers(2**31 - 1)) if seed is None else seed
         self._samples: dict[Any, Samples] = {}
         self.reset()
+        if self._live.delayed:
+            first, *others = self._live.delayed
+            more = f" and {len(others)} more" if others else ""
+            warnings.warn(
+                f"{first}{more}: spikes without a synapse act on neurons a step later than in nengo; give it"
+                " synapse=0 for the same in both",
+                nengo.exceptions.NengoWarning,
+                stacklevel=2,
+            )
 
     def _build(self, network: nengo.Network, chip: NefChip | None, temperature_c: float) -> None:
         """Draw the neurons, and solve for decoders."""

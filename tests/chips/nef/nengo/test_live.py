@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -148,3 +149,20 @@ def test_functions_that_give_no_numbers_in_a_run_are_refused(found: Any, where: 
     run.run_steps(4)
     with pytest.raises(ParameterError, match=r"must be 1 finite numbers"):
         run.run_steps(4)
+
+
+@pytest.mark.parametrize("synapse", [None, 0.0])
+def test_spikes_that_act_a_step_late_are_warned_of(synapse: float | None) -> None:
+    with nengo.Network(seed=1) as network:
+        a, b, node = nengo.Ensemble(30, 1), nengo.Ensemble(30, 1), nengo.Node(size_in=1)
+        nengo.Connection(nengo.Node([0.7]), a, synapse=None)
+        nengo.Connection(a, node, synapse=None)
+        nengo.Connection(node, b, transform=0.01, synapse=synapse)
+        nengo.Connection(a, b.neurons, transform=np.full((30, 1), 1e-3), synapse=synapse)
+        nengo.Probe(b.neurons)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        beside_nengo(network) if synapse is not None else Simulator(network, chip=None)
+    says = [str(each.message) for each in caught if "a step later than in nengo" in str(each.message)]
+    assert len(says) == (synapse is None)
+    assert all("and 1 more: spikes without a synapse" in each for each in says)
