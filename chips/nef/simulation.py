@@ -85,11 +85,11 @@ class Simulation:
         return self.state.y[self.built.read[name]].copy()
 
     def arrived(self, name: str) -> F64:
-        """Return what spikes have added so far in this step to what `read` shows, float64[size]."""
+        """Return what spikes have added so far to a probe of this `name`, float64[size], in its own unit."""
         return self.state.raw[self.built.read[name]].copy()
 
     def coming(self, name: str) -> F64:
-        """Return what `read` will show after the next step of a probe, float64[size]."""
+        """Return what a probe of this `name` will show after the next step, float64[size], in its unit."""
         lanes = self.built.read[name]
         now = self.state.raw[lanes]
         return np.asarray(now + self.built.net.keep[lanes] * (self.state.y[lanes] - now))

@@ -21,7 +21,6 @@ from chips.nef.nengo.plan import Plan, matrix_of, slice_of_probe, tau_of_reading
 from chips.nef.network.kernel import DT
 from chips.nef.simulation import Simulation
 from circuits.arrays import F64
-from circuits.errors import TopologyError
 
 _Read = Callable[[], F64]
 
@@ -190,7 +189,7 @@ def size_of_probe(p: Any) -> int:
 def _ordered(nodes: list[Any], ends: list[Any]) -> tuple[list[Any], set[Any]]:
     """Nodes, each behind those that it gets something of without a synapse, and the late ones of them.
 
-    ends: connections into nodes. Raises `TopologyError` for a circle.
+    ends: connections into nodes. Raises `RefusedError` for a circle.
     """
     after: dict[Any, set[Any]] = {n: set() for n in nodes}
     late = set()
@@ -204,7 +203,7 @@ def _ordered(nodes: list[Any], ends: list[Any]) -> tuple[list[Any], set[Any]]:
     while left:
         ready = [n for n, before in left.items() if not before & left.keys()]
         if not ready:
-            raise TopologyError(f"{next(iter(left))}: in a circle of nodes without a synapse; put one in")
+            raise RefusedError(f"{next(iter(left))}: in a circle of nodes without a synapse; put one in")
         order += ready
         left = {n: b for n, b in left.items() if n not in ready}
     for node in order:

@@ -38,7 +38,7 @@ from chips.nef.network.network import Connection
 from chips.nef.population import populate
 from chips.nef.simulation import Simulation
 from circuits.arrays import F64
-from circuits.errors import UnknownNameError
+from circuits.errors import ParameterError, UnknownNameError
 
 NOMINAL_CHIP = NefChip()
 _NENGOS = ("dg", "rng", "signals", "step_order")
@@ -73,8 +73,11 @@ class Simulator:
 
     Raises
     ------
-    ParameterError
-        `dt` is another, there is a `model`, or the network has what the chip cannot do.
+    InvalidError
+        `dt` is another, or there is a `model` or no network; a `ParameterError`, and nengo's
+        `ValidationError`.
+    RefusedError
+        The network has what the chip cannot do; a `ParameterError`, and nengo's `BuildError`.
     """
 
     def __init__(
@@ -126,7 +129,10 @@ class Simulator:
         if chip is not None:
             _check_synapses(self._plan.connections)
         taus = self._plan.ideal.tau_rc, self._plan.ideal.tau_ref
-        self._built = build(self._plan.network(), self._curves, self._plan.seeds[network], taus)
+        try:
+            self._built = build(self._plan.network(), self._curves, self._plan.seeds[network], taus)
+        except ParameterError as error:
+            raise RefusedError(str(error)) from error
 
     def __enter__(self) -> Simulator:
         """Return itself; raises `ClosedError` where it is closed."""
@@ -223,7 +229,7 @@ class Simulator:
     def run(self, time_in_seconds: float, progress_bar: Any = None) -> None:
         """Run for a time, in whole steps; a time of less than half a step warns that there is none.
 
-        Raises `ParameterError` for a time below 0, or none, and `ClosedError` where it is closed.
+        Raises `InvalidError` for a time below 0, or none, and `ClosedError` where it is closed.
 
         Parameters
         ----------
@@ -246,7 +252,7 @@ class Simulator:
     def run_steps(self, steps: int, progress_bar: Any = None) -> None:
         """Take a number of `steps`; `progress_bar` is as of `run`.
 
-        Raises `ParameterError` for no whole number of them, or one below 0, and `ClosedError` where it is
+        Raises `InvalidError` for no whole number of them, or one below 0, and `ClosedError` where it is
         closed.
         """
         if not (steps >= 0 and steps % 1 == 0):
@@ -273,13 +279,13 @@ class Simulator:
         Parameters
         ----------
         dt
-            The old name of `sample_every`, which warns, as nengo's does.
+            The old name of `sample_every`, s, which warns, as nengo's does.
         sample_every
             Time between two samples, s; a step unless given.
 
         Raises
         ------
-        ParameterError
+        InvalidError
             Both are given, or the time is not above 0.
         """
         if dt is not None:

@@ -372,8 +372,9 @@ def test_what_it_cannot_do_is_refused_by_name(add: Any, says: str) -> None:
     with nengo.Network(seed=1) as net:
         a = nengo.Ensemble(10, 1)
         add(a)
-    with pytest.raises(CircuitError, match=says):
+    with pytest.raises(ParameterError, match=says) as refusal:
         Simulator(net)
+    assert isinstance(refusal.value, nengo.exceptions.BuildError)
     with pytest.raises(CircuitError, match=r"dt: 0\.002 s"):
         Simulator(net, dt=0.002)
 
