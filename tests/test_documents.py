@@ -31,6 +31,7 @@ from typer.testing import CliRunner
 
 from chips.record_file import ENVIRONMENT
 from circuits.extraction.coach.models import unknowns_of
+from circuits.extraction.coach.posterior import posterior_table
 from circuits.extraction.coach.table import read_folder
 from circuits.extraction.coach.unknown import before
 from circuits.silicon.die import NOMINAL
@@ -41,7 +42,6 @@ from system.cli.command_line import INTERRUPTED, app, main
 from system.cli.examples import EXAMPLES as SHOWN_BY_HELP
 from system.cli.guide import TRIED
 from system.options.die.file import write_die_file
-from system.options.die.posterior import posterior_table
 from tests.documents import (
     COMMAND,
     DOCUMENTS,

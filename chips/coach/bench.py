@@ -11,6 +11,10 @@ Every reading solves the circuit's transistors with the biases of the lines and 
 them, from where the reading before has left it: a circuit with hysteresis stays on its branch. What is read
 comes as the board reads it, with its steps, dead zones and counts; the chip's own current or voltage is
 `exact`.
+
+    bench = CoachBench(Silicon(process_of("coach-180"), die=read_die_file("die.toml")), identified="die.toml")
+
+is the bench of a chip that `noctule identify` found: its masters, codes, converters, ammeters and offsets.
 """
 
 from __future__ import annotations
@@ -18,15 +22,18 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import final
 
 import numpy as np
 
-from chips.coach.generator import Code, Generator, Kind, line_voltage
+from chips.coach.generator import Code, Generator, Kind, line_share, line_voltage
+from chips.coach.identified import Found, found_of, identified_silicon, read_identified
 from chips.coach.readout import (
     FAST_STEP,
     RANGES,
     Board,
+    Channel,
     channel,
     counted_current,
     interference,
@@ -40,10 +47,13 @@ from circuits.arrays import F64
 from circuits.blocks.drive import Wave, current_into, driven
 from circuits.checks import require_choice
 from circuits.circuit import Circuit
+from circuits.devices import Transistor
 from circuits.devices.source import PiecewiseLinear, polyline
 from circuits.errors import ParameterError, SolverError, unknown_name
 from circuits.event import pulse
+from circuits.extraction.coach.posterior import ConverterRow
 from circuits.lowering.kernel import Machine, to_kernel
+from circuits.lowering.on_die import transistor_of
 from circuits.measure.current import static_currents
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
@@ -87,6 +97,17 @@ class CoachBench:
         Errors of the bias generator beside its devices'.
     seed
         Keys what differs from one reading to the next.
+    identified
+        File of the die that `noctule identify` wrote, of which numbers of the process, board and generator
+        are taken in the place of nominal ones; `found` then says which. Its die must be the silicon's, and
+        the process the one that it was identified on.
+
+    Raises
+    ------
+    DataError
+        The file of an identified die cannot be read, or is of another die or process.
+    ParameterError
+        A board or generator is given beside the identified ones.
     """
 
     def __init__(
@@ -95,9 +116,16 @@ class CoachBench:
         board: Board | None = None,
         generator: Generator | None = None,
         seed: int = 0,
+        identified: Path | str | None = None,
     ) -> None:
         self.silicon = silicon or Silicon(ROLLS_180)
         self.board, self.generator, self.seed = board or Board(), generator or Generator(), seed
+        self.found: Found | None = None
+        self._identified = None if identified is None else read_identified(Path(identified))
+        if self._identified is not None:
+            if board is not None or generator is not None:
+                raise ParameterError(f"identified: {identified}, states board and generator; leave them out")
+            self.silicon = identified_silicon(self._identified, self.silicon)
         self._biases: dict[str, Code] = {}
         self._levels: dict[str, float] = {}
         self._span, self._readings = "low", 0
@@ -115,6 +143,10 @@ class CoachBench:
         self.circuit = circuit
         self._levels = dict.fromkeys(self.wiring.inputs, 0.0)
         self._machine = self._point = None
+        if self._identified is not None:
+            self.found = found_of(self._identified, circuit)
+            self.generator = self.found.generator
+            self.board = self._calibrated(self.found, self._identified.temperature_c)
 
     @property
     def wiring(self) -> Wiring:
@@ -167,6 +199,27 @@ class CoachBench:
         self._span = span
         self._machine = self._point = None
 
+    def _calibrated(self, found: Found, celsius: float) -> Board:
+        """The board with the charges of what converters truly took when they were calibrated."""
+        at = replace(self.silicon, temperature_c=celsius)
+        scaled = {}
+        for pin, row in found.calibrated.items():
+            one = found.board.channels[pin]
+            probe = CoachBench(at, generator=found.generator)
+            share = probe._calibration(self.circuit, pin, row, found)
+            scaled[pin] = replace(one, charge=one.charge * share)
+        return replace(found.board, channels={**found.board.channels, **scaled})
+
+    def _calibration(self, circuit: str, pin: str, row: ConverterRow, found: Found) -> float:
+        """What a pin's transistor carries at a calibration, over the current that is nominal there."""
+        self.select(circuit)
+        self.found = found
+        code = Code("P" if row.bias.endswith("_P") else "N", row.master, row.fine)
+        self._biases[row.bias] = code
+        self._levels |= dict(zip(self.wiring.inputs, row.voltages, strict=True))
+        nominal = row.w * row.master * line_share(self.generator, row.bias, code, self.silicon)
+        return self.exact(pin, self.wiring.counted) / nominal
+
     def read_voltage(self, pin: str) -> float:
         """What the ADC reads at a pin, V.
 
@@ -180,7 +233,7 @@ class CoachBench:
 
         `pin` is its name, as GO22. Raises as `read_voltage`.
         """
-        return read_ammeter(self.board, self.exact(pin, self.wiring.ammeters), RANGES[self._span])
+        return read_ammeter(self.board, self.exact(pin, self.wiring.ammeters), self.board.ranges[self._span])
 
     def read_counts(self, pin: str, time: float = 0.1) -> int:
         """Number of events that a converter counts, a word of 16 bits.
@@ -189,7 +242,10 @@ class CoachBench:
         no time.
         """
         current = self.exact(pin, self.wiring.counted)
-        return read_counts(self.board, channel(_number(pin)), current, time, self._normal(pin))
+        return read_counts(self.board, self._converter(pin), current, time, self._normal(pin))
+
+    def _converter(self, pin: str) -> Channel:
+        return self.board.channels.get(pin) or channel(_number(pin))
 
     def current_of(self, pin: str, counts: float, time: float = 0.1) -> float:
         """Current that so many counts of a converter mean by its nominal charge and dead time, A.
@@ -282,7 +338,7 @@ class CoachBench:
         """Counts in the interval behind each sample."""
         charge = np.concatenate([[0.0], np.cumsum(0.5 * (current[1:] + current[:-1]) * np.diff(at))])
         mean = np.diff(np.interp(np.append(time, time[-1] + interval), at, charge)) / interval
-        one = channel(_number(pin))
+        one = self._converter(pin)
         found = [read_counts(self.board, one, float(i), interval, self._normal(pin)) for i in mean]
         return np.array(found, dtype=np.float64)
 
@@ -340,26 +396,28 @@ class CoachBench:
         levels = {port: self._levels[pin] for pin, port in wiring.inputs.items()}
         levels |= dict(wiring.held)
         levels |= {wiring.events: 0.0} if wiring.events else {}
-        levels |= {port: self._line(name) for name, port in wiring.lines.items()}
+        levels |= {port: self._line(name, circuit) for name, port in wiring.lines.items()}
         levels |= {"vdd": v_dd} if "vdd" in ports else {}
-        currents = (current_into(node, i) for node, i in wiring.current.items())
+        own = {} if self.found is None else self.found.current
+        currents = (current_into(node, i) for node, i in {**wiring.current, **own}.items())
         return Testbench(f"coach.{self.circuit}", circuit, (*driven(levels), *currents), stop)
 
     def _built(self) -> Circuit:
         """The chosen circuit, a transistor's between the shunts of the chosen range."""
         block = self.wiring.block
-        sizes = block.sizes
+        sizes = block.sizes if self.found is None else replace(block.sizes, **self.found.sizes)
         if self.wiring.ammeters:
-            shunt = RANGES[self._span].shunt
+            shunt = self.board.ranges[self._span].shunt
             sizes = replace(sizes, drain_resistance=shunt, source_resistance=shunt)
         return block.build(sizes)
 
-    def _line(self, name: str) -> float:
+    def _line(self, name: str, circuit: Circuit) -> float:
         """Voltage of a bias line, V; of one that was never set, that of its rail."""
         code = self._biases.get(name)
         if code is None:
             return self.silicon.process.v_dd if name.endswith("_P") else 0.0
-        return line_voltage(self.generator, name, code, self.silicon)
+        biased = _biased(circuit, self.wiring.lines[name])
+        return line_voltage(self.generator, name, code, self.silicon, biased)
 
     def _known(self, what: str, name: str, known: Mapping[str, str]) -> None:
         if name not in known:
@@ -372,6 +430,12 @@ class CoachBench:
         text = f"{self.seed}/{die.lot}/{die.number}/{pin}/{self._readings}"
         key = int.from_bytes(hashlib.blake2b(text.encode(), digest_size=16, person=b"coach-reading").digest())
         return float(np.random.Generator(np.random.Philox(key=key)).standard_normal())
+
+
+def _biased(circuit: Circuit, port: str) -> Transistor | None:
+    """The transistor that a port biases; None where it is a voltage of several."""
+    device = next((b.device for b in circuit.biases if b.port == port), None)
+    return transistor_of(circuit, device) if device else None
 
 
 def _number(pin: str) -> int:

@@ -13,6 +13,9 @@ master's scale, which nobody has measured.
 Source: w_b relative to bits 2 to 4 is what calibrations of one chip show: bits 5 and 6 4 to 7 % and 4 to 10 %
 low, bits 0 and 1 5 to 18 % high; the middle of each is taken, and bit 7 is not known. The unit device of the
 splitter, 1 um by 6 um, is ours.
+
+The generator of a chip that was identified (`chips.coach.identified`) has lines of their own, and the rule by
+which it was identified: a line is the gate at which a device of the biased one's size carries its current.
 """
 
 from __future__ import annotations
@@ -74,40 +77,81 @@ class Generator:
         What each bit is worth of its nominal current, from bit 0 to bit 7.
     scale
         Of a master's current by its nominal one, A; 1 for those that are left out.
+    lines
+        What each bit of a line is worth, by the line's name; `bits` for those that are left out.
+    factors
+        Of the current of a line, by its name; 1 for those that are left out.
+    codes
+        Of the current of a line at a master (A) and fine code, by that of bits that are worth what they
+        should; for those that are left out it follows from their bits.
+    reference
+        Device at whose gate voltage a line is: the generator's output device, or one of the biased device's
+        size.
     """
 
     bits: tuple[float, ...] = BITS
     scale: Mapping[float, float] = field(default_factory=dict)
+    lines: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    factors: Mapping[str, float] = field(default_factory=dict)
+    codes: Mapping[tuple[str, float, int], float] = field(default_factory=dict)
+    reference: Literal["output", "biased"] = "output"
 
     def __post_init__(self) -> None:
         """Refuse another number of bits, and scales of masters that are none."""
-        if len(self.bits) != 8:
-            raise ParameterError(f"generator.bits: {len(self.bits)}, must be eight; bit 0 is first")
+        for name, bits in {"bits": self.bits, **self.lines}.items():
+            if len(bits) != 8:
+                raise ParameterError(f"generator.{name}: {len(bits)}, must be eight; bit 0 is first")
         for master in self.scale:
             code_current(master, 0, *OUTPUT)
 
 
 def line_current(generator: Generator, name: str, code: Code, silicon: Silicon) -> float:
     """Current in the output device of the line `name` on a silicon, A; 0 for fine code 0."""
-    law = silicon.law("n")
+    warm = kelvin(silicon.temperature_c) / kelvin(REFERENCE_C)
+    scale = generator.scale.get(code.master, 1.0) * warm
+    return scale * code.master * line_share(generator, name, code, silicon)
+
+
+def line_share(generator: Generator, name: str, code: Code, silicon: Silicon) -> float:
+    """What the line `name` takes of its master's current on a silicon; 0 for fine code 0."""
+    law, own = silicon.law("n"), generator.codes.get((name, code.master, code.fine))
+    bits = generator.lines.get(name, generator.bits) if own is None else IDEAL_BITS
     share, devices = 0.0, _devices(silicon, name, "n")
-    for bit, worth in enumerate(generator.bits):
+    for bit, worth in enumerate(bits):
         if code.fine >> bit & 1:
             v_t0, beta = devices.own(f"bit{bit}")
             error = (1.0 + beta) * math.exp(-law.kappa * v_t0 / law.u_t)
             share += worth * error * 2.0**bit / CODES
-    warm = kelvin(silicon.temperature_c) / kelvin(REFERENCE_C)
-    return generator.scale.get(code.master, 1.0) * warm * code.master * share
+    return share * generator.factors.get(name, 1.0) * (1.0 if own is None else own)
 
 
-def line_voltage(generator: Generator, name: str, code: Code, silicon: Silicon) -> float:
-    """Voltage of the line `name` on a silicon, V, within ground and the supply."""
+def line_voltage(
+    generator: Generator, name: str, code: Code, silicon: Silicon, biased: Transistor | None = None
+) -> float:
+    """Voltage of a line on a silicon, V, within ground and the supply.
+
+    Parameters
+    ----------
+    generator
+        The generator.
+    name
+        The line's name.
+    code
+        What it is set to.
+    silicon
+        Process, temperature and die.
+    biased
+        The transistor whose gate it is, where that is one.
+    """
     polarity: Polarity = "n" if code.kind == "N" else "p"
     v_dd, current = silicon.process.v_dd, line_current(generator, name, code, silicon)
     above = 0.0
     if current > 0.0:
-        own = _devices(silicon, name, polarity).own("output")
-        above = deviating_gate_voltage(silicon.law(polarity), _output(polarity), current, own)
+        own, output = _devices(silicon, name, polarity).own("output"), _output(polarity)
+        if generator.reference == "biased" and biased is not None and biased.polarity == polarity:
+            current *= biased.square / output.square
+            output = biased
+        above = deviating_gate_voltage(silicon.law(polarity), output, current, own)
     above = min(max(above, 0.0), v_dd)
     return above if polarity == "n" else v_dd - above
 

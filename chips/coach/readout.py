@@ -16,7 +16,8 @@ scatter above the range is normal, and the phase of the interference, are ours.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -33,6 +34,27 @@ COUNTS = 65_535  # the most that a converter's word holds
 
 
 @dataclass(frozen=True, slots=True)
+class Channel:
+    """A current-to-frequency converter: charge of an event, C, dead time, s, and counts an event."""
+
+    charge: float
+    dead_time: float = 2.1e-6
+    counts: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """A range of an ammeter: its shunt, Ohm, the current at which it is full, and what it adds, A."""
+
+    shunt: float
+    full: float
+    offset: float = 0.0
+
+
+RANGES = {"low": Range(33e3, 1e-6), "high": Range(330.0, 100e-6)}
+
+
+@dataclass(frozen=True, slots=True)
 class Board:
     """What a board has of errors.
 
@@ -40,6 +62,8 @@ class Board:
     ----------
     dac_offset
         Added to every voltage that is set, V.
+    adc_offset
+        Added to every voltage that is read, V.
     adc_scale
         Factor of every voltage that is read; 0.9961 for a reference of 3.313 V.
     buffer_low, buffer_high
@@ -54,9 +78,14 @@ class Board:
         Current at which a converter's range switches, A.
     scatter
         Relative standard deviation of readings above it.
+    ranges
+        Of the ammeters, by name.
+    channels
+        Converters by the name of the pin; those that are left out are nominal.
     """
 
     dac_offset: float = quantity(0.0, "V")
+    adc_offset: float = quantity(0.0, "V")
     adc_scale: float = quantity(1.0, "")
     buffer_low: float = quantity(13e-3, "V")
     buffer_high: float = quantity(1.781, "V")
@@ -65,26 +94,10 @@ class Board:
     dark_rate: float = quantity(30.0, "Hz")
     range_current: float = quantity(30e-9, "A")
     scatter: float = quantity(0.15, "")
+    ranges: Mapping[str, Range] = field(default_factory=lambda: dict(RANGES))
+    channels: Mapping[str, Channel] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class Channel:
-    """A current-to-frequency converter: charge of an event, C, dead time, s, and counts an event."""
-
-    charge: float
-    dead_time: float = 2.1e-6
-    counts: int = 1
-
-
-@dataclass(frozen=True, slots=True)
-class Range:
-    """A range of an ammeter: its shunt, Ohm, and the current at which it is full, A."""
-
-    shunt: float
-    full: float
-
-
-RANGES = {"low": Range(33e3, 1e-6), "high": Range(330.0, 100e-6)}
 # Charges on the scale of bias currents of 3 W / L: three times those of calibrations with W / L alone;
 # of channels that only the winner-take-all reaches the charge of its calibration, and a usual dead time.
 CHANNELS = {
@@ -126,18 +139,19 @@ def set_level(board: Board, pin: str, volt: float, v_dd: float) -> float:
 
 def read_level(board: Board, volt: F64 | float, step: float = ADC_STEP) -> F64:
     """What the ADC reads of voltages behind the buffer, V; step: of its codes, V."""
-    passed = np.clip(volt, board.buffer_low, board.buffer_high) * board.adc_scale
+    passed = np.clip(volt + board.adc_offset, board.buffer_low, board.buffer_high) * board.adc_scale
     code = np.floor(passed / step)
     return np.asarray(np.minimum(code, ADC_CODES * ADC_STEP / step - 1.0) * step)
 
 
 def read_ammeter(board: Board, current: float, span: Range) -> float:
     """What an ammeter reads of a current, A: nothing in its dead zone, its full scale above it."""
-    at_output = abs(current) * span.shunt * AMPLIFIED
-    if at_output < board.dead_zone:
+    per_ampere = span.shunt * AMPLIFIED
+    if (abs(current) + max(span.offset, 0.0)) * per_ampere < board.dead_zone:
         return 0.0
+    at_output = max(abs(current) + span.offset, 0.0) * per_ampere
     code = min(math.floor(at_output / ADC_STEP), ADC_CODES - 1)
-    return code * ADC_STEP / (span.shunt * AMPLIFIED)
+    return code * ADC_STEP / per_ampere
 
 
 def read_counts(board: Board, one: Channel, current: float, time: float, normal: float) -> int:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from chips.coach.bench import CoachBench
+from chips.coach.identified import Found
 from circuits.arrays import F64
 from circuits.silicon.silicon import Silicon
 from system.bench.script import Record, Script, Sweep
@@ -24,13 +26,16 @@ class Table:
     columns : dict of str to array
         float64[rows] by name: what was set, as the DAC made it (V) or as a code, then what was read. A name
         ends with its unit, `_V`, `_A`, `_s`, `_counts` or `_code`.
+    found : Found or None
+        What the bench took of an identified chip; None of a nominal bench.
     """
 
     set_columns: tuple[str, ...]
     columns: dict[str, F64]
+    found: Found | None = None
 
 
-def bench_of(script: Script, silicon: Silicon, seed: int) -> CoachBench:
+def bench_of(script: Script, silicon: Silicon, seed: int, identified: Path | None = None) -> CoachBench:
     """The bench with the circuit, biases and voltages of a script.
 
     Parameters
@@ -41,8 +46,10 @@ def bench_of(script: Script, silicon: Silicon, seed: int) -> CoachBench:
         Process, temperature and die.
     seed
         Keys what differs from one reading to the next.
+    identified
+        File of an identified die, whose process numbers, generator and board are taken.
     """
-    bench = CoachBench(silicon, seed=seed)
+    bench = CoachBench(silicon, seed=seed, identified=identified)
     bench.select(script.circuit)
     bench.set_range(script.range)
     for name, code in script.biases.items():
@@ -53,18 +60,22 @@ def bench_of(script: Script, silicon: Silicon, seed: int) -> CoachBench:
 
 
 def run_script(
-    script: Script, silicon: Silicon, seed: int = 0, progress: Callable[[float], None] | None = None
+    script: Script,
+    silicon: Silicon,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    identified: Path | None = None,
 ) -> Table:
     """Run a script.
 
     Parameters
     ----------
-    script, silicon, seed
+    script, silicon, seed, identified
         As `bench_of` has them; the script says what is read too.
     progress
         Is told the share that is done.
     """
-    bench, act = bench_of(script, silicon, seed), script.act
+    bench, act = bench_of(script, silicon, seed, identified), script.act
     if isinstance(act, Record):
         return _recorded(bench, script, act)
     return _swept(bench, script, act, progress)
@@ -84,7 +95,7 @@ def _swept(
     set_names = [f"{name}_{'code' if name in lines else 'V'}" for name in sweep.over]
     names = [*set_names, *(column_of(script, pin) for pin in script.read)]
     table = np.array(rows, dtype=np.float64).T
-    return Table(tuple(set_names), dict(zip(names, table, strict=True)))
+    return Table(tuple(set_names), dict(zip(names, table, strict=True)), bench.found)
 
 
 def _set(bench: CoachBench, script: Script, name: str, value: float) -> float:
@@ -109,7 +120,7 @@ def _recorded(bench: CoachBench, script: Script, act: Record) -> Table:
         script.read, act.samples, act.interval, steps=act.steps, events=act.events, fast=act.fast
     )
     read = {column_of(script, pin): record.values[pin] for pin in script.read}
-    return Table(("time_s",), {"time_s": record.time, **read})
+    return Table(("time_s",), {"time_s": record.time, **read}, bench.found)
 
 
 def column_of(script: Script, pin: str) -> str:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from chips.coach.generator import CHIP
+from chips.coach.identified import Found
+from circuits.errors import ParameterError
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.process_file import process_under
 from circuits.silicon.silicon import Silicon
@@ -19,6 +23,7 @@ from system.cli.bench_verb import Bench
 from system.cli.output import print_json, print_line, print_table, progress_bar
 from system.files.writing import check_folder, write_text_atomic
 from system.options.block import describe_silicon, read_die, silicon_line
+from system.options.die.file import identified_file
 from system.options.silicon import SiliconChoice
 from system.plot import check_picture, save_picture
 
@@ -30,10 +35,10 @@ def bench_command(asked: Bench) -> None:
     check_picture(asked.plot)
     if asked.csv is not None:
         check_folder(asked.csv)
-    silicon = _silicon(asked.silicon)
+    silicon, identified = _silicon(asked.silicon), _identified(asked)
     script = read_script(asked.script, silicon.process.v_dd)
     with progress_bar(f"{CHIP} {script.circuit}") as progress:
-        table = run_script(script, silicon, asked.seed, progress)
+        table = run_script(script, silicon, asked.seed, progress, identified)
     if asked.csv is not None:
         write_text_atomic(asked.csv, _csv(table))
     title = f"{CHIP} {script.circuit}, {silicon_line(silicon)}".replace("degC", "°C")
@@ -47,6 +52,17 @@ def bench_command(asked: Bench) -> None:
 def _silicon(asked: SiliconChoice) -> Silicon:
     celsius = parse_quantity(asked.celsius, "degC", "temperature")
     return Silicon(process_under(ROLLS_180, asked.process, asked.law), celsius, read_die(asked))
+
+
+def _identified(asked: Bench) -> Path | None:
+    """The file of the identified die whose board is taken; None of a nominal board."""
+    if asked.board == "nominal":
+        return None
+    found = None if asked.die is None else identified_file(str(asked.die))
+    if found is None and asked.board == "identified":
+        die = "a nominal die" if asked.die is None else f"die {asked.die}"
+        raise ParameterError(f"--board: identified, {die} was not; give the --die of noctule identify")
+    return found
 
 
 def _csv(table: Table) -> str:
@@ -69,8 +85,18 @@ def _document(script: Script, silicon: Silicon, seed: int, table: Table) -> dict
         "circuit": script.circuit,
         **described,
         "seed": seed,
+        "board": None if table.found is None else _board(table.found),
         "set": list(table.set_columns),
         "columns": {name: column.tolist() for name, column in table.columns.items()},
+    }
+
+
+def _board(found: Found) -> dict[str, Any]:
+    return {
+        "file": found.file,
+        "temperature_C": found.temperature_c,
+        "identified": list(found.identified),
+        "nominal": list(found.nominal),
     }
 
 
@@ -80,3 +106,14 @@ def _print(script: Script, silicon: Silicon, table: Table) -> None:
     print_table(title, tuple(f"{name}:" for name in table.columns), rows[:_SHOWN])
     if len(rows) > _SHOWN:
         print_line(f"and {len(rows) - _SHOWN} rows more; the CSV and JSON have all")
+    if table.found is None:
+        print_line("board: nominal")
+    else:
+        found = table.found
+        print_line(f"board: as {found.file} was identified at {found.temperature_c:.1f} degC")
+        print_line(f"identified: {_listed(found.identified)}")
+        print_line(f"nominal: {_listed(found.nominal)}")
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names) or "nothing"

@@ -8,13 +8,13 @@ from typing import Any
 
 from circuits.extraction.coach.chip import die_of, identify_chip
 from circuits.extraction.coach.joint import Fit
+from circuits.extraction.coach.posterior import posterior_table
 from circuits.silicon.process_file import process_of
 from system.cli.chip_fit import fitted_rows, measurements
 from system.cli.output import print_json, print_line, print_table, working
 from system.cli.verbs import Identify
 from system.files.writing import check_folder
 from system.options.die.file import write_die_file
-from system.options.die.posterior import posterior_table
 
 
 def identify_command(asked: Identify) -> None:
@@ -25,7 +25,8 @@ def identify_command(asked: Identify) -> None:
     with working(f"fitting {len(data)} measurements of {asked.fit}"):
         found = identify_chip(data, known, process)
     die = die_of(found.posterior)
-    write_die_file(Path(asked.output), die, posterior_table(found.posterior, found.factors))
+    table = posterior_table(found.posterior, found.factors, process.name, known)
+    write_die_file(Path(asked.output), die, table)
     unknowns, free = list(_unknowns(found)), list(found.posterior.free())
     document = {
         "process": process.name, "source": asked.fit, "file": asked.output,

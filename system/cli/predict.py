@@ -10,6 +10,7 @@ from typing import Any
 
 from circuits.errors import ParameterError
 from circuits.extraction.coach.metrics import Metric
+from circuits.extraction.coach.posterior import check_process, posterior_of
 from circuits.extraction.coach.sampled import Prediction, predict
 from circuits.extraction.coach.table import format_table
 from circuits.silicon.process_file import process_of
@@ -28,8 +29,9 @@ def predict_command(asked: Predict) -> None:
         raise ParameterError(f"--draws: {asked.draws}, must be 2 or more")
     folder = Path(asked.output)
     check_folder(folder)
-    posterior, noise = read_posterior(Path(asked.die))
-    process = process_of(asked.process)
+    table, process = read_posterior(Path(asked.die)), process_of(asked.process)
+    posterior, noise = posterior_of(table, asked.die)
+    check_process(posterior, process, table.process, asked.die, "identify the die on this one")
     blank, _ = measurements(asked.blank, "predict", asked.conditions, asked.only)
     reference, _ = measurements(asked.fit, "fit", asked.conditions, ())
     with progress_bar(f"predicting {len(blank)} measurements") as progress:

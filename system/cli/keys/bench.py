@@ -13,6 +13,11 @@ circuit   string  -  name of the circuit that the script chooses
     **{key: each for key, each in SILICON_KEYS.items() if key != "at"},
     **meanings("""
 seed      integer     -  keys what differs from one reading to the next
+board     object?     -  what was taken of an identified die's file; null of a nominal board
+board.file           string    -     the file
+board.temperature_C  number    degC  temperature at which it was measured
+board.identified     string[]  -     unknowns of the circuit that the measurements fixed, and that were taken
+board.nominal        string[]  -     those that they left free, which are nominal
 set       string[]    -  columns of what was set; of a record its time
 columns   number[]{}  -  a number a point or sample by the column's name, which ends with its unit: `V`, `A`,
           `s`, `counts`, or `code` for a fine code

@@ -14,7 +14,8 @@
     parameter = "v_t0"             # or beta, capacitance, resistance, saturation_current
     value = "12mV"                 # of the others relative, as "3%" or "0.03"
 
-A die that was identified from measurements has the table `posterior` too (`system.options.die.posterior`).
+A die that was identified from measurements has the table `posterior` too
+(`circuits.extraction.coach.posterior`).
 
 Every key may be left out; it then is as `circuits.silicon.die.Die` has it. `circuits.silicon.edit` says what
 paths are.
@@ -30,7 +31,7 @@ from typing import Any
 import msgspec
 
 from circuits.errors import DataError, ParameterError
-from circuits.extraction.coach.unknown import Posterior
+from circuits.extraction.coach.posterior import PosteriorTable, read_table
 from circuits.silicon.components import Extent
 from circuits.silicon.die import Corner, Die
 from circuits.silicon.edit import DEVIATIONS, Edit
@@ -38,7 +39,6 @@ from circuits.units import parse_quantity
 from system.files.document import document_bytes, from_toml
 from system.files.writing import write_bytes_atomic
 from system.options.assignment import split_assignment
-from system.options.die.posterior import PosteriorTable, posterior_of
 from system.options.silicon import SiliconChoice
 from system.reader import whole
 
@@ -170,15 +170,12 @@ def _document(path: Path) -> DieFile:
         raise DataError(f"{path}: no such file, must be a die's number or its file") from None
 
 
-def read_posterior(path: Path) -> tuple[Posterior, dict[tuple[str, str], float]]:
-    """Read what measurements left of the die that a file states, and the factors of their noise.
+def read_posterior(path: Path) -> PosteriorTable:
+    """Read what measurements left of the die that a file states.
 
     Raises `DataError` as `read_die_file` does, and for a die that was not identified.
     """
-    found = _document(path)
-    if found.posterior is None:
-        raise DataError(f"{path}: no posterior, must be a die of noctule identify; identify it first")
-    return posterior_of(found.posterior, str(path))
+    return _document(path).posterior or read_table(path)
 
 
 def write_die_file(path: Path, die: Die, posterior: PosteriorTable | None = None) -> None:
@@ -237,7 +234,7 @@ def with_die(chosen: SiliconChoice) -> SiliconChoice:
         The text is neither, or another option says what the file does.
     """
     text = str(chosen.die)
-    if not text.endswith(".toml") and not Path(text).is_file():
+    if not _is_file(text):
         return replace(chosen, die=whole(text, "die"))
     usual = SiliconChoice()
     for name in ("lot", "corner", "mismatch", "process_variation", "variation"):
@@ -251,3 +248,18 @@ def with_die(chosen: SiliconChoice) -> SiliconChoice:
         only=(*told.only, *chosen.only), heal=(*told.heal, *chosen.heal),
         deviate=(*(f"{d.path}.{d.parameter}={d.value}" for d in told.deviation), *chosen.deviate),
     )  # fmt: skip
+
+
+def identified_file(text: str) -> Path | None:
+    """The file that a text names, where it is that of a die that was identified; None of another die.
+
+    Raises `DataError` as `read_die_file` does.
+    """
+    if not _is_file(text):
+        return None
+    return None if _document(Path(text)).posterior is None else Path(text)
+
+
+def _is_file(text: str) -> bool:
+    """Whether a text names a die's file, and not its number."""
+    return text.endswith(".toml") or Path(text).is_file()

@@ -2,11 +2,20 @@
 
 import pytest
 
-from chips.coach.generator import IDEAL_BITS, Code, Generator, line_current, line_voltage, master_named
-from circuits.bias import bias_voltages, rebias
-from circuits.blocks.bench import differential_pair
+from chips.coach.generator import (
+    IDEAL_BITS,
+    Code,
+    Generator,
+    line_current,
+    line_share,
+    line_voltage,
+    master_named,
+)
+from circuits.bias import bias_voltages, gate_voltage, rebias
+from circuits.blocks.bench import differential_pair, transamp
 from circuits.blocks.bench.bias import MASTERS
 from circuits.errors import ParameterError
+from circuits.lowering.on_die import transistor_of
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.process_file import process_of
@@ -26,6 +35,29 @@ def test_a_code_is_its_share_of_the_master() -> None:
     )
     warm = line_current(IDEAL, "X", Code("N", MASTERS[0], 50), Silicon(ROLLS_180, 57.0))
     assert warm == pytest.approx(60e-12 * 50 / 256 * 330.15 / 300.15)
+
+
+def test_a_line_s_own_bits_factor_and_codes_come_first() -> None:
+    own = Generator(
+        lines={"X": (2.0, *IDEAL_BITS[1:])}, factors={"X": 1.5}, codes={("X", MASTERS[3], 3): 1.2}
+    )
+    shares = [
+        line_share(own, name, Code("N", MASTERS[3], k), NOMINAL) * 256 for name in "XY" for k in (1, 3, 4)
+    ]
+    assert shares == pytest.approx([1.5 * 2.0, 1.5 * 1.2 * 3.0, 1.5 * 4.0, 1.12, 1.12 + 1.05 * 2.0, 4.0])
+    with pytest.raises(ParameterError, match=r"generator.X: 1, must be eight"):
+        Generator(lines={"X": (1.0,)})
+
+
+def test_a_line_may_be_the_gate_of_a_device_of_the_biased_one_s_size() -> None:
+    silicon, code = Silicon(process_of("coach-180")), Code("P", MASTERS[3], 50)
+    tail = transistor_of(transamp.with_pfets(), "open.mb")
+    ruled = Generator(IDEAL_BITS, reference="biased")
+    above = 1.8 - line_voltage(ruled, "X", code, silicon, tail)
+    asked = 3.0 * tail.square * 30e-9 * 50 / 256
+    assert above == pytest.approx(gate_voltage(silicon.law("p"), tail, asked), abs=1e-9)
+    # by 12 um of length this process has 24 mV less of V_T0 than by 1 um
+    assert above - (1.8 - line_voltage(IDEAL, "X", code, silicon, tail)) > 0.015
 
 
 def test_a_line_is_the_block_s_own_bias() -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from circuits.extraction.coach.posterior import posterior_of
 from circuits.extraction.coach.table import read_folder
 from circuits.silicon.die import Die
 from system.cli.command_line import main
@@ -51,7 +52,7 @@ def test_a_die_of_several_blocks_is_one_for_each_of_them(
 
 
 def test_the_posterior_is_in_the_file_to_its_digits(die: Path) -> None:
-    posterior, noise = read_posterior(die)
+    posterior, noise = posterior_of(read_posterior(die), str(die))
     assert ("ndp_run1", "n1_counts") in noise
     k = posterior.names.index("differential_pair.m1.v_t0")
     assert posterior.sd[k] < posterior.unknowns[k].sd
@@ -79,6 +80,15 @@ def test_a_prediction_fills_each_empty_column_and_adds_its_band(
     kappa = metrics["ndp_run2"]["kappa"]
     assert kappa["low"] < kappa["value"] < kappa["high"]
     assert 0.70 < kappa["value"] < 0.80
+
+
+def test_a_die_of_another_process_is_refused(
+    die: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = ["predict", "coach", "--process", "coach-180", "--die", str(die), "-o", str(tmp_path / "x")]
+    assert main([*line, "--only", "ndp_run2"]) == 2
+    assert "identified on rolls-180 with n.v_t0 0.478 V, coach-180 has 0.504366 V" in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()
 
 
 def test_a_prediction_is_the_same_twice(die: Path, tmp_path: Path) -> None:
