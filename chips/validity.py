@@ -94,7 +94,10 @@ def require_inside(
     end = f" {unit}" if unit else ""
     rule = f"at least {low:.3g}" if high == math.inf else f"{low:.3g} to {high:.3g}"
     rule = f"{low:.3g}" if low == high else rule
-    text = f"{side}: {value:.3g}{end}{when()}, must be {rule}{end}, {_MEASURED}"
+    told = f"{value:.3g}"
+    if low <= float(told) <= high:  # its digits would not show that it is outside
+        told = f"{value:.9g}"
+    text = f"{side}: {told}{end}{when()}, must be {rule}{end}, {_MEASURED}"
     left = _IN_FORCE.get()
     if left is None:
         raise OutsideBoxError(f"{text}; {remedy}")

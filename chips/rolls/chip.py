@@ -18,6 +18,7 @@ the other nothing of it is built, compiled or run.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -79,6 +80,7 @@ from chips.rolls.validity import cautions_of, check_box, check_supply, check_tem
 from circuits.arrays import F32, F64, I64, Bools
 from circuits.circuit import BiasKind
 from circuits.errors import ParameterError
+from circuits.silicon.course import told_when
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 
@@ -386,9 +388,10 @@ class RollsChip:
         while done < steps:
             wanted = self._temperature(temperature, now)
             if wanted != at:
-                check_temperature_of(self.program, wanted)
-                old, new = self.built(at), self.built(wanted)
-                check_box(new)
+                with told_when(now) if callable(temperature) else nullcontext():
+                    check_temperature_of(self.program, wanted)
+                    old, new = self.built(at), self.built(wanted)
+                    check_box(new)
                 values, at = converted(values, old, new), wanted
                 depressing = converted_depression(
                     old.depression, new.depression, depressing, round(now / self.step)

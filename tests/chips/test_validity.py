@@ -97,3 +97,10 @@ def test_closed_forms_were_held_at_one_supply() -> None:
         selection(Silicon(low))
     with pytest.raises(ParameterError, match=r"rolls_chip\.supply: 1\.5 V, must be 1\.8 V, where"):
         check_supply(replace(ROLLS_180_IDEAL, v_dd=1.5))
+
+
+def test_a_value_just_outside_is_told_with_the_digits_that_show_it() -> None:
+    with pytest.raises(ParameterError, match=r"chip\.temperature: 65\.04 degC, must be -10 to 65 degC"):
+        require_inside("chip.temperature", 65.04, BOX, "degC")
+    with pytest.raises(ParameterError, match=r"chip\.temperature: 65\.1 degC, must"):
+        require_inside("chip.temperature", 65.123, BOX, "degC")

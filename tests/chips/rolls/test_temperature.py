@@ -14,6 +14,7 @@ from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import default_biases
 from chips.rolls.program.program import Program
 from circuits.circuit import BiasKind
+from circuits.errors import ParameterError
 from circuits.silicon.course import Course
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180_IDEAL
@@ -58,3 +59,10 @@ def test_a_temperature_that_stays_changes_nothing() -> None:
     flat, _ = chip.run(chip.at_rest(), 0.05, temperature=Course(((0.0, 27.0),)).at)
     assert flat.times == pytest.approx(still.times, abs=1e-12)  # by sums of other parts
     assert np.array_equal(still.neurons, flat.neurons)
+
+
+def test_a_course_that_leaves_the_box_says_when() -> None:
+    chip, course = RollsChip(PROGRAM, SILICON), Course(((0.0, 27.0), (0.02, 27.0), (0.021, 64.0)), 0.25)
+    said = r"rolls_chip\.temperature: 64 degC at 0\.0[23]\d* s, must be 0 to 60"
+    with pytest.raises(ParameterError, match=said):
+        chip.run(chip.at_rest(), 0.05, temperature=course.at)
