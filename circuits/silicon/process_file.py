@@ -14,16 +14,19 @@ all sizes share their numbers.
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
 import tomli_w
 
+from circuits.checks import require_real
 from circuits.errors import DataError, ParameterError, meant
 from circuits.silicon.components import Components
 from circuits.silicon.process import (
+    POLARITIES,
     PROCESSES,
     DiodeVariation,
     Effects,
@@ -41,6 +44,15 @@ _MEASURED = Path(__file__).parent / "measured"
 _SIZE = "size"
 _LEFT_OUT = {*_MORE, _SIZE}  # tables that may be
 _OURS = {"cards"}  # what no file says
+_TEXTS = {"name", "law", "cards"}
+_SIGNED = {
+    "v_t0", "v_t0_drift", "mobility_exponent", "early_rise", "nominal_temperature_c", "correlation_v_t0",
+    "correlation_beta",
+}  # fmt: skip
+_ABOVE_ZERO = {"v_dd", "kappa", "mu_cox"}
+_DIVISORS = {"gate_induced_slope": "gate_induced_leakage", "leakage_doubling": "junction_leakage"}
+"""Figures by which the law divides, by what they belong to: without that they may be 0."""
+_UNLIMITED = {"most_width", "most_length"}  # where a box may have no end
 
 UNREADABLE: Mapping[str, str] = {
     "ihp-sg13g2": (
@@ -58,7 +70,8 @@ def read_process(path: Path) -> Process:
     Raises
     ------
     DataError
-        The file cannot be read, is no TOML, or lacks a term or has one that no process has.
+        The file cannot be read, is no TOML, lacks a term or has one that no process has, or a number is not
+        finite or has a sign that it cannot have.
     ParameterError
         A value breaks a rule of the process.
     """
@@ -66,7 +79,42 @@ def read_process(path: Path) -> Process:
     whole = _complete(path, "process", Process, given)
     tables = {**_PARTS, **{name: kind for name, kind in _MORE.items() if name in whole}}
     parts = {name: kind(**_model(path, name, kind, whole[name])) for name, kind in tables.items()}
-    return Process(**{**whole, **parts})
+    process = Process(**{**whole, **parts})
+    for place, value in _numbers(asdict(process)):
+        _check_number(f"{path}: {'.'.join(place)}", place, value)
+    for polarity in POLARITIES:
+        _check_divisors(f"{path}: {polarity}", process.model(polarity))
+    return process
+
+
+def _check_divisors(label: str, model: TransistorModel) -> None:
+    """Refuse a figure of 0 by which the law divides."""
+    needed = [name for name, effect in _DIVISORS.items() if getattr(model, effect)]
+    needed += ["surface_potential"] if model.law == "ekv-gamma" else []
+    for name in needed:
+        if not getattr(model, name) > 0.0:
+            raise DataError(f"{label}.{name}: 0, must be > 0 with this law and its effects; correct it")
+
+
+def _numbers(table: Mapping[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Every number of a process, with the names of its tables and its own."""
+    for name, value in table.items():
+        if isinstance(value, dict):
+            yield from _numbers(value, (*above, name))
+        elif value is not None and name not in _TEXTS:
+            yield from (((*above, name), one) for one in (value if isinstance(value, tuple) else (value,)))
+
+
+def _check_number(label: str, place: tuple[str, ...], value: Any) -> None:
+    """Refuse what is no number, is not finite, or has a sign that no process has."""
+    require_real(label, value, "SI")
+    name, signed = place[-1], place[-1] in _SIGNED or _SIZE in place
+    if not math.isfinite(value) and not (name in _UNLIMITED and value > 0.0):
+        raise DataError(f"{label}: {value:g}, must be finite; correct it")
+    if name in _ABOVE_ZERO and not signed and not value > 0.0:
+        raise DataError(f"{label}: {value:g}, must be > 0; correct it")
+    if not signed and value < 0.0:
+        raise DataError(f"{label}: {value:g}, must be >= 0; correct it")
 
 
 def format_process(process: Process, head: str = "") -> str:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
+import tomllib
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
+import tomli_w
 
 from circuits.errors import CircuitError
 from circuits.silicon.process import (
@@ -94,3 +98,30 @@ def test_a_block_s_process_goes_under_a_law() -> None:
     assert process_under(AMI_1500_IDEAL, "rolls-180", "ideal") == ROLLS_180.ideal()
     assert {p.effects for p in PROCESSES.values()} == {"full"}
     assert AMI_1500_IDEAL.effects == "ideal"
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "said"),
+    [
+        (("n", "kappa"), math.nan, r"n\.kappa: nan, must be finite"),
+        (("p", "overlap_capacitance"), math.inf, r"p\.overlap_capacitance: inf, must be finite"),
+        (("n", "mobility_reduction"), -1.0, r"n\.mobility_reduction: -1, must be >= 0"),
+        (("p", "mu_cox"), 0.0, r"p\.mu_cox: 0, must be > 0"),
+        (("v_dd",), -1.8, r"v_dd: -1\.8, must be > 0"),
+        (("pair_a_vt",), math.nan, r"pair_a_vt: nan, must be finite"),
+        (("n", "surface_potential"), 0.0, r"n\.surface_potential: 0, must be > 0 with this law"),
+        (("variation", "sigma_beta"), "x", r"variation\.sigma_beta: 'x', must be a number"),
+        (("n", "size", "v_t0"), [0.0, math.nan, 0.0, 0.0], r"n\.size\.v_t0: nan, must be finite"),
+    ],
+)
+def test_a_number_that_no_process_has_is_refused_with_its_term(
+    tmp_path: Path, place: tuple[str, ...], value: object, said: str
+) -> None:
+    stated = tomllib.loads(format_process(process_of("coach-180")))
+    table: dict[str, Any] = stated
+    for name in place[:-1]:
+        table = table[name]
+    table[place[-1]] = value
+    (tmp_path / "own.toml").write_text(tomli_w.dumps(stated), encoding="utf-8")
+    with pytest.raises(CircuitError, match=rf"own\.toml: {said}"):
+        read_process(tmp_path / "own.toml")
