@@ -4,7 +4,8 @@ White noise S of a line that follows up to a rate r stands for a time T with the
 2 / r, a step doubled some times, one at least, so that it has its density below the line's corner and k T / C
 in all. Flicker is a sum of octaves (`chips.noise_draw`), which the line's capacitor does not hold here. Both
 are of the line itself and of the masters that lines share; lines of other times T have other white noise of
-these. A ripple is its value in the middle of the step. What a model gets is the relative change of the
+these. A ripple is its mean over the step, `sin(w T / 2) / (w T / 2)` of its value in the middle, so that one
+faster than the steps does not come back as a slow one. What a model gets is the relative change of the
 current that each line sets.
 """
 
@@ -30,10 +31,10 @@ class LineSteps(NamedTuple):
     """n lines of a chip, which m sources move, in steps; n is 0 where none wanders.
 
     white: deviations by each line and by each source, relative, float64[n, n + m]; doubled: how often steps
-    are doubled for which they stand, int64[n]; slow: flicker of each line
-    and each source, of 1 / f; follow: what a unit of it changes, relative, float64[n, n + m]; ripple, lag:
-    peak, relative, and phase, rad, float64[n]; pace: rad/s; step: s; fast, held: draws; shift: relative
-    changes of the currents in the present step, float64[n], overwritten.
+    are doubled for which they stand, int64[n]; slow: flicker of each line and each source, of 1 / f; follow:
+    what a unit of it changes, relative, float64[n, n + m]; ripple, lag: peak of its means over steps,
+    relative, of either sign, and phase, rad, float64[n]; pace: rad/s; step: s; fast, held: draws; shift:
+    relative changes of the currents in the present step, float64[n], overwritten.
     """
 
     white: F64
@@ -69,7 +70,7 @@ def line_steps(
         doubled.astype(np.int64),
         new_slow(np.ones(n + m), noise.flicker_in(silicon.process), step, 1),
         slope[:, None] * follow,
-        slope * np.abs(wander.supply),
+        slope * np.abs(wander.supply) * np.sinc(swing.pace * step / (2.0 * math.pi)),
         np.angle(wander.supply) + swing.phase,
         swing.pace,
         step,

@@ -10,6 +10,7 @@ from chips.codes import Codes
 from chips.hearing.calibration import NAME as HEARING
 from chips.hearing.calibration import level_of
 from chips.ranging.calibration.found import NAME
+from circuits.errors import ParameterError
 from circuits.silicon.course import Course
 from circuits.silicon.process import ZERO_CELSIUS
 from system.option import check_options, option
@@ -61,6 +62,11 @@ class Scenario(Coded):
         """Raise `ParameterError` naming the field that breaks its rule."""
         check_options(self)
         check_device_noise(self)
+        if self.ripple is not None and self.level_of("chip") == "transistor":
+            raise ParameterError(
+                f"ripple: {self.ripple}, the ranging chip is at transistor level, where the supply stands;"
+                " give `level=behavioural`"
+            )
         check_codes(self)
 
     @property

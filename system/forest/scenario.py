@@ -77,6 +77,11 @@ class Scenario(Coded):
             )
         check_codes(self)
         check_ripple(self.ripple, self.bias_kind, self.sensing.silicon_noise)
+        if self.ripple is not None and self.sensing.ranges != "chip":
+            raise ParameterError(
+                f"ripple: {self.ripple}, moves both sides of what the selection compares alike;"
+                " give `ranges=chip`"
+            )
         if self.map is None:
             check_count(self.obstacles)
 

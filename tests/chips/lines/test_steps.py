@@ -68,6 +68,22 @@ def test_a_ripple_is_a_sine_in_them() -> None:
     assert moved.ripple.min() > 1e-3
 
 
+def test_a_ripple_is_its_mean_over_each_step() -> None:
+    """One of whole periods a step moves no current, and a faster one less than a slow one by its sinc."""
+    noise, wander = SiliconNoise(4), wander_of(BIASES, NAMES, SILICON, SiliconNoise(4))
+    moved = wander._replace(supply=np.full(3, 1e-3 + 0j))
+
+    def peaks(frequency: float) -> F64:
+        rippled = SiliconNoise(4, ripple=Ripple(10e-3, frequency))
+        return line_steps(moved, np.full(3, 25.0), SILICON, rippled, "chip", STEP).ripple
+
+    assert line_steps(moved, np.full(3, 25.0), SILICON, noise, "chip", STEP).ripple == pytest.approx(25e-3)
+    assert peaks(1.0) == pytest.approx(25e-3, rel=1e-4)
+    assert peaks(500.0) == pytest.approx(25e-3 * 2.0 / np.pi, rel=1e-9)
+    assert peaks(1e3) == pytest.approx(0.0, abs=1e-12)
+    assert np.abs(peaks(10.5e3)) == pytest.approx(25e-3 / (10.5 * np.pi), rel=1e-9)
+
+
 def test_lines_that_do_not_wander_are_none() -> None:
     gates = bias_circuit(usual_biases(usual_design(), "gate", AMI_1500))
     noise = SiliconNoise(1)

@@ -58,6 +58,30 @@ def test_a_ripple_that_nothing_has_is_refused(
     check_ripple(None, "gate", "off")
 
 
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (
+            ("approach",),
+            "the ranging chip is at transistor level, where the supply stands; give --level behav",
+        ),
+        (
+            ("approach", "--level", "behavioural", "--transistors", "chip"),
+            "the ranging chip is at transistor",
+        ),
+        (
+            ("forest", "--ranges", "exact", "--selection", "chip"),
+            "moves both sides of what the selection compares alike; give --ran",
+        ),
+    ],
+)
+def test_a_ripple_of_which_nothing_in_the_run_follows_is_refused(
+    options: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", *options, "--ripple", "10mV@50Hz"]) == 2
+    assert words in capsys.readouterr().err
+
+
 def test_a_ripple_moves_the_heads_spikes() -> None:
     still = Scenario(duration=1.0, seed=2)
     moved = replace(still, ripple=Ripple(50e-3, 300.0))
