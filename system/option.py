@@ -63,6 +63,8 @@ class Option:
         Limits of its number in `unit`; the first and the third are allowed themselves.
     read : Reader or None
         Makes a value of a text, where the field's type does not say how.
+    write : callable or None
+        Makes the text of a value that is data of a kind of its own, which `read` takes: manifests have texts.
     metavar : str
         What stands for the value in its help.
     collect : callable or None
@@ -95,6 +97,7 @@ class Option:
     most: float | None = None
     below: float | None = None
     read: Reader | None = None
+    write: Callable[[Any], str] | None = None
     metavar: str = ""
     collect: Callable[[Iterable[Any]], Any] | None = None
     run: bool = True

@@ -74,12 +74,13 @@ def scenario_of(
         if name not in taken:
             raise _not_taken(f"{system}.scenario.{name}", name, taken)
         if name in known:
-            _check_words(f"{system}.scenario.{name}", known[name], value)
-        one = options.get(name)
-        if one is None or name in known:
-            whole[name] = _plain(_read(name, value, _of_field(options, name)), known[name])
+            own = _of_field(options, name)
+            if not (isinstance(value, str) and own is not None and own.option.write is not None):
+                _check_words(f"{system}.scenario.{name}", known[name], value)
+            whole[name] = _plain(_read(name, value, own), known[name])
             check_kind(name, known[name], whole[name])
             continue
+        one = options[name]
         _check_apart(system, one, given)
         hint = _hint_of(one, known)
         found = _plain(_read(name, value, one), hint)

@@ -351,7 +351,9 @@ class System(Generic[S, T]):
                 raise ParameterError(
                     f"{name}: not an option of {self.name}, its study has {', '.join(known)}{advice}"
                 )
-            asked[name if one.part else one.field] = read_texts({name: one}, {name: value})[name]
+            asked[name if one.part else one.field] = _kept(
+                one.option, read_texts({name: one}, {name: value})[name]
+            )
         for name, value, usual in (("bias_kind", bias_kind, None), ("level", level, "behavioural")):
             if name in self.settings:
                 asked |= {} if value is None else {name: value}
@@ -361,6 +363,11 @@ class System(Generic[S, T]):
         found = {**on_chips, **self.study(on_chips), **asked}
         self.check_study(self.scenario(**found))
         return found
+
+
+def _kept(option: Option, value: Any) -> Any:
+    """A value as a manifest can have it: its text where it is data of a kind of its own."""
+    return value if option.write is None or value is None else option.write(value)
 
 
 def spoken(name: str) -> str:

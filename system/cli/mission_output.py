@@ -9,6 +9,7 @@ from typing import Any
 
 from system.cli.exit_status import DONE, NO
 from system.cli.output import print_line, print_table
+from system.cli.study_output import options_said
 from system.notice import say
 from system.options.block import describe_dies
 from system.study.mission.blamed import Blamed, block_shares
@@ -47,6 +48,7 @@ def document(mission: Mission, found: Sequence[Found], folder: Path | None, repl
         "success": mission.definition,
         **describe_dies(silicon),
         "law": silicon.law,
+        "options": options_said(a.options),
         "first_die": a.first,
         "dies": a.dies,
         "worlds": a.worlds,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -13,6 +14,7 @@ from system.cli.option_names import as_options
 from system.cli.output import print_line, print_table, quantity_cell
 from system.cli.run_command_line import names_in_study
 from system.options.block import describe_dies
+from system.options.temperature import COURSE
 from system.study.report.result import Result, groups, shares_of, study_yield, summary, varied
 from system.study.statistics.summary import Proportion, Yield
 from system.study.table import Table, counted, place_text, unmeasured
@@ -37,6 +39,7 @@ def document(result: Result) -> dict[str, Any]:
         "process": silicon.process,
         "law": silicon.law,
         "at": silicon.at,
+        "options": options_said(study.subject.system),
         "first_die": study.plan.first,
         "plan": study.plan.method,
         "seed": study.plan.seed,
@@ -67,6 +70,11 @@ def document(result: Result) -> dict[str, Any]:
         "outcomes": list(table.outcome),
         "values": {m: table.column(m) for m in table.metrics},
     }
+
+
+def options_said(options: Mapping[str, Any]) -> list[str]:
+    """Give what a study sets of a system's runs beside their temperature, as `area=4.0`."""
+    return [f"{name}={value}" for name, value in options.items() if name != COURSE]
 
 
 def _statistics(result: Result, table: Table) -> dict[str, Any]:

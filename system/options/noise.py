@@ -107,11 +107,16 @@ def read_ripple(text: str, name: str) -> Ripple:
     return Ripple(parse_quantity(volts.strip(), "V", name), parse_quantity(hertz.strip(), "Hz", name))
 
 
+def write_ripple(ripple: Ripple) -> str:
+    """Return the text by which `read_ripple` gives a ripple, to the bit."""
+    return f"{ripple.amplitude!r}V@{ripple.frequency!r}Hz"
+
+
 def ripple_option() -> Any:
     """The field of a scenario for a sine on the supply of its chips' bias generators."""
     return option(
         None, "A sine on the supply of the bias generators, its peak and frequency, as 10mV@50Hz",
-        read=read_ripple, metavar="VOLTS@HERTZ", silicon=True, study=True,
+        read=read_ripple, write=write_ripple, metavar="VOLTS@HERTZ", silicon=True, study=True,
     )  # fmt: skip
 
 

@@ -81,7 +81,7 @@ FIELDS: dict[str, dict[str, Any]] = {
 
 # what must be there for a field's other value to make sense
 NEEDED: dict[str, dict[str, Any]] = {
-    "approach": {},
+    "approach": {"level": "behavioural"},
     "rover": {"cells": "chip"},
     "forest": {"sensing": Sensing(ranges="chip")},
     "spiking-bat": {"brain": "chip"},

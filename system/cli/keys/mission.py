@@ -14,6 +14,7 @@ process_variation  boolean   -  whether their process differs from the nominal o
 variation          string    -  components of variation that they have beside
 edits              string[]  -  what was changed of its dies by hand, in words
 law                string    -  `full` with second-order effects of the process, `ideal` without
+options            string[]  -  what was asked of the robot, as `area=4`; all else is as a study of it has it
 first_die          integer   -  number of the first die
 dies               integer   -  dies that were asked for
 worlds             integer   -  worlds that each die meets

@@ -71,6 +71,8 @@ edits              string[]         -     what was changed of its dies by hand, 
 process            string?          -     process that was asked for; null for the block's own
 law                string           -     `full` with second-order effects of the process, `ideal` without
 at                 string?          -     place on a chip; null for a block by itself
+options            string[]         -     what the study sets of a system's runs, as `area=4.0`; all else is
+                   as the system has it
 first_die          integer          -     number of the first die
 plan               string           -     how dies are sampled
 seed               integer          -     seed of the sampling

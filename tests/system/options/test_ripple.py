@@ -15,6 +15,7 @@ from system.cli.command_line import main
 from system.head.run import run as follow
 from system.head.scenario import Scenario
 from system.options.noise import check_ripple, read_ripple, silicon_noise
+from system.registry import load_system
 
 RUN = ["run", "head", "--duration", "0.5s", "--json"]
 
@@ -80,6 +81,28 @@ def test_a_ripple_of_which_nothing_in_the_run_follows_is_refused(
 ) -> None:
     assert main(["run", *options, "--ripple", "10mV@50Hz"]) == 2
     assert words in capsys.readouterr().err
+
+
+def test_a_study_has_a_ripple_as_a_text(capsys: pytest.CaptureFixture[str]) -> None:
+    system, asked = load_system("head"), "10.1mV@50.3Hz"
+    for given in (asked, Ripple(10.1e-3, 50.3)):
+        options = system.study_options("behavioural", None, {"ripple": given})
+        assert isinstance(options["ripple"], str)
+        assert system.scenario(**options).ripple == Ripple(10.1e-3, 50.3)
+    study = ["montecarlo", "head", "-n", "1", "--param", "duration=0.3s", "--param", f"ripple={asked}"]
+    assert main([*study, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["failed"] == []
+    assert found["options"] == ["duration=0.3", "ripple=0.0101V@50.3Hz"]
+    assert main([*study, "--param", "ripple=10mV@50Hzz"]) == 2
+
+
+def test_python_takes_the_text_of_a_ripple() -> None:
+    assert load_system("head").scenario(ripple="10mV@50Hz").ripple == Ripple(10e-3, 50.0)
+    with pytest.raises(ParameterError, match='ripple: "10mV", must be VOLTS@HERTZ'):
+        load_system("head").scenario(ripple="10mV")
+    with pytest.raises(ParameterError, match=r"head.scenario.ripple: 3, must be a Ripple"):
+        load_system("head").scenario(ripple=3)
 
 
 def test_a_ripple_moves_the_heads_spikes() -> None:
