@@ -7,7 +7,8 @@ order of the ports, over the whole cell; the gate line of each transistor crosse
     C(g, b) = crossing                          of every gate g and every port b, once a transistor
 
 Ports that are arrays, and circuits without transistors of their own, have no wires here. A coupled circuit is
-a circuit like any other: solver and netlists have its capacitors as they have those that are drawn.
+a circuit like any other: solver and netlists have its capacitors as they have those that are drawn, and where
+a die's capacitors deviate these do too.
 """
 
 from __future__ import annotations

@@ -7,8 +7,10 @@ from dataclasses import fields, replace
 from typing import Literal
 
 from circuits.checks import implausible_allowed
-from circuits.errors import DataError
+from circuits.errors import DataError, ParameterError
 from circuits.lowering.coupling import coupled
+from circuits.silicon.process import AMI_1500, PROCESSES
+from circuits.silicon.process_file import foundry_names, measured_names
 from netlists.read import Imported, read_netlist
 from netlists.read.analysis import Stepped
 from system.cli.shared_options import BlockValues
@@ -29,7 +31,8 @@ def choose_block(
 ) -> Choice:
     """Give the block or chip that a verb asks for, with its values on silicon.
 
-    It raises the errors of `system.options.block.choose`, and `DataError` for a deck whose steps are refused.
+    It raises the errors of `system.options.block.choose`, `DataError` for a deck whose steps are refused, and
+    `ParameterError` for a coupling in a process whose layout has other figures.
 
     Parameters
     ----------
@@ -46,7 +49,18 @@ def choose_block(
         target_of(name, values), values.param, values.bias, values.bias_kind, silicon, stimuli,
         values.bias_set, begin,
     )  # fmt: skip
+    process = found.silicon.process.name
+    if values.coupling != "none" and process in _others():
+        raise ParameterError(
+            f"coupling: {values.coupling}, its figures are those of the 1.5 um line, and {process} has other"
+            " wires; leave it out"
+        )
     return replace(found, circuit=coupled(found.circuit, values.coupling))
+
+
+def _others() -> frozenset[str]:
+    """Names of the processes that are known not to be the 1.5 um line; a file of the user's may be one."""
+    return frozenset((*PROCESSES, *foundry_names(), *measured_names())) - {AMI_1500.name}
 
 
 def refuse_steps(name: str) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from system.cli import op
 from system.cli.command_line import main
+from tests.system.conftest import RunJson
 
 BLOCK = "rebound-neuron"
 
@@ -68,3 +69,15 @@ def test_the_supply_delivers_what_the_devices_take(capsys: pytest.CaptureFixture
     assert found["vdd"] > 500e-12 > abs(found["v_rest"])  # at least what membrane.mr1 carries
     assert main(["op", BLOCK]) == 0
     assert "delivers" in capsys.readouterr().out
+
+
+def test_a_layouts_coupling_is_of_its_own_line_alone(
+    run_json: RunJson, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = ("op", "rebound-neuron", "--coupling", "bus")
+    assert run_json(*own)["process"] == "ami-1500"
+    for process, asked in (("rolls-180", ("op", "rolls-neuron", "--coupling", "bus")),
+                           ("coach-180", (*own, "--process", "coach-180"))):  # fmt: skip
+        assert main(list(asked)) == 2
+        said = capsys.readouterr().err
+        assert f"--coupling: bus, its figures are those of the 1.5 um line, and {process} has other" in said
