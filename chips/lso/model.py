@@ -5,19 +5,20 @@ logarithmically) and two LSO neurons (`circuits.blocks.lso.lso_neuron`): each is
 of its own side and inhibited by those of the other. Behavioural and event-driven, by the laws of
 `chips.lso.law`:
 
-    T_k = 10 us + Q_t (1 + g_k x_k) / (I_step,k - I_off)    of a synapse's step, from its event
+    T_k = 10 us + Q_t e^(g x_k) / (I_step,k - I_off) + t_turn    of a synapse's step, from its event
     I_k                                           of a synapse, of either side
-    mirrored(sum I_k)                             of all inhibitory ones
-    Q (1 + g x)                                   of a spike
+    mirrored(carried(sum I_k))                    of all inhibitory ones
+    Q e^(g x)                                     of a spike
 
 Currents are the transistor law's own for the devices of this die, in saturation; charges, delays and the
 mirror's m are the record's (`chips.lso.measure`), with the offsets of the comparators that end them.
 Everything deviates as the transistor level's devices do at `sonar_head/ear[side]/level[k]` and
-`sonar_head/lso[side]`. A spike comes after the membrane's comparator has turned, which takes the longer the
-slower the membrane rises, and a dead time follows; both by the die's own copies of the comparators' current.
-Under the full law switches that are off take I_off of this die from timers and membranes. Left out: other
-mismatch of switches and of inverters, and the mirror's few microseconds of delay. On a die whose capacitors
-deviate each charge has its own capacitor's; that of a level unit is its axon's input, without one.
+`sonar_head/lso[side]`. A step ends and a spike comes after the comparator has turned (t_turn), which takes
+the longer the slower its input rises, and a dead time follows a spike; all by the die's own copies of the
+comparators' current. Under the full law switches that are off take I_off of this die from timers and
+membranes. The gate of the inhibitory mirror is charged as one inhibition charges it, with a capacitance that
+does not deviate. Left out: other mismatch of switches and of inverters. On a die whose capacitors deviate
+each charge has its own capacitor's; that of a level unit is its axon's input, without one.
 """
 
 from __future__ import annotations
@@ -64,8 +65,8 @@ REST_ERROR = 5e-4  # V, within which of the limit the model does not know whethe
 SPIKE_ERROR = 1e-3  # of a neuron's charge, by which the model may be off as to its count of spikes; ours
 LEAST_AREA = 1.0 / 16.0  # of the circuits' devices, down to which the model was measured
 _TAIL = "cell.threshold.mc0"  # of an LSO neuron's comparator
-_STARVED = {"cell.mds": 0.5, "cell.mos": 0.3}  # what slows a spike's end, and shares of it
-_STAGE = 0.6  # of a comparator's lag, what its own second stage makes; the rest by what the die shares
+_STARVED = {"cell.mds": 0.5, "cell.mos": 0.3}  # what slows a spike's end, and shares of it; ours
+_STAGE = 0.6  # of a comparator's lag, what its own second stage makes, ours; the rest by what the die shares
 _LSO = (
     "md", "mk", *_STARVED, *(f"cell.threshold.{d}" for d in COMPARATOR),
     *(f"{name}{k}.{d}" for name in ("excite", "inhibit") for k in range(LEVELS)

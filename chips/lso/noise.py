@@ -2,9 +2,10 @@
 
 Membrane: every current that a transistor lets onto it or takes from it brings shot noise, the inhibitory sum
 three times, since its sources, and both sides of the mirror that turns it, make their own; and a reset leaves
-k T C. With phi of `chips.shot_noise` the charge's variance since the reset is
+k T C. With phi of `chips.shot_noise`, I_in what the mirror's diode carries and taken what its copy does, the
+charge's variance since the reset is
 
-    V = q int [phi I_exc + phi sum I_inh + phi_in (taken^2 / sum I_inh) + phi_out taken] dt + k T C
+    V = q int [phi I_exc + (phi + phi_in) taken^2 / I_in + phi_out taken] dt + k T C
 
 and a spike comes where the membrane passes V_ref + xi sqrt(V) / C. Step: sigma(T) = T sqrt(q phi / Q_t).
 Level unit: on a ramp the pair's currents I_1, I_2 part, z = psi kappa S t / U_T (psi: how steep the pair is
@@ -15,8 +16,9 @@ beside weak inversion), and its axon's input takes up
 (pair, mirror, tail), which over the current at the spike, I tanh(z / 2), is its jitter. Flicker, drawn anew
 for each ping: of the currents' devices over their steps, and of a level unit's pair and mirror as an offset.
 The lines of a generator wander (`chips.lines.wander`), and with each the currents that it sets, for a ping.
-Left out: comparators of neurons and timers (1 % of the variance), noise before a ramp's crossing, how the
-flicker of one ping goes on in the next, and a membrane that is balanced so well that it creeps.
+Left out: comparators of neurons and timers (1 % of the variance) and their line, noise before a ramp's
+crossing, how the flicker of one ping goes on in the next, and a membrane that is balanced so well that it
+creeps.
 
 Draws are keyed by (seed, trial, quantity, ping).
 """
