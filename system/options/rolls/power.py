@@ -14,12 +14,13 @@ static_power_mW   number?  mW  leakage and rest currents of neurons, filters and
                                three below where the neuron alone does not fire, so that it has no energy
 bias_power_mW     number?  mW  of the biases' branches and the splitters of their generator
 dynamic_power_mW  number?  mW  of spikes and of events at synapses
-total_power_mW    number?  mW  sum of these three; without the address-event circuits and the pads
+total_power_mW    number?  mW  sum of these three, at the temperature of the run's beginning; without the
+                               address-event circuits, the pads, and a second chip
 """
 
 
 def run_power(chip: RollsChip, spikes: I64, virtual: Mapping[int, int], duration: float) -> Power:
-    """Return the mean power of a chip in a run at its silicon's temperature, by block.
+    """Return the mean power of a chip in a run at its silicon's temperature, that of a course's beginning.
 
     `chip` is without plastic synapses and cells of depression; `spikes` (int64[m]), `virtual` and `duration`
     (s) are those of `activity_of`. Raises `CircuitError` where the energies of its parts cannot be measured.
