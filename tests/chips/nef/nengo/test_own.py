@@ -48,7 +48,8 @@ def rows(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[str, str, list[
         *(str(tests / f"test_{name}.py") for name in FILES),
     ]  # fmt: skip
     found = folder / "rows.json"
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NENGO_OWN": str(found)}
+    given = {name: value for name, value in os.environ.items() if name != "PYTEST_ADDOPTS"}  # of our own run
+    environment = {**given, "PYTHONPATH": str(ROOT), "NENGO_OWN": str(found)}
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert found.exists(), done.stdout + done.stderr
     return [tuple(row) for row in json.loads(found.read_text())]
