@@ -113,8 +113,11 @@ def test_ngspice_finds_a_rest_state_by_itself(name: str) -> None:
 
 @pytest.mark.usefixtures("ngspice_library")
 def test_ngspice_finds_that_of_the_rebound_neuron_by_itself() -> None:
+    """A warning would be an error here."""
     bench = replace(load_block("rebound-neuron").bench(), stop=1e-4)
-    engine.simulate(bench, Silicon(AMI_1500), deadline_s=60.0)
+    expected = native.operating_point(bench, Silicon(AMI_1500)).voltages()
+    found = engine.simulate(bench, Silicon(AMI_1500), deadline_s=60.0).operating_point.voltages()
+    assert found == pytest.approx(expected, abs=1e-6)
 
 
 @pytest.mark.usefixtures("ngspice_library")
