@@ -18,12 +18,12 @@ polarity share, with ideal currents:
 
 From when the membrane passes the reference with one input and with two, `t = Q / (n I - I_off) + t_onset`,
 how much later it spikes with one input and with one of `STRONG` times its current (a timer's comparator is
-another such), and from the interval of
-two, `Q / (2 I - I_off) + t_spike + t_dead`, where I_off is what switches that are off take; the mirror from
-the interval of two inputs against one, its gate from how fast one current charges it, and of a level unit on
-ramps of five slopes, by the laws of `chips.lso.law`. And over temperature `comparator`, d ln Q / dx of each
-device's x, V_T0 (V) and ln beta, of the comparator that ends all charges, `level`, slopes of level_offset by
-the level unit's comparator, and `axon`, d ln Q / dx of its axon's input.
+another such), and from the interval of two, `Q / (2 I - I_off) + t_spike + t_dead`, where I_off is what
+switches that are off take; the mirror from the interval of two inputs against one, its gate from how fast one
+current charges it, and of a level unit on ramps of five slopes, by the laws of `chips.lso.law`. And over
+temperature `comparator`, d ln Q / dx of each device's x, V_T0 (V) and ln beta, of the comparator that ends
+all charges, `level`, slopes of level_offset by the level unit's comparator, and `axon`, d ln Q / dx of its
+axon's input.
 """
 
 from __future__ import annotations

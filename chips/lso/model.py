@@ -205,7 +205,7 @@ def _together(currents: Sequence[tuple[float, F64]]) -> F64:
 
 
 class _Comparators(NamedTuple):
-    """Comparators as of `Comparator`, [SIDES] each."""
+    """Comparators as of `Comparator`, arrays of one shape."""
 
     charge: F64
     current: F64
@@ -235,13 +235,13 @@ class _Maker:
 
     def make(self) -> Head:
         q = self.charge
-        shared = self.common
         currents = {name: self.synapses(name, "me") for name in ("excite", "inhibit")}
         steps = {name: WIDTH + self.times(name) for name in currents}
         ends = self.sides.offset(*(f"cell.threshold.{d}" for d in COMPARATOR))
-        comparator = self.comparator("cell.threshold")
+        tail, stage = (self.current(self.sides, self.lso, f"cell.threshold.{d}") for d in ("mc0", "mc6"))
+        comparator = self.comparators(tail, stage)
         own = [(share, self.current(self.sides, self.lso, d)) for d, share in _STARVED.items()]
-        starved = _together([*own, (1.0 - sum(_STARVED.values()), shared)])
+        starved = _together([*own, (1.0 - sum(_STARVED.values()), self.common)])
         mirror = self.sides.mirror("md", "mk")
         levels = self.units.offset(*(f"{_PART}.{d}" for d in LEVEL_COMPARATOR))
         axons = self.units.offset(*(f"generator.axon.{d}" for d in LEVEL_AXON))
@@ -254,7 +254,7 @@ class _Maker:
             inhibit_step=steps["inhibit"],
             charge=(q["membrane"] + self.more(_MEMBRANE)) * np.exp(ends @ self.slopes("comparator")),
             leak=np.zeros(SIDES) + idle(self.sides, *MEMBRANE_SWITCHES),
-            onset=float(self.at("onset", shared) / shared),
+            onset=float(self.at("onset", self.common) / self.common),
             spike_charge=comparator.charge,
             spike_current=comparator.current,
             spike_kappa=comparator.kappa,
@@ -292,9 +292,8 @@ class _Maker:
         part = np.log(current / usual) / np.log(WEAK)
         return np.asarray(self.charge[name] + part * (self.charge[f"{name}_weak"] - self.charge[name]))
 
-    def comparator(self, name: str) -> _Comparators:
-        """The comparators called `name` of both sides."""
-        tail, stage = (self.current(self.sides, self.lso, f"{name}.{d}") for d in ("mc0", "mc6"))
+    def comparators(self, tail: F64, stage: F64) -> _Comparators:
+        """Comparators whose tails and second stages carry these currents, A, of one shape."""
         kappa = spike_kappa(self.lso, self.silicon, tail)
         lag = self.at("lag", tail) / _together([(_STAGE, stage), (1.0 - _STAGE, self.common)])
         return _Comparators(self.at("spike", tail), tail, kappa, lag)
@@ -324,19 +323,15 @@ class _Maker:
 
     def times(self, name: str) -> F64:
         """How long after its event each synapse's timer has charged and its comparator has turned, s."""
-        found = [self.time(f"{name}{k}", own) for k, own in enumerate(self.synapses(name, "mt").T)]
-        return np.stack(found, axis=-1)
-
-    def time(self, synapse: str, current: F64) -> F64:
-        """That of a synapse of both sides, s; current: which its timer's source gives, A."""
-        ends = self.sides.offset(*(f"{synapse}.timer.{d}" for d in COMPARATOR))
-        charge = (self.charge["timer"] + self.more(f"{synapse}.ct")) * np.exp(
-            ends @ self.slopes("comparator")
-        )
-        net = current - idle(self.sides, f"{synapse}.mr")
-        c = self.comparator(f"{synapse}.timer")
-        slope = net * REFERENCE / charge
-        late = c.lag + ramp_delay(slope, c.charge, c.current, c.kappa, self.silicon.thermal_voltage)
+        each = [f"{name}{k}" for k in range(LEVELS)]
+        ends = np.stack([self.sides.offset(*(f"{s}.timer.{d}" for d in COMPARATOR)) for s in each], axis=1)
+        more = np.stack([self.more(f"{s}.ct") for s in each], axis=-1)
+        taken = np.stack([idle(self.sides, f"{s}.mr") + np.zeros(SIDES) for s in each], axis=-1)
+        charge = (self.charge["timer"] + more) * np.exp(ends @ self.slopes("comparator"))
+        net = self.synapses(name, "mt") - taken
+        c = self.comparators(self.synapses(name, "timer.mc0"), self.synapses(name, "timer.mc6"))
+        ramp = net * REFERENCE / charge
+        late = c.lag + ramp_delay(ramp, c.charge, c.current, c.kappa, self.silicon.thermal_voltage)
         return np.asarray(charge / net + late)
 
     def more(self, name: str) -> F64:

@@ -34,10 +34,9 @@ from numpy.typing import ArrayLike
 
 from chips.lines.wander import Reach, WanderDraws, joined, wander_draws, wander_of
 from chips.lso.law import Membrane, Steps, mirrored, moved, rise_time, segments, spike_delay
-from chips.lso.measure import circuits
+from chips.lso.measure import circuits, level_kappa
 from chips.lso.model import RECORD, SIDES, Head, side_inputs
 from chips.lso.place import NAME, Currents, biased
-from chips.lso.rest import pair_kappa
 from chips.measured.table_record import all_on_silicon, tables_of
 from chips.noise import SiliconNoise, die_name
 from chips.noise_draw import Draws, new_draws, normals
@@ -271,15 +270,11 @@ def _offsets(head: Head, silicon: Silicon, noise: SiliconNoise, area: float) -> 
     _, level = circuits()
     time = head.level_charge / head.level_current
     pair, mirror = (area * transistor_of(level, f"{_COMPARATOR}.{d}").gate_area for d in ("mc1", "mc4"))
-    half = 0.5 * head.level_current
-    steep = []
-    for polarity, name in (("p", "mc1"), ("n", "mc4")):
-        law = silicon.law("p" if polarity == "p" else "n")
-        specific = law.square_current * transistor_of(level, f"{_COMPARATOR}.{name}").square
-        kappa = pair_kappa(silicon) if name == "mc1" else law.kappa
-        steep.append(kappa * steepness(half, specific))
+    law = silicon.law("n")
+    specific = law.square_current * transistor_of(level, f"{_COMPARATOR}.mc4").square
+    beside = law.kappa * steepness(0.5 * head.level_current, specific) / head.kappa
     own, turned = gate_wander(silicon, noise, "p", pair, time), gate_wander(silicon, noise, "n", mirror, time)
-    return np.asarray(np.sqrt(2.0 * own + 2.0 * turned * (steep[1] / steep[0]) ** 2))
+    return np.asarray(np.sqrt(2.0 * own + 2.0 * turned * beside**2))
 
 
 def level_grain(whole: float, silicon: Silicon) -> LevelGrain:
@@ -297,5 +292,5 @@ def level_grain(whole: float, silicon: Silicon) -> LevelGrain:
     pair, mirror, tail = (
         float(shot_share(i, specific[name])) for name, i in (("mc1", half), ("mc4", half), ("mc3", whole))
     )
-    steep = float(steepness(half, specific["mc1"])) * pair_kappa(silicon) / silicon.thermal_voltage
+    steep = float(level_kappa(level, silicon, whole)) / silicon.thermal_voltage
     return LevelGrain(pair, mirror, tail, steep)
