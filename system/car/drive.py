@@ -19,9 +19,10 @@ import numpy as np
 from circuits.arrays import F64
 from system.car.arcs import Arcs, blocked, immediacies, moved
 from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, OpenspaceNumbers, Robot
-from system.car.sonar import Sonar, ping
+from system.car.sonar import SPEED, Sonar, ping
 from system.car.world import Pipes
 from system.openspace.choice import add_goal, aimed_arc, best, excite, inhibit, remember
+from system.openspace.reader import WINDOW
 
 Pose = tuple[float, float, float]  # m, m, rad
 
@@ -178,7 +179,8 @@ def _sense(
         counts["near"] += heard.near
         both = [heard]
         if soft:
-            later = state.time + robot.blanking + robot.call
+            # when the farthest echo is heard, and what the chip answers to it
+            later = state.time + 2.0 * robot.max_range / SPEED + robot.call + WINDOW
             both.append(ping(sonar, head, 2 * counts["pings"] + 1, soft=True, time=later))
             found = np.concatenate([found, both[1].place])
             counts["soft_pings"] += 1

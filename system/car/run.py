@@ -29,8 +29,8 @@ from system.car.sonar import SPEED, Sonar, noise_of
 from system.car.world import Pipes, forest_of, number_of, start_of
 from system.meaning import meanings, of_run
 from system.openspace.flight import WAY_KEYS, entries_of
-from system.openspace.moving import along_readers
-from system.openspace.population import coded, population_reader, population_readings
+from system.openspace.moving import along_jitter
+from system.openspace.population import coded, no_population, population_on, unsure_delays
 from system.openspace.reader import CALIBRATIONS, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.options.block import describe_run
@@ -156,6 +156,8 @@ def no_spikes(scenario: Scenario) -> str:
     """Say what makes a scenario's ranging chip spike one by one; empty where it does."""
     if not scenario.silicon:
         return no_silicon(scenario)
+    if scenario.ranging_codes is not None:
+        return ""
     return "" if scenario.silicon_noise != "off" else "give `silicon_noise=white`, or all"
 
 
@@ -172,8 +174,9 @@ def sonar_of(
         return None, 0
     noise = noise_of(s.robot, random)
     still = Sonar(
-        s.robot, trained(s.robot), noise, np.empty(0), reader=no_reader(), spikes=spikes, **s.senses
-    )
+        s.robot, trained(s.robot), noise, np.empty(0), reader=no_reader(), population=no_population(),
+        spikes=spikes, **s.senses,
+    )  # fmt: skip
     if not s.silicon:
         return lambda _: still, 0
     codes = s.ranging_codes
@@ -185,13 +188,11 @@ def sonar_of(
         if codes is None:
             delays, unsure = readings(silicon, CALIBRATIONS[0], 1.0, s.bias_kind)
             reader = reader_of(silicon, CALIBRATIONS[0], noisy, bias_kind=s.bias_kind, begun_c=begun_c)
-        else:
-            chip = coded(silicon, codes, s.bias_kind)
-            delays, unsure = population_readings(chip)
-            reader = population_reader(chip, noisy, begun_c)
-        return replace(still, reading=0.5 * SPEED * delays, reader=reader), unsure
+            return replace(still, reading=0.5 * SPEED * delays, reader=reader), unsure
+        chip = coded(silicon, codes, s.bias_kind)
+        return replace(still, population=population_on(chip, noisy, begun_c)), unsure_delays(chip)
 
-    at = along_readers(s.course, s.temperature_c, made, lambda found: found[0].reader)
+    at = along_jitter(s.course, s.temperature_c, made, lambda found: found[0].jitter)
     return lambda time: at(time)[0], at(0.0)[1]
 
 

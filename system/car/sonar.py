@@ -21,9 +21,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chips.ranging.noise import Jitter
 from circuits.arrays import C128, F64, I64, Bools
 from system.car.localiser import WIDEST, Localiser, hearing, localise, volts
 from system.car.numbers import PIPE_RADIUS, Robot
+from system.openspace.population import Population, hear_ping, no_population
 from system.openspace.reader import STEP
 from system.openspace.reader_noise import Reader, answers, next_ping, no_reader, read
 from system.worlds.sound.acoustics import (
@@ -57,7 +59,7 @@ class Sonar:
     """The head: numbers, network, options; reading: range (m) a `STEP` of delay, NaN for none, or empty.
 
     noise: complex[3, _NOISE_SAMPLES], of the run's seed; reader: of a chip that makes noise, in the place of
-    `reading`; every ping overwrites its state.
+    `reading`; population: of a calibrated chip, in the place of both. Every ping overwrites their states.
 
     robot : numbers of the head.
     occlusion : whether a pipe hides those behind it.
@@ -74,7 +76,13 @@ class Sonar:
     multipath: bool = True
     soft_pings: bool = True
     reader: Reader = field(default_factory=no_reader)
+    population: Population = field(default_factory=no_population)
     spikes: list[tuple[F64, I64]] | None = None
+
+    @property
+    def jitter(self) -> Jitter:
+        """How the inhibition of its chip's neurons jitters; of none without noise."""
+        return self.population.chip.jitter if self.population.on.size else self.reader.jitter
 
 
 class _Echoes(NamedTuple):
@@ -167,6 +175,11 @@ def _peaks(r: Robot, when: F64, envelope: F64) -> tuple[F64, F64]:
 
 def _ranges(sonar: Sonar, delay: F64, time: float) -> tuple[F64, int]:
     """Ranges (m) to the middles of pipes of a ping at `time` s, NaN for none; how many are none."""
+    if sonar.population.on.size:
+        found = 0.5 * SPEED * _readings(sonar.population, delay, time) + PIPE_RADIUS
+        if sonar.spikes is not None:
+            sonar.spikes.append(sonar.population.spoke())
+        return found, int(np.isnan(found).sum())
     if sonar.reader.value.size:
         next_ping(sonar.reader, time)
         found = 0.5 * SPEED * np.array([read(sonar.reader, d) for d in delay]) + PIPE_RADIUS
@@ -179,3 +192,13 @@ def _ranges(sonar: Sonar, delay: F64, time: float) -> tuple[F64, int]:
     k = np.minimum(np.rint(delay / STEP).astype(np.int64), sonar.reading.size - 1)
     found = sonar.reading[k] + PIPE_RADIUS
     return found, int(np.isnan(found).sum())
+
+
+def _readings(population: Population, delay: F64, time: float) -> F64:
+    """What a calibrated chip reads (s, NaN for none) of a ping's echoes, whose delays (s) rise."""
+    heard = population.echo[: delay.size]
+    heard[:, 0] = delay
+    hear_ping(population, time, len(heard))
+    found: F64 = np.full(delay.size, np.nan)
+    found[: len(heard)] = heard[:, 1]
+    return found

@@ -23,7 +23,8 @@ from system.openspace.law import ARCS, DIRECTIONS
 from system.openspace.map import cells_of
 from system.openspace.moving import Moving
 from system.openspace.picture import draw_forest, draw_path
-from system.openspace.reader_noise import answers, begun
+from system.openspace.reader_noise import answers
+from system.openspace.senses import begin_again
 from system.openspace.senses_kernel import SILENT
 from system.openspace.state import (
     ARC,
@@ -85,7 +86,7 @@ class LiveForest:
         self._cells = cells_of(self.forest, margin_of(self.arcs))
         self._flight = new_flight(x, y, -math.pi, DIRECTIONS, len(self.forest.place), 0)
         self._senses = moving.at(0.0)
-        begun(self._senses.reader)
+        begin_again(self._senses)
         self.path = [(x, y)]
         self.reward, self.ended, self._begin = 0.0, "", x
         self._choice: Chosen[Flight] | None = None
@@ -123,11 +124,14 @@ class LiveForest:
         return np.asarray(heard[np.argsort(heard[:, 0], kind="stable")])
 
     def spikes(self) -> tuple[F64, I64]:
-        """Return the spikes of its ranging chip's neurons after the last ping: times, s, and neurons.
+        """Return the spikes of its ranging chip's neurons in the last ping: times, s, and neurons.
 
-        They are those by which echoes are read: a neuron's first within `WINDOW` after each echo.
+        Of a chip without codes they are those by which echoes are read: a neuron's first within `WINDOW`
+        after each echo.
         """
         flight, senses = self._flight, self._senses
+        if senses.population.on.size:
+            return senses.population.spoke()
         rows = flight.echo[: np.flatnonzero(np.isnan([*flight.echo[:, ECHO_RANGE], np.nan]))[0]]
         sounding = rows[rows[:, ECHO_NUMBER] != SILENT]
         pace = float(self.arcs.speed[flight.counts[ARC]])

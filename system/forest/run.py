@@ -37,9 +37,9 @@ from system.openspace.flight import (
     planter,
 )
 from system.openspace.law import arcs_of
-from system.openspace.moving import Moving, along_readers
+from system.openspace.moving import Moving, along_jitter
 from system.openspace.picture import draw_view_of_run, film_of_flight
-from system.openspace.senses import IDEAL, Sensing, senses_of
+from system.openspace.senses import IDEAL, Sensing, jitter_of, senses_of
 from system.openspace.senses_kernel import Senses
 from system.option import Option
 from system.options.block import describe_run
@@ -152,6 +152,8 @@ def no_spikes(scenario: Scenario) -> str:
     sensing = scenario.sensing
     if sensing.ranges != "chip":
         return "give `ranges=chip`"
+    if scenario.ranging_codes is not None:
+        return ""
     return "" if sensing.silicon_noise != "off" else "give `silicon_noise=white`, or all"
 
 
@@ -172,7 +174,7 @@ def moving_of(scenario: Scenario) -> Moving:
         sensing = replace(s.sensing, ripple=s.ripple)
         return senses_of(sensing, s.bat, silicon, key, begun_c, s.bias_kind, codes, selecting)
 
-    senses_at = along_readers(s.course, s.temperature_c, made, lambda senses: senses.reader)
+    senses_at = along_jitter(s.course, s.temperature_c, made, jitter_of)
     return Moving(senses_at, course_through(s.course))
 
 

@@ -26,8 +26,7 @@ from system.openspace.kernel import COLLIDED, GOING, OVER, TRAPPED, fly
 from system.openspace.law import DIRECTIONS, Arcs
 from system.openspace.map import OBSTACLES, SIDE, Forest, cells_of, clearance, plant, read_forest
 from system.openspace.moving import Moving, still
-from system.openspace.reader_noise import begun
-from system.openspace.senses import EXACT
+from system.openspace.senses import EXACT, begin_again
 from system.openspace.senses_kernel import Senses
 from system.openspace.state import (
     AVOIDED,
@@ -248,7 +247,7 @@ def _fly_run(
     cells = cells_of(forest, margin_of(arcs))
     flight = new_flight(x, y, -math.pi, DIRECTIONS, len(forest.place), rows)
     now = senses.at(0.0)
-    begun(now.reader)
+    begin_again(now)
     ended, used = GOING, 0
     while ended == GOING and used < pings:
         time = float(flight.pose[NOW])

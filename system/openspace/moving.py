@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
+from chips.ranging.noise import Jitter
 from circuits.silicon.course import Course, Points, along
-from system.openspace.reader_noise import Reader, go_on
 from system.openspace.senses_kernel import Senses
 
 T = TypeVar("T")
@@ -46,12 +46,12 @@ def still(senses: Senses) -> Moving:
     return Moving(lambda _: senses)
 
 
-def along_readers(
-    points: Points, temperature_c: float, make: Callable[[float], T], reader_of: Callable[[T], Reader]
+def along_jitter(
+    points: Points, temperature_c: float, make: Callable[[float], T], jitter_of: Callable[[T], Jitter]
 ) -> Callable[[float], T]:
-    """As `circuits.silicon.course.along`, of what has a reader, whose noise goes on at another temperature.
+    """As `circuits.silicon.course.along`, of what has a chip, whose noise goes on at another temperature.
 
-    reader_of : the reader of what was made.
+    jitter_of : the jitter of what was made.
     """
     at = along(points, temperature_c, make)
     last = at(0.0)
@@ -60,7 +60,13 @@ def along_readers(
         nonlocal last
         before, last = last, at(time)
         if last is not before:
-            go_on(reader_of(last), reader_of(before))
+            _go_on(jitter_of(last), jitter_of(before))
         return last
 
     return gone_on
+
+
+def _go_on(jitter: Jitter, before: Jitter) -> None:
+    """Go on with what flicker was `before`, and with its draws."""
+    for name in ("relaxation", "last", "calls"):
+        getattr(jitter, name)[:] = getattr(before, name)

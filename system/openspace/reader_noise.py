@@ -8,8 +8,7 @@ that was; so with L_k(d) how long after an echo of the delay d the neuron spikes
 
 L_k is a table of this die (`STEP`, straight between its entries; next to one without a spike the nearest one
 counts). Where all delta are as good as 0, so that the neuron is the same, it reads as
-`system.openspace.reader` does, by the nearest entry. A calibrated chip is read by all that answers instead
-(`system.openspace.population`), each neuron moved likewise. Each ping is a call, flicker goes on from ping to
+`system.openspace.reader` does, by the nearest entry. Each ping is a call, flicker goes on from ping to
 ping, and a run begins in its stationary state.
 """
 
@@ -31,8 +30,6 @@ from circuits.compiled import compiled
 from circuits.silicon.silicon import Silicon
 from system.openspace.reader import STEP, WINDOW, Calibration, late_spikes, neurons_of, values_of
 
-ANSWERING = 3  # neurons that answer one echo up to which they are told apart; ours
-
 _compiled = compiled()
 
 
@@ -41,20 +38,17 @@ class Reader(NamedTuple):
 
     late: float64[neurons, delays], s, L_k, inf for none; value: float64[neurons], s; jitter, t_inh (float64
     [neurons], s, after the last call) are overwritten by every ping, so that a reader is one run's at a time.
-    population: s, float64[neurons, ANSWERING], what an answer stands for, empty where the first neuron is
-    read.
     """
 
     late: F64
     value: F64
     jitter: Jitter
     t_inh: F64
-    population: F64
 
 
 def no_reader() -> Reader:
     """Return what stands for a reader where the chip makes no noise."""
-    return Reader(np.zeros((0, 0)), np.zeros(0), no_jitter(), np.zeros(0), np.zeros((0, 0)))
+    return Reader(np.zeros((0, 0)), np.zeros(0), no_jitter(), np.zeros(0))
 
 
 def reader_of(
@@ -76,18 +70,7 @@ def reader_of(
         first = neurons_of(replace(silicon, temperature_c=begun_c), area, bias_kind)
     jitter = new_jitter(model, neurons, silicon.of_area(area), noise, float(first.t_inh.min()), area=area)
     late = _late(silicon, area, bias_kind).copy()
-    return Reader(late, value, jitter, neurons.t_inh.copy(), np.zeros((0, 0)))
-
-
-def go_on(reader: Reader, before: Reader) -> None:
-    """Let a reader at another temperature go on with what flicker was `before`, and with its draws."""
-    for name in ("relaxation", "last", "calls"):
-        getattr(reader.jitter, name)[:] = getattr(before.jitter, name)
-
-
-def begun(reader: Reader) -> None:
-    """Begin another run with draws of its own: what flicker was before it is forgotten."""
-    reader.jitter.last[0] = -math.inf
+    return Reader(late, value, jitter, neurons.t_inh.copy())
 
 
 @lru_cache(maxsize=64)
@@ -106,8 +89,6 @@ def next_ping(r: Reader, time: float) -> None:
 @_compiled
 def read(r: Reader, delay: float) -> float:
     """Reading (s) of an echo's delay (s) after the last call, NaN for none."""
-    if r.population.size > 0:
-        return _read_all(r, delay / STEP)
     which = _first(r, delay / STEP, 1.0)
     if which == _first(r, delay / STEP, 0.0):
         which = _first(r, math.floor(delay / STEP + 0.5), 0.0)
@@ -131,21 +112,6 @@ def _first(r: Reader, at: float, jitter: float) -> int:
         if late < least or (late == least and which < 0):
             least, which = late, k
     return which
-
-
-@_compiled
-def _read_all(r: Reader, at: float) -> float:
-    """Reading (s) by all that answers an echo at a place in the tables, NaN for no answer."""
-    answering, lowest = 0, -1
-    for k in range(r.late.shape[0]):
-        if _late_at(r.late[k], at - (r.t_inh[k] - r.jitter.t_inh[k]) / STEP) <= WINDOW:
-            answering += 1
-            if lowest < 0:
-                lowest = k
-    if answering == 0:
-        return math.nan
-    found: float = r.population[lowest, min(answering, ANSWERING) - 1]
-    return found
 
 
 @_compiled

@@ -1,8 +1,9 @@
 """How the bat in the forest senses and selects: exactly, by sound, or by chips on a die.
 
 Ranges are `exact`, as in the paper; of a `sonar`, whose echoes overlap, come while the bat flies on, and by
-choice hide behind each other or bounce; or those of a ranging `chip`, one reading an echo. The chip gives no
-azimuth: bearings are exact, or have Gaussian noise from the run's own seed.
+choice hide behind each other or bounce; or those of a ranging `chip`, which hears whole pings where it has
+codes, else one reading an echo (`system.openspace.population`, `.reader`). The chip gives no azimuth:
+bearings are exact, or have Gaussian noise from the run's own seed.
 
 The selection's model decides as its transistors on the forest's own currents, with risks of up to 0.8 of the
 least excitation: 48 of 48 pairs on dies A/1000 to 1003, the time 5 % off rms (mismatch and process, 27 degC).
@@ -28,6 +29,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chips.codes import Codes
+from chips.ranging.noise import Jitter
 from chips.selection.kernel import Selection
 from chips.selection.model import MARGIN
 from chips.selection.noise import no_selection_noise
@@ -38,7 +40,7 @@ from circuits.errors import ParameterError
 from circuits.generator.ripple import Ripple
 from circuits.silicon.silicon import Silicon
 from system.openspace.law import ARCS, Bat
-from system.openspace.population import coded, population_reader, population_readings
+from system.openspace.population import coded, forget, no_population, population_on
 from system.openspace.reader import CALIBRATIONS, STEP, Calibration, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.openspace.selecting import FIXED, Selecting, chosen_by
@@ -121,14 +123,14 @@ def senses_of(
 
     seed: of bearings, its first number of the silicon's noise too, whose state one sample overwrites;
     begun_c: temperature of a sample's beginning where it moves; bias_kind, codes: of the ranging chip, which
-    is read by all that answers where it has codes, else by the first neuron; selecting: what the selection's
-    chip is biased with.
+    hears whole pings and is read by all that answers where it has codes, else by the first neuron; selecting:
+    what the selection's chip is biased with.
 
     Raises `ParameterError` for silicon that a model does not cover; a die outside the validity box of the
     ranging chip's record warns.
     """
     speed = speed_of_sound(AIR_TEMPERATURE)
-    reading, reader = np.empty(0), no_reader()
+    reading, reader, population = np.empty(0), no_reader(), no_population()
     noise = silicon_noise(
         sensing.silicon_noise, seed[0] if sensing.noise_seed is None else sensing.noise_seed, sensing.ripple
     )
@@ -137,12 +139,10 @@ def senses_of(
         if codes is None:
             delays = readings(silicon, sensing.reader, area, bias_kind)[0]
             reader = reader_of(silicon, sensing.reader, noise, area, bias_kind, begun_c)
+            reading = 0.5 * speed * delays
         else:
             touched = 2.0 * bat.zone / (speed + bat.max_speed)
-            ranging = coded(silicon, codes, bias_kind, area, touched)
-            delays = population_readings(ranging)[0]
-            reader = population_reader(ranging, noise, begun_c)
-        reading = 0.5 * speed * delays
+            population = population_on(coded(silicon, codes, bias_kind, area, touched), noise, begun_c)
     chip, chip_noise, board = _NO_CHIP, no_selection_noise(), np.ones(ARCS)
     if sensing.selection == "chip":
         chip, chip_noise, board = chosen_by(bat, silicon, sensing.selection_area, selecting, noise)
@@ -158,6 +158,7 @@ def senses_of(
         reading=reading,
         per_second=1.0 / STEP,
         reader=reader,
+        population=population,
         selecting=int(sensing.selection == "chip"),
         unit=UNIT,
         deadline=DEADLINE,
@@ -183,6 +184,17 @@ def _no_chip() -> Selection:
 
 _NO_CHIP = _no_chip()
 EXACT = senses_of(IDEAL, Bat())
+
+
+def begin_again(senses: Senses) -> None:
+    """Begin another run, its chip at rest and with draws of its own: what flicker was before is forgotten."""
+    senses.reader.jitter.last[:] = -math.inf
+    forget(senses.population)
+
+
+def jitter_of(senses: Senses) -> Jitter:
+    """Return how the inhibition of the ranging chip's neurons jitters; of none without noise."""
+    return senses.population.chip.jitter if senses.population.on.size else senses.reader.jitter
 
 
 def with_area(sensing: Sensing, area: float) -> Sensing:

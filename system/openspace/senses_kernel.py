@@ -30,6 +30,7 @@ from chips.selection.whole_kernel import NOBODY
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from system.openspace.law import ARCS, Arcs
+from system.openspace.population import Population, hear_ping
 from system.openspace.reader_noise import Reader, next_ping, read
 from system.openspace.state import (
     ARC,
@@ -70,9 +71,10 @@ class Senses(NamedTuple):
     tell all echoes apart; radius: m, of an obstacle's shadow; strength: m, s above; noise: float64[n], rad,
     of bearings, taken in turn, heard after heard; reading: float64[delays], m, NaN for none, empty for the
     range itself; per_second: entries of it a second of delay; reader: of a chip that makes noise, in place
-    of `reading`; selecting: 1 for the chip's selection; unit: A a unit of desirability; deadline: s; margin:
-    ln of the best two merits below which the model is unsure; chip_noise: drawn anew for each ping's choice;
-    board: what excitations are multiplied by before the chip, float64[ARCS].
+    of `reading`; population: of a calibrated chip, in place of both; selecting: 1 for the chip's selection;
+    unit: A a unit of desirability; deadline: s; margin: ln of the best two merits below which the model is
+    unsure; chip_noise: drawn anew for each ping's choice; board: what excitations are multiplied by before
+    the chip, float64[ARCS].
     """
 
     exact: int
@@ -86,6 +88,7 @@ class Senses(NamedTuple):
     reading: F64
     per_second: float
     reader: Reader
+    population: Population
     selecting: int
     unit: float
     deadline: float
@@ -151,19 +154,21 @@ def hear(a: Arcs, s: Senses, f: Flight, n: int) -> int:
         next_ping(s.reader, f.pose[TIME])
     last, heard = -math.inf, 0
     pace = a.speed[f.counts[ARC]]
+    if s.population.on.size > 0:
+        _hear_all(s, f, n, pace)
     for k in range(n):
         row = f.echo[k]
         if row[ECHO_NUMBER] == SILENT:
             f.counts[OCCLUDED] += 1
             _unheard(row)
             continue
-        delay = 2.0 * row[ECHO_RANGE] / (s.sound_speed + pace * math.cos(row[ECHO_BEARING]))
+        delay = _delay(s, row, pace)
         if s.overlap > 0.0 and delay < last + s.overlap:
             f.counts[MASKED] += 1
             _unheard(row)
             continue
         last = delay
-        distance = _read(s, delay)
+        distance = _read(s, k, delay)
         if math.isnan(distance):
             f.counts[MISSED] += 1
             _unheard(row)
@@ -191,8 +196,36 @@ def _take(a: Arcs, s: Senses, f: Flight, row: F64, distance: float) -> int:
 
 
 @_compiled
-def _read(s: Senses, delay: float) -> float:
-    """Range (m) of a delay (s); NaN where the chip has none."""
+def _delay(s: Senses, row: F64, pace: float) -> float:
+    """Delay (s) of an echo for a bat of a pace, m/s."""
+    delay: float = 2.0 * row[ECHO_RANGE] / (s.sound_speed + pace * math.cos(row[ECHO_BEARING]))
+    return delay
+
+
+@_compiled
+def _hear_all(s: Senses, f: Flight, n: int, pace: float) -> None:
+    """Let the population hear a ping: the echoes that sound, in the order of their delays."""
+    p, found = s.population, 0
+    for k in range(n):
+        if f.echo[k, ECHO_NUMBER] == SILENT:
+            continue
+        delay, j = _delay(s, f.echo[k], pace), found
+        while j > 0 and p.echo[j - 1, 0] > delay:
+            p.echo[j, 0], p.row[j] = p.echo[j - 1, 0], p.row[j - 1]
+            j -= 1
+        p.echo[j, 0], p.row[j] = delay, k
+        found += 1
+    hear_ping(p, f.pose[TIME], found)
+    for j in range(found):
+        p.reading[p.row[j]] = p.echo[j, 1]
+
+
+@_compiled
+def _read(s: Senses, k: int, delay: float) -> float:
+    """Range (m) of echo k, of a delay (s); NaN where the chip has none."""
+    if s.population.on.size > 0:
+        found: float = 0.5 * s.sound_speed * s.population.reading[k]
+        return found
     if s.reader.value.size > 0:
         return 0.5 * s.sound_speed * read(s.reader, delay)
     if s.reading.size == 0:

@@ -9,7 +9,8 @@ from circuits.devices.noise import WHITE_ONLY
 from circuits.silicon.process import AMI_1500_IDEAL, ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 from system.openspace.reader import STEP, delays, first_neurons, neurons_of, readings, values_of
-from system.openspace.reader_noise import begun, late_spikes, next_ping, no_reader, read, reader_of
+from system.openspace.reader_noise import late_spikes, next_ping, no_reader, read, reader_of
+from system.openspace.senses import EXACT, begin_again
 
 SILICON = Silicon(AMI_1500_IDEAL)
 NOISE = SiliconNoise(1, flicker=WHITE_ONLY)
@@ -76,7 +77,7 @@ def test_a_run_forgets_the_flicker_of_the_one_before():
     reader = reader_of(SILICON, "nominal", SiliconNoise(1), 4.0, "gate")
     next_ping(reader, 10.0)
     before = reader.t_inh.copy()
-    begun(reader)
+    begin_again(EXACT._replace(reader=reader))
     next_ping(reader, 0.0)
     assert np.isfinite(reader.t_inh).all()
     assert not np.array_equal(reader.t_inh, before)
