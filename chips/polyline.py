@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from circuits.arrays import F64, Bools
+from circuits.arrays import F64, Bools, in_rows
 from circuits.compiled import compiled
 from circuits.devices.source import Polyline
 
@@ -17,7 +17,7 @@ def thin(time: F64, value: F64, tolerance: float) -> Polyline:
     over.
     """
     keep = np.zeros(time.size, dtype=np.bool_)
-    _mark(time, value, tolerance, keep)
+    _mark(in_rows(time), in_rows(value), tolerance, keep)
     return time[keep], value[keep]
 
 

@@ -28,7 +28,7 @@ from chips.hearing.kernel import SOUND_DURATION, Hearing
 from chips.measured.interpolation import table_at
 from chips.noise import SiliconNoise
 from chips.noise_draw import Draws, draw, new_draws
-from circuits.arrays import F64
+from circuits.arrays import F64, in_rows
 from circuits.blocks.sonar import envelope_detector, high_threshold_neuron, onset_neuron
 from circuits.circuit import Circuit, Instance, Port
 from circuits.compiled import compiled
@@ -102,7 +102,7 @@ def threshold_spread(name: str, threshold: float, silicon: Silicon, model: Noise
         raise ParameterError(
             f"hearing.{name}.threshold: {threshold:g} V, must be one that makes a spike; take a larger one"
         )
-    knots, spread = np.array(found).T
+    knots, spread = in_rows(np.array(found).T)
     return knots, spread
 
 

@@ -90,9 +90,7 @@ def new_chip_state(chip: ChipNet, ring: int) -> ChipState:
 
 
 @_compiled
-def advance_chip(
-    c: ChipNet, s: ChipState, steps: int, noise: NefNoise | None = None, bends: Bends | None = None
-) -> None:
+def advance_chip(c: ChipNet, s: ChipState, steps: int, noise: NefNoise | None, bends: Bends | None) -> None:
     """Take time steps of `DT`; of a noise or bends that are None numba compiles nothing."""
     for _ in range(steps):
         if noise is not None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY
 from chips.rolls.program.program import Program
-from circuits.arrays import F64, I64, Bools
+from circuits.arrays import F64, I64, Bools, in_rows
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
 
@@ -24,7 +24,7 @@ def check_inputs(times: F64, neurons: I64, columns: I64, now: float, program: Pr
     known[NONPLASTIC:VIRTUAL_EXCITATORY] = True
     for inhibitory in {each.inhibitory for each in program.inputs}:
         known[list(program.virtual.columns(inhibitory=inhibitory))] = True
-    if _all_fit(times, neurons, columns, now, known):
+    if _all_fit(in_rows(times), in_rows(neurons), in_rows(columns), now, known):
         return
     if not times.min() >= now:
         raise ParameterError(f"chip.inputs: an event at {times.min():g} s, must be >= {now:g} s")

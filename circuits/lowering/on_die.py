@@ -267,7 +267,8 @@ class DieDevices(NamedTuple):
         found = np.empty(np.shape(n.current))
         if _has_effects(n.law) or _has_effects(p.law):
             shared = terms_of(n.law, 1.0, 1.0, 0.0, 0.0), terms_of(p.law, 1.0, 1.0, 0.0, 0.0)
-            _whole_inverter_threshold(*shared, _numbers_of(n, found), _numbers_of(p, found), self.v_dd, found)
+            each = _numbers_of(n, found), _numbers_of(p, found)
+            _whole_inverter_threshold(*shared, *each, self.v_dd, found.reshape(-1))
             return found
         _inverter_threshold(
             n.current.ravel(), n.threshold.ravel() / self.u_t, n.kappa, p.current.ravel(),
@@ -527,9 +528,9 @@ def _whole_inverter_threshold(
     shared_n: Terms, shared_p: Terms, n: F64, p: F64, supply: float, out: F64
 ) -> None:
     """Input of inverters whose output is at half the supply, V; n, p: as of `_numbers_of`."""
-    low, high, found = np.zeros(out.size), np.full(out.size, supply), out.reshape(-1)
+    low, high = np.zeros(out.size), np.full(out.size, supply)
     for _ in range(_BISECTIONS):
-        _halve_whole(shared_n, shared_p, n, p, supply, low, high, found)
+        _halve_whole(shared_n, shared_p, n, p, supply, low, high, out)
 
 
 @compiled()

@@ -31,7 +31,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from circuits.arrays import F64, I64, U32
+from circuits.arrays import F64, I64, U32, in_rows
 from circuits.checks import require_choice, require_type
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
@@ -590,7 +590,7 @@ def normals_of(owners: Sequence[str], names: Sequence[str], places: Places, para
         for before in map(str.encode, owners)
         for each in after
     ]
-    keys = np.frombuffer(b"".join(digests), dtype="<u4").astype(np.uint32).reshape(-1, 2).T
+    keys = in_rows(np.frombuffer(b"".join(digests), dtype="<u4").astype(np.uint32).reshape(-1, 2).T)
     drawn = np.empty((len(owners), places.total))
     fill_normals(keys, places.fixed, np.tile(places.shapes, (len(owners), 1)), drawn.reshape(-1))
     return drawn

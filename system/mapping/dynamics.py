@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from chips.aer import Events
-from circuits.arrays import F64, I64, Bools
+from circuits.arrays import F64, I64, Bools, in_rows
 from circuits.errors import DataError, ParameterError
 from system.mapping.clock import with_own
 from system.mapping.kernel import CellArrays, FilterArrays, Sent, StateArrays, move_all, run_steps
@@ -128,7 +128,11 @@ class Running:
 
     def __init__(self, dynamics: Dynamics) -> None:
         cells, n = dynamics.cells, dynamics.cells.tau.size
-        self._cells, self._filters = _arrays(cells, (n,)), _bank(dynamics)
+        own = _arrays(cells, (n,))
+        self._cells = CellArrays(
+            in_rows(own.tau), in_rows(own.refractory), in_rows(own.constant), in_rows(own.slope)
+        )
+        self._filters = _bank(dynamics)
         self._state = StateArrays(
             np.zeros(n), np.zeros(n), np.zeros((len(dynamics.filters), n)), np.zeros(n, np.bool_), np.zeros(n)
         )
@@ -154,7 +158,7 @@ class Running:
         room = (bounds.size - 1) * self._state.v.size
         found = Sent(np.empty(room), np.empty(room, dtype=np.int64))
         count = run_steps(
-            self._cells, self._filters, self._state, events.addresses, bounds, first, STEP, found
+            self._cells, self._filters, self._state, in_rows(events.addresses), bounds, first, STEP, found
         )
         return Sent(found.times[:count].copy(), found.neurons[:count].copy())
 

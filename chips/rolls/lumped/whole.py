@@ -28,7 +28,7 @@ from chips.rolls.lumped.team import (
     settled,
     team_of,
 )
-from circuits.arrays import F64
+from circuits.arrays import F64, in_rows
 from circuits.compiled import compiled
 from circuits.devices.channel import Terms, channel, leaked, pinched, terms_of
 from circuits.devices.ekv import argument_of_root, root
@@ -60,7 +60,7 @@ def points_of(value: ArrayLike, n: int, points: int) -> F64:
     """Return one value a place, or one a point, or one for all, as one a point: float64[n, points]."""
     given = np.asarray(value, dtype=np.float64)
     given = given if given.ndim == 2 else np.reshape(given, (-1, 1))
-    return np.ascontiguousarray(np.broadcast_to(given, (n, points)))
+    return in_rows(np.broadcast_to(given, (n, points)))
 
 
 def middle_of(d: DieDevices, device: str) -> F64:
@@ -314,7 +314,7 @@ def _fed_moves(w: F64, active: int, supply: float, foot: float) -> None:
 
 @compiled(_nrt=True)
 def fed_diode(
-    drawing: F64, mirror: F64, gate: F64, source: F64, supply: float, out: F64, foot: float = 0.0
+    drawing: F64, mirror: F64, gate: F64, source: F64, supply: float, out: F64, foot: float
 ) -> None:
     """Fill `out` with the gate of a diode-connected pFET that an nFET draws its current from, V.
 

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from chips.rolls.lumped.network import amplifier, diode, pair, stack
-from circuits.arrays import F64, Bools
+from circuits.arrays import F64, Bools, in_rows
 from circuits.devices.softplus import inverse_softplus_of
 from circuits.lowering.on_die import DieDevices
 
@@ -28,9 +28,7 @@ class Membrane:
     def _flat(self, x: F64 | float) -> F64:
         """One a neuron, or one a point, as one a point."""
         x = np.asarray(x, dtype=np.float64)
-        return np.ascontiguousarray(
-            np.broadcast_to(x if x.ndim == 2 else np.reshape(x, (-1, 1)), self.v.shape).ravel()
-        )
+        return in_rows(np.broadcast_to(x if x.ndim == 2 else np.reshape(x, (-1, 1)), self.v.shape).ravel())
 
     def _at(self, device: str, gate: F64 | float) -> tuple[F64, F64]:
         """Specific current and pinch-off voltage of a device, one a point."""

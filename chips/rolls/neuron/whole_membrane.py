@@ -77,7 +77,7 @@ class WholeMembrane:
         out = np.empty(self.v.shape)
         drawing, mirror = self._rows("sodium.mn1"), self._rows("sodium.mn3")
         source = self._points(self.d.gate["v_shift"])
-        fed_diode(drawing, mirror, self._points(self.v), source, self.d.v_dd, out)
+        fed_diode(drawing, mirror, self._points(self.v), source, self.d.v_dd, out, 0.0)
         return out
 
     def drop(self) -> F64:
@@ -114,8 +114,9 @@ class WholeMembrane:
         through = d.columns().current(names[1], gates[1], drains[1], source)
         diode(self._rows("nmda_gate.mg4"), np.maximum(through, 0.0), d.v_dd, passed)
         fed_diode(
-            self._rows("nmda_gate.mg5"), self._rows("nmda_gate.mg6"), passed, self._points(0.0), d.v_dd, gate
-        )
+            self._rows("nmda_gate.mg5"), self._rows("nmda_gate.mg6"), passed, self._points(0.0), d.v_dd, gate,
+            0.0,
+        )  # fmt: skip
         return self._over_v.current("nmda_gate.mg7", gate, self._typical_drop)
 
     @cached_property

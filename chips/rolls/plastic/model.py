@@ -37,7 +37,7 @@ from chips.rolls.plastic.whole_model import (
     weight_threshold,
     whole_sunk,
 )
-from circuits.arrays import F64
+from circuits.arrays import F64, in_rows
 from circuits.blocks.rolls import calcium_gate, plastic_synapse
 from circuits.lowering.capacitance import capacitance_matrix
 from circuits.lowering.on_die import DieDevices
@@ -202,7 +202,7 @@ def _shut(d: DieDevices, first: str, second: str) -> F64:
 
 
 def _each(x: F64, d: DieDevices) -> F64:
-    return np.ascontiguousarray(np.broadcast_to(x, d.copies))
+    return in_rows(np.broadcast_to(x, d.copies))
 
 
 def _balance(d: DieDevices, names: tuple[str, str, str, str], reference: F64) -> F64:

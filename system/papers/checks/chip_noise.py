@@ -185,7 +185,7 @@ def nef_intervals(thresholds: float, steps: int = NEF_STEPS) -> F64:
     found = []
     for k in range(steps):
         before = state.base.spikes.copy()
-        advance_chip(on, state, 1, noise)
+        advance_chip(on, state, 1, noise, None)
         fired = np.flatnonzero(state.base.spikes > before)
         # what is left of the refractory period says when it began
         at = (k + 1) * DT - (on.refractory[fired] - state.base.rest[fired])

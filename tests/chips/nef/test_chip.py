@@ -89,13 +89,13 @@ def test_the_router_lets_spikes_wait_and_drops_the_rest() -> None:
     assert built.chip is not None
     narrow = built.chip._replace(budget=2)
     state = new_chip_state(narrow, FIFO)
-    advance_chip(narrow, state, 300)
+    advance_chip(narrow, state, 300, None, None)
     fired, dropped = state.counters[SPIKES], state.counters[DROPPED]
     assert state.counters[WAITING] == FIFO
     # two a step got through, but for the first steps, and the ring is full
     assert 2 * 290 + FIFO <= fired - dropped <= 2 * 300 + FIFO
     wide = new_chip_state(built.chip, FIFO)
-    advance_chip(built.chip, wide, 300)
+    advance_chip(built.chip, wide, 300, None, None)
     assert wide.counters[DROPPED] == 0
 
 
@@ -106,7 +106,7 @@ def test_a_neuron_fires_at_its_rate_even_twice_a_step() -> None:
         net=built.chip.net._replace(bias=np.array([0.9, 6.0, 300.0])), refractory=np.full(3, 2e-4)
     )
     state = new_chip_state(driven, FIFO)
-    advance_chip(driven, state, 2000)
+    advance_chip(driven, state, 2000, None, None)
     period = 2e-4 + built.chip.speed**-1.0 / (np.array([1.0, 6.0, 300.0]) - built.chip.leak + 1e-12)
     assert state.base.spikes[0] == 0
     assert state.base.spikes[1:] == pytest.approx(2.0 / period[1:], abs=1.5)
@@ -118,7 +118,7 @@ def test_an_inhibited_membrane_stops_at_the_floor() -> None:
     assert built.chip is not None
     driven = built.chip._replace(net=built.chip.net._replace(bias=np.array([-400.0, 0.0])))
     state = new_chip_state(driven, FIFO)
-    advance_chip(driven, state, 100)
+    advance_chip(driven, state, 100, None, None)
     assert state.base.u == pytest.approx(built.chip.floor)
 
 

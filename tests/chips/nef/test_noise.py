@@ -47,7 +47,7 @@ def intervals(chip, noise, steps):
     found, last = [], np.full(N, np.nan)
     for k in range(steps):
         before = state.base.spikes.copy()
-        advance_chip(chip, state, 1, noise)
+        advance_chip(chip, state, 1, noise, None)
         fired = np.flatnonzero(state.base.spikes > before)
         # the refractory period began with the spike
         at = (k + 1) * DT - (chip.refractory[fired] - state.base.rest[fired] - DT) - DT
@@ -142,7 +142,7 @@ def test_a_filters_noise_is_that_of_its_capacitor():
     chip, noise = built.chip, copied(built.noise)
     state, found = new_chip_state(chip, FIFO), []
     for _ in range(4000):
-        advance_chip(chip._replace(first=chip.first), state, 1, noise)
+        advance_chip(chip._replace(first=chip.first), state, 1, noise, None)
         found.append(state.s.copy())
     moving = np.flatnonzero(noise.lanes > 0.0)
     relative = np.array(found)[200:, moving]

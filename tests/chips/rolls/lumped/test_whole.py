@@ -68,7 +68,7 @@ def test_a_diode_carries_its_current_and_one_that_is_fed_too() -> None:
     assert d.current("sodium.mn3", volts, volts)[0] == pytest.approx(current[0], rel=1e-8)
     fed_diode(
         rows_of(d.fet["sodium.mn1"]), rows_of(d.fet["sodium.mn3"]), at(0.5), at(np.array([[0.1, 0.2, 0.3]])),
-        d.v_dd, fed,
+        d.v_dd, fed, 0.0,
     )  # fmt: skip
     drawn = d.current("sodium.mn1", 0.5, d.v_dd - fed, np.array([[0.1, 0.2, 0.3]]))
     assert d.current("sodium.mn3", fed, fed)[0] == pytest.approx(drawn[0], rel=1e-6)
