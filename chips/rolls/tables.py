@@ -142,7 +142,7 @@ def _built(params: Params, written: _Written, kind: BiasKind, silicon: Silicon, 
     ready = prepare(params, silicon.process)
     gates = gate_voltages(chip(params, written.biases, kind), silicon)
     neurons, membranes, unit = _neurons(params, silicon, _gates_of("neuron", gates), written.latches)
-    filters = [_filter(params, silicon, k, _gates_of(name, gates)) for k, name in enumerate(FILTERS)]
+    filters = _filters(params, silicon, gates)
     levels = np.frombuffer(written.levels, dtype=np.int8)
     given = _Given(params, ready, levels, written.biases, gates, silicon, filters)
     draws, virtual = _draws(given), _virtual(given)
@@ -175,6 +175,15 @@ def _built(params: Params, written: _Written, kind: BiasKind, silicon: Silicon, 
     return Built(
         tables, neurons, tuple(filters), tuple(loads), shapes, unit, draws.lengths, draws.levels, gates
     )
+
+
+def filters_of(params: Params, biases: BiasTable, kind: BiasKind, silicon: Silicon) -> list[Filter]:
+    """Return the filters of a chip's tables by kind, in the order of `FILTERS`, without the other tables."""
+    return _filters(params, silicon, gate_voltages(chip(params, biases, kind), silicon))
+
+
+def _filters(params: Params, silicon: Silicon, gates: Mapping[str, float]) -> list[Filter]:
+    return [_filter(params, silicon, k, _gates_of(name, gates)) for k, name in enumerate(FILTERS)]
 
 
 def _banks(filters: Sequence[Filter], loads: Sequence[Load], shapes: Sequence[Shape], step: float) -> Banks:

@@ -26,7 +26,7 @@ from chips.rolls.portrait import LEVELS, weights
 from chips.rolls.program.address import NEURONS, NONPLASTIC, VIRTUAL_EXCITATORY, VIRTUAL_INHIBITORY
 from chips.rolls.program.bias_file import BiasTable
 from chips.rolls.program.program import Program, VirtualInput
-from chips.rolls.tables import Built, build_tables
+from chips.rolls.tables import Built, build_tables, filters_of
 from circuits.arrays import F64, I64
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
@@ -98,7 +98,9 @@ def with_filters(biases: BiasTable, taus: Mapping[str, float]) -> BiasTable:
         for name, leak in leaks.items():
             biases = biases.with_code(LEAK_OF[name], *code_for(leak))
             biases = biases.with_code(GAIN_OF[name], *code_for(GAIN * biases.current(LEAK_OF[name])))
-        found = {name: tau_of(bench_built(biases), name) for name in taus}
+        virtual = bench_program(biases).virtual
+        filters = filters_of(Params(virtual=virtual), biases, KIND, Silicon(ROLLS_180))
+        found = {name: float(filters[FILTERS.index(name)].tau[0]) for name in taus}
         leaks = {name: biases.current(LEAK_OF[name]) * found[name] / taus[name] for name in taus}
     return biases
 
@@ -170,6 +172,7 @@ def _law(biases: BiasTable, name: str, rheobase: float, charge: float, currents:
     return replace(found, error=float(error))
 
 
+@lru_cache(maxsize=4)
 def _currents(biases: BiasTable) -> dict[str, F64]:
     """Mean currents of all filters at the bench's rates, A; a neuron has events of one filter and rate."""
     built = bench_built(biases)

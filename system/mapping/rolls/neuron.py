@@ -125,6 +125,7 @@ def wanted_of(population: Population) -> Wanted:
     return Wanted(population.tau, population.refractory, population.leak == "constant")
 
 
+@lru_cache(maxsize=64)
 def one_neuron(biases: BiasTable, slow: int) -> Neurons:
     """Return the nominal neuron at 27 degC, with its leak of LEAKS[slow]."""
     params, silicon = Params(), Silicon(ROLLS_180)
