@@ -29,7 +29,8 @@ HAS_APT = command -v apt-get >/dev/null
 # worker, and each process that a test starts, compiles it anew. A file's tests go to one worker, with what they
 # share.
 KEEP_BYTE_CODE := PYTHONDONTWRITEBYTECODE= PYTHONPYCACHEPREFIX=$(CURDIR)/$(VENV)/pycache
-PYTEST = $(KEEP_BYTE_CODE) MPLBACKEND=Agg $(BIN)/pytest -n $(WORKERS) --dist loadfile
+# Linear algebra has one thread: those that wait for a small matrix take the core of the other worker.
+PYTEST = $(KEEP_BYTE_CODE) MPLBACKEND=Agg OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n $(WORKERS) --dist loadfile
 
 HAS_BROWSER = command -v chromium >/dev/null && command -v chromedriver >/dev/null
 
