@@ -267,7 +267,9 @@ def _ways(flat: Flat, source: str, shapes: dict[str, tuple[int, ...]]) -> Iterat
     """All ways from a source to neurons and outputs; fills the shapes of what linear nodes give."""
     shape = _shape(flat.nodes[source])
     size = int(np.prod(shape))
-    start = np.eye(size).reshape(*shape, size)
+    # one entry tells whether shapes fit; all would be gigabytes of a graph that is none of a network
+    entries = size if any(type(node).__name__ in NEURONS for node in flat.nodes.values()) else 1
+    start = np.eye(size, entries).reshape(*shape, entries)
     yield from _followed(flat, [Way(name, start, None, ()) for name in flat.after[source]], shapes)
 
 
