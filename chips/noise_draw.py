@@ -90,6 +90,11 @@ def new_slow(density: F64, model: NoiseModel, step: float, count: int) -> Slow:
     )
 
 
+def copied_slow(s: Slow) -> Slow:
+    """Return the same processes with working space of their own, from any look on."""
+    return Slow(s.deviation, s.held.copy(), s.value.copy(), np.full(1, -1, np.int64))
+
+
 def octave_weight(exponent: float) -> float:
     """Return the variance `ln 2 / (2 M)` of an octave that lasts 1 s, for a density of `1 / f^exponent`."""
     s = exponent - 2.0

@@ -18,7 +18,7 @@ import numpy as np
 
 from chips.lines.wander import Wander, swing_of
 from chips.noise import SiliconNoise
-from chips.noise_draw import Draws, Slow, bring, draw, new_draws, new_slow
+from chips.noise_draw import Draws, Slow, bring, copied_slow, draw, new_draws, new_slow
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from circuits.devices.noise import WHITE_ONLY
@@ -33,8 +33,9 @@ class LineSteps(NamedTuple):
     white: deviations by each line and by each source, relative, float64[n, n + m]; doubled: how often steps
     are doubled for which they stand, int64[n]; slow: flicker of each line and each source, of 1 / f; follow:
     what a unit of it changes, relative, float64[n, n + m]; ripple, lag: peak of its means over steps,
-    relative, of either sign, and phase, rad, float64[n]; pace: rad/s; step: s; fast, held: draws; shift:
-    relative changes of the currents in the present step, float64[n], overwritten.
+    relative, of either sign, and how far it is behind the supply, rad, float64[n]; pace, phase: of the
+    supply, rad/s and rad; step: s; fast, held: draws; shift: relative changes of the currents in the present
+    step, float64[n], overwritten.
     """
 
     white: F64
@@ -44,6 +45,7 @@ class LineSteps(NamedTuple):
     ripple: F64
     lag: F64
     pace: float
+    phase: float
     step: float
     fast: Draws
     held: Draws
@@ -64,18 +66,18 @@ def line_steps(
     held = np.sqrt(2.0 * step * np.exp2(doubled))
     white = np.concatenate([np.diag(np.sqrt(wander.white)), wander.follow_white], axis=1) / held[:, None]
     follow = np.concatenate([np.diag(np.sqrt(wander.flicker)), wander.follow], axis=1)
-    swing, path = swing_of(noise), f"{name}, bias lines"
+    swing = swing_of(noise)
     return LineSteps(
         slope[:, None] * white,
         doubled.astype(np.int64),
         new_slow(np.ones(n + m), noise.flicker_in(silicon.process), step, 1),
         slope[:, None] * follow,
         slope * np.abs(wander.supply) * np.sinc(swing.pace * step / (2.0 * math.pi)),
-        np.angle(wander.supply) + swing.phase,
+        np.angle(wander.supply),
         swing.pace,
+        swing.phase,
         step,
-        new_draws(noise.seed, noise.trial, path, n + m),
-        new_draws(noise.seed, noise.trial, f"{path}, slowly", 1),
+        *_draws(noise, name, n + m),
         np.zeros(n),
     )  # fmt: skip
 
@@ -85,6 +87,15 @@ def no_lines() -> LineSteps:
     return line_steps(_none(), np.zeros(0), Silicon(), SiliconNoise(flicker=WHITE_ONLY), "", 1.0)
 
 
+def _draws(noise: SiliconNoise, name: str, lines: int) -> tuple[Draws, Draws]:
+    """Draws of white noise of lines and sources, and of their flicker."""
+    path = f"{name}, bias lines"
+    return (
+        new_draws(noise.seed, noise.trial, path, lines),
+        new_draws(noise.seed, noise.trial, f"{path}, slowly", 1),
+    )
+
+
 def _none() -> Wander:
     none, flat = np.zeros(0), np.zeros((0, 0))
     return Wander(none, none, none, flat, flat, np.zeros(0, np.complex128))
@@ -92,13 +103,20 @@ def _none() -> Wander:
 
 def copied_steps(lines: LineSteps) -> LineSteps:
     """Return the same lines with working space of their own, from any step on."""
-    old = lines.slow
-    slow = Slow(old.deviation, old.held.copy(), old.value.copy(), np.full(1, -1, np.int64))
     fast, held = (
         d._replace(**{n: getattr(d, n).copy() for n in ("counters", "words", "normal")})
         for d in (lines.fast, lines.held)
     )
-    return lines._replace(slow=slow, fast=fast, held=held, shift=lines.shift.copy())
+    return lines._replace(slow=copied_slow(lines.slow), fast=fast, held=held, shift=lines.shift.copy())
+
+
+def drawn_steps(lines: LineSteps, noise: SiliconNoise, name: str) -> LineSteps:
+    """Return the same lines with the draws of another seed and trial, from any step on.
+
+    noise: with what `line_steps` had but for the seed and the trial; name: of the chip on its die.
+    """
+    fast, held = _draws(noise, name, lines.white.shape[1])
+    return copied_steps(lines)._replace(fast=fast, held=held, phase=swing_of(noise).phase)
 
 
 @_compiled
@@ -117,5 +135,5 @@ def bring_lines(t: LineSteps, number: int) -> None:
             if slow:
                 shift += t.follow[k, j] * t.slow.value[j, 0]
         if t.pace > 0.0:
-            shift += t.ripple[k] * math.sin(t.pace * (number + 0.5) * t.step + t.lag[k])
+            shift += t.ripple[k] * math.sin(t.pace * (number + 0.5) * t.step + (t.lag[k] + t.phase))
         t.shift[k] = shift

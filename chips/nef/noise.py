@@ -30,7 +30,7 @@ from chips.nef.model import BIAS_COLUMN, bias_slope, filter_capacitance, flicker
 from chips.nef.network.kernel import DT
 from chips.nef.noise_kernel import NefNoise
 from chips.noise import SiliconNoise, die_name
-from chips.noise_draw import Slow, new_draws, new_slow
+from chips.noise_draw import Slow, copied_slow, new_draws, new_slow
 from circuits.arrays import F64
 from circuits.blocks.nef.neuron import LEAK, build
 from circuits.devices.noise import gate_flicker
@@ -73,13 +73,11 @@ def noise_of(chip: ChipNet, where: Conditions) -> NefNoise | None:
 
 def copied(noise: NefNoise) -> NefNoise:
     """Return the same noise from its first step on, with working space of its own."""
-    old = noise.slow
-    slow = Slow(old.deviation, old.held.copy(), old.value.copy(), np.full(1, -1, np.int64))
     draws = [d._replace(**{n: getattr(d, n).copy() for n in ("counters", "words", "normal")})
              for d in (noise.neurons, noise.filters)]  # fmt: skip
     return noise._replace(
-        slow=slow, neurons=draws[0], filters=draws[1], total=noise.total.copy(), step=np.zeros(1, np.int64),
-        lines=copied_steps(noise.lines),
+        slow=copied_slow(noise.slow), neurons=draws[0], filters=draws[1], total=noise.total.copy(),
+        step=np.zeros(1, np.int64), lines=copied_steps(noise.lines),
     )  # fmt: skip
 
 

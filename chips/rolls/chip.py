@@ -58,6 +58,7 @@ from chips.rolls.layout import (
 from chips.rolls.lumped.filter import rest_filters
 from chips.rolls.neuron.kernel import rest_of
 from chips.rolls.noise.model import with_noise
+from chips.rolls.noise.trial import drawn_anew
 from chips.rolls.plastic.circuit import Learning
 from chips.rolls.plastic.layout import Plastic, PlasticEvents
 from chips.rolls.plastic.state import (
@@ -241,6 +242,21 @@ class RollsChip:
             None if self.program.plastic is None else self.learning,
         )  # fmt: skip
         other._built[self.silicon.temperature_c] = built
+        return other
+
+    def in_trial(self, trial: int) -> RollsChip:
+        """Return the chip with the noise of a trial, and the same tables; itself where it has no noise.
+
+        Raises `ParameterError` for a trial below 0.
+        """
+        if self.noise is None:
+            return self
+        noise = replace(self.noise, trial=trial)
+        other = RollsChip(
+            self.program, self.silicon, self.kind, self.params, self.step, self.bus, noise,
+            None if self.program.plastic is None else self.learning,
+        )  # fmt: skip
+        other._built = {at: drawn_anew(built, self.silicon, noise) for at, built in self._built.items()}
         return other
 
     def cautions(self) -> tuple[str, ...]:

@@ -1,12 +1,12 @@
 """A network that a task plays with, window after window: mapped on a die, or the equations that were asked.
 
     network = Player(...)
-    network.begin()                             at rest
+    network.begin(3)                            at rest, with the noise of sample 3
     spikes = network(rates, window)             of each output, over a window
 
 A call gives each channel evenly spaced events at its rate, whose phases go on from window to window, and
 returns how often the neurons of each output spiked. A task sees no more, so that it cannot tell a die from
-the ideal.
+the ideal. A die's noise is that of the sample's number under the run's seed, whatever was run before it.
 """
 
 from __future__ import annotations
@@ -59,17 +59,32 @@ class Player(ABC):
         self._network, self.channels, self.lost = network, outside(network).size, 0
         at = spans(network.populations)
         self._outputs = [at[probe.population] for probe in network.probes]
-        self._phase, self._time = self._start(), 0.0
+        self._phase, self._time, self._number = self._start(), 0.0, -1
 
     @property
     def outputs(self) -> int:
         """How many outputs it has."""
         return len(self._outputs)
 
-    def begin(self) -> None:
-        """Put the network to rest."""
+    def begin(self, number: int | None = None) -> None:
+        """Put the network to rest, where a sample begins.
+
+        Parameters
+        ----------
+        number
+            That of the sample, from 0 on, by which its noise is drawn; the next one unless given.
+
+        Raises
+        ------
+        ParameterError
+            The number is not whole, or below 0.
+        """
+        number = self._number + 1 if number is None else number
+        if number != round(number) or number < 0:
+            raise ParameterError(f"task.begin: sample {number}, must be a whole number from 0 on")
+        self._number = round(number)
         self._phase, self._time = self._start(), 0.0
-        self._rest()
+        self._rest(self._number)
 
     def __call__(self, rates: ArrayLike, window: float) -> F64:
         """Go on for a window with events of all channels at some rates, and return spikes of each output.
@@ -113,8 +128,8 @@ class Player(ABC):
         return np.linspace(0.0, 1.0, self._network.channels, endpoint=False)
 
     @abstractmethod
-    def _rest(self) -> None:
-        """Put what runs to rest."""
+    def _rest(self, number: int) -> None:
+        """Put what runs to rest, with the noise of sample `number`."""
 
     @abstractmethod
     def _advance(self, events: Events, window: float) -> Trains:
@@ -128,9 +143,9 @@ class IdealPlayer(Player):
     def __init__(self, network: Network) -> None:
         super().__init__(network)
         self._dynamics = asked(network)
-        self._rest()
+        self._rest(0)
 
-    def _rest(self) -> None:
+    def _rest(self, number: int) -> None:
         self._running = Running(self._dynamics)
 
     def _advance(self, events: Events, window: float) -> Trains:
@@ -148,8 +163,8 @@ class ChipPlayer(Player):
         self._place[mapped.neurons] = np.arange(mapped.network.neurons)
         self._first = self._state = self._chip.at_rest()
 
-    def _rest(self) -> None:
-        self._state = self._first
+    def _rest(self, number: int) -> None:
+        self._chip, self._state = self._chip.in_trial(number), self._first
 
     def _advance(self, events: Events, window: float) -> Trains:
         spikes, self._state = self._chip.run(self._state, window, self._mapped.events(events))

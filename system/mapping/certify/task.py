@@ -61,7 +61,7 @@ class Samples:
             chosen = np.sort(np.random.default_rng(seed).choice(chosen, self.most, replace=False))
         right = 0
         for k in chosen:
-            network.begin()
+            network.begin(int(k))
             spikes = network(self.inputs[k], self.window)
             right += bool(spikes.max() > 0.0 and spikes.argmax() == self.labels[k])
         return right / chosen.size
@@ -93,12 +93,12 @@ class Episodes:
         environment = gymnasium.make(self.name)
         threshold = float(environment.spec.reward_threshold)
         seeds = np.random.default_rng(seed).integers(SEEDS, size=self.count)
-        returns = [self._episode(environment, network, int(each)) for each in seeds]
+        returns = [self._episode(environment, network, k, int(each)) for k, each in enumerate(seeds)]
         shares = [r / threshold if threshold > 0.0 else threshold / min(r, -1e-9) for r in returns]
         return float(np.clip(shares, 0.0, 1.0).mean())
 
-    def _episode(self, environment: Any, network: Player, seed: int) -> float:
-        network.begin()
+    def _episode(self, environment: Any, network: Player, number: int, seed: int) -> float:
+        network.begin(number)
         seen, _ = environment.reset(seed=seed)
         total, action, over = 0.0, 0, False
         while not over:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from chips.latency.design import bias_circuit
 from chips.latency.errors import usual_design
 from chips.latency.model import usual_biases
-from chips.lines.steps import LineSteps, bring_lines, copied_steps, line_steps
+from chips.lines.steps import LineSteps, bring_lines, copied_steps, drawn_steps, line_steps
 from chips.lines.wander import wander_of
 from chips.noise import SiliconNoise
 from circuits.arrays import F64
@@ -64,7 +66,7 @@ def test_a_ripple_is_a_sine_in_them() -> None:
     still, moved = (steps(SiliconNoise(4, flicker=WHITE_ONLY, ripple=r)) for r in (None, ripple))
     sine = run(moved, 200) - run(still, 200)
     angle = 2.0 * np.pi * 20.0 * STEP * (np.arange(200) + 0.5)
-    assert sine == pytest.approx(moved.ripple * np.sin(angle[:, None] + moved.lag), abs=1e-9)
+    assert sine == pytest.approx(moved.ripple * np.sin(angle[:, None] + moved.lag + moved.phase), abs=1e-9)
     assert moved.ripple.min() > 1e-3
 
 
@@ -82,6 +84,16 @@ def test_a_ripple_is_its_mean_over_each_step() -> None:
     assert peaks(500.0) == pytest.approx(25e-3 * 2.0 / np.pi, rel=1e-9)
     assert peaks(1e3) == pytest.approx(0.0, abs=1e-12)
     assert np.abs(peaks(10.5e3)) == pytest.approx(25e-3 / (10.5 * np.pi), rel=1e-9)
+
+
+def test_lines_of_another_trial_are_drawn_as_if_built_in_it() -> None:
+    noise = SiliconNoise(4, ripple=Ripple(20e-3, 20.0))
+    lines, other = steps(noise), replace(noise, trial=7)
+    first = run(lines, 40)
+    again = drawn_steps(lines, other, "chip")
+    assert np.array_equal(run(again, 40), run(steps(other), 40))
+    assert not np.array_equal(run(again, 40), first)
+    assert np.array_equal(run(drawn_steps(again, noise, "chip"), 40), first)
 
 
 def test_lines_that_do_not_wander_are_none() -> None:

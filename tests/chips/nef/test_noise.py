@@ -161,7 +161,11 @@ def test_lines_move_all_neurons_as_other_currents_do():
     assert lines.shift.size == 3
     assert (lines.ripple > 1e-5).all()
     held = lines._replace(
-        white=0.0 * lines.white, pace=1e-9, lag=np.full(3, 0.5 * np.pi), ripple=np.array([0.4, 0.05, 0.0])
+        white=0.0 * lines.white,
+        pace=1e-9,
+        phase=0.0,
+        lag=np.full(3, 0.5 * np.pi),
+        ripple=np.array([0.4, 0.05, 0.0]),
     )
     n = copied(built.noise)
     nothing = n._replace(grain=0.0, reset=0.0, dead=0.0 * n.dead, lanes=0.0 * n.lanes, lines=held)

@@ -89,6 +89,21 @@ def test_draws_are_of_seed_die_and_step_alone():
     assert not same(trains(chip_of(SiliconNoise(1, flicker=WHITE_ONLY)), 0.2), found)
 
 
+def test_a_chip_in_a_trial_is_the_chip_that_is_built_with_it():
+    chip = chip_of(SiliconNoise(1), die=4)
+    found = trains(chip, 0.2)
+    third = chip.in_trial(3)
+    assert third.noise == SiliconNoise(1, trial=3)
+    assert same(trains(third, 0.2), trains(chip_of(SiliconNoise(1, trial=3), die=4), 0.2))
+    assert not same(trains(third, 0.2), found)
+    assert same(trains(third.in_trial(0), 0.2), found)
+    assert third.built().tables is chip.built().tables
+    quiet = chip_of(None)
+    assert quiet.in_trial(3) is quiet
+    with pytest.raises(ParameterError, match=r"noise\.trial: -1, must be at least 0"):
+        chip.in_trial(-1)
+
+
 def test_intervals_vary_as_the_closed_form():
     """`var T = int D / f^3 dzeta` of a neuron that f drives, by quadrature on its own tables."""
     chip = chip_of(WHITE_NOISE, step=0.1e-3)
@@ -198,7 +213,9 @@ def test_lines_of_the_generator_move_all_neurons():
     assert (np.abs(lines.white).sum(axis=1) > 0.0).all()
     moved = np.zeros(6)
     moved[LINE_DIRECT] = 0.1
-    held = lines._replace(white=0.0 * lines.white, pace=1e-9, lag=np.full(6, 0.5 * np.pi), ripple=moved)
+    held = lines._replace(
+        white=0.0 * lines.white, pace=1e-9, phase=0.0, lag=np.full(6, 0.5 * np.pi), ripple=moved
+    )
     nothing = built.noise._replace(rows=built.noise.rows.copy(), grain=0.0 * built.noise.grain, lines=held)
     for column in (WHITE, INPUT, DRAWN):
         nothing.rows[:, :, column] = 0.0

@@ -1,6 +1,7 @@
 """A mapped network at a task: windows, samples, environments, and the same task on the ideal and on a die."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,17 +10,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from chips.aer import Events
+from chips.noise import SiliconNoise
 from chips.rolls.chip import RollsChip
 from chips.rolls.tables import Built
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.die import Die
+from circuits.silicon.process import ROLLS_180
+from circuits.silicon.silicon import Silicon
 from system.cli import certify
 from system.cli.certify_verb import Certify
 from system.cli.command_line import main
-from system.mapping.certify.player import IdealPlayer
+from system.mapping.certify.player import ChipPlayer, IdealPlayer, Player
 from system.mapping.certify.system import HEALED, SYSTEM, contents_of
-from system.mapping.certify.task import Episodes, task_of
+from system.mapping.certify.task import Episodes, Samples, task_of
 from system.mapping.chips import map_on
+from system.mapping.dynamics import Trains
 from system.mapping.network import Connection, Input, Network, Population, Probe
 from system.mapping.program_file import read_program_file, write_program
 
@@ -55,6 +61,64 @@ def test_windows_go_on_as_one_run_does() -> None:
         player([5.0], 0.02)
     with pytest.raises(ParameterError, match=r"task.window: 0.0003 s, must be whole steps"):
         player([5.0, 5.0], 3e-4)
+
+
+@pytest.fixture(scope="module")
+def noisy(folder: Path) -> ChipPlayer:
+    """The program of two sides on a die, with noise."""
+    mapped = read_program_file(folder / "p.toml")
+    return ChipPlayer(mapped, Silicon(ROLLS_180, die=Die("A", 1000)), "generator", SiliconNoise(5))
+
+
+def when(player: ChipPlayer) -> tuple[float, ...]:
+    """Times of spikes in 80 ms of events every 2 ms, from where the player is."""
+    times = np.arange(0.0, 0.08, 2e-3)
+    return tuple(player._advance(Events(times, np.zeros(times.size, np.int64)), 0.08).times.tolist())
+
+
+def samples_of(player: ChipPlayer, numbers: Sequence[int]) -> dict[int, tuple[float, ...]]:
+    found = {}
+    for k in numbers:
+        player.begin(k)
+        found[k] = when(player)
+    return found
+
+
+def test_each_sample_has_noise_of_its_own_whatever_ran_before(noisy: ChipPlayer) -> None:
+    found = samples_of(noisy, range(12))
+    assert len(set(found.values())) == 12  # of one realisation of the noise they were all one
+    assert samples_of(noisy, (7, 2, 11)) == {k: found[k] for k in (7, 2, 11)}
+
+
+def test_samples_are_numbered_as_they_begin_unless_a_task_numbers_them(noisy: ChipPlayer) -> None:
+    noisy.begin(4)
+    noisy.begin()
+    assert when(noisy) == samples_of(noisy, [5])[5]
+    for wrong in (-1, 0.5):
+        with pytest.raises(ParameterError, match=rf"task.begin: sample {wrong}, must be a whole number"):
+            noisy.begin(wrong)  # type: ignore[arg-type]
+
+
+def test_some_of_the_samples_have_the_noise_that_they_have_among_all(noisy: ChipPlayer) -> None:
+    told: dict[int, list[int]] = {}
+
+    class Spy(Player):
+        def _rest(self, number: int) -> None:
+            told[len(told)] = [number]
+
+        def _advance(self, events: Events, window: float) -> Trains:
+            told[len(told) - 1].append(round(events.times.size))
+            return Trains(np.empty(0), np.empty(0, np.int64))
+
+    inputs = 10.0 * np.arange(1, 21)[:, None] * np.ones((1, 2))  # as many events as tell the sample
+    samples = Samples(inputs, np.zeros(20, np.int64), 1.0, most=6)
+    samples(Spy(NET), 3)
+    assert len(told) == 6
+    assert all(events == 2 * 10 * (number + 1) for number, events in told.values())
+    told.clear()
+    network = Network(NET.populations, (Input("in", 9),), probes=NET.probes)
+    Episodes("CartPole-v1", (1.0, 1.5, 0.2, 2.0), 3)(Spy(network), 1)
+    assert [number for number, *_ in told.values()] == [0, 1, 2]
 
 
 def test_a_die_is_scored_beside_the_ideal_and_silence_is_wrong(folder: Path) -> None:
