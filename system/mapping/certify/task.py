@@ -3,9 +3,10 @@
 FILE.npz      `inputs`, rates of the channels (Hz, float64[samples, channels]), and `labels`, the number of
 the output that is to spike most (int64[samples]); `window_s` each, 0.1 s without; the score
 is the share that is right
-NAME-v0       an environment of Gymnasium; each number seen drives two channels by what it is above and
-below 0 over its reach, and one channel more is always on; the output that spikes most
-is the action; the score is the return over the environment's own threshold, at most 1
+NAME-v0       an environment of Gymnasium, or NAMESPACE/NAME-v0; each number seen drives two channels by what
+it is above and below 0 over its reach, and one channel more is always on; the output that
+spikes most is the action; the score is the return over the environment's own threshold, at
+most 1
 FILE.py:NAME  such a function of one's own
 """
 
@@ -13,26 +14,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from circuits.arrays import F64, I64
-from circuits.catalogue import later
-from circuits.errors import DataError, ParameterError
+from circuits.catalogue import entry_points, extra
+from circuits.errors import CircuitError, DataError, ParameterError
 from system.files.aedat4 import UNREADABLE
 from system.mapping.certify.player import MOST, Player, check_window
 from system.mapping.clock import outside
 from system.mapping.network import Network
 from system.options.code import code_of, guarded, load_code
 
-gymnasium = later("gymnasium")
-
 Task = Callable[[Player, int], float]
 WINDOW = 0.1  # s, of a sample without a window of its own; ours
 STEP, HIGHEST, ALWAYS = 20e-3, 1600.0, 0.15  # s between two actions; Hz; share of it that is always on; ours
 SEEDS = 1 << 31
+ENVIRONMENTS = "gymnasium.envs"  # entry points that register environments, by their namespace
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +82,7 @@ class Episodes:
     def check(self, network: Network) -> None:
         """Raise `ParameterError` for a network that has not the environment's channels, or its actions."""
         _check_channels(network, 2 * len(self.reach) + 1, self.name)
-        actions = int(gymnasium.make(self.name).action_space.n)
+        actions = int(environment_of(self.name).action_space.n)
         if len(network.probes) != actions:
             raise ParameterError(
                 f"task: {self.name} has {actions} actions, must be the {len(network.probes)} outputs of the"
@@ -90,7 +91,7 @@ class Episodes:
 
     def __call__(self, network: Player, seed: int) -> float:
         """Return the mean return of a run's episodes over the environment's threshold."""
-        environment = gymnasium.make(self.name)
+        environment = environment_of(self.name)
         threshold = float(environment.spec.reward_threshold)
         seeds = np.random.default_rng(seed).integers(SEEDS, size=self.count)
         returns = [self._episode(environment, network, k, int(each)) for k, each in enumerate(seeds)]
@@ -174,18 +175,41 @@ def _samples(path: Path, most: int) -> Samples:
     return Samples(inputs, told.astype(np.int64), window, most)
 
 
-def _episodes(name: str, count: int, reach: str) -> Episodes:
+def environment_of(name: str) -> Any:
+    """Return the environment of Gymnasium that an id names.
+
+    Of an id with a namespace, as `noctule/Rover-v0`, what the entry point of that name registers is found
+    without an import of its package.
+
+    Raises
+    ------
+    ParameterError
+        There is none of the id, or it cannot be made.
+    SimulatorError
+        Gymnasium is not installed.
+    """
+    gymnasium = extra("gymnasium", f'task: {name}, needs Gymnasium; pip install "noctule[gymnasium]"')
+    namespace, slash, _ = name.rpartition(":")[2].partition("/")
     try:
-        environment = gymnasium.make(name)
-    except gymnasium.error.Error as error:
-        line = " ".join(str(error).split())[:100]
-        raise ParameterError(f"task: {name}, {line}; name an environment, FILE.npz or FILE.py:NAME") from None
-    space = environment.observation_space
-    if not isinstance(environment.action_space, gymnasium.spaces.Discrete):
+        for entry in entry_points(ENVIRONMENTS).select(name=namespace) if slash else ():
+            entry.load()()
+        return gymnasium.make(name)
+    except Exception as error:
+        kind = "" if isinstance(error, gymnasium.error.Error | CircuitError) else f"{type(error).__name__}: "
+        line = f"{kind}{' '.join(str(error).split())}"[:140].rstrip(".")
+        raise ParameterError(
+            f"task: {name}, {line}; name an environment, FILE.npz or FILE.py:NAME"
+        ) from error
+
+
+def _episodes(name: str, count: int, reach: str) -> Episodes:
+    environment = environment_of(name)
+    space, spaces = environment.observation_space, import_module("gymnasium.spaces")
+    if not isinstance(environment.action_space, spaces.Discrete):
         raise ParameterError(f"task: {name} has no actions to choose from; write a FILE.py:NAME for it")
     if not environment.spec.reward_threshold:
         raise ParameterError(f"task: {name} has no threshold of its own, or 0; write a FILE.py:NAME for it")
-    if not isinstance(space, gymnasium.spaces.Box):
+    if not isinstance(space, spaces.Box):
         raise ParameterError(f"task: {name} shows no array of numbers; write a FILE.py:NAME for it")
     bounds = np.maximum(np.abs(space.low), np.abs(space.high))
     try:

@@ -1,12 +1,14 @@
 """A mapped network at a task: windows, samples, environments, and the same task on the ideal and on a die."""
 
 import re
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -21,9 +23,10 @@ from circuits.silicon.silicon import Silicon
 from system.cli import certify
 from system.cli.certify_verb import Certify
 from system.cli.command_line import main
+from system.gym.environment import Environment
 from system.mapping.certify.player import ChipPlayer, IdealPlayer, Player
 from system.mapping.certify.system import HEALED, SYSTEM, contents_of
-from system.mapping.certify.task import Episodes, Samples, task_of
+from system.mapping.certify.task import Episodes, Samples, environment_of, task_of
 from system.mapping.chips import map_on
 from system.mapping.dynamics import Trains
 from system.mapping.network import Connection, Input, Network, Population, Probe
@@ -191,6 +194,44 @@ def test_a_task_that_is_none_is_refused_in_a_line(
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert told in error
+
+
+@pytest.mark.parametrize("given", ["noctule/Rover-v0", "system.gym:noctule/Rover-v0"])
+def test_an_environment_of_ours_is_found_by_its_id_alone(given: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [name for name in gymnasium.registry if name.startswith("noctule/")]:
+        monkeypatch.delitem(gymnasium.registry, name)
+    monkeypatch.delitem(sys.modules, "system.gym", raising=False)
+    assert isinstance(environment_of(given).unwrapped, Environment)
+    with pytest.raises(ParameterError, match=f"task: {given} has no actions to choose from; write a FILE.py"):
+        task_of(given, 1, "")
+
+
+def test_an_environment_of_another_package_is_found_by_its_entry_point(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def register() -> None:
+        gymnasium.register("plugged/Pole-v0", "gymnasium.envs.classic_control:CartPoleEnv", 475.0, 500)
+
+    monkeypatch.setattr(gymnasium.envs.registration, "registry", gymnasium.registry.copy())
+    own = SimpleNamespace(load=lambda: register)
+    groups = SimpleNamespace(select=lambda name: [own] if name == "plugged" else [])
+    monkeypatch.setattr("system.mapping.certify.task.entry_points", lambda _: groups)
+    found = task_of("plugged/Pole-v0", 3, "1,1.5,0.2,2")
+    assert found == Episodes("plugged/Pole-v0", (1.0, 1.5, 0.2, 2.0), 3)
+
+
+@pytest.mark.parametrize(
+    ("task", "told"),
+    [
+        ("nosuch:Pole-v0", "task: nosuch:Pole-v0, ModuleNotFoundError: No module named 'nosuch'"),
+        ("noctule/System-v0", "missing 1 required positional argument: 'system'"),
+        ("noctule/Nope-v0", "Environment `Nope` doesn't exist in namespace noctule"),
+    ],
+)
+def test_an_environment_that_cannot_be_made_is_refused_in_a_line(task: str, told: str) -> None:
+    with pytest.raises(ParameterError, match=re.escape(told)) as found:
+        task_of(task, 1, "")
+    assert "\n" not in str(found.value)
 
 
 @pytest.mark.parametrize("task", ["FrozenLake-v1", "Blackjack-v1"])
