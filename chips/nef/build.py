@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from time import perf_counter
 
 import numpy as np
 
@@ -28,6 +29,18 @@ from circuits.arrays import F64, I64
 from circuits.errors import ParameterError, TopologyError
 
 _NOWHERE = -1  # slot of a lane that is read
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """How well decoders fit.
+
+    misses: root mean square of what they miss of each result over the points, in its unit, float64[results];
+    seconds: for which they were sought, s.
+    """
+
+    misses: F64
+    seconds: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,6 +63,8 @@ class Built:
         Lanes of a node's input or of a probe, by its name.
     solved : mapping of Connection or Probe to tuple of array
         Decoders of what is decoded, value a Hz, float64[neurons, results] of each population before it.
+    fits : mapping of Connection or Probe to tuple of Fit
+        How well these fit, where they were solved for.
     placed : Placed or None
         Its codes on a chip; None of ideal neurons.
     chip : ChipNet or None
@@ -69,6 +84,7 @@ class Built:
     given: Mapping[str, slice]
     read: Mapping[str, slice]
     solved: Mapping[Connection | Probe, tuple[F64, ...]]
+    fits: Mapping[Connection | Probe, tuple[Fit, ...]]
     placed: Placed | None = None
     chip: ChipNet | None = None
     noise: NefNoise | None = None
@@ -128,8 +144,9 @@ def build(
     for probe in network.probes:
         wiring.probe(probe)
     built = Built(
-        network, wiring.net(taus), populations, wiring.drive(), wiring.given, wiring.read, wiring.solved
-    )
+        network, wiring.net(taus), populations, wiring.drive(), wiring.given, wiring.read, wiring.solved,
+        wiring.fits,
+    )  # fmt: skip
     if not isinstance(curves, Conditions):
         return built
     tau = np.array([tau for _, tau in wiring.lanes])
@@ -208,6 +225,7 @@ class _Wiring:
         self.driven: list[tuple[int, int, float]] = []
         self.read: dict[str, slice] = {}
         self.solved: dict[Connection | Probe, tuple[F64, ...]] = {}
+        self.fits: dict[Connection | Probe, tuple[Fit, ...]] = {}
         self.given: dict[str, slice] = {}
         column = 0
         for node in network.nodes:
@@ -227,7 +245,7 @@ class _Wiring:
             probe.target, probe.name, probe.function, probe.transform, probe.synapse, probe.points,
             probe.regularisation, probe.solver, probe.decoders,
         )  # fmt: skip
-        values = self._decoders(as_connection)
+        values = self._decoders(as_connection, probe)
         self.solved[probe] = tuple(decoders for _, decoders, _ in values)
         matrix = _matrix(as_connection, self._size(values))
         lanes = self.reading(len(matrix), probe.synapse)
@@ -237,7 +255,7 @@ class _Wiring:
     def connect(self, c: Connection) -> None:
         """Wire a connection."""
         if c.pre in self.by_name:
-            values = self._decoders(c)
+            values = self._decoders(c, c)
             self.solved[c] = tuple(decoders for _, decoders, _ in values)
             matrix, ends = self._ends(c, self._size(values))
             self._spread(values, matrix, ends)
@@ -250,10 +268,13 @@ class _Wiring:
         for row, lanes in zip(matrix, ends, strict=True):
             self.driven += [(lane, begin + j, float(w)) for lane in lanes for j, w in enumerate(row) if w]
 
-    def _decoders(self, c: Connection) -> list[tuple[int, F64, slice]]:
-        """Of each population before a connection: number, float64[n, k], and which results they are."""
+    def _decoders(self, c: Connection, key: Connection | Probe) -> list[tuple[int, F64, slice]]:
+        """Of each population before a connection: number, float64[n, k], and which results they are.
+
+        key: what `fits` calls it.
+        """
         part = self.network.ensemble(c.pre)
-        found, at = [], 0
+        found, fits, at = [], [], 0
         for held in self.by_name[part.name]:
             p = held
             if c.decoders is not None:
@@ -273,9 +294,13 @@ class _Wiring:
                     f"{label(c)}: no neuron of {held.ensemble.name} fires at the points where its function is"
                     " fitted; choose others, or other intercepts"
                 )
+            begun = perf_counter()
             solved = c.solver(p.rates, values) if c.solver else p.decoders(values, c.regularisation)
+            seconds = perf_counter() - begun
+            fits.append(Fit(np.sqrt(((p.rates @ solved - values) ** 2).mean(axis=0)), seconds))
             found.append((self.number[id(held)], solved, slice(at, at + values.shape[1])))
             at += values.shape[1]
+        self.fits[key] = tuple(fits)
         return found
 
     @staticmethod

@@ -3,7 +3,8 @@
 `data[probe]` is what the probe has seen, `data[ensemble]` nengo's `BuiltEnsemble` and `data[connection]` its
 `BuiltConnection`. Gains and biases are those of nengo's own neurons at the rates and intercepts that were
 drawn, as `nengo.utils.ensemble.tuning_curves` takes them; the decoders in `weights` are those that were
-solved from the curves of this very chip, before they are rounded to its codes.
+solved from the curves of this very chip, before they are rounded to its codes, and `solver_info` tells of
+that.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from nengo.builder.connection import BuiltConnection
 from nengo.builder.ensemble import BuiltEnsemble
 
 from chips.nef.build import Built
-from chips.nef.nengo.plan import Plan
+from chips.nef.nengo.plan import Plan, Solving
 from circuits.arrays import F64
 from circuits.errors import UnknownNameError
 
@@ -120,10 +121,17 @@ class Data(Mapping[Any, Any]):
         plain = isinstance(c.transform, nengo.transforms.NoTransform)
         sample = np.ones(()) if plain else np.asarray(c.transform.sample(), dtype=float)
         if own is None or isinstance(c.pre_obj, nengo.ensemble.Neurons):
-            return BuiltConnection(None, {}, None if plain else sample, c.transform)
+            return BuiltConnection(None, None, None if plain else sample, c.transform)
         (decoders,) = self._built.solved[own]
         points = None if isinstance(c.solver, nengo.solvers.NoSolver) else own.points
-        return BuiltConnection(points, {}, _times(sample, decoders.T), c.transform)
+        return BuiltConnection(points, self._info(own), _times(sample, decoders.T), c.transform)
+
+    def _info(self, own: Any) -> dict[str, Any]:
+        """What nengo's solver tells; of the usual one, which is ours, its errors and its time, s."""
+        if isinstance(own.solver, Solving):
+            return own.solver.info
+        (fit,) = self._built.fits[own]
+        return {"rmses": fit.misses, "time": fit.seconds}
 
 
 @dataclass(frozen=True, slots=True)

@@ -177,6 +177,19 @@ def _ideal(ensembles: list[Any]) -> IdealCurves:
     return IdealCurves(*found.pop()) if found else IdealCurves()
 
 
+class Solving:
+    """A solver of nengo's as a connection takes it; `info` is what it told of its last solution."""
+
+    def __init__(self, solver: Any, rng: np.random.RandomState) -> None:
+        self.info: dict[str, Any] = {}
+        self._solver, self._rng = solver, rng
+
+    def __call__(self, rates: F64, values: F64) -> F64:
+        """Return decoders, float64[neurons, k], of values, float64[m, k], at rates of float64[m, neurons]."""
+        found, self.info = self._solver(rates, values, rng=self._rng)
+        return np.asarray(found)
+
+
 def _solver(solver: Any, rng: np.random.RandomState, label: str) -> dict[str, Any]:
     """Fields of a connection or probe for a solver of nengo's."""
     if solver.weights:
@@ -184,11 +197,7 @@ def _solver(solver: Any, rng: np.random.RandomState, label: str) -> dict[str, An
     usual = type(solver) is nengo.solvers.LstsqL2 and type(solver.solver) is lstsq.Cholesky
     if usual and solver.reg > 0.0:
         return {"regularisation": solver.reg}
-
-    def solve(rates: F64, values: F64) -> F64:
-        return np.asarray(solver(rates, values, rng=rng)[0])
-
-    return {"solver": solve}
+    return {"solver": Solving(solver, rng)}
 
 
 def _basis(network: Any, node: Any, seen: tuple[Any, ...]) -> F64:

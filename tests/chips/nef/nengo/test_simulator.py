@@ -390,3 +390,36 @@ def test_times_and_steps_that_are_none_are_refused() -> None:
         ours.run(float("nan"))
     ours.run_steps(np.int64(3))
     assert ours.n_steps == 3
+
+
+def test_what_a_solver_tells_is_there_as_nengo_tells_it() -> None:
+    solvers = nengo.solvers
+    with nengo.Network(seed=3) as net:
+        node, out = nengo.Node([0.3, 0.1]), nengo.Node(size_in=1)
+        a, b = nengo.Ensemble(60, 2), nengo.Ensemble(40, 1)
+        decoded = [
+            nengo.Connection(a, b, function=lambda x: x[0] * x[1]),
+            nengo.Connection(a[0], out),
+            nengo.Connection(a[1], b, solver=solvers.LstsqL2(reg=0.01)),
+            nengo.Connection(a[0], b, solver=solvers.Lstsq()),
+            nengo.Connection(a[0], b, solver=solvers.LstsqDrop()),
+            nengo.Connection(a[0], b, solver=solvers.NoSolver(np.zeros((60, 1)))),
+        ]
+        others = [
+            nengo.Connection(node, a),
+            nengo.Connection(a.neurons, b, transform=np.zeros((1, 60))),
+            nengo.Connection(node[0], out),
+        ]
+    with nengo.Simulator(net, progress_bar=None) as theirs:
+        told = theirs.data
+    ours, on_chip = Simulator(net, chip=None), Simulator(net)
+    for c in others:
+        assert told[c].solver_info is None
+        assert ours.data[c].solver_info is None
+    for c in decoded:
+        asked, found = told[c].solver_info, ours.data[c].solver_info
+        assert found.keys() == asked.keys() == on_chip.data[c].solver_info.keys()
+        if "rmses" in asked:
+            assert found["rmses"] == pytest.approx(asked["rmses"], rel=1e-6)
+            assert 0.5 < float(on_chip.data[c].solver_info["rmses"][0] / asked["rmses"][0]) < 2.0
+            assert found["time"] > 0.0
