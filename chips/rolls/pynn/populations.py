@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from chips.rolls.pynn.cells import RollsNeuron, SpikeSourceArray, SpikeSourcePoi
 from chips.rolls.pynn.recording import Recorder
 from chips.rolls.pynn.simulator import ID, MS, WINDOW, simulator
 from circuits.arrays import F64
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, UnknownNameError
 
 _SOURCES = (SpikeSourceArray, SpikeSourcePoisson)
 
@@ -23,6 +24,17 @@ class Assembly(common.Assembly):  # type: ignore[misc]  # PyNN has no types
 
     _simulator = simulator
 
+    @property
+    def receptor_types(self) -> list[str]:
+        """Those of all its populations, in the order of the first's; the first one is the usual one."""
+        first, *others = (each.receptor_types for each in self.populations)
+        return [name for name in first if all(name in each for each in others)]
+
+    @property
+    def position_generator(self) -> Any:
+        """Positions of cells, in rows as those of a population; PyNN's are in columns."""
+        return lambda places: self.positions.T[places]
+
 
 class PopulationView(common.PopulationView):  # type: ignore[misc]  # PyNN has no types
     """Some cells of a population."""
@@ -31,6 +43,7 @@ class PopulationView(common.PopulationView):  # type: ignore[misc]  # PyNN has n
     _assembly_class = Assembly
 
     def _get_parameters(self, *names: str) -> ParameterSpace:
+        self.grandparent.check_names(names)
         values = {name: simplify(self.grandparent.parameters[name][self._places()]) for name in names}
         return ParameterSpace(values, shape=(self.size,))
 
@@ -56,6 +69,11 @@ class Population(common.Population):  # type: ignore[misc]  # PyNN has no types
     _simulator = simulator
     _recorder_class = Recorder
     _assembly_class = Assembly
+
+    def __init__(self, size: Any, cellclass: Any, cellparams: Any = None, *given: Any, **named: Any) -> None:
+        if isinstance(cellclass, type) and cellparams is None:
+            cellparams = {}
+        super().__init__(size, cellclass, cellparams, *given, **named)
 
     def events(self, cell: int, begin: float, stop: float) -> F64:
         """Return the events of a source from `begin` to before `stop`, ms, in their order."""
@@ -126,7 +144,16 @@ class Population(common.Population):  # type: ignore[misc]  # PyNN has no types
         _check(self.parameters, self.label)
         simulator.state.populations.append(self)
 
+    def check_names(self, names: Iterable[str]) -> None:
+        """Raise `UnknownNameError` for a parameter that its cells do not have."""
+        for name in names:
+            if name not in self.parameters:
+                raise UnknownNameError(
+                    f"pynn.{self.label}.{name}: not a parameter, must be {', '.join(self.parameters)}"
+                )
+
     def _get_parameters(self, *names: str) -> ParameterSpace:
+        self.check_names(names)
         return ParameterSpace({name: simplify(self.parameters[name]) for name in names}, shape=(self.size,))
 
     def _set_parameters(self, parameter_space: ParameterSpace) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pyNN import common
+from pyNN import common, connectors
 from pyNN.space import Space
 
 from chips.rolls.pynn.cells import StaticSynapse
@@ -70,7 +70,11 @@ class Projection(common.Projection):  # type: ignore[misc]  # PyNN has no types
                 " other synapses here"
             )
         self.connections: list[Connection] = []
+        if isinstance(connector, connectors.OneToOneConnector):  # PyNN's takes no population of one cell
+            connector = connectors.ArrayConnector(np.eye(*self.shape, dtype=np.bool_), safe=connector.safe)
         connector.connect(self)
+        if isinstance(connector, connectors.FromListConnector):
+            _check_list(connector.conn_list, self)
         simulator.state.projections.append(self)
 
     def __len__(self) -> int:
@@ -123,3 +127,18 @@ class Projection(common.Projection):  # type: ignore[misc]  # PyNN has no types
             )
             for k, weight, delay in zip(origins, weights, delays, strict=True)
         ]
+
+
+def _check_list(rows: Any, projection: Projection) -> None:
+    """Raise `ParameterError` for a row with a cell that a projection does not have, which PyNN leaves out."""
+    if not len(rows):
+        return
+    cells = np.asarray(rows, dtype=np.float64)[:, :2]
+    there = (cells >= 0.0) & (cells < projection.shape) & (cells == np.round(cells))
+    wrong = np.flatnonzero(~there.all(axis=1))
+    if wrong.size:
+        (pre, post), last = cells[wrong[0]], [size - 1 for size in projection.shape]
+        raise ParameterError(
+            f"pynn.{projection.label}: listed from {pre:g} to {post:g}, must be from cells 0 to {last[0]}"
+            f" to cells 0 to {last[1]}"
+        )

@@ -100,6 +100,8 @@ class State(common.control.BaseState):  # type: ignore[misc]  # PyNN has no type
         """Take so many places, and return the ids of their cells, int64[count]."""
         self.check_open(label)
         used = len(self.neurons)
+        if count < 1:
+            raise ParameterError(f"pynn.{label}: {count} cells, must be >= 1; leave the population out")
         if used + count > NEURONS:
             raise ParameterError(
                 f"pynn.{label}: {count} cells, must be <= {NEURONS - used}; neurons and sources share the"

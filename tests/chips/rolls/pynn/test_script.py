@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyNN.connectors
 import pytest
 
 import chips.rolls.pynn as sim
@@ -195,3 +197,73 @@ def test_weights_are_set_as_pynn_sets_them_and_not_after_the_first_run() -> None
     with pytest.raises(CircuitError, match="changed after the first run"):
         some[0].weight = 3
     assert set(some.get("weight", format="array").ravel()) == {2.0}
+
+
+@pytest.mark.parametrize(("before", "after"), [(1, 1), (1, 3), (3, 1), (3, 3)])
+@pytest.mark.parametrize("made", [sim.OneToOneConnector, pyNN.connectors.OneToOneConnector])
+def test_cells_connect_one_to_one_however_few_they_are(made: Any, before: int, after: int) -> None:
+    source = sim.Population(before + 2, sim.SpikeSourcePoisson(rate=9.0))
+    neurons = sim.Population(after + 2, sim.RollsNeuron())
+    for pre, post in ((source[1 : 1 + before], neurons[1 : 1 + after]), (source[0:1], neurons[0:1])):
+        weights = sim.RandomDistribution("uniform_int", (1, 4), rng=sim.NumpyRNG(seed=1))
+        found = sim.Projection(pre, post, made(), sim.StaticSynapse(weight=weights))
+        assert [each[:2] for each in found.get("weight", "list")] == [
+            (k, k) for k in range(min(pre.size, post.size))
+        ]
+
+
+def test_synapses_onto_an_assembly_excite_unless_asked_whatever_the_order_of_a_set() -> None:
+    source = sim.Population(1, sim.SpikeSourcePoisson(rate=300.0))
+    both = sim.Population(2, sim.RollsNeuron()) + sim.Population(2, sim.RollsNeuron())
+    assert both.receptor_types == ["excitatory", "inhibitory"]
+    found = sim.Projection(source, both, sim.AllToAllConnector(), sim.StaticSynapse(weight=4))
+    assert found.receptor_type == "excitatory"
+    assert (sim.program().levels[:4, 255] == 4).all()
+
+
+def test_cells_of_an_assembly_are_where_they_stand() -> None:
+    line = sim.Population(3, sim.RollsNeuron(), structure=sim.Line(dx=10.0))
+    near = sim.DistanceDependentProbabilityConnector("d < 5")
+    found = [
+        sim.Projection(line, post, near, sim.StaticSynapse()).get("weight", "list")
+        for post in (line, sim.Assembly(line))
+    ]
+    assert [each[:2] for each in found[0]] == [each[:2] for each in found[1]] == [(k, k) for k in range(3)]
+    one = sim.Assembly(line[0:1])
+    weights = sim.Projection(line, one, sim.AllToAllConnector(), sim.StaticSynapse(weight="1 + (d > 5)"))
+    assert weights.get("weight", "array").ravel().tolist() == [1.0, 2.0, 2.0]
+
+
+@pytest.mark.parametrize("row", [(0, 2), (0, -1), (-1, 0), (0.5, 0)])
+def test_a_list_with_a_cell_that_is_not_there_is_refused(row: tuple[float, float], tmp_path: Path) -> None:
+    one = sim.Population(2, sim.RollsNeuron(), label="one")
+    np.savetxt(tmp_path / "list.txt", [(1, 1, 2.0, 0.4), (*row, 2.0, 0.4)])
+    for connector in (
+        sim.FromListConnector([(1, 1), row]),
+        sim.FromFileConnector(str(tmp_path / "list.txt")),
+    ):
+        with pytest.raises(
+            CircuitError, match=r"pynn.one→one: listed from .*, must be from cells 0 to 1 to cells"
+        ):
+            sim.Projection(one, one, connector, sim.StaticSynapse())
+    assert not sim.program().levels.any()
+
+
+def test_a_kind_of_cells_may_be_given_for_its_usual_cell() -> None:
+    with pytest.warns(DeprecationWarning, match="celltype class"):
+        found = sim.Population(2, sim.RollsNeuron)
+    assert not np.any(found.get("slow_leak"))
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        (lambda _: sim.Population(0, sim.RollsNeuron(), label="none"), "pynn.none: 0 cells, must be >= 1"),
+        (lambda one: one.get("tau_m"), "pynn.one.tau_m: not a parameter, must be slow_leak"),
+        (lambda one: one[0:1].get("tau_m"), "pynn.one.tau_m: not a parameter, must be slow_leak"),
+    ],
+)
+def test_what_is_not_there_is_told_in_a_line(asked: Callable[[Any], object], told: str) -> None:
+    one = sim.Population(2, sim.RollsNeuron(), label="one")
+    with pytest.raises(CircuitError, match=told):
+        asked(one)
