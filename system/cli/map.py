@@ -34,6 +34,8 @@ from system.mapping.run import check_channels
 from system.plot import check_picture, save_picture
 from system.spikes.read import read_spikes
 
+FOREVER = 1.0  # s, of a membrane: three times as long as the longest of ROLLS; ours
+
 
 def map_command(asked: Map) -> None:
     """Put a network on a chip, print what it makes of it, and write the program."""
@@ -41,6 +43,8 @@ def map_command(asked: Map) -> None:
     check_program_path(asked.output)
     network = read_any(asked.network, _times(asked))
     nodes = judged(read_graph(asked.network)) if asked.network.lower().endswith(SUFFIX) else ()
+    if nodes and asked.graph_unit is None:
+        _check_seconds(network)
     with working(f"mapping on {asked.chip}"):
         mapped = map_on(asked.chip, network, _usual(network, asked.input))
     write_any_program(asked.output, asked.chip, mapped)
@@ -63,6 +67,16 @@ def _times(asked: Map) -> Times:
         for text, name in ((asked.graph_unit, "graph_unit"), (asked.graph_event, "graph_event"))
     )
     return Times(1.0 if unit is None else unit, event)
+
+
+def _check_seconds(network: AnyNetwork) -> None:
+    """Raise `ParameterError` for a membrane that no chip has, as of a graph that does not count in seconds."""
+    for p in network.populations if isinstance(network, Network) else ():
+        if p.tau >= FOREVER:
+            raise ParameterError(
+                f"{p.name}.tau: {p.tau:g} s, no chip has such a membrane; say what 1 is of the graph's times,"
+                " as by `graph_unit=1ms`"
+            )
 
 
 def _usual(network: AnyNetwork, path: str | None) -> Usual | None:

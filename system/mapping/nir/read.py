@@ -182,11 +182,13 @@ def network_of_graph(graph: Any, times: Times = STANDARD) -> Network:
         *(Input(name, sizes[name]) for name in ways if name in flat.inputs),
         *(Input(name, 1, RATE) for name in biases),
     )
-    connections, probes = [], []
+    connections: list[tuple[tuple[str, ...], Connection]] = []
+    probes: list[Probe] = []
     for name, found in {**ways, **biases}.items():
         for way in found:
             if way.node in flat.outputs:
                 _check_readout(name, way)
+                _check_alone(name, way.node, probes)
                 probes += [Probe(way.node, name, *(() if way.tau is None else (times.unit * way.tau,)))]
             else:
                 made = _connection(name, way, flat.nodes[way.node], sizes[way.node], times)
@@ -204,6 +206,8 @@ def _judged(where: str, node: Any) -> Judged:
     if is_linear(node) and bias_of(node).any():
         note = f"weights, and a bias: regular events at {RATE:g} Hz of an input of its own"
         return Judged(where, kind, "approximate", note)
+    if is_linear(node):  # a delay of 0 too
+        return Judged(where, kind, "faithful", _KNOWN[kind].note if kind != "Delay" else "none, of 0")
     return Judged(where, kind, _KNOWN[kind].rolls, _KNOWN[kind].note)
 
 
@@ -249,6 +253,8 @@ def _gather(
     edges += [(f"{path}{a}", f"{path}{b}") for a, b in graph.edges]
     for name, node in graph.nodes.items():
         where = f"{path}{name}"
+        if where in nodes or where in ends:
+            raise ParameterError(f"{where}: is the path of two nodes, must be of one; rename one of them")
         if type(node).__name__ != "NIRGraph":
             nodes[where] = node
             continue
@@ -327,6 +333,16 @@ def _check_readout(source: str, way: Way) -> None:
         )
 
 
+def _check_alone(source: str, output: str, probes: Sequence[Probe]) -> None:
+    """Raise `ParameterError` for an output that has a probe already."""
+    others = [probe.population for probe in probes if probe.name == output]
+    if others:
+        raise ParameterError(
+            f"{output}: comes from {others[0]} and {source}, must come once, from one population; give each"
+            " way an output of its own"
+        )
+
+
 def _connection(source: str, way: Way, node: Any, size: int, times: Times) -> Connection:
     """The connection of a way: weights as the network has them, and their time constant."""
     weights = way.signal.reshape(-1, way.signal.shape[-1])
@@ -376,8 +392,11 @@ def _size(flat: Flat, name: str, ways: Mapping[str, tuple[Way, ...]]) -> int:
 def _one_value(where: str, name: str, values: Any) -> float:
     found = np.asarray(values, dtype=np.float64)
     low, high = float(found.min()), float(found.max())
-    if not low > 0.0 or high > low * (1.0 + _ALIKE):
-        raise ParameterError(f"{where}.{name}: {low:g} to {high:g} s, must be one above 0; split the node")
+    if not 0.0 < low <= high < np.inf:
+        wrong = found[~((found > 0.0) & (found < np.inf))].flat[0]
+        raise ParameterError(f"{where}.{name}: {wrong:g} s, must be above 0 and finite; mend it")
+    if high > low * (1.0 + _ALIKE):
+        raise ParameterError(f"{where}.{name}: {low:g} to {high:g} s, must be one; split the node")
     return low if low == high else float(found.mean())
 
 

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import nir
 import numpy as np
 import pytest
 
@@ -101,3 +102,18 @@ def test_bad_input_is_one_line(
     assert error.count("\n") == 1
     assert told in error
     assert not Path("x.toml").exists()
+
+
+def test_a_graph_whose_times_are_no_seconds_is_told_how_to_say_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ones = np.ones(2)
+    neuron = nir.LIF(tau=20.0 * ones, r=ones, v_leak=0.0 * ones, v_threshold=ones)
+    nir.write(tmp_path / "g.nir", nir.NIRGraph.from_list(nir.Linear(0.5 * np.eye(2)), neuron))
+    words = ["map", str(tmp_path / "g.nir"), "--chip", "rolls", "-o", str(tmp_path / "p.toml")]
+    capsys.readouterr()
+    assert main(words) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "lif.tau: 20 s, no chip has such a membrane" in line
+    assert line.endswith("as by --graph-unit 1ms")
+    assert main([*words, "--graph-unit", "1ms", "--graph-event", "1ms"]) == 0

@@ -17,7 +17,7 @@ from system.mapping.dynamics import asked, rates_of, run
 from system.mapping.network import Connection, Network, matrix_of
 from system.mapping.network_file import read_network
 from system.mapping.nir.nodes import DIRECT, NODES, RATE, SHARE, SLOW, linear
-from system.mapping.nir.read import Times, network_of_graph, read_nir
+from system.mapping.nir.read import Times, judged, network_of_graph, read_nir
 from system.mapping.nir.write import write_nir_network
 
 EXAMPLE = Path("examples/working-memory.toml")
@@ -176,11 +176,38 @@ def test_a_network_with_a_clock_is_no_graph(tmp_path: Path) -> None:
         ((nir.Affine(np.eye(2), np.ones(3)), lif(2)), "affine.bias: 3 numbers, must be of 2"),
         ((lif(2, tau=np.array([1e-3, 2e-3])),), "lif.tau: 0.001 to 0.002 s, must be one"),
         ((lif(2, v_leak=-np.ones(2)),), "lif.v_reset: 1 from v_leak, must be v_leak"),
+        ((lif(2, tau=np.array([1e-3, 0.0])),), "lif.tau: 0 s, must be above 0 and finite"),
+        ((lif(2, tau=np.full(2, np.inf)),), "lif.tau: inf s, must be above 0 and finite"),
     ],
 )
 def test_what_a_network_cannot_be_is_refused_by_its_node(nodes: tuple[Any, ...], told: str) -> None:
     with pytest.raises(ParameterError, match=told):
         network_of_graph(nir.NIRGraph.from_list(*nodes))
+
+
+def test_a_delay_of_0_is_none() -> None:
+    weights = nir.Linear(0.02 * np.arange(1.0, 5.0).reshape(2, 2))
+    plain = network_of_graph(nir.NIRGraph.from_list(weights, lif(2)))
+    graph = nir.NIRGraph.from_list(weights, nir.Delay(np.zeros(2)), lif(2))
+    assert network_of_graph(graph).connections == plain.connections
+    assert {each.how for each in judged(graph) if each.type == "Delay"} == {"faithful"}
+
+
+def test_an_output_of_two_populations_and_a_path_of_two_nodes_are_refused() -> None:
+    ends = nir.Input({"input": np.array([2])}), nir.Output({"output": np.array([2])})
+    graph = nir.NIRGraph(
+        {"i": ends[0], "a": lif(2), "b": lif(2), "o": ends[1]},
+        [("i", "a"), ("i", "b"), ("a", "o"), ("b", "o")],
+    )
+    with pytest.raises(ParameterError, match="o: comes from a and b, must come once, from one population"):
+        network_of_graph(graph)
+    inner = nir.NIRGraph({"i": ends[0], "a": lif(2), "o": ends[1]}, [("i", "a"), ("a", "o")])
+    graph = nir.NIRGraph(
+        {"i": ends[0], "g": inner, "g.a": lif(2), "o": ends[1]},
+        [("i", "g"), ("g", "g.a"), ("g.a", "o")],
+    )
+    with pytest.raises(ParameterError, match=r"g\.a: is the path of two nodes, must be of one"):
+        network_of_graph(graph)
 
 
 def test_a_loop_without_a_neuron_and_a_file_that_is_none_are_refused(tmp_path: Path) -> None:
