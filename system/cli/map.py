@@ -70,7 +70,7 @@ def _times(asked: Map) -> Times:
 
 
 def _check_seconds(network: AnyNetwork) -> None:
-    """Raise `ParameterError` for a membrane that no chip has, as of a graph that does not count in seconds."""
+    """Raise `ParameterError` for a membrane that no chip has, as of a graph that counts otherwise."""
     for p in network.populations if isinstance(network, Network) else ():
         if p.tau >= FOREVER:
             raise ParameterError(

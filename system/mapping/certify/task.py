@@ -14,20 +14,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from circuits.arrays import F64, I64
-from circuits.catalogue import entry_points, extra
+from circuits.catalogue import entry_points, later
 from circuits.errors import CircuitError, DataError, ParameterError
 from system.files.aedat4 import UNREADABLE
 from system.mapping.certify.player import MOST, Player, check_window
 from system.mapping.clock import outside
 from system.mapping.network import Network
 from system.options.code import code_of, guarded, load_code
+
+gymnasium = later("gymnasium")
 
 Task = Callable[[Player, int], float]
 WINDOW = 0.1  # s, of a sample without a window of its own; ours
@@ -184,18 +185,20 @@ def environment_of(name: str) -> Any:
     Raises
     ------
     ParameterError
-        There is none of the id, or it cannot be made.
-    SimulatorError
-        Gymnasium is not installed.
+        There is none of the id, it cannot be made, or Gymnasium is not installed.
     """
-    gymnasium = extra("gymnasium", f'task: {name}, needs Gymnasium; pip install "noctule[gymnasium]"')
     namespace, slash, _ = name.rpartition(":")[2].partition("/")
     try:
         for entry in entry_points(ENVIRONMENTS).select(name=namespace) if slash else ():
             entry.load()()
         return gymnasium.make(name)
+    except ModuleNotFoundError as error:
+        lacking = error.name == "gymnasium"
+        remedy = 'pip install "noctule[gymnasium]"' if lacking else "name an environment that is installed"
+        raise ParameterError(f"task: {name}, {' '.join(str(error).split())[:140]}; {remedy}") from None
     except Exception as error:
-        kind = "" if isinstance(error, gymnasium.error.Error | CircuitError) else f"{type(error).__name__}: "
+        told = isinstance(error, CircuitError) or type(error).__module__.startswith("gymnasium")
+        kind = "" if told else f"{type(error).__name__}: "
         line = f"{kind}{' '.join(str(error).split())}"[:140].rstrip(".")
         raise ParameterError(
             f"task: {name}, {line}; name an environment, FILE.npz or FILE.py:NAME"
@@ -204,7 +207,7 @@ def environment_of(name: str) -> Any:
 
 def _episodes(name: str, count: int, reach: str) -> Episodes:
     environment = environment_of(name)
-    space, spaces = environment.observation_space, import_module("gymnasium.spaces")
+    space, spaces = environment.observation_space, gymnasium.spaces
     if not isinstance(environment.action_space, spaces.Discrete):
         raise ParameterError(f"task: {name} has no actions to choose from; write a FILE.py:NAME for it")
     if not environment.spec.reward_threshold:

@@ -16,6 +16,7 @@ from chips.aer import Events
 from chips.noise import SiliconNoise
 from chips.rolls.chip import RollsChip
 from chips.rolls.tables import Built
+from circuits.catalogue import later
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
@@ -223,7 +224,7 @@ def test_an_environment_of_another_package_is_found_by_its_entry_point(
 @pytest.mark.parametrize(
     ("task", "told"),
     [
-        ("nosuch:Pole-v0", "task: nosuch:Pole-v0, ModuleNotFoundError: No module named 'nosuch'"),
+        ("nosuch:Pole-v0", "task: nosuch:Pole-v0, No module named 'nosuch'"),
         ("noctule/System-v0", "missing 1 required positional argument: 'system'"),
         ("noctule/Nope-v0", "Environment `Nope` doesn't exist in namespace noctule"),
     ],
@@ -232,6 +233,13 @@ def test_an_environment_that_cannot_be_made_is_refused_in_a_line(task: str, told
     with pytest.raises(ParameterError, match=re.escape(told)) as found:
         task_of(task, 1, "")
     assert "\n" not in str(found.value)
+
+
+def test_without_gymnasium_what_to_install_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("system.mapping.certify.task.gymnasium", later("gymnasium"))
+    monkeypatch.setitem(sys.modules, "gymnasium", None)
+    with pytest.raises(ParameterError, match=r'task: CartPole-v1, .*; pip install "noctule\[gymnasium\]"'):
+        task_of("CartPole-v1", 1, "")
 
 
 @pytest.mark.parametrize("task", ["FrozenLake-v1", "Blackjack-v1"])
