@@ -59,6 +59,12 @@ class Projection(common.Projection):  # type: ignore[misc]  # PyNN has no types
             raise ParameterError(
                 f"pynn.{postsynaptic_neurons.label}: sources have no synapses; project to neurons"
             )
+        if isinstance(synapse_type, StaticSynapse) and not isinstance(
+            connector, connectors.FromListConnector
+        ):
+            called = label or f"{presynaptic_neurons.label}→{postsynaptic_neurons.label}"
+            shape = presynaptic_neurons.size, postsynaptic_neurons.size
+            _check_shape(synapse_type.parameter_space["weight"].base_value, shape, called)
         super().__init__(
             presynaptic_neurons, postsynaptic_neurons, connector, synapse_type, source, receptor_type,
             space or Space(), label,
@@ -142,3 +148,11 @@ def _check_list(rows: Any, projection: Projection) -> None:
             f"pynn.{projection.label}: listed from {pre:g} to {post:g}, must be from cells 0 to {last[0]}"
             f" to cells 0 to {last[1]}"
         )
+
+
+def _check_shape(weights: Any, shape: tuple[int, int], label: str) -> None:
+    """Raise `ParameterError` for an array of weights of another shape, of which PyNN takes a corner."""
+    given = np.shape(weights) if isinstance(weights, np.ndarray) else ()
+    if given and given != shape:
+        told, asked = (" x ".join(map(str, each)) for each in (given, shape))
+        raise ParameterError(f"pynn.{label}.weight: an array of {told}, must be {asked}; mend it")

@@ -259,6 +259,18 @@ def test_a_kind_of_cells_may_be_given_for_its_usual_cell() -> None:
     ("asked", "told"),
     [
         (lambda _: sim.Population(0, sim.RollsNeuron(), label="none"), "pynn.none: 0 cells, must be >= 1"),
+        (
+            lambda one: sim.Projection(
+                one, one, sim.AllToAllConnector(), sim.StaticSynapse(weight=np.ones((3, 3)))
+            ),
+            "pynn.one→one.weight: an array of 3 x 3, must be 2 x 2",
+        ),
+        (
+            lambda one: sim.Projection(
+                one, one[0:1], sim.AllToAllConnector(), sim.StaticSynapse(weight=np.ones((1, 2))), label="p"
+            ),
+            "pynn.p.weight: an array of 1 x 2, must be 2 x 1",
+        ),
         (lambda one: one.get("tau_m"), "pynn.one.tau_m: not a parameter, must be slow_leak"),
         (lambda one: one[0:1].get("tau_m"), "pynn.one.tau_m: not a parameter, must be slow_leak"),
     ],
