@@ -245,7 +245,7 @@ class RollsChip:
         return other
 
     def in_trial(self, trial: int) -> RollsChip:
-        """Return the chip with the noise of a trial, and the same tables; itself where it has no noise.
+        """Return the chip with the noise of `trial`, and the same tables; itself where it has none.
 
         Raises `ParameterError` for a trial below 0.
         """
