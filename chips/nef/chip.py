@@ -85,13 +85,15 @@ class NefChip:
         Process in which it is made.
     codes : Codes or None
         What a calibration found for it; its own calibration at `calibration_c` unless given.
+    coded_on : Die or None
+        The die on which the codes were found, where that is not this one: before some of it was healed.
 
     Raises
     ------
     UnknownNameError
         There is no such bias.
     ParameterError
-        A number breaks its rule.
+        A number breaks its rule, or the codes are of another silicon.
     """
 
     die: Die = NOMINAL
@@ -103,6 +105,7 @@ class NefChip:
     noise: SiliconNoise | None = None
     process: Process = ROLLS_180
     codes: Codes | None = field(default=None, hash=False)
+    coded_on: Die | None = None
 
     def __post_init__(self) -> None:
         known = [b.name for b in chip_biases()]
@@ -117,7 +120,8 @@ class NefChip:
             raise ParameterError(f"nef-chip.area: {self.area:g}, must be from 0.01 to 1e4")
         silicon = self.silicon(self.calibration_c)
         if self.codes is not None:
-            self.codes.check(NAME, silicon, self.bias_kind)
+            found_on = silicon if self.coded_on is None else replace(silicon, die=self.coded_on)
+            self.codes.check(NAME, found_on, self.bias_kind)
 
     def silicon(self, temperature_c: float) -> Silicon:
         """Return the silicon that it is made of at `temperature_c`, degC."""

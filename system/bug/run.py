@@ -196,12 +196,13 @@ def built_on(agent: str, design: str, neurons: int | None, seed: int, curves: Cu
 def chip_of(scenario: Scenario) -> NefChip:
     """Return the chip of a scenario at its codes; fixed gates have none, and are trimmed."""
     s = scenario
-    codes = s.codes_of(NAME, ROLLS_180, s.area)
-    if codes is None and s.bias_kind != "gate":
+    codes, coded_on = s.codes_of(NAME, ROLLS_180, s.area), s.coded_on
+    if codes is None and s.bias_kind != "gate":  # of no die
+        coded_on = None
         codes = usual_codes(s.silicon_at(s.calibrated_c, ROLLS_180).of_area(s.area), s.bias_kind)
     return NefChip(
         s.die, s.bias_kind, {}, s.calibrated_c, area=s.area, noise=device_noise(s),
-        process=ROLLS_180.under(s.law), codes=codes,
+        process=ROLLS_180.under(s.law), codes=codes, coded_on=coded_on,
     )  # fmt: skip
 
 

@@ -162,6 +162,10 @@ class Trials:
             self.told(self.made)
         return self._kept[key].succeeded
 
+    def failure(self, die: Die, seed: int) -> str:
+        """Return why a trial that was asked for was not run; empty where it was."""
+        return self._kept[die, seed, False, ""].failed
+
 
 def trial(case: Case, die: Die, seed: int, *, own_codes: bool = False, **given: Any) -> Outcome:
     """Run a case once on a die; arguments as of `Case.on`."""

@@ -94,8 +94,8 @@ class NothingFailsError(ParameterError):
 def accuse(trials: Trials, first: int) -> Accused:
     """Say whether the die is to blame, over trials from a seed on.
 
-    Raises `NothingFailsError` where none of the first trials fails, and `UnknownNameError` for an edit of the
-    die that means no device.
+    Raises `NothingFailsError` where none of the first trials fails, `UnknownNameError` for an edit of the
+    die that means no device, and `ParameterError` where the healed die cannot be run at all.
     """
     *some, most = LOOKS
     for count in some:
@@ -108,8 +108,12 @@ def accuse(trials: Trials, first: int) -> Accused:
 def _look(trials: Trials, first: int, count: int) -> Accused:
     """Ask after so many pairs."""
     case = trials.case
-    pairs = paired(trials, case.die, case.healed(ALL), range(first, first + count))
+    healed = case.healed(ALL)
+    pairs = paired(trials, case.die, healed, range(first, first + count))
     check_drawn(case.die)
+    unmade = [trials.failure(healed, seed) for seed in pairs.seeds]
+    if all(unmade):  # which tells nothing of the die
+        raise ParameterError(f"{case.system.name}: no trial of the healed die can be made: {unmade[0]}")
     if all(pairs.first):
         raise NothingFailsError(
             f"{case.system.name}: on {case.die} all trials of seeds {first} to {first + count - 1} succeed,"

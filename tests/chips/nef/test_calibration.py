@@ -82,6 +82,14 @@ def test_codes_of_time_constants_are_met_in_between() -> None:
     assert ends[1] < float(np.ravel(now["i_tau"])[0]) < ends[0]
 
 
+def test_a_healed_die_keeps_the_codes_of_the_die_before(codes: Codes) -> None:
+    healed = SILICON.die.healed("nef_chip.neuron[3]")
+    with pytest.raises(ParameterError, match=r"die A/7, the run has A/7, healed nef_chip\.neuron\[3\]"):
+        NefChip(healed, neurons=COUNT, codes=codes)
+    chip = NefChip(healed, neurons=COUNT, codes=codes, coded_on=SILICON.die)
+    assert chip.at(27.0).biases == NefChip(SILICON.die, neurons=COUNT, codes=codes).at(27.0).biases
+
+
 def test_codes_of_another_die_and_a_silent_chip_are_refused(codes: Codes) -> None:
     with pytest.raises(ParameterError, match=f"codes of {NAME}: die A/7, the run has A/8"):
         NefChip(Die(number=8), codes=codes)

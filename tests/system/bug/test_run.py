@@ -42,6 +42,17 @@ def test_a_die_is_the_same_again_and_another_is_not() -> None:
     assert path == run(on(900)).path.tobytes(), "built anew it is the same"
 
 
+def test_a_healed_die_runs_at_the_codes_of_the_die() -> None:
+    die = Die(number=900)
+    own = Scenario("bug0", "chip", map="bug-open", duration=0.02, die=die)
+    healed = replace(own, die=die.healed("*"), coded_on=die)
+    before, after = (built_network(each).where for each in (own, healed))
+    assert before is not None
+    assert after is not None
+    assert after.chip.die == die.healed("*")
+    assert after.biases == before.biases
+
+
 def test_the_command_tells_what_the_chip_did(capsys: pytest.CaptureFixture[str]) -> None:
     options = ("--agent", "bug0", "--brain", "chip", "--die", "903", "--bias-kind", "ideal", "--json")
     assert main(["run", "bug", *OPEN, *options, "--temperature", "30", "--calibrated-at", "30"]) == 0

@@ -26,7 +26,7 @@ from system.study.blame.story import (
 )
 from system.study.blame.trial import ALL, Case, healed
 from system.study.blame.verdict import ENOUGH, FEWEST, MOST, pairs_for
-from tests.system.study.blame.robot import AREA, LIMIT, SYSTEM, run
+from tests.system.study.blame.robot import AREA, LIMIT, SYSTEM, Scenario, Trace, run
 
 FAILS = 1003  # a die on which the toy fails
 
@@ -100,6 +100,17 @@ def test_die_without_a_failing_trial_is_refused() -> None:
         ParameterError, match=r"toy: on die A/1003, healed \* all trials of seeds 0 to 5 succ"
     ):
         blame(case(Die(number=FAILS).healed("*")))
+
+
+def test_healed_die_that_cannot_be_run_is_no_verdict() -> None:
+    def refused(scenario: Scenario, progress: object = None) -> Trace:
+        if scenario.die.edits:
+            raise ParameterError("codes: of another die")
+        return run(scenario)
+
+    own = Case(replace(SYSTEM, run=refused), SYSTEM.scenario(die=Die(number=FAILS)))
+    with pytest.raises(ParameterError, match="no trial of the healed die can be made: codes: of another"):
+        blame(own)
 
 
 def test_search_that_runs_out_of_trials_says_so() -> None:
