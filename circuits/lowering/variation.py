@@ -21,9 +21,20 @@ from circuits.devices.diode import Diode
 from circuits.lowering.bias_moves import bias_families
 from circuits.lowering.flatten import FlatCircuit
 from circuits.silicon.components import AMI_1500_COMPONENTS
-from circuits.silicon.die import PARAMETERS, SHARED_PLACE, WAFER_PLACE, Die, Path, Place, standard_normals
+from circuits.silicon.die import (
+    DIE_PLACE,
+    GRADIENT_PLACE,
+    LOT_PLACE,
+    PARAMETERS,
+    SHARED_PLACE,
+    WAFER_PLACE,
+    Die,
+    Path,
+    Place,
+    standard_normals,
+)
 from circuits.silicon.floor_plan import BOARDS
-from circuits.silicon.gradient import GRADIENT_PLACE, slope_names
+from circuits.silicon.gradient import slope_names
 from circuits.silicon.passive import QUANTITY, Kind
 from circuits.silicon.process import POLARITIES, DiodeVariation
 from circuits.silicon.sampling import labels
@@ -89,7 +100,14 @@ def drawn_families(flat: FlatCircuit, silicon: Silicon) -> list[tuple[Place, lis
     process = replace(own, diodes=own.diodes or _NO_SPREAD, components=own.components or AMI_1500_COMPONENTS)
     place, resistors = _place(flat, silicon), _paths(flat, Resistor)
     alone = [(place, resistors, QUANTITY["resistor"])] if resistors and place[0][0] not in BOARDS else []
-    return [*_families(flat, replace(silicon, die=die, process=process)), *alone]
+    drawn = _families(flat, replace(silicon, die=die, process=process))
+    levels = [
+        (level, paths, name)
+        for place, paths, name in drawn
+        if place == SHARED_PLACE
+        for level in (LOT_PLACE, DIE_PLACE)
+    ]
+    return [*drawn, *levels, *alone]
 
 
 def _place(flat: FlatCircuit, silicon: Silicon) -> Place:

@@ -57,10 +57,16 @@ _SHARED = SHARED
 SHARED_PLACE: Place = (("process", ()),)
 WAFER_PLACE: Place = (("wafer", ()),)
 LOT_PLACE: Place = (("lot", ()),)
+DIE_PLACE: Place = (("die", ()),)
+"""Of edits: what a die has beside its lot and its wafer; its draws are those of `SHARED_PLACE`."""
+LEVELS = (LOT_PLACE, WAFER_PLACE, DIE_PLACE)
+"""What makes up what a die's devices share, as edits name it one by one."""
+GRADIENT_PLACE: Place = (("gradient", ()),)
+SHARED_NAMES = tuple(place[0][0] for place in (SHARED_PLACE, *LEVELS, GRADIENT_PLACE))
+"""Names at which paths begin that are of no single device."""
 
-_SHARED_DRAWS = tuple(
-    (level, kind, name)
-    for level in (SHARED_PLACE, WAFER_PLACE, LOT_PLACE)
+_SHARED_KINDS = tuple(
+    (kind, name)
     for kinds, names in (
         (("n", "p"), PARAMETERS),
         (("capacitor",), ("capacitance",)),
@@ -69,7 +75,7 @@ _SHARED_DRAWS = tuple(
     )
     for kind in kinds
     for name in names
-)  # place, kind and parameter of what devices of a kind share
+)  # kind and parameter of what devices of a kind share
 
 _COUNTERS = 4  # 32-bit words of the counter: index dimensions that a path may have
 
@@ -212,22 +218,25 @@ class Die:
         names
             Names at which the paths of the circuits' devices begin.
         """
-        return replace(
-            self, edits=edits_of(self.edits, (*names, *(level[0][0] for level, _, _ in _SHARED_DRAWS)))
-        )
+        return replace(self, edits=edits_of(self.edits, (*names, *SHARED_NAMES)))
 
     @property
     def shared_edits(self) -> tuple[Edit, ...]:
         """What its edits do to what devices share, as edits that touch no single device."""
         found: list[Edit] = []
-        for level, kind, name in _SHARED_DRAWS if self.edits else ():
-            whole = level == SHARED_PLACE  # of which alone `only` tells
-            told = self.edits if whole else [edit for edit in self.edits if edit.kind != "only"]
-            changed = edited(told, level, (((kind, ()),),), _SHARED + name)
-            if changed is not None:
-                path, value = f"{level[0][0]}.{kind}", float(changed.value[0])
-                healed = Edit("heal", (f"{path}.{name}",))
-                found.append(healed if math.isnan(value) else Edit("set", (path,), name, value))
+        for kind, name in _SHARED_KINDS if self.edits else ():
+            changed = edited(self.edits, SHARED_PLACE, (((kind, ()),),), _SHARED + name)
+            whole = math.nan if changed is None else float(changed.of(0.0)[0])
+            set_whole = changed is not None and not math.isnan(float(changed.value[0]))
+            levels = [level_value(self.edits, level, kind, name) for level in LEVELS]
+            if set_whole or (changed is not None and (self.corner != "random" or levels == [0.0] * 3)):
+                found.append(_as_edit(SHARED_PLACE, kind, name, whole))
+            elif self.corner == "random":
+                found += [
+                    _as_edit(level, kind, name, value)
+                    for level, value in zip(LEVELS, levels, strict=True)
+                    if value is not None
+                ]
         return tuple(found)
 
     @property
@@ -246,6 +255,7 @@ class Drawn(NamedTuple):
     process: Process
 
 
+SLOPE = "slope."  # before a parameter of devices by which it is noted what gradients add to it
 _NOTED = "noted."  # begins a path that means no device, of a die whose draws are noted
 
 
@@ -359,8 +369,7 @@ def _edited(die: Die, process: Process, what: Family, drawn: F64 | float) -> F64
     changed = edited(die.edits, *what)
     if changed is None:
         return drawn
-    if _to_note(die) is not die:
-        drawn_for(die)[what] = Drawn(np.broadcast_to(np.asarray(drawn), changed.kept.shape), process)
+    note(die, what, np.broadcast_to(np.asarray(drawn), changed.kept.shape), process)
     return changed.of(drawn)
 
 
@@ -387,33 +396,76 @@ def shared(die: Die, process: Process, polarity: Polarity) -> Shift:
     return Shift(*(_edited_shared(die, process, (polarity, n, sigma), value) for n, sigma, value in each))
 
 
-def _to_note(die: Die) -> Die:
-    """The die whose draws are noted for a die of `noted`, which has no edits; any other die itself."""
-    noting = any(path.startswith(_NOTED) for edit in die.edits for path in edit.paths)
-    return replace(die, edits=()) if noting else die
+def unnoted(die: Die) -> Die:
+    """The die that a die of `noted` was, any other die itself."""
+    kept = tuple(edit for edit in die.edits if not any(path.startswith(_NOTED) for path in edit.paths))
+    return die if len(kept) == len(die.edits) else replace(die, edits=kept)
+
+
+def note(die: Die, what: Family, drawn: F64, process: Process) -> None:
+    """Keep what was drawn for a family, of a die whose draws are noted; of any other die do nothing."""
+    if unnoted(die) is not die:
+        drawn_for(die)[what] = Drawn(drawn, process)
+
+
+def level_value(edits: Sequence[Edit], level: Place, kind: str, parameter: str) -> float | None:
+    """What edits make of the part of a lot, a wafer or a die in what its devices share of a parameter.
+
+    level: one of `LEVELS`. The result is None where they leave it, 0 where it is healed, else what is set.
+    What edits do to the whole goes for each part of it, but for a value.
+    """
+    what = (((kind, ()),),), _SHARED + parameter
+    found: float | None = None
+    for edit in edits:
+        here, whole = (edited((edit,), place, *what) for place in (level, SHARED_PLACE))
+        if edit.kind == "set":
+            found = found if here is None else float(here.value[0])
+        elif edit.kind == "heal":
+            found = 0.0 if here is not None or whole is not None else found
+        elif here is not None and whole is not None:  # neither is among what alone deviates
+            found = 0.0
+    return found
+
+
+def _as_edit(place: Place, kind: str, parameter: str, value: float) -> Edit:
+    """The edit by which a part of what devices share has a value."""
+    path = f"{place[0][0]}.{kind}"
+    return Edit("set", (path,), parameter, value) if value else Edit("heal", (f"{path}.{parameter}",))
 
 
 def _edited_shared(die: Die, process: Process, what: tuple[str, str, float], drawn: float) -> float:
     """What devices of a kind share of a parameter, after the die's edits; what: both, and its sigma."""
-    kind, parameter, sigma = what
+    kind, parameter, _ = what
     family = SHARED_PLACE, (((kind, ()),),), _SHARED + parameter
-    if die.corner == "random":
-        drawn += _edited_levels(_to_note(die), process, kind, parameter, sigma)
-    return float(np.ravel(_edited(die, process, family, drawn))[0])
+    note(die, family, np.array([drawn]), process)
+    whole = edited(die.edits, *family)
+    told = whole is not None and not math.isnan(float(whole.value[0]))
+    parts = _level_parts(die, process, what, drawn) if die.corner == "random" else {}
+    if not parts or told:
+        return drawn if whole is None else float(whole.of(drawn)[0])
+    values = {level: level_value(die.edits, level, kind, parameter) for level in parts}
+    for level, part in parts.items():
+        note(die, (level, *family[1:]), np.array([part]), process)
+    changed = {level: value for level, value in values.items() if value is not None}
+    if len(changed) == len(parts):
+        return sum(changed.values())
+    return drawn + sum(value - parts[level] for level, value in changed.items())
 
 
-def _edited_levels(die: Die, process: Process, kind: str, parameter: str, sigma: float) -> float:
-    """What edits of a lot and of a wafer move what devices share by; `only` is of the whole alone."""
-    edits, moved = [edit for edit in die.edits if edit.kind != "only"], 0.0
-    if not edits or process.components is None:
-        return moved
-    for level, share in zip((LOT_PLACE, WAFER_PLACE), _shares(process), strict=False):
-        changed = edited(edits, level, (((kind, ()),),), _SHARED + parameter)
-        if changed is not None:
-            varies = sigma > 0.0 and die.components and die.process
-            part = sigma * share * _at_level(die, process, kind, parameter, level) if varies else 0.0
-            moved += float(changed.of(part)[0]) - part
-    return moved
+def _level_parts(
+    die: Die, process: Process, what: tuple[str, str, float], drawn: float
+) -> dict[Place, float]:
+    """Parts of what devices of a kind share, by level; what: as of `_edited_shared`."""
+    kind, parameter, sigma = what
+    if process.components is None:
+        return {DIE_PLACE: drawn}
+    if not die.components:
+        return {LOT_PLACE: 0.0, WAFER_PLACE: 0.0, DIE_PLACE: drawn}
+    varies = sigma > 0.0 and die.process
+    return {
+        level: sigma * share * level_normal(die, process, kind, parameter, level) if varies else 0.0
+        for level, share in zip(LEVELS, _shares(process), strict=True)
+    }
 
 
 def _drawn_shared(die: Die, process: Process, polarity: Polarity) -> Shift:
@@ -463,8 +515,9 @@ def shared_normal(die: Die, process: Process, kind: str, parameter: str) -> floa
     return rho * _levels(die, process, "n", parameter) + math.sqrt(1.0 - rho**2) * own
 
 
-def _at_level(die: Die, process: Process, kind: str, parameter: str, level: Place) -> float:
-    """The same of what its lot or its wafer has in it."""
+def level_normal(die: Die, process: Process, kind: str, parameter: str, level: Place) -> float:
+    """The same of what its lot, its wafer or the die itself has in it, by one of `LEVELS`."""
+    level = SHARED_PLACE if level == DIE_PLACE else level
     own = _own(die, kind, parameter, level)
     if kind != "p":
         return own

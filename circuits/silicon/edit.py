@@ -5,7 +5,9 @@ names `/` and `.` are the same, and `-` is `_`. `*` stands for any part of a pat
 and `?` for one letter. A path means all that is below it: `ranging_chip/neuron[2]` all devices of that
 neuron, `ranging_chip/neuron` those of all 13, and `...mr1.v_t0` one parameter of one device. What all devices
 of a polarity share on a die is `process.n` and `process.p`, what its capacitors, resistors and diodes share
-`process.capacitor`, `process.resistor` and `process.diode`.
+`process.capacitor`, `process.resistor` and `process.diode`. Of a die with components of variation `lot.n`,
+`wafer.n` and `die.n` are the parts that its lot, its wafer and itself have in that, and `gradient.n` the
+planes across it, `gradient.n.x.v_t0` one slope; a device that is healed or set has nothing of a plane.
 
 | kind | what it does |
 |---|---|
@@ -193,6 +195,17 @@ def not_met(edits: Iterable[Edit]) -> dict[str, list[tuple[Path, tuple[Path, ...
         for path, asked in found.items()
         if not any(each.size for each in asked.values())
     }
+
+
+def overlap(one: str, other: str) -> bool:
+    """Whether two paths of edits may mean the same device, whatever their indices; so it is in doubt."""
+    if all({*"*?"} & {*_BRACKETS.sub("", _canonical(path))} for path in (one, other)):
+        return True
+    texts = [_BRACKETS.sub("[0]", _canonical(path)) for path in (one, other)]
+    patterns = [_patterns(_canonical(path)).loose for path in (one, other)]
+    return any(
+        pattern.fullmatch(text) is not None for pattern, text in zip(patterns, reversed(texts), strict=True)
+    )
 
 
 def matched(wanted: Iterable[str], place: Path, paths: Sequence[Path], parameter: str) -> Bools:

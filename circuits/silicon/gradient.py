@@ -10,15 +10,25 @@ differ by a normal of `sigma = S D`, which is the distance term of Pelgrom (1989
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.silicon.die import PARAMETERS, Die, Path, Place, components_of, standard_normals
+from circuits.silicon.die import (
+    GRADIENT_PLACE,
+    PARAMETERS,
+    Die,
+    Path,
+    Place,
+    components_of,
+    note,
+    standard_normals,
+    unnoted,
+)
 from circuits.silicon.floor_plan import positions
 from circuits.silicon.process import Polarity, Process
 
-GRADIENT_PLACE: Place = (("gradient", ()),)
 AXES = ("x", "y")
 
 
@@ -51,6 +61,8 @@ def gradient(
     x, y = positions(place, paths)
     planes = {polarity: _planes(die, polarity) for polarity in ("n", "p")}
     scales = figures.distance_v_t0, figures.distance_beta
+    if unnoted(die) is not die:
+        _note_planes(die, process, scales)
     v_t0, beta = (
         scale * np.where(is_n, n[0] * x + n[1] * y, p[0] * x + p[1] * y)
         for scale, n, p in zip(scales, planes["n"], planes["p"], strict=True)
@@ -69,3 +81,14 @@ def _planes(die: Die, polarity: str) -> list[tuple[float, float]]:
         float(standard_normals(die, GRADIENT_PLACE, [((polarity, ()),)], name)[0]) for name in slope_names()
     )
     return [(x_v, y_v), (x_b, y_b)]
+
+
+def _note_planes(die: Die, process: Process, scales: tuple[float, float]) -> None:
+    """Keep the planes of a die whose draws are noted, V/m of V_T0 and 1/m of relative beta."""
+    drawn = replace(die, edits=())
+    for polarity in ("n", "p"):
+        slopes = [
+            scale * z for scale, plane in zip(scales, _planes(drawn, polarity), strict=True) for z in plane
+        ]
+        for name, slope in zip(slope_names(), slopes, strict=True):
+            note(die, (GRADIENT_PLACE, (((polarity, ()),),), name), np.array([slope]), process)

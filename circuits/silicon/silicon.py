@@ -12,7 +12,19 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.checks import require_type
 from circuits.errors import ParameterError
-from circuits.silicon.die import NOMINAL, PARAMETERS, Die, Path, Place, components_of, mismatch, shared
+from circuits.silicon.die import (
+    NOMINAL,
+    PARAMETERS,
+    SLOPE,
+    Die,
+    Path,
+    Place,
+    components_of,
+    mismatch,
+    note,
+    shared,
+    unnoted,
+)
 from circuits.silicon.edit import edited
 from circuits.silicon.gradient import gradient
 from circuits.silicon.passive import Kind, passive
@@ -183,9 +195,11 @@ class Silicon:
             raise ParameterError(
                 f"{circuit}: no polarities of its transistors, a die with gradients needs them; give them"
             )
-        slopes = gradient(self.die, self.process, place, paths, polarities)
-        if self.die.edits:
-            slopes = _edited_slopes(self.die, place, paths, slopes)
+        slopes = _slopes(self.die, self.process, place, paths, polarities)
+        if (own := unnoted(self.die)) is not self.die:
+            before = _slopes(own, self.process, place, paths, polarities)
+            for name, slope in zip(PARAMETERS, before, strict=True):
+                note(self.die, (place, tuple(paths), SLOPE + name), slope, self.process)
         return Deviation(v_t0 + slopes[0], beta + slopes[1])
 
     def change(self, circuit: str, paths: Sequence[Path], kind: Kind, value: F64) -> Change:
@@ -209,10 +223,16 @@ class Silicon:
         return ((circuit, ()),) if self.place is None else self.place
 
 
-def _edited_slopes(die: Die, place: Place, paths: Sequence[Path], slopes: tuple[F64, F64]) -> tuple[F64, F64]:
-    """What gradients add to devices that edits neither heal nor set."""
+def _slopes(
+    die: Die, process: Process, place: Place, paths: Sequence[Path], polarities: Sequence[Polarity]
+) -> tuple[F64, F64]:
+    """What gradients add to devices that edits neither heal nor set; what alone deviates is of planes."""
+    slopes = gradient(die, process, place, paths, polarities)
+    edits = [edit for edit in die.edits if edit.kind != "only"]
+    if not edits:
+        return slopes
     found = []
     for name, slope in zip(PARAMETERS, slopes, strict=True):
-        changed = edited(die.edits, place, tuple(paths), name)
+        changed = edited(edits, place, tuple(paths), name)
         found.append(slope if changed is None else slope * changed.kept * np.isnan(changed.value))
     return found[0], found[1]

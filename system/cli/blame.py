@@ -146,7 +146,7 @@ def document(found: Blame, told: Told, again: str) -> dict[str, Any]:
 
 def _culprit(found: Blame, each: Culprit) -> dict[str, Any]:
     deviations = [
-        {"parameter": name, "value": value, "sigma": sigma}
+        {"parameter": name, "value": value, "sigma": sigma, "gradient": each.slopes.get(name, 0.0)}
         for name, (value, sigma) in each.deviations.items()
     ]
     return {"path": each.path, "devices": found.counts[each.path], "deviations": deviations}

@@ -318,8 +318,9 @@ culprits.path            string     -     path, as `--heal` takes it
 culprits.devices         integer    -     devices that it means
 culprits.deviations      object[]   -     how a single one deviates
 culprits.deviations.parameter  string  -  parameter
-culprits.deviations.value      number  -  deviation: V of V_T0, else relative
+culprits.deviations.value      number  -  deviation: V of V_T0, else relative; a metre in x or y of a gradient
 culprits.deviations.sigma      number  -  its standard deviation, 0 where it was set by hand
+culprits.deviations.gradient   number  -  what gradients across the die add to that of a device
 mends                    boolean?   -     whether healing them mends; null where nothing was verified
 verified                 object?    -     how that was found, on trials that the search has not used
 verified.trials          integer    -     pairs of trials

@@ -22,7 +22,7 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.edit import DEVIATIONS, Edit
 from circuits.silicon.process import Process
-from system.study.blame.part import Part, Parts
+from system.study.blame.part import Part, Parts, shared_by_all
 from system.study.blame.search import Rates, Step, Test, fresh, judged_by, narrow
 from system.study.blame.trial import ALL, Case, SpentError, Trials
 from system.study.blame.verdict import FEWEST, Accused, Verified, accuse, verify
@@ -41,12 +41,15 @@ class Culprit:
 
     path : its path, with its parameter where one alone is to blame.
     block : path of the block that it is in, of all cells.
-    deviations : deviation and its standard deviation by parameter, V of V_T0, else relative.
+    deviations : deviation and its standard deviation by parameter, V of V_T0, else relative; of a gradient a
+        metre, by axis and parameter.
+    slopes : what gradients across the die add to that of a device, by parameter.
     """
 
     path: str
     block: str
     deviations: dict[str, tuple[float, float]]
+    slopes: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +146,8 @@ def rates_of(accused: Accused) -> Rates:
 
 def _culprit(parts: Parts, part: Part) -> Culprit:
     single = parts.level(part) >= 3
-    return Culprit(part.path, parts.block(part), parts.deviations(part) if single else {})
+    deviations, slopes = (parts.deviations(part), parts.slopes(part)) if single else ({}, {})
+    return Culprit(part.path, parts.block(part), deviations, slopes)
 
 
 def _judged(begun: Blame, trials: Trials, parts: Parts, found: Sequence[Part], rates: Rates) -> Blame:
@@ -162,7 +166,7 @@ def _judged(begun: Blame, trials: Trials, parts: Parts, found: Sequence[Part], r
 
 def _at_random(trials: Trials, parts: Parts, found: Sequence[Part], passes: Test) -> Share | None:
     """Sets of as many devices at random, of the same circuits and spreads, that mend; None without any."""
-    if any(parts.level(part) < 3 for part in found):
+    if any(parts.level(part) < 3 or shared_by_all(part.path) for part in found):
         return None
     alike = [parts.alike(part) for part in found]
     if not all(alike):
@@ -181,7 +185,7 @@ def _at_random(trials: Trials, parts: Parts, found: Sequence[Part], passes: Test
 
 def _area(trials: Trials, culprits: Sequence[Culprit], passes: Test) -> float | None:
     """The least area over theirs with which the culprits mend; None where none does, or none can be tried."""
-    if not culprits or not all(each.deviations for each in culprits):
+    if not all(each.deviations for each in culprits) or all(shared_by_all(each.path) for each in culprits):
         return None
     try:
         return next((x for x in AREAS if passes(enlarged(trials.case.die, culprits, x))), None)
@@ -192,14 +196,14 @@ def _area(trials: Trials, culprits: Sequence[Culprit], passes: Test) -> float | 
 def enlarged(die: Die, culprits: Sequence[Culprit], area: float) -> Die:
     """Return a die on which devices are some times as large, so that they deviate by 1 / sqrt(area) as much.
 
-    What devices share stays.
+    What devices share stays, gradients across the die too.
     """
     edits = []
     for each in culprits:
-        for name, (value, _) in each.deviations.items() if not each.path.startswith("process.") else ():
+        for name, (value, _) in each.deviations.items() if not shared_by_all(each.path) else ():
             if name in DEVIATIONS:
-                path = each.path.removesuffix(f".{name}")
-                edits.append(Edit("set", (path,), name, value / math.sqrt(area)))
+                path, slope = each.path.removesuffix(f".{name}"), each.slopes.get(name, 0.0)
+                edits.append(Edit("set", (path,), name, value / math.sqrt(area) + slope))
     return replace(die, edits=(*die.edits, *edits))
 
 

@@ -14,7 +14,23 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from circuits.arrays import F64, I64
-from circuits.silicon.die import Die, Drawn, Family, Path, Place, shared_normal, standard_normals
+from circuits.silicon.die import (
+    LEVELS as SHARED_LEVELS,
+)
+from circuits.silicon.die import (
+    SHARED_NAMES,
+    SHARED_PLACE,
+    SLOPE,
+    Die,
+    Drawn,
+    Family,
+    Path,
+    Place,
+    level_normal,
+    level_value,
+    shared_normal,
+    standard_normals,
+)
 from circuits.silicon.edit import SHARED, edited
 from circuits.silicon.process import Process
 
@@ -61,6 +77,7 @@ class _Branch:
     below: dict[str, _Branch] = field(default_factory=dict)
     value: dict[str, F64] = field(default_factory=dict)
     sigma: dict[str, F64] = field(default_factory=dict)
+    slope: dict[str, F64] = field(default_factory=dict)  # what gradients add to the value
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,30 +123,32 @@ class Parts:
         self._root = _Branch()
         plain = replace(die, edits=())
         self.processes: dict[str, Process] = {}
-        for (place, paths, parameter), (own, process) in drawn.items():
-            self.processes[place[0][0]] = process
-            changed = edited(die.edits, place, paths, parameter) if die.edits else None
-            value = own if changed is None else changed.of(own)
-            if not value.any():
+        for family, (own, process) in drawn.items():
+            place, paths, parameter = family
+            value = None if parameter.startswith(SLOPE) else _after_edits(die, family, own)
+            if value is None or not value.any():
                 continue
-            z = (
-                np.zeros(own.shape)
-                if die.number is None
-                else _normals(plain, process, place, paths, parameter)
-            )
+            self.processes[place[0][0]] = process
+            z = np.zeros(own.shape) if die.number is None else _normals(plain, process, family)
             with np.errstate(divide="ignore", invalid="ignore"):
                 sigma = np.where(z * own != 0.0, np.abs(own / z), 0.0)
-            start = 0
-            for path in paths:
-                stop = start + math.prod(n for _, shape in path for n in shape)
-                if value[start:stop].any():
-                    self._add(
-                        place, path, parameter.removeprefix(SHARED), value[start:stop], sigma[start:stop]
+            for path, at in _each(paths):
+                if value[at].any():
+                    branch = self._at(place, path)
+                    name, shape = parameter.removeprefix(SHARED), _shape(path)
+                    branch.value[name], branch.sigma[name] = (
+                        value[at].reshape(shape),
+                        sigma[at].reshape(shape),
                     )
-                start = stop
+        for (place, paths, parameter), (own, _) in drawn.items():
+            for path, at in _each(paths) if parameter.startswith(SLOPE) else ():
+                if own[at].any():
+                    slope = self._at(place, path).slope
+                    slope[parameter.removeprefix(SLOPE)] = own[at].reshape(_shape(path))
 
-    def _add(self, place: Place, path: Path, parameter: str, value: F64, sigma: F64) -> None:
-        branch, shape = self._root, tuple(n for _, dimensions in path for n in dimensions)
+    def _at(self, place: Place, path: Path) -> _Branch:
+        """The branch of a path's devices, which is made where there is none."""
+        branch = self._root
         for name, index in place:  # a place with indices is a name of its own
             text = f"{name}[{','.join(map(str, index))}]" if index else name
             branch = branch.below.setdefault(text, _Branch())
@@ -139,7 +158,7 @@ class Parts:
                 branch = branch.below.setdefault(text, _Branch())
             branch = branch.below.setdefault(last, _Branch())
             branch.shape = dimensions
-        branch.value[parameter], branch.sigma[parameter] = value.reshape(shape), sigma.reshape(shape)
+        return branch
 
     def circuits(self) -> list[Part]:
         """Return the parts at the top: circuits, and what devices share."""
@@ -195,6 +214,12 @@ class Parts:
         ((values, sigmas),) = self._values(part)
         return {name: (float(values[name]), float(sigmas[name])) for name in values}
 
+    def slopes(self, part: Part) -> dict[str, float]:
+        """Return what gradients across the die add to a single device, by parameter, as `deviations`."""
+        index = tuple(n for _, index in part.steps for n in index or ())
+        slope = self._branch(part).slope
+        return {name: float(value[index]) for name, value in slope.items() if part.parameter in {"", name}}
+
     def alike(self, part: Part) -> Alike:
         """Return the other single devices of a device's circuit whose standard deviations are the same."""
         own = self.deviations(replace(part, parameter=""))
@@ -237,12 +262,57 @@ class Parts:
             )
 
 
-def _normals(die: Die, process: Process, place: Place, paths: tuple[Path, ...], parameter: str) -> F64:
+def shared_by_all(path: str) -> bool:
+    """Whether a path is of what devices share, rather than of devices."""
+    return path.partition(".")[0] in SHARED_NAMES
+
+
+def _after_edits(die: Die, family: Family, own: F64) -> F64 | None:
+    """Deviations of a family after a die's own edits; None where they are told by other families.
+
+    What devices share is told part by part where a lot or a wafer has one, as a whole where it has not.
+    """
+    place, paths, parameter = family
+    if parameter.startswith(SHARED):
+        ((kind, _),) = paths[0]
+        name = parameter.removeprefix(SHARED)
+        values = {level: level_value(die.edits, level, kind, name) for level in SHARED_LEVELS}
+        set_whole = edited([e for e in die.edits if e.kind == "set"], SHARED_PLACE, paths, parameter)
+        apart = die.corner == "random" and set_whole is None and (die.components or any(values.values()))
+        if apart != (place != SHARED_PLACE):
+            return None
+        if apart:
+            value = values[place]
+            return own if value is None else np.full(own.shape, value)
+    changed = edited(die.edits, place, paths, parameter) if die.edits else None
+    return own if changed is None else changed.of(own)
+
+
+def _normals(die: Die, process: Process, family: Family) -> F64:
     """Standard normals behind what was drawn for a family on a drawn die without edits."""
+    place, paths, parameter = family
     if not parameter.startswith(SHARED):
         return standard_normals(die, place, paths, parameter)
     ((kind, _),) = paths[0]
-    return np.array([shared_normal(die, process, kind, parameter.removeprefix(SHARED))])
+    name = parameter.removeprefix(SHARED)
+    if place == SHARED_PLACE:
+        return np.array([shared_normal(die, process, kind, name)])
+    if not die.components:  # whose lot and wafer have no draws
+        return np.zeros(1)
+    return np.array([level_normal(die, process, kind, name, place)])
+
+
+def _each(paths: Sequence[Path]) -> Iterable[tuple[Path, slice]]:
+    """Paths of a family, and where in it the places of each are."""
+    start = 0
+    for path in paths:
+        stop = start + math.prod(_shape(path))
+        yield path, slice(start, stop)
+        start = stop
+
+
+def _shape(path: Path) -> tuple[int, ...]:
+    return tuple(n for _, dimensions in path for n in dimensions)
 
 
 def _devices(part: Part, branch: _Branch) -> Iterable[tuple[Part, _Branch]]:

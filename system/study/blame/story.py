@@ -24,6 +24,7 @@ from circuits.silicon.edit import DEVIATIONS
 from circuits.silicon.process import Process, thermal_voltage
 from circuits.units import format_quantity
 from system.study.blame.blame import Blame, Culprit
+from system.study.blame.part import shared_by_all
 from system.study.blame.trial import ALL, outcome_of
 from system.system import SUCCEEDED
 
@@ -78,18 +79,33 @@ def device_lines(found: Blame) -> list[str]:
 def _line(found: Blame, each: Culprit, celsius: float) -> str:
     if not each.deviations:
         return f"{each.path}: {found.counts[each.path]} devices together, which were not told apart."
-    parts = []
-    for name, (value, sigma) in each.deviations.items():
-        text = f"V_T0 {format_quantity(value, 'V')}" if name == "v_t0" else f"{name} {100.0 * value:+.2g} %"
-        parts.append(f"{text} ({abs(value) / sigma:.1f} sigma)" if sigma > 0.0 else f"{text} (set)")
+    parts = [_deviation(each, name) for name in each.deviations]
     if not {*each.deviations} & {"v_t0", "beta"}:
         return f"{each.path}: {', '.join(parts)}."
-    ratio = current_ratio(each.deviations, found.processes[each.path.split(".", maxsplit=1)[0]], celsius)
-    what = "their currents are" if each.path.startswith("process.") else "its current is"
+    both = {n: (value + each.slopes.get(n, 0.0), sigma) for n, (value, sigma) in each.deviations.items()}
+    ratio = current_ratio(both, found.processes[each.path.split(".", maxsplit=1)[0]], celsius)
+    what = "their currents are" if shared_by_all(each.path) else "its current is"
     return (
         f"{each.path}: {', '.join(parts)}; at a fixed gate voltage in weak inversion {what} {ratio:.3g} times"
         " the design's."
     )
+
+
+def _deviation(each: Culprit, name: str) -> str:
+    """A deviation in words: `V_T0 12mV (1.3 sigma)`, of a gradient `V_T0 -4mV a mm in x (0.9 sigma)`."""
+    value, sigma = each.deviations[name]
+    axis, dot, parameter = name.rpartition(".")
+    where, scale = (f" a mm in {axis}", 1e-3) if dot else ("", 1.0)
+    sigmas = f" ({abs(value) / sigma:.1f} sigma)" if sigma > 0.0 else " (set)"
+    more = each.slopes.get(name, 0.0)
+    beside = f" and {_told(name, more)} by gradients" if more else ""
+    return f"{_told(parameter, scale * value)}{where}{sigmas}{beside}"
+
+
+def _told(parameter: str, value: float) -> str:
+    if parameter == "v_t0":
+        return f"V_T0 {format_quantity(value, 'V')}"
+    return f"{parameter} {100.0 * value:+.2g} %"
 
 
 def train_rows(found: Blame, told: Told) -> list[tuple[str, ...]]:

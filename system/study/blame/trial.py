@@ -9,7 +9,7 @@ from typing import Any
 
 from circuits.errors import CircuitError, DataError
 from circuits.silicon.die import Die, Drawn, Family, drawn_for, noted
-from circuits.silicon.edit import DEVIATIONS, Edit
+from circuits.silicon.edit import DEVIATIONS, Edit, overlap
 from system.codes.find import quietly
 from system.study.metrics.success import Wanted
 from system.system import SUCCEEDED, System
@@ -111,11 +111,12 @@ def healed(die: Die, paths: Sequence[str]) -> Die:
     if not paths:
         return die
     found = die.healed(*paths)
-    names = {edit.parameter for edit in die.edits if edit.kind == "set"}
-    for path in paths if names else ():
+    told = [edit for edit in die.edits if edit.kind == "set"]
+    for path in paths if told else ():
         owner, _, last = path.rpartition(".")
-        for name in (last,) if last in DEVIATIONS else sorted(names):
-            whole = owner if last in DEVIATIONS else path
+        whole = owner if last in DEVIATIONS else path
+        names = {edit.parameter for edit in told if any(overlap(whole, one) for one in edit.paths)}
+        for name in sorted(names & {last} if last in DEVIATIONS else names):
             found = replace(found, edits=(*found.edits, Edit("set", (whole,), name)))
     return found
 

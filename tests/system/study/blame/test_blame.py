@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from itertools import combinations
 
@@ -9,7 +10,7 @@ import pytest
 
 from circuits.errors import ParameterError
 from circuits.silicon.components import Extent
-from circuits.silicon.die import PARAMETERS, Die, drawn_for, noted, shared
+from circuits.silicon.die import Die, drawn_for, noted, shared, unnoted
 from circuits.silicon.process import AMI_1500_IDEAL, POLARITIES, Polarity
 from circuits.silicon.silicon import Silicon
 from system.study.blame.blame import OTHERS, Blame, blame, enlarged
@@ -137,11 +138,13 @@ def test_parts_hold_the_devices_that_the_run_draws() -> None:
 def test_sigma_of_what_a_die_shares_is_that_of_the_process(variation: Extent, polarity: Polarity) -> None:
     own = noted(Die(number=FAILS, variation=variation), f"a test of {polarity}")
     shared(own, AMI_1500_IDEAL, polarity)
-    parts = Parts(replace(own, edits=()), drawn_for(own))
-    (part,) = parts.below(parts.circuits()[0])
-    (_, v_t0), (_, beta) = (parts.deviations(part)[name] for name in PARAMETERS)
+    parts = Parts(unnoted(own), drawn_for(own))
+    names = ["process"] if variation == "plain" else ["die", "lot", "wafer"]
+    assert [part.path for part in parts.circuits()] == names
+    each = [parts.deviations(parts.below(part)[0]) for part in parts.circuits()]
     stated = AMI_1500_IDEAL.variation
-    assert (v_t0, beta) == pytest.approx((stated.sigma_v_t0, stated.sigma_beta), rel=1e-9)
+    for name, sigma in (("v_t0", stated.sigma_v_t0), ("beta", stated.sigma_beta)):
+        assert math.hypot(*(one[name][1] for one in each)) == pytest.approx(sigma, rel=1e-9)
 
 
 def test_area_lessens_deviations_by_its_root(found: Blame) -> None:
