@@ -43,8 +43,9 @@ from circuits.silicon.die import PARAMETERS, shared
 from circuits.silicon.process import POLARITIES
 from circuits.silicon.sampling import labels
 from circuits.solver.adjoint.backwards import Sums, backwards, contracted
+from circuits.solver.adjoint.conserved import lost_share
 from circuits.solver.adjoint.diode import FIGURES, by_figures
-from circuits.solver.adjoint.measure import Measure, Reading, SpikeTime, Voltage, moving
+from circuits.solver.adjoint.measure import Crossing, Measure, Reading, SpikeTime, Voltage, moving
 from circuits.solver.adjoint.way import Way, way_of
 from circuits.solver.beginning import beginning, held_voltages
 from circuits.solver.outcome import Outcome
@@ -62,7 +63,14 @@ RAIL = 0.02  # of the supply, within which a peak stands at it; ours
 FEW, FLAT = 3, 0.1  # points of a spike, and the share of its height that its top may change by; ours
 
 AGREED = 0.1  # of an extreme's spread, by which its neighbours may differ; ours
+_TIMES = (SpikeTime, Crossing)
 MOST_MOVED = 2.0  # of an extreme's spread, by which the edge before it may move them; ours
+
+EDGE = 1e-3  # of what an edge's time moves an integral by, to which that is resolved at GRADIENT_RTOL; ours
+WITHIN = 0.01  # of an integral's spread, to which it is to be resolved; ours
+
+FINEST = 1e-9  # tolerance of the run that is made where one at GRADIENT_RTOL loses too much at edges; ours
+LOSES, MOST_LOST = 0.01, 0.03  # share of what moves an event that edges before it lose: much, too much; ours
 
 TEMPERATURE = "temperature"
 BIAS = "bias."  # before the name of a bias
@@ -133,7 +141,8 @@ def gradients_of(machine: Machine, measures: Sequence[Measure], *, rtol: float =
     measures
         What is measured.
     rtol
-        Local error of a step of the transient, relative to the larger of |v| and 1 V.
+        Local error of a step of the transient, relative to the larger of |v| and 1 V; it is 1e-9 where fast
+        edges before an event lose more than a hundredth of what moves it.
 
     Raises
     ------
@@ -144,6 +153,12 @@ def gradients_of(machine: Machine, measures: Sequence[Measure], *, rtol: float =
     """
     if not measures:
         raise ParameterError(f"{machine.testbench.title}: no measure, must be at least one")
+    found, again = _gradients_of(machine, measures, rtol)
+    return _gradients_of(machine, measures, FINEST)[0] if again and rtol > FINEST else found
+
+
+def _gradients_of(machine: Machine, measures: Sequence[Measure], rtol: float) -> tuple[Gradients, bool]:
+    """The gradients from one run, and whether edges lose too much in it."""
     result = _run(machine, measures, rtol)
     way = way_of(result)
     read = [each.read(result, way) for each in measures]
@@ -153,26 +168,37 @@ def gradients_of(machine: Machine, measures: Sequence[Measure], *, rtol: float =
     every = [*told, *beside]
     way = _until(way, every)
     asked = [k for k, each in enumerate(every) if each.slopes]
-    solved = _parameters(machine, way, [every[k] for k in asked])
+    times = [asked.index(k) for k, m in enumerate(measures) if isinstance(m, _TIMES) and k in asked]
+    solved, shares = _parameters(machine, way, [every[k] for k in asked], times)
+    edges = np.zeros(len(read))
+    edges[[asked[q] for q in times]] = shares
     by = np.full((len(every), sum(len(rows.labels) for rows in solved)), np.nan)
     by[asked] = np.concatenate([rows.by for rows in solved], axis=1)
     sigma = np.concatenate([rows.sigma for rows in solved])
     spread = np.sqrt(((by * sigma) ** 2).sum(axis=1))
     small = np.array([m.unit == "V" for m in measures]) & (spread[: len(read)] > 0.0)
     small &= spread[: len(read)] < rtol
-    lost = _lost(read, spread[: len(told)])
+    lost = _lost(read, spread[: len(told)], EDGE * (rtol / GRADIENT_RTOL) ** (2.0 / 3.0))
+    lost[: len(read)] |= edges > MOST_LOST
     notes = _notes(read, guards, spread, lost, small, result)
+    notes = tuple(
+        f"not resolved: fast edges before it lose {100.0 * share:.2g} % of what moves it"
+        if share > MOST_LOST
+        else note
+        for note, share in zip(notes, edges, strict=True)
+    )
     kicked = _kicked(machine, way)
     notes = tuple(note or kicked for note in notes)
     by = by[: len(read)]
     by[lost[: len(read)]] = np.nan
     sigma = np.concatenate([rows.sigma * rows.varies for rows in solved])
     names = [(label, rows.unit) for rows in solved for label in rows.labels]
-    return Gradients(
+    gradients = Gradients(
         tuple(m.name for m in measures), tuple(m.unit for m in measures),
         np.array([r.value for r in read]), notes, tuple(n for n, _ in names), tuple(u for _, u in names),
         sigma, by, result,
     )  # fmt: skip
+    return gradients, bool((edges > LOSES).any())
 
 
 def _run(machine: Machine, measures: Sequence[Measure], rtol: float) -> Result:
@@ -262,7 +288,8 @@ def _notes(
     for k, (found, own) in enumerate(zip(read, guards, strict=True)):
         told = [found.note] if found.note else []
         if lost[k]:
-            told.append("not resolved: an edge beside it is too fast for what it moves by over dies")
+            where = "beside it is too fast" if found.check else "within it moves by far too much"
+            told.append(f"not resolved: an edge {where} for what it moves by over dies")
         if small[k]:
             told.append(f"moves by {spread[k]:.2g} V over dies, which is less than the run resolves")
         if not told and result.disturbance is not None:
@@ -292,14 +319,16 @@ def _kicked(machine: Machine, way: Way) -> str:
     return f"uic: sources move {node} by {apart[worst]:.3g} V as it begins, of which the gradient has nothing"
 
 
-def _lost(read: Sequence[Reading], spread: F64) -> Bools:
-    """Which readings are extremes that edges hide.
+def _lost(read: Sequence[Reading], spread: F64, edge: float) -> Bools:
+    """Which readings are extremes that edges hide, and integrals whose edges move by far more than these.
 
-    spread: of the readings, of what their neighbours differ by, and of what an edge moves these by.
+    spread: of the readings, of what their neighbours differ by, and of what an edge moves these by. edge:
+    share of the last to which an integral is resolved.
     """
     own, differ, moves = np.split(spread, 3)
     checked = np.array([bool(found.check) for found in read])
-    return np.asarray(checked & ((differ > AGREED * own) | (moves > MOST_MOVED * own)))
+    hidden = checked & ((differ > AGREED * own) | (moves > MOST_MOVED * own))
+    return np.asarray(hidden | (~checked & (edge * moves > WITHIN * own)))
 
 
 def _until(way: Way, read: Sequence[Reading]) -> Way:
@@ -308,8 +337,10 @@ def _until(way: Way, read: Sequence[Reading]) -> Way:
     return Way(way.time[:end], way.voltage[:end], way.share[:end], way.order[:end])
 
 
-def _parameters(machine: Machine, way: Way, read: Sequence[Reading]) -> list[_Rows]:
-    """All parameters with what each moves the readings by."""
+def _parameters(
+    machine: Machine, way: Way, read: Sequence[Reading], times: Sequence[int]
+) -> tuple[list[_Rows], list[float]]:
+    """All parameters with what each moves the readings by, and what edges lose of those that are times."""
     k = machine.kernel
     slopes = np.zeros((len(read), way.time.size, k.unknowns))
     for m, each in enumerate(read):
@@ -324,6 +355,7 @@ def _parameters(machine: Machine, way: Way, read: Sequence[Reading]) -> list[_Ro
         title = machine.testbench.title
         raise SolverError(f"{title}: singular at its beginning; look for a node that floats")
     moved, sums = solved
+    lost = [lost_share(k, way, slopes[q], moved[q]) for q in times]
     devices = _transistors(machine, fets, sums)
     lines = _lines(machine, way, moved, sums)
     first = len(pairs) * k.transistors.sign.size
@@ -334,7 +366,7 @@ def _parameters(machine: Machine, way: Way, read: Sequence[Reading]) -> list[_Ro
         *_biases(machine, lines), *_behind_biases(machine, lines, len(read)),
         _temperature(machine, way, moved, sums),
     ]  # fmt: skip
-    return [rows for rows in found if len(rows.labels)]
+    return [rows for rows in found if len(rows.labels)], lost
 
 
 _OVERLAPS = ((1, 0), (1, 2), (0, 3), (2, 3))  # of a transistor's terminals, as `capacitances` has them

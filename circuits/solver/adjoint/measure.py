@@ -13,7 +13,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from circuits.arrays import F64
+from circuits.arrays import F64, I64
 from circuits.lowering.kernel import on_die
 from circuits.lowering.supply import spike_levels
 from circuits.silicon.die import Die
@@ -22,6 +22,7 @@ from circuits.solver.transient import Result
 
 _STEP = 1e-6  # V and us, by which a measured number's slopes are found; ours
 _SMALL = 1e-6  # V, of a swing that has no edge; ours
+_FAST = 0.01  # of an integral's time, within which its edge is over; ours
 _BISECTIONS = 60
 MOST_POINTS = 64  # pieces of a waveform, above which a number is one of the whole run; ours
 
@@ -36,7 +37,8 @@ class Reading(NamedTuple):
     slopes : its derivative by voltages: (row, column, slope) each, in its unit a V.
     note : why it has no value, or where it is not smooth; empty else.
     check : of an extreme, the slopes of what its two neighbours differ by, who should agree on it.
-    moves : of an extreme, the slopes of what the edge before it moves its neighbours by.
+    moves : of an extreme, the slopes of what the edge before it moves its neighbours by; of an integral, of
+        what its last fast edge alone moves it by.
     """
 
     value: float
@@ -258,7 +260,8 @@ class Integral(Measure):
         weight[:-1] += (right - left) - later
         rows = np.flatnonzero(weight)
         value = float(weight @ way.voltage[:, column])
-        return Reading(value, tuple((int(r), column, float(weight[r])) for r in rows))
+        slopes = tuple((int(r), column, float(weight[r])) for r in rows)
+        return Reading(value, slopes, moves=_last_edge(way, rows, column))
 
 
 @final
@@ -415,6 +418,21 @@ class _Search:
     def _with(self, **changed: object) -> Result:
         own = {f: getattr(self.result, f) for f in Result.__dataclass_fields__}
         return Result(**{**own, **changed})
+
+
+def _last_edge(way: Way, rows: I64, column: int) -> Slopes:
+    """What the last fast edge of a column within some rows moves the integral over these by; none without."""
+    y = way.voltage[rows, column]
+    swing, level = float(np.ptp(y)), 0.5 * float(y.max() + y.min())
+    passed = np.flatnonzero((y[1:] > level) != (y[:-1] > level)) + 1
+    if swing < _SMALL or not passed.size:
+        return ()
+    row = int(rows[passed[-1]])
+    step = way.time[row] - way.time[row - 1]
+    rate = float(np.abs(way.voltage[row, column] - way.voltage[row - 1, column]) / step)
+    if swing > _FAST * rate * float(way.time[rows[-1]] - way.time[rows[0]]):
+        return ()
+    return tuple((r, c, swing * by) for r, c, by in _passed(way, row, column, level).slopes)
 
 
 def top_of(way: Way, row: int, column: int, note: str = "") -> Reading:
