@@ -60,8 +60,15 @@ def needed(cards: Sequence[str], named: Sequence[str]) -> tuple[str, ...]:
 
 
 def quantity_of(target: BlockTarget, metric: str) -> Quantity:
-    """Give what is measured by the name of a metric, as `t_inh_s` or `MODULE:FUNCTION`."""
+    """Give what is measured by the name of a metric, as `t_inh_s` or `MODULE:FUNCTION`.
+
+    Raises `ParameterError` for a metric that is a word.
+    """
     name = metric.rpartition(":")[2].replace("-", "_")
+    numbers = {q.name for q in target.quantities}
+    if not numbers or name in {m.name for m in target.metrics} - numbers:
+        known = ", ".join(sorted(numbers)) or "those with a unit in noctule show BLOCK --metrics"
+        raise ParameterError(f"--metric: {metric}, is a word, must be a number; name one of {known}")
     return next((q for q in target.quantities if q.name == name), target.quantities[-1])
 
 

@@ -1,5 +1,7 @@
 """What `noctule gradient` says of a metric that has no gradient."""
 
+from pathlib import Path
+
 import pytest
 
 from system.cli.command_line import main
@@ -17,3 +19,14 @@ def test_a_metric_without_a_gradient_has_no_table_of_none(capsys: pytest.Capture
     said = capsys.readouterr().out
     assert "no gradient: reads devices beside the run's voltages" in said
     assert "nan" not in said
+
+
+@pytest.mark.parametrize("words", [["class"], ["t_inh_s", "class"]])
+def test_corner_of_a_metric_that_is_a_word_is_refused(
+    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    metrics = [text for word in words for text in ("--metric", word)]
+    assert main(["corners", "rebound-neuron", *metrics, "-o", str(tmp_path / "corners")]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("noctule: --metric: class, is a word, must be a number; name one of t")
+    assert error.count("\n") == 1
