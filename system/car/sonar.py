@@ -195,9 +195,12 @@ def _ranges(sonar: Sonar, delay: F64, time: float) -> tuple[F64, int]:
 
 
 def _readings(population: Population, delay: F64, time: float) -> F64:
-    """What a calibrated chip reads (s, NaN for none) of a ping's echoes, whose delays (s) rise."""
+    """What a calibrated chip reads (s, NaN for none) of a ping's echoes, whose delays (s) rise.
+
+    Beyond the room for echoes there is no reading.
+    """
     heard = population.echo[: delay.size]
-    heard[:, 0] = delay
+    heard[:, 0] = delay[: len(heard)]
     hear_ping(population, time, len(heard))
     found: F64 = np.full(delay.size, np.nan)
     found[: len(heard)] = heard[:, 1]

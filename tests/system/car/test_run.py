@@ -11,8 +11,9 @@ from circuits.silicon.die import Die
 from system.car.numbers import ARCS
 from system.car.run import ENDS, SUMMARY, SYSTEM, Trace, run, sonar_of, summarise
 from system.car.scenario import Scenario
-from system.car.sonar import Sonar
+from system.car.sonar import Sonar, _ranges
 from system.openspace.population import forget, hear_ping
+from system.openspace.state import ECHOES
 from tests.refusals import refusals
 
 PINGS = 60
@@ -127,3 +128,11 @@ def read(sonar: Sonar) -> F64:
     sonar.population.echo[:5, 0] = heard
     hear_ping(sonar.population, 0.5, 5)
     return sonar.population.echo[:5, 1].copy()
+
+
+def test_echoes_of_a_ping_for_which_there_is_no_room_are_missed() -> None:
+    at, _ = sonar_of(Scenario(ranges="chip", die=Die(number=1000)), np.random.default_rng(0))
+    assert at is not None
+    found, missed = _ranges(at(0.0), np.linspace(3e-3, 12e-3, ECHOES + 10), 0.0)
+    assert np.isnan(found[ECHOES:]).all()
+    assert missed == np.isnan(found).sum() >= 10

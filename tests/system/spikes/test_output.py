@@ -152,7 +152,14 @@ def test_each_robot_has_the_option_or_refuses_it_in_one_line(run: Run, tmp_path:
     refused = {
         ("bug", "--ideal"): "--spikes: only those of a chip are recorded; add --brain chip",
         ("car", "--ranges", "exact"): "--spikes: only those of a chip are recorded; give --ranges chip",
-        ("forest", "--silicon-noise", "off"): "recorded; give --silicon-noise white, or all, or leave it out",
+        ("forest", "--ranges", "exact"): "--spikes: only those of a chip are recorded; give --ranges chip",
+        (
+            "forest",
+            "--bias-kind",
+            "gate",
+            "--silicon-noise",
+            "off",
+        ): "recorded; give --silicon-noise white, or all, or leave it out",
         ("rover", "--ideal"): "--spikes: only those of a chip are recorded; add --cells chip",
         ("spiking-bat", "--ideal"): "--spikes: only those of a chip are recorded; add --brain chip",
     }
