@@ -19,10 +19,9 @@ import numpy as np
 from circuits.arrays import F64
 from system.car.arcs import Arcs, blocked, immediacies, moved
 from system.car.numbers import ARCS, DIRECTIONS, MIDDLE, OpenspaceNumbers, Robot
-from system.car.sonar import SPEED, Sonar, ping
+from system.car.sonar import Sonar, listened, ping
 from system.car.world import Pipes
 from system.openspace.choice import add_goal, aimed_arc, best, excite, inhibit, remember
-from system.openspace.reader import WINDOW
 
 Pose = tuple[float, float, float]  # m, m, rad
 
@@ -179,8 +178,7 @@ def _sense(
         counts["near"] += heard.near
         both = [heard]
         if soft:
-            # when the farthest echo is heard, and what the chip answers to it
-            later = state.time + 2.0 * robot.max_range / SPEED + robot.call + WINDOW
+            later = state.time + listened(robot)
             both.append(ping(sonar, head, 2 * counts["pings"] + 1, soft=True, time=later))
             found = np.concatenate([found, both[1].place])
             counts["soft_pings"] += 1

@@ -25,12 +25,19 @@ from system.car.localiser import trained
 from system.car.numbers import DIRECTIONS, PIPE_RADIUS
 from system.car.picture import draw_robot
 from system.car.scenario import Scenario, check_pipes, no_silicon
-from system.car.sonar import SPEED, Sonar, noise_of
+from system.car.sonar import SPEED, Sonar, listened, noise_of
 from system.car.world import Pipes, forest_of, number_of, start_of
 from system.meaning import meanings, of_run
 from system.openspace.flight import WAY_KEYS, entries_of
 from system.openspace.moving import along_jitter
-from system.openspace.population import coded, no_population, population_on, unsure_delays
+from system.openspace.population import (
+    check_rate,
+    coded,
+    jitter_of,
+    no_population,
+    population_on,
+    unsure_delays,
+)
 from system.openspace.reader import CALIBRATIONS, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.options.block import describe_run
@@ -181,6 +188,8 @@ def sonar_of(
         return lambda _: still, 0
     codes = s.ranging_codes
     noisy = device_noise(s)
+    if codes is not None:  # a soft ping's echoes too, for which a cycle is longer by a blanking
+        check_rate("ping_rate", s.robot.ping_rate, listened(s.robot))
     begun_c = beginning_of(s.temperature_c, s.course) if s.course else None
 
     def made(celsius: float) -> tuple[Sonar, int]:
@@ -192,7 +201,9 @@ def sonar_of(
         chip = coded(silicon, codes, s.bias_kind)
         return replace(still, population=population_on(chip, noisy, begun_c)), unsure_delays(chip)
 
-    at = along_jitter(s.course, s.temperature_c, made, lambda found: found[0].jitter)
+    at = along_jitter(
+        s.course, s.temperature_c, made, lambda found: jitter_of(found[0].population, found[0].reader)
+    )
     return lambda time: at(time)[0], at(0.0)[1]
 
 

@@ -21,12 +21,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.ranging.noise import Jitter
 from circuits.arrays import C128, F64, I64, Bools
 from system.car.localiser import WIDEST, Localiser, hearing, localise, volts
 from system.car.numbers import PIPE_RADIUS, Robot
 from system.openspace.population import Population, hear_ping, no_population
-from system.openspace.reader import STEP
+from system.openspace.reader import STEP, WINDOW
 from system.openspace.reader_noise import Reader, answers, next_ping, no_reader, read
 from system.worlds.sound.acoustics import (
     AIR_TEMPERATURE,
@@ -79,15 +78,15 @@ class Sonar:
     population: Population = field(default_factory=no_population)
     spikes: list[tuple[F64, I64]] | None = None
 
-    @property
-    def jitter(self) -> Jitter:
-        """How the inhibition of its chip's neurons jitters; of none without noise."""
-        return self.population.chip.jitter if self.population.on.size else self.reader.jitter
-
 
 class _Echoes(NamedTuple):
     delay: F64  # s
     amplitude: F64  # float64[3, n]
+
+
+def listened(robot: Robot) -> float:
+    """Return from a ping to when the farthest echo is heard, and what a chip answers to it, s."""
+    return 2.0 * robot.max_range / SPEED + robot.call + WINDOW
 
 
 def noise_of(robot: Robot, random: np.random.Generator) -> C128:

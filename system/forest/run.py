@@ -39,7 +39,8 @@ from system.openspace.flight import (
 from system.openspace.law import arcs_of
 from system.openspace.moving import Moving, along_jitter
 from system.openspace.picture import draw_view_of_run, film_of_flight
-from system.openspace.senses import IDEAL, Sensing, jitter_of, senses_of
+from system.openspace.population import jitter_of
+from system.openspace.senses import IDEAL, Sensing, senses_of
 from system.openspace.senses_kernel import Senses
 from system.option import Option
 from system.options.block import describe_run
@@ -174,7 +175,7 @@ def moving_of(scenario: Scenario) -> Moving:
         sensing = replace(s.sensing, ripple=s.ripple)
         return senses_of(sensing, s.bat, silicon, key, begun_c, s.bias_kind, codes, selecting)
 
-    senses_at = along_jitter(s.course, s.temperature_c, made, jitter_of)
+    senses_at = along_jitter(s.course, s.temperature_c, made, lambda s: jitter_of(s.population, s.reader))
     return Moving(senses_at, course_through(s.course))
 
 

@@ -48,7 +48,7 @@ from chips.ranging.kernel import (
 )
 from chips.ranging.law import Neurons
 from chips.ranging.model import ReboundModel, check_box, neurons_on, with_biases
-from chips.ranging.noise import new_jitter, no_jitter
+from chips.ranging.noise import Jitter, new_jitter, no_jitter
 from chips.ranging.temperature import conditions_of
 from circuits.arrays import F64, I64, Bools
 from circuits.circuit import BiasKind
@@ -57,6 +57,7 @@ from circuits.errors import ParameterError
 from circuits.silicon.process import kelvin
 from circuits.silicon.silicon import Silicon
 from system.openspace.reader import CALL, STEP, WINDOW, delays, late_spikes
+from system.openspace.reader_noise import Reader
 from system.openspace.state import ECHOES
 
 TOLERANCE = 30e-6  # s, to which answers are alike
@@ -220,14 +221,27 @@ def unsure_delays(chip: Coded) -> int:
     return late_spikes(chip.neurons())[1]
 
 
-def lone_readings(chip: Coded) -> F64:
-    """Return what a chip without noise reads of an echo alone at each of `delays`, s, NaN for none.
+def check_rate(name: str, rate: float, longest: float) -> None:
+    """Ask that no call comes before all echoes of the last one are answered.
 
-    Raises as `population_on`.
+    name: of the rate of pings, Hz; longest: s, from a call to the last echo of its ping.
+
+    Raises
+    ------
+    ParameterError
+        It may come: the chip would take the one's echoes for the other's.
     """
-    p, found = population_on(chip), np.zeros(delays().size)
-    _read_each(p, delays(), found)
-    return found
+    most = 1.0 / (longest + WINDOW)
+    if rate > most:
+        raise ParameterError(
+            f"{name}: {rate:g} Hz, must be <= {most:.3g} Hz, or a call comes before the ranging chip has"
+            " answered the echoes of the last one; ping more slowly, or take `ranges=exact`"
+        )
+
+
+def jitter_of(population: Population, reader: Reader) -> Jitter:
+    """Return how the inhibition of a chip's neurons jitters, calibrated or not; of none without noise."""
+    return population.chip.jitter if population.on.size else reader.jitter
 
 
 @lru_cache(maxsize=KEPT)
@@ -367,16 +381,7 @@ def _misfit(p: Population, d: int, gap: float) -> float:
     for k in range(p.on.size):
         soon = p.soon[k, d] if p.soon[k, d] <= gap else SILENT
         answered |= p.answer[k] < SILENT and p.soon[k, d] < SILENT
-        if p.on[k] and not p.spoken[k]:
+        if not p.spoken[k]:
             apart = (p.answer[k] - soon) / TOLERANCE
             total += apart * apart
     return total if answered else math.inf
-
-
-@_compiled
-def _read_each(p: Population, when: F64, found: F64) -> None:
-    """Reading of an echo alone at each delay, s."""
-    for j in range(when.size):
-        p.echo[0, 0] = when[j]
-        hear_ping(p, (j + 1.0) * 2.0 * _TO_REST, 1)
-        found[j] = p.echo[0, 1]

@@ -29,7 +29,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chips.codes import Codes
-from chips.ranging.noise import Jitter
 from chips.selection.kernel import Selection
 from chips.selection.model import MARGIN
 from chips.selection.noise import no_selection_noise
@@ -40,7 +39,7 @@ from circuits.errors import ParameterError
 from circuits.generator.ripple import Ripple
 from circuits.silicon.silicon import Silicon
 from system.openspace.law import ARCS, Bat
-from system.openspace.population import coded, forget, no_population, population_on
+from system.openspace.population import check_rate, coded, forget, no_population, population_on
 from system.openspace.reader import CALIBRATIONS, STEP, Calibration, readings
 from system.openspace.reader_noise import no_reader, reader_of
 from system.openspace.selecting import FIXED, Selecting, chosen_by
@@ -126,7 +125,8 @@ def senses_of(
     hears whole pings and is read by all that answers where it has codes, else by the first neuron; selecting:
     what the selection's chip is biased with.
 
-    Raises `ParameterError` for silicon that a model does not cover; a die outside the validity box of the
+    Raises `ParameterError` for silicon that a model does not cover, and for pings that come before a
+    calibrated ranging chip has answered the last one's echoes; a die outside the validity box of the
     ranging chip's record warns.
     """
     speed = speed_of_sound(AIR_TEMPERATURE)
@@ -141,6 +141,7 @@ def senses_of(
             reader = reader_of(silicon, sensing.reader, noise, area, bias_kind, begun_c)
             reading = 0.5 * speed * delays
         else:
+            check_rate("ping_rate", bat.ping_rate, 2.0 * bat.max_range / speed)
             touched = 2.0 * bat.zone / (speed + bat.max_speed)
             population = population_on(coded(silicon, codes, bias_kind, area, touched), noise, begun_c)
     chip, chip_noise, board = _NO_CHIP, no_selection_noise(), np.ones(ARCS)
@@ -190,11 +191,6 @@ def begin_again(senses: Senses) -> None:
     """Begin another run, its chip at rest and with draws of its own: what flicker was before is forgotten."""
     senses.reader.jitter.last[:] = -math.inf
     forget(senses.population)
-
-
-def jitter_of(senses: Senses) -> Jitter:
-    """Return how the inhibition of the ranging chip's neurons jitters; of none without noise."""
-    return senses.population.chip.jitter if senses.population.on.size else senses.reader.jitter
 
 
 def with_area(sensing: Sensing, area: float) -> Sensing:

@@ -11,7 +11,8 @@ from circuits.silicon.silicon import Silicon
 from system.openspace.flight import fly_sample, planter
 from system.openspace.law import Bat, arcs_of
 from system.openspace.moving import Moving, along_jitter, still
-from system.openspace.senses import Sensing, jitter_of, senses_of
+from system.openspace.population import jitter_of
+from system.openspace.senses import Sensing, senses_of
 from system.openspace.senses_kernel import Senses
 
 BAT, SENSING = Bat(), Sensing("chip", silicon_noise="white")
@@ -24,7 +25,9 @@ def made(celsius: float) -> Senses:
 
 
 def moving(points: Points) -> Moving:
-    return Moving(along_jitter(points, 27.0, made, jitter_of), course_through(points))
+    return Moving(
+        along_jitter(points, 27.0, made, lambda s: jitter_of(s.population, s.reader)), course_through(points)
+    )
 
 
 def test_pings_are_counted_up_to_a_change() -> None:
@@ -46,7 +49,7 @@ def test_each_ping_has_the_senses_of_its_time() -> None:
 
 
 def test_the_noise_of_a_reader_goes_on() -> None:
-    at = along_jitter(STEP, 27.0, made, jitter_of)
+    at = along_jitter(STEP, 27.0, made, lambda s: jitter_of(s.population, s.reader))
     cold = at(1.0)
     cold.reader.jitter.calls[0], cold.reader.jitter.last[0] = 7, 1.0
     cold.reader.jitter.relaxation[:] = 0.5

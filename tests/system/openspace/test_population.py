@@ -17,6 +17,10 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
+from system.car.numbers import Robot
+from system.car.run import sonar_of
+from system.car.scenario import Scenario as Car
+from system.openspace.law import Bat
 from system.openspace.population import (
     SOON,
     Coded,
@@ -24,12 +28,12 @@ from system.openspace.population import (
     coded,
     forget,
     hear_ping,
-    lone_readings,
     no_population,
     population_on,
     unsure_delays,
 )
 from system.openspace.reader import WINDOW, delays, late_spikes
+from system.openspace.senses import Sensing, senses_of
 from system.worlds.sound.acoustics import speed_of_sound
 
 SILICON = Silicon(AMI_1500, die=Die(number=4))
@@ -52,6 +56,12 @@ def read(population: Population, time: float, echoes: F64) -> F64:
     population.echo[: echoes.size, 0] = echoes
     hear_ping(population, time, echoes.size)
     return population.echo[: echoes.size, 1].copy()
+
+
+def lone_readings(chip: Coded) -> F64:
+    """What a chip without noise reads of an echo alone at each of `delays`, s, NaN for none."""
+    population, each = population_on(chip), delays()
+    return np.array([read(population, 0.2 * (k + 1), each[k : k + 1])[0] for k in range(each.size)])
 
 
 def trains(count: int) -> list[F64]:
@@ -163,3 +173,16 @@ def test_outside_the_box_it_is_refused(chip: Coded) -> None:
 
 def test_without_a_chip_there_is_no_neuron() -> None:
     assert no_population().on.size == no_population().met.size == 0
+
+
+def test_a_call_before_the_last_ping_is_answered_is_refused(codes: Codes) -> None:
+    heard = Sensing("chip")
+    with pytest.raises(
+        ParameterError, match=r"ping_rate: 40 Hz, must be <= 30\.6 Hz, or a call comes before"
+    ):
+        senses_of(heard, Bat(ping_rate=40.0), SILICON, codes=codes)
+    senses_of(heard, Bat(ping_rate=30.0), SILICON, codes=codes)
+    with pytest.raises(ParameterError, match=r"ping_rate: 80 Hz, must be <= 62\.\d Hz"):
+        sonar_of(
+            Car(ranges="chip", die=Die(number=1000), robot=Robot(ping_rate=80.0)), np.random.default_rng(0)
+        )
