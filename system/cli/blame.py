@@ -117,6 +117,8 @@ def document(found: Blame, told: Told, again: str) -> dict[str, Any]:
         "guilty": accused.guilty,
         "die_succeeds": _share(accused.pairs.first_share),
         "healed_succeeds": _share(accused.pairs.second_share),
+        "recalibrated": found.case.recalibrated,
+        "healed_succeeds_at_die_codes": None if found.held is None else _share(found.held.pairs.second_share),
         "finished": found.finished,
         "steps": [
             {"level": s.level, "among": s.among, "kept": s.kept, "trials": s.trials} for s in found.steps

@@ -307,6 +307,8 @@ trials                   integer    -     runs that were made
 guilty                   boolean    -     whether the die is to blame
 die_succeeds             object     -     trials on the die
 healed_succeeds          object     -     the same on the die healed of all deviations
+recalibrated             boolean    -     whether every edited die is calibrated anew
+healed_succeeds_at_die_codes  object?  -  trials of the healed die with codes of the die; null unless it is so
 finished                 boolean    -     whether the search ended before its trials did
 steps                    object[]   -     levels of the search
 steps.level              string     -     what its parts are
@@ -347,7 +349,7 @@ command                  string     -     command that runs the mended robot
         f"{where}.{key}": each
         for where in (
             "die_succeeds", "healed_succeeds", "verified.mended_succeeds", "verified.healed_succeeds",
-            "random_mends", "codes.succeeds",
+            "healed_succeeds_at_die_codes", "random_mends", "codes.succeeds",
         )
         for key, each in {
             **meanings(SHARE_OF), **meanings(INTERVAL_KEYS, "interval"),

@@ -22,7 +22,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from chips.ranging import circuit as ranging_chip
-from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.codes.find import quietly
 from system.experiment import Experiment, Progress, Report
@@ -31,6 +30,7 @@ from system.rule import at_least, at_most, unjudged
 from system.statement import Statement
 from system.study.blame.blame import BUDGET, blame
 from system.study.blame.trial import Case
+from system.study.blame.verdict import NothingFailsError
 from system.study.campaign import ALONE, Campaign, Execution, Numbered, Runs
 from system.study.statistics.share import Share, share_where
 from system.verdict.null import nulls_of
@@ -87,15 +87,15 @@ def reproduce(
     wanted, found = {DIE: dies, PLANTED: faults}, {}
     with execution.open(campaign) as runs:
         for name, count in wanted.items():
-            found[name] = _guilty(runs, name, count)
+            found[name] = guilty(runs, name, count)
             progress(sum(map(len, found.values())) / max(dies + faults, 1))
     return Report(
         statements(found), lambda figure: _draw(found, figure), notes(found),
-        nulls_of(statements, {RANDOM: _at_random(found)}),
+        nulls_of(statements, {RANDOM: at_random(found)}),
     )  # fmt: skip
 
 
-def _guilty(runs: Runs[Numbered, Outcome], name: str, count: int) -> list[Outcome]:
+def guilty(runs: Runs[Numbered, Outcome], name: str, count: int) -> list[Outcome]:
     """The first so many outcomes with somebody to blame; a die may fail by its noise alone."""
     kept: list[Outcome] = []
     if count > 0:
@@ -119,18 +119,24 @@ def run_one(key: Numbered) -> Outcome:
     device = _device(key.number) if key.condition == PLANTED else ""
     die = _with_fault(device, key.number) if device else Die(number=key.number, process=False)
     system = load_system("approach")
+    case = Case(system, system.on_silicon(**OPTIONS, die=die, seed=key.number))
+    return replace(blamed(case), planted=device)
+
+
+def blamed(case: Case) -> Outcome:
+    """Blame a robot on a die."""
     try:
         with quietly():
-            found = blame(Case(system, system.on_silicon(**OPTIONS, die=die, seed=key.number)))
-    except ParameterError:  # no trial fails
-        return Outcome(failing=False, planted=device)
+            found = blame(case)
+    except NothingFailsError:
+        return Outcome(failing=False)
     if not found.accused.guilty:
-        return Outcome(failing=True, trials=found.trials, planted=device)
+        return Outcome(failing=True, trials=found.trials)
     random = found.random or Share(0, 0)
     return Outcome(
         failing=True, guilty=True, named=tuple(each.path for each in found.culprits),
         mends=found.verified is not None and found.verified.mends, trials=found.trials,
-        random=random.passed, sets=random.of, planted=device,
+        random=random.passed, sets=random.of,
     )  # fmt: skip
 
 
@@ -151,7 +157,7 @@ def statements(found: Found) -> tuple[Statement, ...]:
     """Make the rows: dies mended by number of devices, faults named, devices at random, trials."""
     rows = []
     for count, by_hand in BY_HAND.items():
-        share = share_where(_mended(run, count) for run in found[DIE])
+        share = share_where(mended_by(run, count) for run in found[DIE])
         rows.append(Statement(f"mended_by_{count}", by_hand, share.measured(), at_least(by_hand)))
     named = share_where(run.named_first for run in found[PLANTED])
     rows.append(Statement("planted_named_first", None, named.measured(), at_least(NAMED)))
@@ -164,7 +170,8 @@ def statements(found: Found) -> tuple[Statement, ...]:
     return tuple(rows)
 
 
-def _mended(run: Outcome, count: int) -> bool:
+def mended_by(run: Outcome, count: float) -> bool:
+    """Whether healing so many devices at most mends."""
     return run.mends and len({*map(_owner, run.named)}) <= count
 
 
@@ -174,7 +181,7 @@ def _owner(path: str) -> str:
     return head if last in {"v_t0", "beta"} else path
 
 
-def _at_random(found: Found) -> Found:
+def at_random(found: Found) -> Found:
     """As many devices at random in place of those that were named."""
     return {
         name: [
@@ -200,7 +207,7 @@ def _draw(found: Found, figure: Figure) -> None:
     """Share of failing dies that are mended against the number of devices, beside the search by hand."""
     ax = figure.subplots()
     counts = np.arange(1, 13)
-    shares = [share_where(_mended(run, int(n)) for run in found[DIE]).value for n in counts]
+    shares = [share_where(mended_by(run, float(n)) for run in found[DIE]).value for n in counts]
     ax.step(counts, shares, where="post", label="blame")
     ax.plot(list(BY_HAND), list(BY_HAND.values()), "o", label="greedy by hand, other dies")
     ax.axhline(0.8, lw=0.6)

@@ -6,8 +6,10 @@
 4. As many devices at random, of the same circuit and with the same spread, show whether any would do.
 5. The area that the devices would need, and codes of a calibration, are tried as other remedies.
 
-Codes are those of the unhealed die throughout: healing a device leaves what a calibration did about it. The
-robot on the mended die with codes of its own stands beside.
+Codes are those of the unhealed die: healing a device leaves what a calibration did about it. The robot on the
+mended die with codes of its own stands beside. Codes that took out what the die deviates are wrong for the
+healed die, which may fail with them. Where it does, but succeeds once calibrated itself, every edited die is
+calibrated anew throughout, and the mended die with the codes of the unhealed one stands beside.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -22,17 +25,18 @@ from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.edit import DEVIATIONS, Edit
 from circuits.silicon.process import Process
+from system.options.codes import CALIBRATED
 from system.study.blame.part import Part, Parts, shared_by_all
 from system.study.blame.search import Rates, Step, Test, fresh, judged_by, narrow
 from system.study.blame.trial import ALL, Case, SpentError, Trials
-from system.study.blame.verdict import FEWEST, Accused, Verified, accuse, verify
+from system.study.blame.verdict import FEWEST, Accused, HealedNotMadeError, Verified, accuse, verify
+from system.study.statistics.power import LIMIT
 from system.study.statistics.share import Share, share_where
 
 BUDGET = 300  # trials of one die
 AREAS = (2.0, 4.0, 8.0, 16.0, 32.0, 64.0)  # times the devices', of which the least that mends is found; ours
 RANDOM = 5  # sets of devices at random; ours
 OTHERS = 20 + 2 * FEWEST  # trials that a search leaves over
-CALIBRATED, DEFAULT = "calibrated", "default"
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +72,10 @@ class Remedy:
 class Blame:
     """What is to blame for a robot that fails on a die.
 
-    case : the robot on the die, with its first trial.
+    case : the robot on the die, with its first trial, and whether edited dies are calibrated anew.
     accused : whether the die is to blame; without that the rest is empty.
+    held : the same with codes of the die on the healed one, where these are not what it was accused by; None
+        too where it cannot be run with them.
     steps : levels of the search.
     culprits : the fewest that were found.
     finished : whether the search ended before its trials did.
@@ -94,6 +100,7 @@ class Blame:
     trials: int = 0
     counts: Mapping[str, int] = field(default_factory=dict)
     processes: Mapping[str, Process] = field(default_factory=dict)
+    held: Accused | None = None
 
     @property
     def mended(self) -> Die:
@@ -116,12 +123,13 @@ def blame(case: Case, most: int = BUDGET, progress: Callable[[float], None] = la
     Raises
     ------
     ParameterError
-        None of the first trials fails, or nothing on the die deviates.
+        None of the first trials fails, the healed die cannot be run, or nothing on the die deviates.
     """
     trials = Trials(case, most, told=lambda made: progress(made / most))
-    accused = accuse(trials, case.scenario.seed)
+    accused, held = _accused(trials)
+    case = trials.case
     if not accused.guilty:
-        return Blame(case, accused, trials=trials.made)
+        return Blame(case, accused, trials=trials.made, held=held)
     parts = Parts(case.die, case.drawn())
     if not parts.circuits():
         raise ParameterError(f"{case.system.name}: nothing deviates on {case.die}, must be a drawn die")
@@ -131,9 +139,24 @@ def blame(case: Case, most: int = BUDGET, progress: Callable[[float], None] = la
     trials.most = most
     begun = Blame(
         case, accused, tuple(steps), tuple(_culprit(parts, part) for part in found), finished,
-        counts={part.path: parts.devices(part) for part in found}, processes=parts.processes,
+        counts={part.path: parts.devices(part) for part in found}, processes=parts.processes, held=held,
     )  # fmt: skip
     return _judged(begun, trials, parts, found, rates)
+
+
+def _accused(trials: Trials) -> tuple[Accused, Accused | None]:
+    """Accuse the die, and give what codes of the die gave before, where edited dies are calibrated anew."""
+    case, seed = trials.case, trials.case.scenario.seed
+    if not case.calibrated:
+        return accuse(trials, seed), None
+    try:
+        held = accuse(trials, seed, LIMIT / 2.0)
+    except HealedNotMadeError:
+        held = None
+    if held is not None and held.guilty:
+        return held, None
+    trials.case = replace(case, recalibrated=True)
+    return accuse(trials, seed, LIMIT / 2.0), held
 
 
 def rates_of(accused: Accused) -> Rates:
@@ -212,15 +235,18 @@ def _remedies(begun: Blame, trials: Trials) -> tuple[Remedy, ...]:
     case, seeds = begun.case, begun.accused.pairs.seeds[:6]
     if not case.coded or case.scenario.bias_kind == "gate":  # fixed gates have no codes
         return ()
+    own: dict[str, Any] = {"own_codes": True, "codes": CALIBRATED}
     asked = {
-        "the die at codes of its own calibration": (case.die, CALIBRATED),
-        "the mended die at codes of its own calibration": (begun.mended, CALIBRATED),
-        "the healed die at codes of its own calibration": (case.healed(ALL), CALIBRATED),
+        "the die at codes of its own calibration": (case.die, own),
+        "the mended die at codes of its own calibration": (begun.mended, own),
+        "the healed die at codes of its own calibration": (case.healed(ALL), own),
     }
+    if case.recalibrated:
+        asked = {"the mended die at the codes of the die": (begun.mended, {"own_codes": False})}
     found = []
     for name, (die, codes) in asked.items():
         try:
-            share = share_where(trials.succeeds(die, s, own_codes=True, codes=codes) for s in seeds)
+            share = share_where(trials.succeeds(die, s, **codes) for s in seeds)
         except (SpentError, ParameterError):
             found.append(Remedy(name, None))
         else:

@@ -185,22 +185,35 @@ def _apart(values: Sequence[float | None]) -> float:
 def verdict_lines(found: Blame) -> list[str]:
     """What was found, a sentence each."""
     pairs, name = found.accused.pairs, found.case.system.name
+    anew = " and calibrated anew" if found.case.recalibrated else ""
     first = (
-        f"The die succeeds in {pairs.first_share} of its trials, healed of all deviations in"
+        f"The die succeeds in {pairs.first_share} of its trials, healed of all deviations{anew} in"
         f" {pairs.second_share}"
     )
     low, high = (100.0 * x for x in (found.accused.interval.low, found.accused.interval.high))
     gain = f"a difference of {low:.0f} to {high:.0f} points"
     if not found.accused.guilty:
         told = f"as far as {len(pairs.seeds)} pairs of trials tell"
-        return [f"{first}: {gain}. It is not the die that makes {name} fail, {told}."]
-    lines = [f"{first}: {gain}. The die is to blame."]
+        return [f"{first}: {gain}. It is not the die that makes {name} fail, {told}.", *_held(found)]
+    lines = [f"{first}: {gain}. The die is to blame.", *_held(found)]
     count = len(found.culprits)
     what = "one part of it" if count == 1 else f"{count} parts of it"
     least = "" if found.finished else ", where the search ended since its trials were over"
     paths = "; ".join(each.path for each in found.culprits)
     lines.append(f"The fewest whose healing mends are {what}{least}: {paths}.")
     return [*lines, *_sure(found), *_else(found)]
+
+
+def _held(found: Blame) -> list[str]:
+    """What the healed die does with codes that are right for the die alone, where it was calibrated anew."""
+    if not found.case.recalibrated:
+        return []
+    share = "cannot run" if found.held is None else f"succeeds in {found.held.pairs.second_share}"
+    text = (
+        f"With the codes of the die, which are not right for it, the healed die {share}. So every edited die"
+        " is calibrated anew."
+    )
+    return [text]
 
 
 def _sure(found: Blame) -> list[str]:
@@ -250,6 +263,7 @@ def mended_options(found: Blame) -> list[tuple[str, str]]:
     options = [("only", path) for edit in die.edits if edit.kind == "only" for path in edit.paths]
     options += [("heal", path) for edit in die.edits if edit.kind == "heal" for path in edit.paths]
     options += [("deviate", f"{at}={value}") for at, value in _set_last(die).items()]
-    if found.case.coded and getattr(found.case.scenario, "code_choice", "default") != "default":
+    case = found.case
+    if case.coded and not case.recalibrated and getattr(case.scenario, "code_choice", "default") != "default":
         options.append(("codes_of", str(found.case.die.number)))
     return options

@@ -11,6 +11,7 @@ from circuits.errors import CircuitError, DataError
 from circuits.silicon.die import Die, Drawn, Family, drawn_for, noted
 from circuits.silicon.edit import DEVIATIONS, Edit, overlap
 from system.codes.find import quietly
+from system.options.codes import CALIBRATED
 from system.study.metrics.success import Wanted
 from system.system import SUCCEEDED, System
 
@@ -50,11 +51,14 @@ class Case:
         Its first trial, on the die that is to be blamed.
     wanted : Wanted or None
         Success in the user's words; the system's own sentence unless given.
+    recalibrated : bool
+        Whether each edited die has codes of a calibration of its own, rather than those of the die to blame.
     """
 
     system: System[Any, Any]
     scenario: Any
     wanted: Wanted | None = None
+    recalibrated: bool = False
 
     @property
     def definition(self) -> str:
@@ -76,7 +80,13 @@ class Case:
         """Whether its chips have codes."""
         return any(one.field == CODED_ON for one in self.system.settings.values())
 
-    def on(self, die: Die, seed: int, *, own_codes: bool = False, **given: Any) -> Any:
+    @property
+    def calibrated(self) -> bool:
+        """Whether its chips have codes of a calibration of the die."""
+        s = self.scenario
+        return self.coded and s.code_choice == CALIBRATED and s.coded_on is None
+
+    def on(self, die: Die, seed: int, *, own_codes: bool | None = None, **given: Any) -> Any:
         """Return the scenario of a trial.
 
         Parameters
@@ -86,10 +96,12 @@ class Case:
         seed
             Seed of noise and world.
         own_codes
-            Whether codes are those of that die, rather than those of the die to blame.
+            Whether codes are those of that die, rather than those of the die to blame; as of the case unless
+            given.
         given
             Fields that go over those of the first trial.
         """
+        own_codes = self.recalibrated if own_codes is None else own_codes
         held = {CODED_ON: self.scenario.coded_on or self.die} if self.coded and not own_codes else {}
         return replace(self.scenario, **held, **given, die=die, seed=seed)
 
@@ -148,27 +160,34 @@ class Trials:
     told: Callable[[int], None] = lambda _: None
     _kept: dict[tuple[Die, int, bool, str], Outcome] = field(default_factory=dict)
 
-    def succeeds(self, die: Die, seed: int, *, own_codes: bool = False, codes: str = "") -> bool:
+    def succeeds(self, die: Die, seed: int, *, own_codes: bool | None = None, codes: str = "") -> bool:
         """Say whether a trial on an edited die succeeds; raises `SpentError` where no more may be made.
 
         own_codes : as of `Case.on`; codes : option that goes over that of the case; none for that.
         """
-        key = die, seed, own_codes, codes
+        key = self._key(die, seed, own_codes=own_codes, codes=codes)
         if key not in self._kept:
             if self.made >= self.most:
                 raise SpentError
             given = {"codes": codes} if codes else {}
-            self._kept[key] = trial(self.case, die, seed, own_codes=own_codes, **given)
+            self._kept[key] = trial(self.case, die, seed, own_codes=key[2], **given)
             self.made += 1
             self.told(self.made)
         return self._kept[key].succeeded
 
     def failure(self, die: Die, seed: int) -> str:
         """Return why a trial that was asked for was not run; empty where it was."""
-        return self._kept[die, seed, False, ""].failed
+        return self._kept[self._key(die, seed)].failed
+
+    def _key(
+        self, die: Die, seed: int, *, own_codes: bool | None = None, codes: str = ""
+    ) -> tuple[Die, int, bool, str]:
+        """What tells a trial from others: codes of the die to blame are its own."""
+        own = self.case.recalibrated if own_codes is None else own_codes
+        return die, seed, own and (bool(codes) or die != self.case.die), codes
 
 
-def trial(case: Case, die: Die, seed: int, *, own_codes: bool = False, **given: Any) -> Outcome:
+def trial(case: Case, die: Die, seed: int, *, own_codes: bool | None = None, **given: Any) -> Outcome:
     """Run a case once on a die; arguments as of `Case.on`."""
     trace = outcome_of(lambda: case.system.run(case.on(die, seed, own_codes=own_codes, **given)))
     if isinstance(trace, CircuitError):

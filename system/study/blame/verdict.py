@@ -91,35 +91,42 @@ class NothingFailsError(ParameterError):
     """None of the first trials fails, so that there is nothing to blame a die for."""
 
 
-def accuse(trials: Trials, first: int) -> Accused:
+class HealedNotMadeError(ParameterError):
+    """No trial of the healed die can be made, which tells nothing of the die."""
+
+
+def accuse(trials: Trials, first: int, limit: float = LIMIT) -> Accused:
     """Say whether the die is to blame, over trials from a seed on.
 
+    limit : probability at most of a die that is accused and not to blame.
+
     Raises `NothingFailsError` where none of the first trials fails, `UnknownNameError` for an edit of the
-    die that means no device, and `ParameterError` where the healed die cannot be run at all.
+    die that means no device, and `HealedNotMadeError` where the healed die cannot be run at all.
     """
     *some, most = LOOKS
+    level = 1.0 - limit / len(LOOKS)
     for count in some:
-        found = _look(trials, first, count)
+        found = _look(trials, first, count, level)
         if found.guilty or (count >= ENOUGH and found.pairs.gained <= found.pairs.lost):
             return found
-    return _look(trials, first, most)
+    return _look(trials, first, most, level)
 
 
-def _look(trials: Trials, first: int, count: int) -> Accused:
+def _look(trials: Trials, first: int, count: int, level: float) -> Accused:
     """Ask after so many pairs."""
     case = trials.case
     healed = case.healed(ALL)
     pairs = paired(trials, case.die, healed, range(first, first + count))
     check_drawn(case.die)
     unmade = [trials.failure(healed, seed) for seed in pairs.seeds]
-    if all(unmade):  # which tells nothing of the die
-        raise ParameterError(f"{case.system.name}: no trial of the healed die can be made: {unmade[0]}")
     if all(pairs.first):
         raise NothingFailsError(
             f"{case.system.name}: on {case.die} all trials of seeds {first} to {first + count - 1} succeed,"
             " must fail in one; take another die or seed"
         )
-    return Accused(pairs, pairs.difference(1.0 - LIMIT / len(LOOKS)))
+    if all(unmade):
+        raise HealedNotMadeError(f"{case.system.name}: no trial of the healed die can be made: {unmade[0]}")
+    return Accused(pairs, pairs.difference(level))
 
 
 def paired(trials: Trials, first: Die, second: Die, seeds: range) -> Pairs:
