@@ -211,7 +211,7 @@ EXPERIMENT_LINES: dict[str, str] = {
     "variation": "what gradients, wafers and lots make of a neuron and of the approach",
     "mission-yield": "dies on which every robot does what it is for, calibrated or not",
     "blame": "devices that mend failing dies of the approach, and planted faults",
-    "blame-robots": "devices that mend failing dies of a forest's bat, a spiking bat and a Pushbot",
+    "blame-robots": "devices that mend failing dies of a Pushbot, a forest's bat and a spiking bat",
     "agreement": "solver against ngspice: every block at three temperatures, and the ranging chip",
     "ngspice-dies": "20 dies of the rebound neuron, class and edges in the solver and in ngspice",
     "random-circuits": "random circuits of up to 12 devices in the solver and in ngspice",
