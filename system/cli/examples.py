@@ -72,7 +72,10 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ("blame", "bug"): ("noctule blame bug --map bug-field --die 5001 --temperature 37",),
     ("blame", "pushbot"): ("noctule blame pushbot --codes default --die 1003 --plot why.png",),
     ("blame", "rolls"): (
-        "noctule blame rolls --codes default --deviate 'rolls_chip.row[12].neuron.leak.ml4.v_t0=-0.15V'",
+        (
+            "noctule blame rolls --codes default --duration 0.2s"
+            " --only 'rolls_chip.row[12].neuron' --deviate 'rolls_chip.row[12].neuron.leak.ml4.v_t0=-0.15V'"
+        ),
     ),
     ("run",): ("noctule run approach --level behavioural --plot approach.png",),
     ("run", "approach"): ("noctule run approach --level behavioural --die 1003 --plot approach.png",),
