@@ -25,10 +25,12 @@ AS_ROOT = $(shell if [ "$$(id -u)" = 0 ]; then :; elif sudo -n true 2>/dev/null;
 APT = $(AS_ROOT) env DEBIAN_FRONTEND=noninteractive apt-get -q
 HAS_APT = command -v apt-get >/dev/null
 
-# Byte code, that of the tests' asserts too, is kept in one folder whatever the user's setting: without it each
-# worker, and each process that a test starts, compiles it anew. A file's tests go to one worker, with what they
-# share.
-KEEP_BYTE_CODE := PYTHONDONTWRITEBYTECODE= PYTHONPYCACHEPREFIX=$(CURDIR)/$(VENV)/pycache
+# Byte code, that of the tests' asserts too, is kept whatever the user's setting, beside its source, where pip
+# keeps that of what it installs: without it each worker, and each process that a test starts, compiles it anew.
+# A file's tests go to one worker, with what they share.
+KEEP_BYTE_CODE := PYTHONDONTWRITEBYTECODE= PYTHONPYCACHEPREFIX=
+# In CI pip compiles nothing: three quarters of what it installs for the tests is never imported.
+NO_BYTE_CODE = $(if $(filter true,$(CI)),--no-compile)
 # Linear algebra has one thread: those that wait for a small matrix take the core of the other worker.
 PYTEST = $(KEEP_BYTE_CODE) MPLBACKEND=Agg OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n $(WORKERS) --dist loadfile
 
@@ -59,7 +61,7 @@ lint: $(TEST_READY)
 	$(BIN)/lint-imports
 
 wheel: $(TEST_READY)
-	$(BIN)/python benchmarks/wheel.py --ci --output dist
+	$(KEEP_BYTE_CODE) $(BIN)/python benchmarks/wheel.py --ci --output dist
 
 # A path that the user set is the user's: apt would not mend it.
 ngspice: $(TEST_READY)
@@ -101,7 +103,7 @@ $(RUN_READY): pyproject.toml | $(BIN)/pip
 	@touch $@
 
 $(TEST_READY): pyproject.toml | $(BIN)/pip
-	$(BIN)/pip install -q --disable-pip-version-check -e '.[test]'
+	$(BIN)/pip install -q --disable-pip-version-check $(NO_BYTE_CODE) -e '.[test]'
 	@touch $@ $(RUN_READY)
 
 # Debian keeps venv's ensurepip in a package of its own; a failed attempt leaves half a folder, hence --clear.

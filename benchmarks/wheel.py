@@ -9,7 +9,8 @@ processor is. `--output FOLDER` keeps the wheel.
 `--quick` takes what the wheel needs from the environment that runs this script, and leaves the study out.
 `--ci` is for each change: the main job on the Python that runs this script, which may compile nothing, and an
 export on every other of `OTHERS` that is here, each with all that it needs and from another folder. One that
-is not here is named. In a continuous integration (`CI`) the wheel carries the kernels of the main job alone.
+is not here is named. In a continuous integration (`CI`) the wheel carries the kernels of the main job alone,
+which the checkout's tests need too: whichever is first compiles them, for both.
 `--first` measures instead: processor time of the first run of each of `FIRST` in a new environment with empty
 caches, beside that of the second, and the size of the wheel.
 """
@@ -104,6 +105,15 @@ def copied(folder: Path) -> Path:
     return tree
 
 
+def share_cache(tree: Path) -> None:
+    """Keep kernels of `tree` where those of the checkout are, by their contents: each is compiled once."""
+    for name in PACKAGES:
+        for package in (tree / name, *(path for path in (tree / name).rglob("*") if path.is_dir())):
+            kept = ROOT / package.relative_to(tree) / "__pycache__"
+            kept.mkdir(exist_ok=True)
+            (package / "__pycache__").symlink_to(kept)
+
+
 def make_kernels(folder: Path, tree: Path, *, few: bool) -> None:
     """Have the machine code of `KERNELS` in the packages of `tree`, for each kind that this processor is."""
     work = folder / "kernels"
@@ -156,7 +166,8 @@ def checked(folder: Path, wheel: Path) -> list[Row]:
         start = time.perf_counter()
         made = new_environment(folder / version, python)
         wanted = SAME if python == sys.executable else []
-        subprocess.run([*PIP, "--python", str(made), "install", str(wheel), *wanted], check=True)
+        words = [str(wheel), *wanted, "--no-compile"]  # for one command, which imports little of it
+        subprocess.run([*PIP, "--python", str(made), "install", *words], check=True)
         work, kernels = folder / f"work-{version}", folder / f"kernels-{version}"
         work.mkdir()
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(kernels)}
@@ -249,8 +260,10 @@ def main() -> int:
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        tree = copied(folder)
-        make_kernels(folder, tree, few=bool(os.environ.get("CI")))
+        tree, few = copied(folder), bool(os.environ.get("CI"))
+        if few:
+            share_cache(tree)
+        make_kernels(folder, tree, few=few)
         wheel = built(folder, tree)
         if options.output:
             options.output.mkdir(parents=True, exist_ok=True)
