@@ -242,8 +242,13 @@ def _without(words: list[str], options: set[str]) -> Iterator[str]:
             yield word
 
 
-def _tokens(text: str) -> Iterator[Token]:
+@cache
+def _tokens(text: str) -> tuple[Token, ...]:
     """Tokens of a page, for a directive of prose those of its content."""
+    return tuple(_parsed(text))
+
+
+def _parsed(text: str) -> Iterator[Token]:
     for token in MARKDOWN.parse(text):
         directive = DIRECTIVE.match(token.info) if token.type == "fence" else None
         if directive is not None and directive[1] in PROSE_DIRECTIVES:
