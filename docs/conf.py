@@ -29,6 +29,7 @@ extensions = [
     "_extension.file_fields",
     "_extension.json_keys",
     "_extension.names",
+    "_extension.navigation",
     "_extension.nir",
     "_extension.places",
     "sphinx.ext.napoleon",  # after ours, which see docstrings as they were written

@@ -91,6 +91,34 @@ def built(folder: Path, page: str, *, run: bool, reader: str = "myst_parser") ->
     return (folder / "out" / "index.html").read_text(encoding="utf-8"), said.getvalue()
 
 
+def navigation(folder: Path, *extensions: str) -> dict[str, str]:
+    """The tree of pages beside each page of a small site, one page of which is below another's heading."""
+    below = "# {}\n\n## A heading of {}\n\n```{{toctree}}\n{}\n```\n\n## The last\n"
+    pages = {"index": ("Top", "one\ntwo"), "one": ("One", "deep"), "two": ("Two", ""), "deep": ("Deep", "")}
+    for name, (title, inside) in pages.items():
+        (folder / f"{name}.md").write_text(below.format(title, title, inside), encoding="utf-8")
+    found: dict[str, str] = {}
+    with docutils_namespace():
+        read, settings = folder / "read", {"extensions": ["myst_parser", *extensions]}
+        app = Sphinx(folder, None, folder / "out", read, "html", settings, status=None, freshenv=True)
+        options = {"titles_only": True, "collapse": False, "maxdepth": -1, "includehidden": True}
+        app.connect(
+            "html-page-context",
+            lambda _, name, __, context, ___: found.update({name: str(context["toctree"](**options))}),
+            priority=600,
+        )
+        app.build()
+    return found
+
+
+@pytest.mark.usefixtures("running")
+def test_the_tree_of_titles_is_the_one_that_sphinx_makes_of_all_headings(tmp_path: Path) -> None:
+    of_titles = navigation(tmp_path, "_extension.navigation")
+    assert of_titles == navigation(tmp_path)
+    assert all(title in of_titles["two"] for title in (">One<", ">Deep<", ">Two<"))
+    assert "heading" not in of_titles["two"]
+
+
 def test_rows_of_an_experiment_are_a_table_to_whose_rows_claims_link(
     running: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
