@@ -327,10 +327,11 @@ def _draw_graph(graph: nx.MultiGraph, figure: Figure) -> None:
         for k, part in enumerate(parts)
     }
     ax = figure.subplots()
-    for a, b in nx.Graph(shown).edges:
+    for a, b in nx.Graph(shown).edges:  # what is drawn is within its axes (`_fit`), and so in no layout
         terminals = {data["terminal"] for data in shown.get_edge_data(a, b).values()}
         style = ":" if terminals <= {"gate", "bulk"} else "-"
-        ax.plot(*zip(place[a], place[b], strict=True), color=_EDGE, linewidth=1.0, linestyle=style, zorder=1)
+        ends = zip(place[a], place[b], strict=True)
+        ax.plot(*ends, color=_EDGE, linewidth=1.0, linestyle=style, zorder=1, in_layout=False)
     for vertex, data in shown.nodes(data=True):
         if data["kind"] == "node":
             _draw_node(place[vertex], data, ax)
@@ -402,14 +403,15 @@ def _draw_node(at: Point, data: dict[str, Any], ax: Axes) -> None:
     box = {"boxstyle": "round,pad=0.2", "facecolor": _PORT if port else "white", "edgecolor": "none"}
     weight = "bold" if port else "normal"
     text = ax.text(*at, _with_shape(data), ha="center", va="center", fontsize=_NAME, zorder=3, bbox=box)
-    text.set_fontweight(weight)
+    text.set(fontweight=weight, in_layout=False)
 
 
 def _draw_box(at: Point, data: dict[str, Any], look: Look, ax: Axes) -> None:
     colour, dashes = look
     box = {"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": colour, "linewidth": 1.6,
            "linestyle": dashes}  # fmt: skip
-    ax.text(*at, _with_shape(data), ha="center", va="center", fontsize=_NAME, zorder=4, bbox=box)
+    text = ax.text(*at, _with_shape(data), ha="center", va="center", fontsize=_NAME, zorder=4, bbox=box)
+    text.set_in_layout(False)
 
 
 def _with_shape(data: Mapping[str, Any]) -> str:
