@@ -1,6 +1,9 @@
 """A study of a user's file keeps its hash and a copy; code runs again only where the user names it."""
 
 import json
+import shutil
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import pytest
@@ -25,13 +28,24 @@ MARK = "\nfrom pathlib import Path\nPath('ran').write_text('')\n"
 DECK = "an rc\nr1 a b 1k\nc1 b 0 1p\nv1 a 0 1\n.tran 1n 1u\n.end\n"
 
 
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Path:
-    monkeypatch.chdir(tmp_path)
-    Path("mine.py").write_text(FOLLOWER)
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a user's file and its study."""
+    there = tmp_path_factory.mktemp("measured")
     words = "montecarlo mine.py:follower --samples 2 --param w=5um --threads 1 --output study"
-    assert main(words.split()) == 0
-    assert "v_out_last_V" in capsys.readouterr().out
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(StringIO()) as out:
+        patch.chdir(there)
+        Path("mine.py").write_text(FOLLOWER)
+        assert main(words.split()) == 0
+    assert "v_out_last_V" in out.getvalue()
+    return there
+
+
+@pytest.fixture
+def folder(measured: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A study in a copy of its folder, which is where commands run."""
+    shutil.copytree(measured, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
     return tmp_path / "study"
 
 
