@@ -20,11 +20,12 @@ from chips.nef.kernel import ChipNet
 from chips.nef.network.curves import TAU_RC, TAU_REF, Curves
 from chips.nef.network.kernel import DT, Net
 from chips.nef.network.network import Connection, Ensemble, EnsembleArray, Network, Neurons, Probe, label
-from chips.nef.noise import noise_of
+from chips.nef.noise import noise_of, redrawn
 from chips.nef.noise_kernel import NefNoise
 from chips.nef.place import Placed, Row, at, bends_of, place, row_of_currents, with_decoders
 from chips.nef.population import Population, evaluate, populate
 from chips.nef.whole.kernel import Bends
+from chips.noise import SiliconNoise
 from circuits.arrays import F64, I64
 from circuits.errors import ParameterError, TopologyError
 
@@ -163,6 +164,24 @@ def moved(built: Built, chip: Conditions) -> Built:
         raise ParameterError("network: on ideal neurons, which have no temperature; build it on a chip")
     held = [p for part in built.populations.values() for p in part]
     return _on(built, built.placed, held, chip)
+
+
+def noisy(built: Built, noise: SiliconNoise) -> Built:
+    """Return the network with noise of its chip's devices; `built` itself on ideal neurons."""
+    if built.chip is None or built.where is None:
+        return built
+    where = replace(built.where, chip=replace(built.where.chip, noise=noise))
+    return replace(built, where=where, noise=noise_of(built.chip, where))
+
+
+def drawn_anew(built: Built, noise: SiliconNoise) -> Built:
+    """Return the network with the draws of a seed and a trial, which shares all else with `built`.
+
+    noise: differs from that of `built` by its seed and its trial alone; without any `built` stays as it is.
+    """
+    if built.noise is None or built.where is None:
+        return built
+    return replace(built, noise=redrawn(built.noise, built.where, noise))
 
 
 def exchanged(built: Built, other: Built) -> Built:

@@ -20,7 +20,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from chips.lines.steps import LineSteps, copied_steps, line_steps
+from chips.lines.steps import LineSteps, copied_steps, drawn_steps, line_steps
 from chips.lines.wander import apart, wander_of
 from chips.nef import devices
 from chips.nef.chip import Conditions
@@ -68,6 +68,19 @@ def noise_of(chip: ChipNet, where: Conditions) -> NefNoise | None:
         new_draws(noise.seed, noise.trial, f"{name}, filters", keep.size),
         np.zeros(1, np.int64),
         _lines(noise, where, name),
+    )
+
+
+def redrawn(noise: NefNoise, where: Conditions, by: SiliconNoise) -> NefNoise:
+    """Return the same noise with the draws of another seed and trial, from its first step on.
+
+    noise: of `noise_of`; where: the chip, as there; by: what differs from its noise by seed and trial alone.
+    """
+    name = die_name(NAME, where.silicon.die)
+    return copied(noise)._replace(
+        neurons=new_draws(by.seed, by.trial, f"{name}, neurons", noise.dead.size),
+        filters=new_draws(by.seed, by.trial, f"{name}, filters", noise.lanes.size),
+        lines=drawn_steps(noise.lines, by, name),
     )
 
 

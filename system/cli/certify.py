@@ -17,9 +17,10 @@ from system.cli.option_names import replay_of
 from system.cli.output import print_json, print_line, print_table, progress_bar
 from system.cli.verb import words_given
 from system.cli.workers import workers_of
+from system.mapping.certify.chips import NOTHING, check_part, usual_changes
 from system.mapping.certify.system import NAME, contents_of
 from system.mapping.certify.task import Episodes, Samples, task_of
-from system.mapping.program_file import read_program_file
+from system.mapping.chips import chip_of_program, read_any_program
 from system.mapping.train.recipe import UNSEEN
 from system.notice import say
 from system.options.silicon import SiliconChoice
@@ -42,10 +43,12 @@ def certify_command(asked: Certify) -> int:
     check_picture(asked.plot)
     if asked.resume and asked.output is None:
         raise ParameterError("resume: of which runs, must come with `output`")
-    network, task = read_program_file(asked.program).network, task_of(asked.task, asked.samples, asked.reach)
+    network, task = read_any_program(asked.program).network, task_of(asked.task, asked.samples, asked.reach)
     if isinstance(task, Samples | Episodes):
         task.check(network)
     made = mission_of(_asked(asked))
+    for way in made.ways:
+        check_part(chip_of_program(asked.program), str(way.study.subject.system.get("healed", NOTHING)))
     if asked.first_die < UNSEEN and asked.lot == "A":
         say(f"first-die: {asked.first_die}, noctule train may have seen dies below {UNSEEN}; take later ones")
     folder, command = None if asked.output is None else Path(asked.output), _command(asked)
@@ -75,10 +78,11 @@ def _asked(asked: Certify) -> Asked:
         "program": asked.program, "task": asked.task, "samples": str(asked.samples), "reach": asked.reach,
         "contents": contents_of(asked.program, asked.task),
     }  # fmt: skip
+    chip = chip_of_program(asked.program)
     celsius = tuple(parse_quantity(text, "degC", "temperature") for text in asked.temperature)
     return Asked(
         NAME, None, asked.first_die, asked.dies, 1, asked.trials, celsius, (asked.bias_kind,), options,
-        changes=() if asked.change == (NO_CHANGE,) else asked.change,
+        changes=() if asked.change == (NO_CHANGE,) else asked.change or usual_changes(chip),
         silicon=SiliconChoice(lot=asked.lot, variation=asked.variation),
     )  # fmt: skip
 

@@ -10,10 +10,6 @@ from system.cli.verb import argument, required
 from system.option import option
 from system.options.silicon import USUAL_CELSIUS
 
-CHANGES = (
-    "codes=default", "healed=neurons", "healed=synapses", "healed=filters", "healed=pulses", "area=4",
-    "silicon_noise=off",
-)  # fmt: skip
 NO_CHANGE = "none"  # in the place of changes
 
 
@@ -21,7 +17,7 @@ NO_CHANGE = "none"  # in the place of changes
 class Certify:
     """Tell on what share of dies a mapped network does its task."""
 
-    program: str = argument("PROGRAM", "A network on ROLLS, as noctule map wrote it")
+    program: str = argument("PROGRAM", "A network on its chip, as noctule map wrote it")
     task: str = required("FILE.npz, an environment of Gymnasium, or FILE.py:NAME", metavar="TASK")
     samples: int = option(0, "Samples, or episodes, of a run; all, or 10, for 0")
     reach: str = option("", "Of each number that an environment shows, as 1,1.5,0.2,2", metavar="NUMBERS")
@@ -35,7 +31,7 @@ class Certify:
     temperature: tuple[str, ...] = option((USUAL_CELSIUS,), "Degrees Celsius, repeatable", metavar="DEGC")
     bias_kind: Literal["ideal", "generator"] = option("generator", "Of the chip's biases")
     change: tuple[str, ...] = option(
-        CHANGES, "Tried on the same dies, repeatable; none, or the usual ones unless given", metavar="TEXT"
+        (), "Tried on the same dies, repeatable; none, or the chip's usual ones unless given", metavar="TEXT"
     )
     output: str | None = option(None, "Keep runs and the page there", short="o", metavar="FOLDER")
     resume: bool = option(default=False, about="Go on with what is in --output")

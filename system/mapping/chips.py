@@ -74,12 +74,26 @@ def read_any(path: str, times: nir.Times = nir.STANDARD) -> AnyNetwork:
 
 def read_any_program(path: str) -> AnyMapped:
     """Return the program of a file, on whichever chip it is; raises `DataError` where it is none."""
-    tables, known = toml_file(Path(path)), ", ".join(CHIPS)
+    tables = toml_file(Path(path))
+    found: AnyMapped = CHIPS[_chip_in(tables, path)].read(tables, Path(path))
+    return found
+
+
+def chip_of_program(path: str) -> str:
+    """Return the name of the chip that the program of a file is for; raises as `read_any_program`."""
+    return _chip_in(toml_file(Path(path)), path)
+
+
+def _chip_in(tables: Mapping[str, Any], path: str) -> str:
     chip = str(tables.get("chip", "none"))
     if chip not in CHIPS:
-        raise DataError(f"{path}: chip {chip}, must be {known}; noctule map writes such a file")
-    found: AnyMapped = CHIPS[chip].read(tables, Path(path))
-    return found
+        raise DataError(f"{path}: chip {chip}, must be {', '.join(CHIPS)}; noctule map writes such a file")
+    return chip
+
+
+def chip_of(network: AnyNetwork) -> str:
+    """Return the name of the chip that takes networks of this kind."""
+    return next(name for name, each in CHIPS.items() if isinstance(network, each.takes))
 
 
 def write_any_program(path: str, chip: str, mapped: AnyMapped) -> None:
@@ -117,7 +131,7 @@ def map_on(chip: str, network: AnyNetwork, usual: Usual | None = None) -> AnyMap
         raise unknown_name("chip of networks", chip, CHIPS)
     maker = CHIPS[chip]
     if not isinstance(network, maker.takes):
-        other = next(name for name, each in CHIPS.items() if isinstance(network, each.takes))
+        other = chip_of(network)
         raise ParameterError(
             f"chip: {chip}, takes networks of {maker.noun}, this one is of {CHIPS[other].noun}; map it on"
             f" {other}, or write it anew"

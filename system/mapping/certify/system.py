@@ -9,23 +9,20 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from chips.rolls.circuit import FILTERS, chip
-from circuits.circuit import BiasKind
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
-from system.mapping.certify.player import ChipPlayer, IdealPlayer, Player
+from system.files.document import toml_file
+from system.mapping.certify.chips import CERTIFIED, HEALED, NOTHING, Where, certified, check_part
+from system.mapping.certify.player import Player
 from system.mapping.certify.task import Samples, Task, task_of
-from system.mapping.program_file import read_program_file
-from system.mapping.rolls.calibrate import calibrated
-from system.mapping.rolls.mapped import Mapped
+from system.mapping.chips import AnyMapped, chip_of, read_any_program
 from system.meaning import meanings, of_run
 from system.option import check_options, option
 from system.options.block import describe_run
@@ -39,20 +36,11 @@ if TYPE_CHECKING:
 
 NAME = "program"
 NEAR = 0.03  # of the score that may be lost: the bar of 3 points
-_ROW = "rolls_chip/row[*]."
-_VIRTUAL = ("virtual_exc", "virtual_inh")
-HEALED: Mapping[str, tuple[str, ...]] = {
-    "nothing": (),
-    "neurons": (f"{_ROW}neuron",),
-    "synapses": tuple(_ROW + name for name in ("synapse", *_VIRTUAL)),
-    "filters": tuple(_ROW + name for name in FILTERS),
-    "pulses": ("rolls_chip/extender", *(f"{_ROW}{name}_extender" for name in _VIRTUAL)),
-}
 NUMBERS = meanings("""
 score        number   -  score of the task on the die, 0 to 1
 ideal_score  number   -  that of the network that was asked for, in the same world
 lost         number   -  by how much the die's is lower
-events_lost  integer  -  events that the chip's buses lost
+events_lost  integer  -  events that the chip's buses or its router lost
 """)
 
 
@@ -60,7 +48,9 @@ events_lost  integer  -  events that the chip's buses lost
 class Scenario(OnSilicon):
     """A program at its task on a die."""
 
-    program: str = option("", "A network on ROLLS, as noctule map wrote it", metavar="FILE.toml", study=True)
+    program: str = option(
+        "", "A network on its chip, as noctule map wrote it", metavar="FILE.toml", study=True
+    )
     task: str = option("", "FILE.npz, an environment of Gymnasium, or FILE.py:NAME", study=True)
     samples: int = option(0, "Samples or episodes of a run", least=0, study=True)
     reach: str = option("", "Of each number that an environment shows, by commas", study=True)
@@ -70,7 +60,7 @@ class Scenario(OnSilicon):
         1.0, "Of all devices, over the circuit's", unit="", above=0.0, silicon=True, study=True
     )
     healed: str = option(
-        "nothing", "Parts that do not deviate", choices=tuple(HEALED), silicon=True, study=True
+        NOTHING, "Parts that do not deviate", choices=tuple(HEALED), silicon=True, study=True
     )
     silicon_noise: Noisy = noise_option()
     noise_seed: int | None = noise_seed_option()
@@ -82,29 +72,38 @@ class Scenario(OnSilicon):
 
     @property
     def silicon(self) -> Silicon:
-        """What it runs on."""
+        """What it runs on, with devices of the circuit's area."""
         die = self.die.healed(*HEALED[self.healed]) if HEALED[self.healed] else self.die
-        return Silicon(ROLLS_180.under(self.law), self.temperature_c, die).of_area(self.area)
+        return Silicon(ROLLS_180.under(self.law), self.temperature_c, die)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace(RunTrace[Scenario]):
-    """What a run leaves: both scores, and events that were lost."""
+    """What a run leaves: both scores, events that were lost, and the chip's name."""
 
     score: float
     ideal: float
     lost_events: int
+    chip: str
 
 
 def contents_of(program: str, task: str) -> str:
     """Return the hash of a program's files and of the task's; raises `DataError` where one is missing."""
     code = code_of(task)
     named = [Path(program), Path(program).with_suffix(".npz"), code.path if code else Path(task)]
-    found = [path for path in named[1:] if path.exists()]
+    found = [path for path in (*named[1:], *_functions(program)) if path.exists()]
     try:
         return hashlib.sha256(b"".join(path.read_bytes() for path in (named[0], *found))).hexdigest()[:16]
     except OSError as error:
         raise DataError(f"{error.filename}: {error.strerror}; name a program of noctule map") from None
+
+
+def _functions(program: str) -> list[Path]:
+    """Files of a user's functions that a program's network has."""
+    network = toml_file(Path(program)).get("network", {})
+    rows = (row for key in ("connection", "probe") for row in network.get(key, ()))
+    codes = (code_of(str(row.get("function", ""))) for row in rows)
+    return sorted({code.path for code in codes if code is not None})
 
 
 def run(scenario: Scenario, progress: object = None) -> Trace:
@@ -113,29 +112,25 @@ def run(scenario: Scenario, progress: object = None) -> Trace:
     if s.contents not in {"", contents}:
         raise ParameterError(f"program: {s.program} or {s.task} has changed since; certify anew")
     mapped, task = _opened(s.program, s.task, s.samples, s.reach, contents)
-    if s.codes == "calibrated":
-        mapped = _calibrated(s.program, contents, s.silicon, s.bias_kind)
-    player = ChipPlayer(mapped, s.silicon, s.bias_kind, device_noise(s))
+    chip = chip_of(mapped.network)
+    check_part(chip, s.healed)
+    where = Where(s.silicon, s.area, s.bias_kind, s.codes, device_noise(s))
+    player = CERTIFIED[chip].on_die(mapped, where)
     score = _score(s.task, task, player, s.seed)
     world = 0 if isinstance(task, Samples) and not task.most else s.seed  # all samples are one world
     ideal = _ideal(s.program, s.task, s.samples, s.reach, contents, world)
-    return Trace(s, score, ideal, player.lost)
+    return Trace(s, score, ideal, player.lost, CERTIFIED[chip].noun)
 
 
 @lru_cache(maxsize=4)
-def _opened(program: str, task: str, samples: int, reach: str, contents: str) -> tuple[Mapped, Task]:
-    return read_program_file(program), task_of(task, samples, reach)
-
-
-@lru_cache(maxsize=16)
-def _calibrated(program: str, contents: str, silicon: Silicon, kind: BiasKind) -> Mapped:
-    return calibrated(read_program_file(program), silicon, kind)
+def _opened(program: str, task: str, samples: int, reach: str, contents: str) -> tuple[AnyMapped, Task]:
+    return read_any_program(program), task_of(task, samples, reach)
 
 
 @lru_cache(maxsize=1024)
 def _ideal(program: str, task: str, samples: int, reach: str, contents: str, seed: int) -> float:
     mapped, played = _opened(program, task, samples, reach, contents)
-    return _score(task, played, IdealPlayer(mapped.network), seed)
+    return _score(task, played, certified(mapped).ideal(mapped), seed)
 
 
 def _score(name: str, task: Task, player: Player, seed: int) -> float:
@@ -162,7 +157,7 @@ def account(trace: Trace) -> Account:
         succeeded=trace.score >= trace.ideal - NEAR,
         reason="task done",
         ran_on={"codes": s.codes, "area": s.area, "healed": s.healed, **describe_run(s)},
-        parts={"network": "ROLLS chip", "task": "program; no chip makes it"},
+        parts={"network": trace.chip, "task": "program; no chip makes it"},
     )
 
 
@@ -182,5 +177,5 @@ SYSTEM = System(
     draw=draw,
     study_metrics=tuple(NUMBERS),
     meanings=of_run(NUMBERS, {}),
-    circuits=lambda: (chip(),),
+    circuits=lambda: tuple(each for chip in CERTIFIED.values() for each in chip.circuits()),
 )

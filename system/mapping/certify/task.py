@@ -1,13 +1,14 @@
 """What a network is to do: a function `task(network, seed) -> score` from 0 to 1, the same for every network.
 
-FILE.npz      `inputs`, rates of the channels (Hz, float64[samples, channels]), and `labels`, the number of
-the output that is to spike most (int64[samples]); `window_s` each, 0.1 s without; the score
-is the share that is right
-NAME-v0       an environment of Gymnasium, or NAMESPACE/NAME-v0; each number seen drives two channels by what
-it is above and below 0 over its reach, and one channel more is always on; the output that
-spikes most is the action; the score is the return over the environment's own threshold, at
-most 1
+FILE.npz      `inputs` of the channels (float64[samples, channels]; rates in Hz on ROLLS, values on the NEF
+chip), and `labels`, the number of the output that is to be largest (int64[samples]); `window_s`
+each, 0.1 s without; the score is the share that is right
+NAME-v0       an environment of Gymnasium, or NAMESPACE/NAME-v0; numbers that are seen, over their reach, are
+inputs as `system.mapping.certify.ends` says; the largest output is the action; the score is the
+return over the environment's own threshold, at most 1
 FILE.py:NAME  such a function of one's own
+
+An output on ROLLS is how often its neurons spike in a window, on the NEF chip the mean of its value.
 """
 
 from __future__ import annotations
@@ -23,8 +24,9 @@ from circuits.arrays import F64, I64
 from circuits.catalogue import entry_points, later
 from circuits.errors import CircuitError, DataError, ParameterError
 from system.files.aedat4 import UNREADABLE
-from system.mapping.certify.player import MOST, Player, check_window
-from system.mapping.clock import outside
+from system.mapping.certify.ends import ends_of
+from system.mapping.certify.player import Player
+from system.mapping.nef.network import ValueNetwork
 from system.mapping.network import Network
 from system.options.code import code_of, guarded, load_code
 
@@ -32,7 +34,7 @@ gymnasium = later("gymnasium")
 
 Task = Callable[[Player, int], float]
 WINDOW = 0.1  # s, of a sample without a window of its own; ours
-STEP, HIGHEST, ALWAYS = 20e-3, 1600.0, 0.15  # s between two actions; Hz; share of it that is always on; ours
+STEP = 20e-3  # s between two actions; ours
 SEEDS = 1 << 31
 ENVIRONMENTS = "gymnasium.envs"  # entry points that register environments, by their namespace
 
@@ -46,15 +48,22 @@ class Samples:
     window: float
     most: int = 0
 
-    def check(self, network: Network) -> None:
-        """Raise `ParameterError` for a network that has not the samples' channels, or not their labels."""
-        _check_channels(network, self.inputs.shape[1], "inputs")
-        wrong = np.flatnonzero((self.labels < 0) | (self.labels >= len(network.probes)))
+    def check(self, network: Network | ValueNetwork) -> None:
+        """Raise `ParameterError` for a network that takes no such inputs, or has not their labels."""
+        ends = ends_of(network)
+        ends.check_channels(self.inputs.shape[1], "inputs")
+        odd = np.argwhere(~((self.inputs >= ends.least) & (self.inputs <= ends.most)))
+        if odd.size:
+            k, channel = odd[0]
+            told = f"inputs[{k},{channel}] {self.inputs[k, channel]:g}{ends.unit}"
+            raise ParameterError(f"task: {told}, must be {ends.limits}, a {ends.noun}")
+        wrong = np.flatnonzero((self.labels < 0) | (self.labels >= ends.outputs))
         if wrong.size:
             raise ParameterError(
                 f"task.labels: sample {wrong[0]} has {self.labels[wrong[0]]}, must be 0 to"
-                f" {len(network.probes) - 1}, the outputs"
+                f" {ends.outputs - 1}, the outputs"
             )
+        ends.check_window(self.window)
 
     def __call__(self, network: Player, seed: int) -> float:
         """Return the share of the samples that the network labels right; silence is wrong."""
@@ -64,8 +73,8 @@ class Samples:
         right = 0
         for k in chosen:
             network.begin(int(k))
-            spikes = network(self.inputs[k], self.window)
-            right += bool(spikes.max() > 0.0 and spikes.argmax() == self.labels[k])
+            outputs = network(self.inputs[k], self.window)
+            right += bool(outputs.any() and outputs.argmax() == self.labels[k])
         return right / chosen.size
 
 
@@ -80,13 +89,14 @@ class Episodes:
     reach: tuple[float, ...]
     count: int
 
-    def check(self, network: Network) -> None:
+    def check(self, network: Network | ValueNetwork) -> None:
         """Raise `ParameterError` for a network that has not the environment's channels, or its actions."""
-        _check_channels(network, 2 * len(self.reach) + 1, self.name)
+        ends = ends_of(network)
+        ends.check_channels(ends.of_shares(np.zeros(len(self.reach))).size, self.name)
         actions = int(environment_of(self.name).action_space.n)
-        if len(network.probes) != actions:
+        if ends.outputs != actions:
             raise ParameterError(
-                f"task: {self.name} has {actions} actions, must be the {len(network.probes)} outputs of the"
+                f"task: {self.name} has {actions} actions, must be the {ends.outputs} outputs of the"
                 " network; give it a probe for each"
             )
 
@@ -104,24 +114,13 @@ class Episodes:
         seen, _ = environment.reset(seed=seed)
         total, action, over = 0.0, 0, False
         while not over:
-            spikes = network(self._rates(seen), STEP)
-            winners = np.flatnonzero(spikes == spikes.max())
+            shares = np.clip(np.ravel(np.asarray(seen, dtype=np.float64)) / self.reach, -1.0, 1.0)
+            outputs = network(network.ends.of_shares(shares), STEP)
+            winners = np.flatnonzero(outputs == outputs.max())
             action = int(winners[0]) if winners.size == 1 else action
             seen, reward, ended, late, _ = environment.step(action)
             total, over = total + float(reward), bool(ended or late)
         return total
-
-    def _rates(self, seen: Any) -> F64:
-        shares = np.clip(np.asarray(seen, dtype=np.float64) / self.reach, -1.0, 1.0)
-        both = np.stack([shares, -shares], axis=1).clip(0.0, 1.0).ravel()
-        return HIGHEST * np.append(both, ALWAYS)
-
-
-def _check_channels(network: Network, asked: int, what: str) -> None:
-    if not network.probes:
-        raise ParameterError("probe: none, must be one for each output; add them")
-    if asked != (count := outside(network).size):
-        raise ParameterError(f"task.{what}: {asked} channels, must be the network's {count}")
 
 
 def task_of(text: str, samples: int, reach: str) -> Task:
@@ -140,7 +139,7 @@ def task_of(text: str, samples: int, reach: str) -> Task:
     Raises
     ------
     DataError
-        There is no such file, it has no samples, or one of them is no rates with a label.
+        There is no such file, it has no samples, or one of them has no label.
     ParameterError
         There is no such environment, it has no actions to choose from, no threshold other than 0, it shows no
         array of numbers, or these have no bound.
@@ -163,16 +162,9 @@ def _samples(path: Path, most: int) -> Samples:
     if inputs.ndim != 2 or told.shape != inputs.shape[:1] or not told.size:
         shapes = f"{inputs.shape} and {told.shape}"
         raise DataError(f"{path}: inputs and labels of {shapes}, must be (samples, channels) and (samples,)")
-    wrong = np.argwhere(~((inputs >= 0.0) & (inputs <= MOST)))
-    if wrong.size:
-        k, channel = wrong[0]
-        raise DataError(
-            f"{path}: inputs[{k},{channel}] {inputs[k, channel]:g} Hz, must be from 0 to {MOST:g} Hz, a rate"
-        )
     odd = np.flatnonzero(~(np.isfinite(told) & (told == np.round(told))))
     if odd.size:
         raise DataError(f"{path}: labels[{odd[0]}] {told[odd[0]]:g}, must be the number of an output")
-    check_window(window)
     return Samples(inputs, told.astype(np.int64), window, most)
 
 

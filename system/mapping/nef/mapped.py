@@ -34,13 +34,14 @@ class MappedValues:
     built: Built
     findings: tuple[Finding, ...]
 
-    def on(self, silicon: Silicon, kind: BiasKind, *, solved: bool) -> Built:
+    def on(self, silicon: Silicon, kind: BiasKind, *, solved: bool, area: float = 1.0) -> Built:
         """Return the network on a die whose biases are calibrated at its temperature.
 
         solved: whether neurons are measured on that die and decoders solved from it, as on a bench; the
-        program's own codes stay otherwise.
+        program's own codes stay otherwise. area: of all devices over the circuit's.
         """
-        chip = NefChip(silicon.die, kind, calibration_c=silicon.temperature_c, process=silicon.process)
+        celsius = silicon.temperature_c
+        chip = NefChip(silicon.die, kind, calibration_c=celsius, area=area, process=silicon.process)
         where = chip.at(silicon.temperature_c)
         if solved:
             return build(self.network.lowered(), where, self.network.seed)

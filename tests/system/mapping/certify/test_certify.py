@@ -25,8 +25,9 @@ from system.cli import certify
 from system.cli.certify_verb import Certify
 from system.cli.command_line import main
 from system.gym.environment import Environment
-from system.mapping.certify.player import ChipPlayer, IdealPlayer, Player
-from system.mapping.certify.system import HEALED, SYSTEM, contents_of
+from system.mapping.certify.chips import CERTIFIED, NOTHING
+from system.mapping.certify.spiking import ChipPlayer, IdealPlayer, SpikingPlayer
+from system.mapping.certify.system import SYSTEM, contents_of
 from system.mapping.certify.task import Episodes, Samples, environment_of, task_of
 from system.mapping.chips import map_on
 from system.mapping.dynamics import Trains
@@ -106,7 +107,7 @@ def test_samples_are_numbered_as_they_begin_unless_a_task_numbers_them(noisy: Ch
 def test_some_of_the_samples_have_the_noise_that_they_have_among_all(noisy: ChipPlayer) -> None:
     told: dict[int, list[int]] = {}
 
-    class Spy(Player):
+    class Spy(SpikingPlayer):
         def _rest(self, number: int) -> None:
             told[len(told)] = [number]
 
@@ -160,8 +161,8 @@ def test_what_is_healed_is_a_part_of_the_chip(folder: Path) -> None:
     def built(healed: str) -> Built:
         return RollsChip(program, SYSTEM.scenario(die=Die("A", 1000), healed=healed).silicon).built()
 
-    plain = built("nothing")
-    for name in HEALED:
+    plain = built(NOTHING)
+    for name in (NOTHING, *CERTIFIED["rolls"].parts):
         found = built(name)
         # neurons have tables of their own; synapses, filters and pulses are in the filters' charges
         own = np.array_equal(found.tables.membranes.top, plain.tables.membranes.top)

@@ -15,7 +15,7 @@ from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.cli.command_line import main
-from system.mapping.certify.player import ChipPlayer
+from system.mapping.certify.spiking import ChipPlayer
 from system.mapping.chips import map_on
 from system.mapping.dynamics import Cells, Dynamics, Filter, run
 from system.mapping.network import Connection, Input, Network, Population, Probe

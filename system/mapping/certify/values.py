@@ -1,0 +1,68 @@
+"""A network of values that a task plays with: on ideal neurons, or on the NEF chip on a die.
+
+In a window inputs stand still. An output is the mean of what its probe shows at the end of each step of 1 ms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import final
+
+import numpy as np
+
+from chips.nef.build import Built, drawn_anew, noisy
+from chips.nef.network.kernel import DT
+from chips.nef.simulation import Simulation
+from chips.noise import SiliconNoise
+from circuits.arrays import F64
+from system.mapping.certify.ends import ends_of, outputs_of
+from system.mapping.certify.player import Player
+from system.mapping.nef.network import ValueNetwork
+
+
+@final
+class ValuePlayer(Player):
+    """A network of values on some neurons.
+
+    Parameters
+    ----------
+    network
+        The network; the numbers that its probes show are the outputs.
+    built
+        The same on ideal neurons, or on a die.
+    noise
+        Of the die's devices; None for none.
+
+    Raises
+    ------
+    ParameterError
+        It has no probe.
+    """
+
+    def __init__(self, network: ValueNetwork, built: Built, noise: SiliconNoise | None = None) -> None:
+        super().__init__(ends_of(network))
+        self._built, self._noise = noisy(built, noise) if noise else built, noise
+        self._inputs = [(one.name, one.size) for one in network.inputs]
+        self._probes = [name for name, _ in outputs_of(network)]
+        self._rest(0)
+
+    def _rest(self, number: int) -> None:
+        noise = self._noise
+        built = self._built if noise is None else drawn_anew(self._built, replace(noise, trial=number))
+        self._running = Simulation(built)
+
+    def _go_on(self, inputs: F64, window: float) -> F64:
+        first, dropped = 0, self._dropped()
+        for name, size in self._inputs:
+            self._running.set(name, inputs[first : first + size])
+            first += size
+        total, steps = np.zeros(self.outputs), round(window / DT)
+        for _ in range(steps):
+            self._running.advance(DT)
+            total += np.concatenate([self._running.read(name) for name in self._probes])
+        self.lost += self._dropped() - dropped
+        return total / steps
+
+    def _dropped(self) -> int:
+        """Spikes that the router has dropped since the network was at rest."""
+        return self._running.counters.get("dropped", 0)
