@@ -12,7 +12,6 @@ from system.cli.output import print_json, print_line, print_table, progress_bar
 from system.cli.train_verb import Train
 from system.mapping.certify.task import Samples, task_of
 from system.mapping.chips import read_any
-from system.mapping.network import Network
 from system.mapping.network_file import write_network
 from system.mapping.program_file import check_program_path
 from system.mapping.train.picture import draw_training
@@ -27,8 +26,6 @@ def train_command(asked: Train) -> None:
     check_picture(asked.plot)
     check_program_path(asked.output)
     network, samples = read_any(asked.network), _samples(asked.task)
-    if not isinstance(network, Network):
-        raise ParameterError(f"{asked.network}: is of values, must be of populations; map finds its decoders")
     with progress_bar(f"{asked.network}, {asked.recipe.dies} dies") as progress:
         trained = train(network, samples, asked.recipe, progress)
     write_network(asked.output, trained.network)
@@ -53,7 +50,7 @@ def _samples(text: str) -> Samples:
     return task
 
 
-def _document(asked: Train, trained: Trained) -> dict[str, Any]:
+def _document(asked: Train, trained: Trained[Any]) -> dict[str, Any]:
     """What is told by JSON's names."""
     found: dict[str, Any] = {
         "network": asked.network, "file": asked.output, "dies": asked.recipe.dies, "seed": asked.recipe.seed,

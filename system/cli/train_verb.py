@@ -11,7 +11,7 @@ from system.mapping.train.recipe import Recipe
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Train:
-    """Find a ROLLS network's weights with dies in the loop."""
+    """Find a network's weights with dies in the loop."""
 
     network: str = argument("NETWORK", "A network's .toml, or a .nir; weights in a matrix are trained")
     task: str = required("Samples with labels, as of certify", metavar="FILE.npz")

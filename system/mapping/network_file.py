@@ -55,8 +55,10 @@ def network_of(tables: Mapping[str, Any], folder: Path) -> Network:
     return read_table(Network, found)
 
 
-def write_network(path: str | Path, network: Network) -> None:
-    """Write `network` to the TOML file at `path`, large matrices beside it to that with `.npz` at its end.
+def write_network(path: str | Path, network: Any) -> None:
+    """Write `network`, of any kind, to the TOML file at `path`.
+
+    Large matrices of populations go beside it, to the file with `.npz` at its end.
 
     Raises `ParameterError` for a path that does not end with `.toml`, or where the `.npz` has other arrays,
     and `DataError` where it cannot write.

@@ -2,8 +2,8 @@
 
 The one place that knows which chip a program is for; all else of certify is the same for every chip.
 
-The ideal of ROLLS are the equations that were asked for. That of the NEF chip are ideal neurons, leaky
-integrate-and-fire ones that are drawn alike, since what few neurons cannot say is not silicon's to lose.
+The ideal are the equations that were asked for. Of a network of values these have no neurons, since what too
+few of them cannot say is lost to its task whatever they are made of.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from circuits.errors import ParameterError
 from circuits.silicon.silicon import Silicon
 from system.mapping.certify.player import Player
 from system.mapping.certify.spiking import ChipPlayer, IdealPlayer
-from system.mapping.certify.values import ValuePlayer
+from system.mapping.certify.values import AskedPlayer, NeuronPlayer
 from system.mapping.chips import AnyMapped, chip_of
-from system.mapping.nef.mapped import MappedValues, ideal_of
+from system.mapping.nef.mapped import MappedValues
 from system.mapping.rolls.calibrate import calibrated
 from system.mapping.rolls.mapped import Mapped
 
@@ -64,7 +64,7 @@ def _on_rolls(mapped: Mapped, where: Where) -> Player:
 
 def _on_nef(mapped: MappedValues, where: Where) -> Player:
     built = _built(mapped, where.silicon, where.area, where.kind, where.codes == "calibrated")
-    return ValuePlayer(mapped.network, built, where.noise)
+    return NeuronPlayer(mapped.network, built, where.noise)
 
 
 @lru_cache(maxsize=16)
@@ -99,7 +99,7 @@ CERTIFIED: Mapping[str, OnChip] = {
             "lines": (f"{nef.NAME}/line",),
         },
         nef.circuits,
-        lambda mapped: ValuePlayer(mapped.network, ideal_of(mapped.network)),
+        lambda mapped: AskedPlayer(mapped.network),
         _on_nef,
     ),
 }

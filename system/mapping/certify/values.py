@@ -1,10 +1,11 @@
-"""A network of values that a task plays with: on ideal neurons, or on the NEF chip on a die.
+"""A network of values that a task plays with: the equations that were asked for, or the NEF chip on a die.
 
 In a window inputs stand still. An output is the mean of what its probe shows at the end of each step of 1 ms.
 """
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import replace
 from typing import final
 
@@ -17,12 +18,71 @@ from chips.noise import SiliconNoise
 from circuits.arrays import F64
 from system.mapping.certify.ends import ends_of, outputs_of
 from system.mapping.certify.player import Player
+from system.mapping.nef.equations import Equations
 from system.mapping.nef.network import ValueNetwork
 
 
-@final
 class ValuePlayer(Player):
-    """A network of values on some neurons.
+    """A network of values that goes on by windows.
+
+    Parameters
+    ----------
+    network
+        The network; the numbers that its probes show are the outputs.
+
+    Raises
+    ------
+    ParameterError
+        It has no probe.
+    """
+
+    def __init__(self, network: ValueNetwork) -> None:
+        super().__init__(ends_of(network))
+        self._inputs = [(one.name, one.size) for one in network.inputs]
+        self._probes = [name for name, _ in outputs_of(network)]
+
+    def _go_on(self, inputs: F64, window: float) -> F64:
+        running, first = self._runs(), 0
+        for name, size in self._inputs:
+            running.set(name, inputs[first : first + size])
+            first += size
+        total, steps = np.zeros(self.outputs), round(window / DT)
+        for _ in range(steps):
+            self._step()
+            total += np.concatenate([running.read(name) for name in self._probes])
+        return total / steps
+
+    @abstractmethod
+    def _runs(self) -> Equations | Simulation:
+        """Return what runs."""
+
+    @abstractmethod
+    def _step(self) -> None:
+        """Take a step of it."""
+
+
+@final
+class AskedPlayer(ValuePlayer):
+    """The network as it was asked for, without neurons."""
+
+    def __init__(self, network: ValueNetwork) -> None:
+        super().__init__(network)
+        self._network = network
+        self._rest(0)
+
+    def _rest(self, number: int) -> None:
+        self._running = Equations(self._network)
+
+    def _runs(self) -> Equations:
+        return self._running
+
+    def _step(self) -> None:
+        self._running.step()
+
+
+@final
+class NeuronPlayer(ValuePlayer):
+    """The network on neurons.
 
     Parameters
     ----------
@@ -40,10 +100,8 @@ class ValuePlayer(Player):
     """
 
     def __init__(self, network: ValueNetwork, built: Built, noise: SiliconNoise | None = None) -> None:
-        super().__init__(ends_of(network))
+        super().__init__(network)
         self._built, self._noise = noisy(built, noise) if noise else built, noise
-        self._inputs = [(one.name, one.size) for one in network.inputs]
-        self._probes = [name for name, _ in outputs_of(network)]
         self._rest(0)
 
     def _rest(self, number: int) -> None:
@@ -52,16 +110,16 @@ class ValuePlayer(Player):
         self._running = Simulation(built)
 
     def _go_on(self, inputs: F64, window: float) -> F64:
-        first, dropped = 0, self._dropped()
-        for name, size in self._inputs:
-            self._running.set(name, inputs[first : first + size])
-            first += size
-        total, steps = np.zeros(self.outputs), round(window / DT)
-        for _ in range(steps):
-            self._running.advance(DT)
-            total += np.concatenate([self._running.read(name) for name in self._probes])
-        self.lost += self._dropped() - dropped
-        return total / steps
+        before = self._dropped()
+        found = super()._go_on(inputs, window)
+        self.lost += self._dropped() - before
+        return found
+
+    def _runs(self) -> Simulation:
+        return self._running
+
+    def _step(self) -> None:
+        self._running.advance(DT)
 
     def _dropped(self) -> int:
         """Spikes that the router has dropped since the network was at rest."""

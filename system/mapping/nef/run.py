@@ -17,14 +17,13 @@ from typing import Literal
 import numpy as np
 
 from chips.nef.network.kernel import DT
-from chips.nef.network.network import Connection, Probe, label
-from chips.nef.population import evaluate
 from chips.nef.simulation import Simulation
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.silicon import Silicon
 from system.mapping.distance import apart
+from system.mapping.nef.equations import Equations
 from system.mapping.nef.mapped import MappedValues, ideal_of
 from system.mapping.nef.network import ValueNetwork
 from system.option import option, required
@@ -139,45 +138,15 @@ def simulated(run: Simulation, network: ValueNetwork, given: Mapping[str, F64], 
 
 def equations(network: ValueNetwork, given: Mapping[str, F64], steps: int) -> Outputs:
     """Return likewise what the equations do that were asked for, without neurons."""
-    own = network.lowered()
-    x = {e.name: np.zeros(e.dimensions) for e in network.ensembles}
-    sizes = {**x, **{name: values[0] for name, values in given.items()}}
-    ends: list[Connection | Probe] = [*own.connections, *own.probes]
-    lanes = [_Lane(one, sizes) for one in ends]
+    run = Equations(network)
     seen: dict[str, list[F64]] = {probe.name: [] for probe in network.probes}
     for k in range(steps):
-        for lane in lanes:
-            lane.step(lane.value(given[lane.source][k]) if lane.source in given else lane.last)
-        for name, before in x.items():
-            x[name] = sum((lane.y for lane in lanes if lane.end == name), np.zeros(before.size))
-        for lane in (each for each in lanes if each.source in x):
-            lane.last = lane.value(x[lane.source])
+        for name, values in given.items():
+            run.set(name, values[k])
+        run.step()
         for name, shown in seen.items():
-            shown.append(next(lane.y for lane in lanes if lane.end == name))
+            shown.append(run.read(name))
     return {name: np.array(shown) for name, shown in seen.items()}
-
-
-class _Lane:
-    """A connection or a probe: what comes in, low-passed; sizes: a vector of each end, by name."""
-
-    def __init__(self, one: Connection | Probe, sizes: Mapping[str, F64]) -> None:
-        if isinstance(one, Probe):
-            self.source, self.end, self._label = one.target, one.name, one.name
-        else:
-            self.source, self.end, self._label = one.pre, str(one.post), label(one)
-        self._keep = math.exp(-DT / one.synapse) if one.synapse > 0.0 else 0.0
-        self._function, self._transform = one.function, np.asarray(one.transform, dtype=float)
-        self.last = self.value(np.zeros_like(sizes[self.source]))
-        self.y = np.zeros(self.last.size)
-
-    def value(self, x: F64) -> F64:
-        """T f(x)."""
-        found = evaluate(self._function, x[None], self._label)[0]
-        return np.asarray(self._transform @ found if self._transform.ndim else self._transform * found)
-
-    def step(self, came: F64) -> None:
-        """Low-pass what came over a step."""
-        self.y = came + self._keep * (self.y - came)
 
 
 def _given(network: ValueNetwork, rows: tuple[Row, ...], steps: int) -> dict[str, F64]:

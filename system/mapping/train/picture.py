@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -11,7 +13,7 @@ from system.mapping.train.train import Trained
 MEANS = 30  # parts of the steps, whose means are drawn
 
 
-def draw_training(trained: Trained, figure: Figure) -> None:
+def draw_training(trained: Trained[Any], figure: Figure) -> None:
     """Fill `figure` with the loss and the share that is wrong, beside their means over parts of the steps."""
     upper, lower = figure.subplots(2, 1, sharex=True)
     for axes, values in ((upper, trained.losses), (lower, 100.0 * (1.0 - trained.right))):
