@@ -1,6 +1,8 @@
-"""A policy for CartPole that was trained outside, as a network: for noctule map and certify."""
+"""A policy for CartPole that was trained outside, as a network for ROLLS and one for the NEF chip."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 from policies_on_a_die import TASKS, trained
@@ -9,10 +11,21 @@ from system.api.network import Connection, Input, Network, Population, Probe, wr
 
 CELLS, TAU = 16, 10e-3  # neurons a push; s
 DRIVE, AWAKE = 0.3, 0.6  # weight of the strongest number, and of a constant that keeps both sides awake
+VALUES = """ensemble = [
+    {{ name = "lean", neurons = 60, radius = 0.5 }},
+    {{ name = "push", neurons = 60, dimensions = 2 }},
+]
+input = [{{ name = "cart", size = 4 }}]
+probe = [{{ name = "side", ensemble = "push", synapse = "5ms" }}]
+connection = [
+    {{ from = "cart", to = "lean", transform = [{row}] }},
+    {{ from = "lean", to = "push", transform = [[-1.0], [1.0]] }},
+]
+"""
 
 
 def main():
-    """Write cartpole.toml: two pushes, each excited by the sign of each number that its weight says."""
+    """Write cartpole.toml, two pushes that the signs of numbers excite, and cartpole-values.toml, a sum."""
     weights = trained(TASKS[0])
     connections = []
     for push, sign in (("left", -1.0), ("right", 1.0)):
@@ -28,6 +41,7 @@ def main():
             (Probe("push left", "left"), Probe("push right", "right")),
         ),
     )
+    Path("cartpole-values.toml").write_text(VALUES.format(row=weights.round(4).tolist()), encoding="utf-8")
     print(f"weights {np.round(weights, 2).tolist()}, of shares of {', '.join(map(str, TASKS[0].reach))}")
 
 

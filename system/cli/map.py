@@ -14,6 +14,7 @@ from circuits.units import format_quantity, parse_quantity
 from system.cli.map_verb import Map
 from system.cli.nef_program import document_of_values, size_of_values
 from system.cli.output import print_json, print_line, print_table, working
+from system.mapping.certify.ends import output_names
 from system.mapping.chips import (
     AnyMapped,
     AnyNetwork,
@@ -138,6 +139,8 @@ def print_program(title: str, mapped: AnyMapped) -> None:
     print_table(title, columns, [_row(f) for f in mapped.findings])
     if not isinstance(mapped, Mapped):
         print_line(size_of_values(mapped))
+        if mapped.network.probes:
+            _print_outputs(output_names(mapped.network))
         return
     used = int((mapped.program.levels != 0).sum())
     print_line(
@@ -146,8 +149,12 @@ def print_program(title: str, mapped: AnyMapped) -> None:
         f" {mapped.network.channels} channels of inputs"
     )
     if mapped.network.probes:  # a graph of NIR comes back in the order of the alphabet
-        told = ", ".join(f"{k} {probe.name!r}" for k, probe in enumerate(mapped.network.probes))
-        print_line(f"outputs by their labels, as train and certify count them: {told}")
+        _print_outputs([probe.name for probe in mapped.network.probes])
+
+
+def _print_outputs(names: Sequence[str]) -> None:
+    told = ", ".join(f"{k} {name!r}" for k, name in enumerate(names))
+    print_line(f"outputs by their labels, as train and certify count them: {told}")
 
 
 def _row(found: Finding) -> tuple[str, ...]:

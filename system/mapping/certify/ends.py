@@ -87,6 +87,13 @@ def outputs_of(network: ValueNetwork) -> tuple[tuple[str, int], ...]:
     )
 
 
+def output_names(network: ValueNetwork) -> tuple[str, ...]:
+    """Return the names of the outputs: that of a probe, with a number where it shows several."""
+    return tuple(
+        name if size == 1 else f"{name}[{k}]" for name, size in outputs_of(network) for k in range(size)
+    )
+
+
 def _rates(shares: F64) -> F64:
     both = np.stack([shares, -shares], axis=1).clip(0.0, 1.0).ravel()
     return HIGHEST * np.append(both, ALWAYS)
