@@ -19,6 +19,7 @@ SAYS = {
     "light_seeker": "die A/1001: at the lamp",
     "winner_take_all": "die A/1003: left then right wins",
     "working_memory": "2.3 s: holds 0.50",
+    "spiral": "% right",
     "stream_client": "spikes, the first of neuron",
     "topological_map": "34 places, cost 186; networkx's Dijkstra: 186",
 }

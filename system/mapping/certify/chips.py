@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from chips.nef import circuit as nef
+from chips.nef.build import Built
 from chips.noise import SiliconNoise
 from chips.rolls.circuit import FILTERS, chip
 from circuits.circuit import BiasKind, Circuit
@@ -63,7 +64,7 @@ def _on_rolls(mapped: Mapped, where: Where) -> Player:
 
 
 def _on_nef(mapped: MappedValues, where: Where) -> Player:
-    built = _built(mapped, where.silicon, where.area, where.kind, where.codes == "calibrated")
+    built = _built(mapped, where.silicon, where.area, where.kind, solved=where.codes == "calibrated")
     return NeuronPlayer(mapped.network, built, where.noise)
 
 
@@ -73,7 +74,7 @@ def _calibrated(mapped: Mapped, silicon: Silicon, kind: BiasKind) -> Mapped:
 
 
 @lru_cache(maxsize=4)
-def _built(mapped: MappedValues, silicon: Silicon, area: float, kind: BiasKind, solved: bool) -> Any:  # noqa: FBT001
+def _built(mapped: MappedValues, silicon: Silicon, area: float, kind: BiasKind, *, solved: bool) -> Built:
     return mapped.on(silicon, kind, solved=solved, area=area)
 
 

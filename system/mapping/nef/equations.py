@@ -24,8 +24,7 @@ class Equations:
     def __init__(self, network: ValueNetwork) -> None:
         own = network.lowered()
         self._x = {e.name: np.zeros(e.dimensions) for e in network.ensembles}
-        self._inputs = {one.name: np.zeros(one.size) for one in network.inputs}
-        sizes = {**self._x, **self._inputs}
+        sizes = {**self._x, **{one.name: np.zeros(one.size) for one in network.inputs}}
         ends: list[Connection | Probe] = [*own.connections, *own.probes]
         self._lanes = [_Lane(one, sizes) for one in ends]
         self._probes = {
@@ -34,7 +33,9 @@ class Equations:
 
     def set(self, name: str, values: F64) -> None:
         """Set what the input `name` gives from now on, float64[size]."""
-        self._inputs[name] = values
+        for lane in self._lanes:
+            if lane.source == name:
+                lane.last = lane.value(values)
 
     def read(self, name: str) -> F64:
         """Return what the probe `name` shows, float64[size]."""
@@ -43,8 +44,7 @@ class Equations:
     def step(self) -> None:
         """Take a step."""
         for lane in self._lanes:
-            came = self._inputs.get(lane.source)
-            lane.step(lane.last if came is None else lane.value(came))
+            lane.y = lane.last + lane.keep * (lane.y - lane.last)
         for name, before in self._x.items():
             self._x[name] = sum((lane.y for lane in self._lanes if lane.end == name), np.zeros(before.size))
         for lane in self._lanes:
@@ -53,23 +53,22 @@ class Equations:
 
 
 class _Lane:
-    """A connection or a probe: what comes in, low-passed; sizes: a vector of each end, by name."""
+    """A connection or a probe: what comes in, low-passed; sizes: a vector of each end, by name.
+
+    last: T f(x) that comes in, and y: what is left of it behind the filter, float64[results].
+    """
 
     def __init__(self, one: Connection | Probe, sizes: Mapping[str, F64]) -> None:
         if isinstance(one, Probe):
             self.source, self.end, self._label = one.target, one.name, one.name
         else:
             self.source, self.end, self._label = one.pre, str(one.post), label(one)
-        self._keep = math.exp(-DT / one.synapse) if one.synapse > 0.0 else 0.0
+        self.keep = math.exp(-DT / one.synapse) if one.synapse > 0.0 else 0.0
         self._function, self._transform = one.function, np.asarray(one.transform, dtype=float)
         self.last = self.value(np.zeros_like(sizes[self.source]))
         self.y = np.zeros(self.last.size)
 
     def value(self, x: F64) -> F64:
         """T f(x)."""
-        found = evaluate(self._function, x[None], self._label)[0]
+        found = x if self._function is None else evaluate(self._function, x[None], self._label)[0]
         return np.asarray(self._transform @ found if self._transform.ndim else self._transform * found)
-
-    def step(self, came: F64) -> None:
-        """Low-pass what came over a step."""
-        self.y = came + self._keep * (self.y - came)
