@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-from system.papers.checks import blame, blame_robots
+from system.papers.checks import blame_robots
 from system.papers.checks.blame import Outcome
 from system.study.campaign import Numbered
 from tests.system.papers.campaigns import goes_on
