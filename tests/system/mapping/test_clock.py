@@ -7,7 +7,7 @@ import pytest
 
 from chips.aer import Events
 from circuits.errors import ParameterError
-from system.mapping.certify.player import IdealPlayer
+from system.mapping.certify.spiking import IdealPlayer
 from system.mapping.certify.task import Samples
 from system.mapping.clock import outside, own_rates, with_own, with_own_rates
 from system.mapping.dynamics import asked, rates_of, run, usual_rates

@@ -23,7 +23,7 @@ from system.mapping.network_file import read_network, write_network
 from system.mapping.rolls.mapped import Mapped, Placed, PlacedFilter
 from system.mapping.train.form import backward, form_of, forward
 from system.mapping.train.ratios import Ratios, calibrated_form, nominal_ratios, ratios_of
-from system.mapping.train.train import binned
+from system.mapping.train.spiking import binned
 from system.mapping.train.weights import trainable
 
 RNG = np.random.default_rng(7)
