@@ -8,7 +8,7 @@ parameter p then moves the measure by
     dM/dp = - sum over k of m_k^T dR_k/dp
 
 R as of `circuits.solver.adjoint.way`. One factorisation a step serves all measures. These are the derivatives
-of the transient as it was computed, with its steps as they were.
+of the transient as it was computed, with steps that move with its edges (`circuits.solver.adjoint.section`).
 
 Source: Director and Rohrer, "The generalized adjoint network and network sensitivities" (1969).
 """
@@ -23,6 +23,7 @@ from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 from circuits.lowering.factor import factor_and_solve
 from circuits.lowering.kernel import Kernel
+from circuits.solver.adjoint.section import OWN, Section, drive, lay, new_section, shift
 from circuits.solver.adjoint.way import Way
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, set_base
 from circuits.solver.operating_point import solve_dense, write_dense
@@ -55,8 +56,16 @@ class Sums(NamedTuple):
     direct: F64
 
 
+class _Room(NamedTuple):
+    """Working memory of one run; matrix: float64[unknowns, unknowns]."""
+
+    work: Work
+    matrix: F64
+    section: Section
+
+
 def backwards(
-    k: Kernel, way: Way, slopes: F64, held: Bools, capacitors: I64, resistors: I64
+    k: Kernel, way: Way, slopes: F64, timing: F64, held: Bools, capacitors: I64, resistors: I64
 ) -> tuple[F64, Sums] | None:
     """Solve the adjoint run, and sum up what devices move each measure by.
 
@@ -67,7 +76,9 @@ def backwards(
     way
         The transient.
     slopes
-        float64[measures, rows, unknowns], of each measure by the voltages.
+        float64[measures, rows, unknowns], of each measure by the voltages; becomes m.
+    timing
+        float64[measures, rows], of each measure by the times of the rows, in its unit a second; is used up.
     held
         bool[unknowns], which of them are held at the beginning, and so have no equation there.
     capacitors, resistors
@@ -78,13 +89,14 @@ def backwards(
     tuple or None
         m, float64[measures, rows, unknowns], and the sums; None where the equations are singular.
     """
-    moved, n = slopes.copy(), k.unknowns
+    moved, n = slopes, k.unknowns
     m, t = moved.shape[0], k.transistors.sign.size
     a, b, c, d, e, f = (np.zeros((m, t)) for _ in range(6))
     own, gate = np.zeros((m, 2, t)), np.zeros((m, 2, t))
     charge, conductance = (np.zeros((m, ends.shape[1])) for ends in (capacitors, resistors))
     found = Sums(a, b, c, d, e, f, own, gate, charge, conductance, np.zeros(m))
-    if not _backwards(k, way.voltage, way.share, moved, held, allocate(k), np.zeros((n, n)), found):
+    room = _Room(allocate(k), np.zeros((n, n)), new_section(k))
+    if not _backwards(k, way, moved, timing, held, room, found):
         return None
     if not np.isfinite(moved).all():
         return None
@@ -141,32 +153,47 @@ def _owe(k: Kernel, share: F64, row: int, moved: F64) -> None:
 
 
 @compiled()
-def _backwards(
-    k: Kernel, voltage: F64, share: F64, moved: F64, held: Bools, w: Work, matrix: F64, s: Sums
-) -> bool:
+def _backwards(k: Kernel, way: Way, moved: F64, owed: F64, held: Bools, room: _Room, s: Sums) -> bool:
+    w, section, voltage, share = room.work, room.section, way.voltage, way.share
     unused = w.rate[: k.unknowns]
     for row in range(voltage.shape[0] - 1, 0, -1):
+        drive(k, way, row, section, w)
         set_base(k, share[row, 0], w)
         evaluate(k, voltage[row], w)
         fill_jacobian(k, w)
         unused[:] = 0.0
         factor_and_solve(k.factor, w.jacobian, unused)
+        own = lay(k, way, row, section)
+        through = _across(k, section, w) if own else 0.0
         for m in range(moved.shape[0]):
             _owe(k, share, row, moved[m])
             _solve_transposed(k, w.jacobian, moved[m, row])
+            shift(own and abs(through) > OWN, through, row, way, moved[m, row], owed[m], section)
             _sum_up(k, voltage[row], moved[m, row], w, m, s)
     set_base(k, 0.0, w)
     evaluate(k, voltage[0], w)
     fill_jacobian(k, w)
     for m in range(moved.shape[0]):
         _owe(k, share, 0, moved[m])
-        _write_transposed(k, held, w, matrix)
+        _write_transposed(k, held, w, room.matrix)
         for i in range(k.unknowns):
             moved[m, 0, i] = 0.0 if held[i] else moved[m, 0, i]
-        if not solve_dense(matrix, moved[m, 0]):
+        if not solve_dense(room.matrix, moved[m, 0]):
             return False
         _sum_up(k, voltage[0], moved[m, 0], w, m, s)
     return True
+
+
+@compiled()
+def _across(k: Kernel, section: Section, w: Work) -> float:
+    """Solve the section at a step; returns what that makes of the step's time."""
+    through = 0.0
+    for i in range(k.unknowns):
+        section.solved[i] = section.across[i]
+    _solve_transposed(k, w.jacobian, section.solved)
+    for i in range(k.unknowns):
+        through += section.solved[i] * section.moves[0, i]
+    return through
 
 
 @compiled()

@@ -43,9 +43,8 @@ from circuits.silicon.die import PARAMETERS, shared
 from circuits.silicon.process import POLARITIES
 from circuits.silicon.sampling import labels
 from circuits.solver.adjoint.backwards import Sums, backwards, contracted
-from circuits.solver.adjoint.conserved import lost_share
 from circuits.solver.adjoint.diode import FIGURES, by_figures
-from circuits.solver.adjoint.measure import Crossing, Measure, Reading, SpikeTime, Voltage, moving
+from circuits.solver.adjoint.measure import Measure, Reading, SpikeTime, Voltage
 from circuits.solver.adjoint.way import Way, way_of
 from circuits.solver.beginning import beginning, held_voltages
 from circuits.solver.outcome import Outcome
@@ -61,16 +60,6 @@ SAFE = 3.0  # sigma: a spike whose peak is nearer to the threshold than that is 
 
 RAIL = 0.02  # of the supply, within which a peak stands at it; ours
 FEW, FLAT = 3, 0.1  # points of a spike, and the share of its height that its top may change by; ours
-
-AGREED = 0.1  # of an extreme's spread, by which its neighbours may differ; ours
-_TIMES = (SpikeTime, Crossing)
-MOST_MOVED = 2.0  # of an extreme's spread, by which the edge before it may move them; ours
-
-EDGE = 1e-3  # of what an edge's time moves an integral by, to which that is resolved at GRADIENT_RTOL; ours
-WITHIN = 0.01  # of an integral's spread, to which it is to be resolved; ours
-
-FINEST = 1e-9  # tolerance of the run that is made where one at GRADIENT_RTOL loses too much at edges; ours
-LOSES, MOST_LOST = 0.01, 0.03  # share of what moves an event that edges before it lose: much, too much; ours
 
 TEMPERATURE = "temperature"
 BIAS = "bias."  # before the name of a bias
@@ -141,8 +130,7 @@ def gradients_of(machine: Machine, measures: Sequence[Measure], *, rtol: float =
     measures
         What is measured.
     rtol
-        Local error of a step of the transient, relative to the larger of |v| and 1 V; it is 1e-9 where fast
-        edges before an event lose more than a hundredth of what moves it.
+        Local error of a step of the transient, relative to the larger of |v| and 1 V.
 
     Raises
     ------
@@ -153,52 +141,29 @@ def gradients_of(machine: Machine, measures: Sequence[Measure], *, rtol: float =
     """
     if not measures:
         raise ParameterError(f"{machine.testbench.title}: no measure, must be at least one")
-    found, again = _gradients_of(machine, measures, rtol)
-    return _gradients_of(machine, measures, FINEST)[0] if again and rtol > FINEST else found
-
-
-def _gradients_of(machine: Machine, measures: Sequence[Measure], rtol: float) -> tuple[Gradients, bool]:
-    """The gradients from one run, and whether edges lose too much in it."""
     result = _run(machine, measures, rtol)
     way = way_of(result)
     read = [each.read(result, way) for each in measures]
     guards = [_guards(each, found, result, way) for each, found in zip(measures, read, strict=True)]
-    beside = [guard.reading for own in guards for guard in own]
-    told = [*read, *(Reading(r.value, r.check) for r in read), *(Reading(r.value, r.moves) for r in read)]
-    every = [*told, *beside]
+    every = [*read, *(guard.reading for own in guards for guard in own)]
     way = _until(way, every)
     asked = [k for k, each in enumerate(every) if each.slopes]
-    times = [asked.index(k) for k, m in enumerate(measures) if isinstance(m, _TIMES) and k in asked]
-    solved, shares = _parameters(machine, way, [every[k] for k in asked], times)
-    edges = np.zeros(len(read))
-    edges[[asked[q] for q in times]] = shares
+    solved = _parameters(machine, way, [every[k] for k in asked])
     by = np.full((len(every), sum(len(rows.labels) for rows in solved)), np.nan)
     by[asked] = np.concatenate([rows.by for rows in solved], axis=1)
     sigma = np.concatenate([rows.sigma for rows in solved])
     spread = np.sqrt(((by * sigma) ** 2).sum(axis=1))
     small = np.array([m.unit == "V" for m in measures]) & (spread[: len(read)] > 0.0)
     small &= spread[: len(read)] < rtol
-    lost = _lost(read, spread[: len(told)], EDGE * (rtol / GRADIENT_RTOL) ** (2.0 / 3.0))
-    lost[: len(read)] |= edges > MOST_LOST
-    notes = _notes(read, guards, spread, lost, small, result)
-    notes = tuple(
-        f"not resolved: fast edges before it lose {100.0 * share:.2g} % of what moves it"
-        if share > MOST_LOST
-        else note
-        for note, share in zip(notes, edges, strict=True)
-    )
     kicked = _kicked(machine, way)
-    notes = tuple(note or kicked for note in notes)
-    by = by[: len(read)]
-    by[lost[: len(read)]] = np.nan
+    notes = tuple(note or kicked for note in _notes(read, guards, spread, small, result))
     sigma = np.concatenate([rows.sigma * rows.varies for rows in solved])
     names = [(label, rows.unit) for rows in solved for label in rows.labels]
-    gradients = Gradients(
+    return Gradients(
         tuple(m.name for m in measures), tuple(m.unit for m in measures),
         np.array([r.value for r in read]), notes, tuple(n for n, _ in names), tuple(u for _, u in names),
-        sigma, by, result,
+        sigma, by[: len(read)], result,
     )  # fmt: skip
-    return gradients, bool((edges > LOSES).any())
 
 
 def _run(machine: Machine, measures: Sequence[Measure], rtol: float) -> Result:
@@ -221,15 +186,11 @@ def _run(machine: Machine, measures: Sequence[Measure], rtol: float) -> Result:
 
 
 class _Guard(NamedTuple):
-    """A peak beside a spike: its reading, how far it is from the threshold, V, and what happens there.
-
-    steepest: slope beside the peak, V/s.
-    """
+    """A peak beside a spike: its reading, how far it is from the threshold, V, and what happens there."""
 
     reading: Reading
     margin: float
     what: str
-    steepest: float
 
 
 def _guards(measure: Measure, found: Reading, result: Result, way: Way) -> list[_Guard]:
@@ -248,10 +209,9 @@ def _guards(measure: Measure, found: Reading, result: Result, way: Way) -> list[
     own = []
     for top, what in tops:
         if 0 < top < way.time.size - 1 and not _at_rail(result.machine, way, top, column):
-            value, near = float(way.voltage[top, column]), slice(top - 1, top + 2)
-            slopes = np.abs(np.diff(way.voltage[near, column]) / np.diff(way.time[near]))
-            reading = Reading(value, moving(way, top, column, found))
-            own.append(_Guard(reading, abs(value - level), what, float(slopes.max())))
+            value = float(way.voltage[top, column])
+            # in the frame of the steps, which moves with the spike
+            own.append(_Guard(Reading(value, ((top, column, 1.0),)), abs(value - level), what))
     return own
 
 
@@ -279,24 +239,20 @@ def _notes(
     read: Sequence[Reading],
     guards: Sequence[Sequence[_Guard]],
     spread: F64,
-    lost: Bools,
     small: Bools,
     result: Result,
 ) -> tuple[str, ...]:
-    """What is to be said of each measure; spread: of the measures, twice of their checks, of the guards."""
-    at, notes = 3 * len(read), []
+    """What is to be said of each measure; spread: of the measures and of the guards."""
+    at, notes = len(read), []
     for k, (found, own) in enumerate(zip(read, guards, strict=True)):
         told = [found.note] if found.note else []
-        if lost[k]:
-            where = "beside it is too fast" if found.check else "within it moves by far too much"
-            told.append(f"not resolved: an edge {where} for what it moves by over dies")
         if small[k]:
             told.append(f"moves by {spread[k]:.2g} V over dies, which is less than the run resolves")
         if not told and result.disturbance is not None:
             told.append(f"{result.disturbance}, which is held")
         for guard in own:
             away = guard.margin / spread[at] if spread[at] > 0.0 else np.inf
-            if away < SAFE and guard.steepest * spread[k] < MOST_MOVED * spread[at]:
+            if away < SAFE:
                 told.append(f"{guard.what} {away:.2g} sigma away, {guard.margin:.3g} V from the threshold")
             at += 1
         notes.append("; ".join(told))
@@ -319,43 +275,34 @@ def _kicked(machine: Machine, way: Way) -> str:
     return f"uic: sources move {node} by {apart[worst]:.3g} V as it begins, of which the gradient has nothing"
 
 
-def _lost(read: Sequence[Reading], spread: F64, edge: float) -> Bools:
-    """Which readings are extremes that edges hide, and integrals whose edges move by far more than these.
-
-    spread: of the readings, of what their neighbours differ by, and of what an edge moves these by. edge:
-    share of the last to which an integral is resolved.
-    """
-    own, differ, moves = np.split(spread, 3)
-    checked = np.array([bool(found.check) for found in read])
-    hidden = checked & ((differ > AGREED * own) | (moves > MOST_MOVED * own))
-    return np.asarray(hidden | (~checked & (edge * moves > WITHIN * own)))
-
-
 def _until(way: Way, read: Sequence[Reading]) -> Way:
     """The way up to the last point that is measured."""
     end = 1 + max((row for found in read for row, _, _ in found.slopes), default=0)
-    return Way(way.time[:end], way.voltage[:end], way.share[:end], way.order[:end])
+    return Way(
+        way.time[:end], way.voltage[:end], way.share[:end], way.order[:end], way.drive[:end], way.free[:end]
+    )
 
 
-def _parameters(
-    machine: Machine, way: Way, read: Sequence[Reading], times: Sequence[int]
-) -> tuple[list[_Rows], list[float]]:
-    """All parameters with what each moves the readings by, and what edges lose of those that are times."""
+def _parameters(machine: Machine, way: Way, read: Sequence[Reading]) -> list[_Rows]:
+    """All parameters with what each moves the readings by."""
     k = machine.kernel
-    slopes = np.zeros((len(read), way.time.size, k.unknowns))
+    slopes, timing = np.zeros((len(read), way.time.size, k.unknowns)), np.zeros((len(read), way.time.size))
     for m, each in enumerate(read):
+        for row, slope in each.timing:
+            timing[m, row] += slope
         for row, column, slope in each.slopes:
             if column < k.unknowns:
                 slopes[m, row, column] += slope
+            elif column < k.columns - 1:  # a source, which moves with the time alone
+                timing[m, row] += slope * way.drive[row, column - k.unknowns]
     fets, capacitors, resistors = (_groups(machine, kind) for kind in (Transistor, Capacitor, Resistor))
     pairs = [_ends(machine, fets, (1, 3)), *(_ends(machine, fets, p) for p in _OVERLAPS)]
     charged = np.concatenate([*pairs, _ends(machine, capacitors, (0, 1))], axis=1)
-    solved = backwards(k, way, slopes, _held(machine), charged, _ends(machine, resistors, (0, 1)))
+    solved = backwards(k, way, slopes, timing, _held(machine), charged, _ends(machine, resistors, (0, 1)))
     if solved is None:
         title = machine.testbench.title
         raise SolverError(f"{title}: singular at its beginning; look for a node that floats")
     moved, sums = solved
-    lost = [lost_share(k, way, slopes[q], moved[q]) for q in times]
     devices = _transistors(machine, fets, sums)
     lines = _lines(machine, way, moved, sums)
     first = len(pairs) * k.transistors.sign.size
@@ -366,7 +313,7 @@ def _parameters(
         *_biases(machine, lines), *_behind_biases(machine, lines, len(read)),
         _temperature(machine, way, moved, sums),
     ]  # fmt: skip
-    return [rows for rows in found if len(rows.labels)], lost
+    return [rows for rows in found if len(rows.labels)]
 
 
 _OVERLAPS = ((1, 0), (1, 2), (0, 3), (2, 3))  # of a transistor's terminals, as `capacitances` has them

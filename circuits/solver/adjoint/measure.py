@@ -1,7 +1,9 @@
 """What can be measured of a run and differentiated: its value, and its slopes by the voltages of the run.
 
 A measure reads the parabola through the last points of the step that it falls into, as the solver does for
-spikes. Its slopes are those of that parabola, so that they belong to the value that is told.
+spikes. Its slopes are those of that parabola, so that they belong to the value that is told. As the steps of
+a run move with its edges (`circuits.solver.adjoint.section`), it has slopes by their times too: a point of a
+parabola p that moves by dt bends it there by `-p' dt`.
 """
 
 from __future__ import annotations
@@ -21,13 +23,12 @@ from circuits.solver.adjoint.way import Way
 from circuits.solver.transient import Result
 
 _STEP = 1e-6  # V and us, by which a measured number's slopes are found; ours
-_SMALL = 1e-6  # V, of a swing that has no edge; ours
-_FAST = 0.01  # of an integral's time, within which its edge is over; ours
 _BISECTIONS = 60
 MOST_POINTS = 64  # pieces of a waveform, above which a number is one of the whole run; ours
 
 
 Slopes = tuple[tuple[int, int, float], ...]  # (row, column, slope) each
+Timing = tuple[tuple[int, float], ...]  # (row, slope) each
 
 
 class Reading(NamedTuple):
@@ -36,16 +37,13 @@ class Reading(NamedTuple):
     value : its value in SI units, NaN where it is not defined.
     slopes : its derivative by voltages: (row, column, slope) each, in its unit a V.
     note : why it has no value, or where it is not smooth; empty else.
-    check : of an extreme, the slopes of what its two neighbours differ by, who should agree on it.
-    moves : of an extreme, the slopes of what the edge before it moves its neighbours by; of an integral, of
-        what its last fast edge alone moves it by.
+    timing : its derivatives by the times of steps: (row, slope) each, in its unit a second.
     """
 
     value: float
     slopes: Slopes
     note: str = ""
-    check: Slopes = ()
-    moves: Slopes = ()
+    timing: Timing = ()
 
 
 class Measure(ABC):
@@ -173,7 +171,7 @@ class Voltage(Measure):
         if not 0.0 <= self.at <= way.time[-1]:
             return Reading(np.nan, (), f"{self.at:g} s, the run ends at {way.time[-1]:g} s")
         row = max(int(np.searchsorted(way.time, self.at)), 1)
-        return Reading(_at(way, row, column, self.at), _slopes(way, row, column, self.at, 1.0))
+        return _read_at(way, row, column, self.at)
 
 
 @final
@@ -204,7 +202,7 @@ class Extreme(Measure):
         return f"{'maximum' if self.highest else 'minimum'}({self.node})"
 
     def read(self, result: Result, way: Way) -> Reading:
-        """Read the extreme at its step, and name another one that is nearly as high."""
+        """Read the extreme at its step or at the ends, and name another one that is nearly as high."""
         column, sign = result.machine.column_of(self.node), 1.0 if self.highest else -1.0
         rows = np.flatnonzero((way.time >= self.begin) & (way.time <= self.end))
         if not rows.size:
@@ -217,7 +215,12 @@ class Extreme(Measure):
         gap = float(y[best]) - other
         near = gap < _TIE
         note = f"a tie: another extreme is {gap:.3g} V from it" if near else ""
-        return top_of(way, int(rows[best]), column, note)
+        for end in (self.begin, self.end):
+            if way.time[0] < end < way.time[-1]:
+                there = _read_at(way, int(np.searchsorted(way.time, end)), column, end)
+                if sign * there.value >= y[best]:
+                    return there._replace(note=note)
+        return top_of(way, int(rows[best]), column)._replace(note=note)
 
 
 _TIE = 1e-3  # V, within which two extremes are one as far as a designer is concerned; ours
@@ -261,7 +264,9 @@ class Integral(Measure):
         rows = np.flatnonzero(weight)
         value = float(weight @ way.voltage[:, column])
         slopes = tuple((int(r), column, float(weight[r])) for r in rows)
-        return Reading(value, slopes, moves=_last_edge(way, rows, column))
+        inside = rows[(rows > 0) & (rows < way.time.size - 1)]
+        moved = -weight[inside] * _rates(way, inside, column)
+        return Reading(value, slopes, timing=tuple(zip(inside.tolist(), moved.tolist(), strict=True)))
 
 
 @final
@@ -327,6 +332,7 @@ class _Search:
         self.measure, self.result, self.way, self.value = measure, result, way, value
         self.kept = np.concatenate([[0], np.flatnonzero(np.diff(result.time) > 0.0) + 1])
         self.found: dict[tuple[int, int], float] = {}
+        self.spikes: list[tuple[float, Reading]] = []
 
     def reading(self) -> Reading:
         """The number with its slopes."""
@@ -334,8 +340,8 @@ class _Search:
             column = self.result.machine.column_of(port)
             for k, time in enumerate(times):
                 slope = self._by_spike(port, k)
-                for row, c, by in _crossing(self.way, column, float(time)).slopes if slope else ():
-                    self.found[row, c] = self.found.get((row, c), 0.0) + slope * by
+                if slope:
+                    self.spikes.append((slope, _crossing(self.way, column, float(time))))
         sign = np.random.default_rng(0).choice([-1.0, 1.0], self.result.voltage.shape[0])  # of no consequence
         for node in range(len(self.result.nodes)):
             pending = [(0, self.result.voltage.shape[0])]
@@ -377,18 +383,27 @@ class _Search:
 
     def _told(self) -> Reading:
         """What was found; a lone extreme is read as one."""
-        slopes: list[tuple[int, int, float]] = []
-        check: list[tuple[int, int, float]] = []
-        moves: list[tuple[int, int, float]] = []
+        parts, rows = list(self.spikes), {row: self._by_time(row) for row, _ in self.found}
         for (row, column), by in self.found.items():
-            if {(row - 1, column), (row + 1, column)} & set(self.found):
-                slopes.append((row, column, by))
-                continue
-            top = top_of(self.way, row, column)
-            slopes += [(r, c, by * w) for r, c, w in top.slopes]
-            check += [(r, c, by * w) for r, c, w in top.check]
-            moves += [(r, c, by * w) for r, c, w in top.moves]
-        return Reading(self.value, tuple(slopes), "", tuple(check), tuple(moves))
+            if rows[row] or {(row - 1, column), (row + 1, column)} & set(self.found):
+                parts.append((by, Reading(0.0, ((row, column, 1.0),))))
+            else:
+                parts.append((by, top_of(self.way, row, column)))
+        slopes = tuple((row, column, by * slope) for by, own in parts for row, column, slope in own.slopes)
+        timing = tuple((row, by * slope) for by, own in parts for row, slope in own.timing)
+        return Reading(self.value, slopes, timing=(*timing, *rows.items()))
+
+    def _by_time(self, row: int) -> float:
+        """Slope by the time of a row; 0 at the ends, whose times are those of the testbench."""
+        if not 0 < row < self.way.time.size - 1:
+            return 0.0
+        sample, ends = self.kept[row], []
+        step = 1e-3 * float(np.diff(self.way.time[row - 1 : row + 2]).min())
+        for sign in (1.0, -1.0):
+            moved = self.result.time.copy()
+            moved[sample] += sign * step
+            ends.append(self._value(self._with(time=moved)))
+        return (ends[0] - ends[1]) / (2.0 * step)
 
     def _note(self, node: int, sample: int) -> None:
         one = slice(sample, sample + 1)
@@ -420,58 +435,24 @@ class _Search:
         return Result(**{**own, **changed})
 
 
-def _last_edge(way: Way, rows: I64, column: int) -> Slopes:
-    """What the last fast edge of a column within some rows moves the integral over these by; none without."""
-    y = way.voltage[rows, column]
-    swing, level = float(np.ptp(y)), 0.5 * float(y.max() + y.min())
-    passed = np.flatnonzero((y[1:] > level) != (y[:-1] > level)) + 1
-    if swing < _SMALL or not passed.size:
-        return ()
-    row = int(rows[passed[-1]])
-    step = way.time[row] - way.time[row - 1]
-    rate = float(np.abs(way.voltage[row, column] - way.voltage[row - 1, column]) / step)
-    if swing > _FAST * rate * float(way.time[rows[-1]] - way.time[rows[0]]):
-        return ()
-    return tuple((r, c, swing * by) for r, c, by in _passed(way, row, column, level).slopes)
+def top_of(way: Way, row: int, column: int) -> Reading:
+    """An extreme at a row: the parabola through its neighbours, at its vertex; another row at its time."""
+    if not 0 < row < way.time.size - 1:
+        return Reading(float(way.voltage[row, column]), ((row, column, 1.0),))
+    rows = [row - 1, row, row + 1]
+    t, y = way.time[rows], way.voltage[rows, column]
+    first, second = np.diff(y) / np.diff(t)
+    if 1 in way.order[row : row + 2] or first * second > 0.0 or first == second:
+        rate = float(_rates(way, np.array([row]), column)[0])
+        return Reading(float(y[1]), ((row, column, 1.0),), timing=((row, -rate),))
+    vertex = 0.5 * (t[1] - t[0] - first * (t[2] - t[0]) / (second - first))  # after the first
+    return _on_parabola(way, rows, column, float(vertex), 1.0)._replace(value=float(y[1]))
 
 
-def top_of(way: Way, row: int, column: int, note: str = "") -> Reading:
-    """An extreme at a row, in the frame that moves with the edge before it.
-
-    At an extreme a shift in time does nothing. What is left of the slope at the row is taken out, times what
-    the edge moves by. Where edges are too fast for that, its neighbours do not agree on what is left.
-    """
-    value, alone = float(way.voltage[row, column]), ((row, column, 1.0),)
-    edge = _edge_before(way, row, column)
-    if edge is None:
-        return Reading(value, alone, note)
-    before, own, after = (moving(way, k, column, edge) for k in (row - 1, row, row + 1))
-    near = slice(row - 1, row + 2)
-    steepest = float(np.abs(np.diff(way.voltage[near, column]) / np.diff(way.time[near])).max())
-    moves = tuple((r, c, steepest * by) for r, c, by in edge.slopes)
-    return Reading(value, own, note, (*after, *((r, c, -by) for r, c, by in before)), moves)
-
-
-def _edge_before(way: Way, row: int, column: int) -> Reading | None:
-    """When the edge before an extreme passes its middle; None where there is no edge, or no extreme."""
-    if not 1 < row < way.time.size - 2:
-        return None
-    y = way.voltage[row - 1 : row + 2, column]
-    sign = 1.0 if y[1] > y[0] else -1.0
-    before, top = sign * way.voltage[:row, column], sign * float(y[1])
-    low = float(before.min())
-    under = np.flatnonzero(before < 0.5 * (low + top))
-    if sign * (y[1] - y[2]) < 0.0 or top - low < _SMALL or not under.size:
-        return None
-    return _passed(way, int(under[-1]) + 1, column, sign * 0.5 * (low + top))
-
-
-def moving(way: Way, row: int, column: int, edge: Reading) -> Slopes:
-    """Slopes of the voltage at a row that moves with an edge, whose time was read."""
-    t, y = way.time[row - 1 : row + 2], way.voltage[row - 1 : row + 2, column]
-    first, second = (y[1] - y[0]) / (t[1] - t[0]), (y[2] - y[1]) / (t[2] - t[1])
-    rate = float((first * (t[2] - t[1]) + second * (t[1] - t[0])) / (t[2] - t[0]))
-    return ((row, column, 1.0), *((r, c, rate * by) for r, c, by in edge.slopes))
+def _rates(way: Way, rows: I64, column: int) -> F64:
+    """Rates of a column from the row before to the row after each of some rows, V/s."""
+    y, t = way.voltage[:, column], way.time
+    return np.asarray((y[rows + 1] - y[rows - 1]) / (t[rows + 1] - t[rows - 1]))
 
 
 def _passed(way: Way, row: int, column: int, level: float) -> Reading:
@@ -490,32 +471,45 @@ def _nodes(way: Way, row: int) -> list[int]:
     return [row, row - 1] + ([row - 2] if way.order[row] == 2 else [])
 
 
-def _weights(way: Way, row: int, time: float) -> tuple[list[int], F64, F64]:
-    """Rows of a step's parabola, their weights at a time (s), and those of its slope, 1/s."""
-    rows = _nodes(way, row)
-    t = way.time[rows]
+def _weights(way: Way, rows: list[int], after: float) -> tuple[F64, F64]:
+    """Weights of some rows in their parabola, and in its slope, 1/s; after: the first one, s.
+
+    Times since the beginning are long beside steps, and would be rounded.
+    """
+    t = way.time[rows] - way.time[rows[0]]
     own, slope = np.ones(len(rows)), np.zeros(len(rows))
     for i in range(len(rows)):
         others = [t[j] for j in range(len(rows)) if j != i]
         scale = np.prod([t[i] - s for s in others])
-        own[i] = np.prod([time - s for s in others]) / scale
-        slope[i] = (1.0 if len(others) == 1 else 2.0 * time - others[0] - others[1]) / scale
-    return rows, own, slope
+        own[i] = np.prod([after - s for s in others]) / scale
+        slope[i] = (1.0 if len(others) == 1 else 2.0 * after - others[0] - others[1]) / scale
+    return own, slope
 
 
 def _at(way: Way, row: int, column: int, time: float) -> float:
-    rows, own, _ = _weights(way, row, time)
-    return float(own @ way.voltage[rows, column])
+    rows = _nodes(way, row)
+    return float(_weights(way, rows, time - way.time[row])[0] @ way.voltage[rows, column])
 
 
-def _slopes(way: Way, row: int, column: int, time: float, scale: float) -> Slopes:
-    rows, own, _ = _weights(way, row, time)
-    return tuple((r, column, scale * float(w)) for r, w in zip(rows, own, strict=True))
+def _read_at(way: Way, row: int, column: int, time: float) -> Reading:
+    """What the parabola of a step has at a time."""
+    return _on_parabola(way, _nodes(way, row), column, time - way.time[row], 1.0)
+
+
+def _on_parabola(way: Way, rows: list[int], column: int, after: float, scale: float) -> Reading:
+    """What the parabola of some rows has at a time after the first one, s; scale: of its slopes."""
+    y, (own, _) = way.voltage[rows, column], _weights(way, rows, after)
+    since = way.time[rows] - way.time[rows[0]]
+    rate = [float(_weights(way, rows, float(t))[1] @ (y - y[0])) for t in since]
+    slopes = tuple((row, column, scale * float(w)) for row, w in zip(rows, own, strict=True))
+    timing = tuple((row, -slope * by) for (row, _, slope), by in zip(slopes, rate, strict=True))
+    return Reading(float(own @ y), slopes, timing=timing)
 
 
 def _crossing(way: Way, column: int, time: float, row: int | None = None) -> Reading:
     """A time at which a column passes a level, in the step to a row: it moves by `-dv / slope`."""
     row = max(int(np.searchsorted(way.time, time - 1e-15)), 1) if row is None else row
-    rows, _, slope = _weights(way, row, time)
-    rate = float(slope @ way.voltage[rows, column])
-    return Reading(time, _slopes(way, row, column, time, -1.0 / rate))
+    rows = _nodes(way, row)
+    y, after = way.voltage[rows, column], time - float(way.time[row])
+    rate = float(_weights(way, rows, after)[1] @ (y - y[0]))
+    return _on_parabola(way, rows, column, after, -1.0 / rate)._replace(value=time)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from circuits.arrays import F64, I64
+from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 from circuits.lowering.kernel import Machine, Sources
 from circuits.solver.integrate import source_values
@@ -31,12 +31,16 @@ class Way(NamedTuple):
     voltage : float64[rows, columns], V.
     share : float64[rows, 3], 1/s.
     order : int64[rows], how many rows before it the parabola through a row's step takes, 1 or 2.
+    drive : float64[rows, sources], how fast each source moves after a row, V/s or A/s.
+    free : bool[rows], whether no source bends at a row, and it is neither the first nor the last.
     """
 
     time: F64
     voltage: F64
     share: F64
     order: I64
+    drive: F64
+    free: Bools
 
 
 def way_of(result: Result) -> Way:
@@ -51,7 +55,7 @@ def way_of(result: Result) -> Way:
     _drive(sources, cursor, time, voltage, machine.kernel.unknowns)
     voltage = with_charges(machine.kernel, voltage)
     order = _orders(machine, time)
-    return Way(time, voltage, _shares(time, order), order)
+    return Way(time, voltage, _shares(time, order), order, *_moving(machine, time, order))
 
 
 @compiled()
@@ -74,6 +78,19 @@ def _orders(machine: Machine, time: F64) -> I64:
     order[1:][at_bend[:-1]] = 1
     order[:2] = [0, 1][: time.size]
     return order
+
+
+def _moving(machine: Machine, time: F64, order: I64) -> tuple[F64, Bools]:
+    """How fast sources move at each row, and which rows are at no bend of one."""
+    drive, free = np.zeros((time.size, len(machine.polylines))), np.zeros(time.size, np.bool_)
+    free[1:-1] = order[2:] != 1
+    for source, (at, value) in enumerate(machine.polylines):
+        if at.size > 1:
+            slope = np.concatenate([[0.0], np.diff(value) / np.diff(at), [0.0]])
+            before, after = (slope[np.searchsorted(at, time + apart)] for apart in (-_SAME_TIME, _SAME_TIME))
+            drive[:, source] = after
+            free &= before == after
+    return drive, free
 
 
 def _shares(time: F64, order: I64) -> F64:

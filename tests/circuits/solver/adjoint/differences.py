@@ -1,9 +1,11 @@
 """Central differences of measures by parameters of a machine, at a tolerance of 1e-9."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from circuits.arrays import F64
 from circuits.devices import Transistor
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.silicon.die import shared
@@ -22,13 +24,19 @@ def read(machine: Machine, measure: Measure) -> float:
 
 def by_deviation(machine: Machine, measure: Measure, label: str, step: float) -> float:
     """Derivative by a device's or the process's deviation, whose label a study's draws have."""
+    return float(by_deviations(machine, (measure,), label, step)[0])
+
+
+def by_deviations(machine: Machine, measures: Sequence[Measure], label: str, step: float) -> F64:
+    """Derivatives of some measures by a deviation, float64[measures]."""
     owner, _, parameter = label.rpartition(".")
     path, at = owner.removesuffix(".shared"), _deviation(machine, label)
-    ends = [
-        read(on_die(machine, machine.silicon.die.with_(path, parameter, at + s)), measure)
-        for s in (step, -step)
-    ]
-    return (ends[0] - ends[1]) / (2.0 * step)
+    ends = []
+    for s in (step, -step):
+        result = simulate(on_die(machine, machine.silicon.die.with_(path, parameter, at + s)), rtol=RTOL)
+        way = way_of(result)
+        ends.append(np.array([measure.read(result, way).value for measure in measures]))
+    return np.asarray((ends[0] - ends[1]) / (2.0 * step))
 
 
 def _deviation(machine: Machine, label: str) -> float:

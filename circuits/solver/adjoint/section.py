@@ -1,0 +1,165 @@
+"""Steps of an adjoint run that move with the state, so that an edge is told in its own time.
+
+A deviation moves an edge. With the times of the steps as they were, what it moves the voltages by within the
+edge is its rate times the shift, orders of magnitude more than what outlasts it, and small errors of the one
+are large ones of the other: of what moves the fourth spike of a neuron 22 % were lost. So the time t_k of a
+step moves too, by as much as keeps what is left across the way that the voltages take,
+
+    r . dv_k = 0,        r = the rates dv/dt at step k of the nodes with capacitance
+
+and the run is differentiated by its voltages and by these times. With m as of
+`circuits.solver.adjoint.backwards` and J the matrix of step k, that condition adds a number u a step,
+
+    J^T m_k = l_k - u r,     u so that     m_k^T dR_k/dt_k = g_k
+
+l_k and g_k: what the measure and later steps have by v_k and t_k. The rate at step k is that of the parabola
+p_k through its points, which a knot that moves by dt_j bends by `-p_k'(t_j) dt_j` there, so that
+
+    dR_k/dt_j = C (d_jk p_k'' - share_kj p_k'(t_j)) + what the sources' movement adds
+
+As the sum of these over a step's points is 0 where sources stand still, so `m^T C dv/dt`, which a circuit
+without a clock conserves, is conserved by these equations too, whatever the tolerance.
+
+A step in which nothing moves by `SEEN`, or whose state follows from its currents alone rather than from the
+step before, shifts as the one before it. At the bends of sources, and where these are faster than all nodes,
+times are those of the sources.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from circuits.arrays import F64
+from circuits.compiled import compiled
+from circuits.lowering.kernel import Kernel
+from circuits.solver.adjoint.way import Way
+from circuits.solver.newton import Work, evaluate
+
+SEEN = 1e-4  # V in a step, from which on rates are more than errors of the step; ours
+OWN = 0.1  # share of a state that is kept from the step before, from which on its own time is known; ours
+PROBE = 1e-5  # V, by which sources move currents for a derivative; ours
+
+
+class Section(NamedTuple):
+    """Working memory of one run.
+
+    across : float64[unknowns], r / r^2.
+    solved : float64[unknowns], what J^T makes of it.
+    moves : float64[3, unknowns], residual at a step by the times of its points, newest first.
+    driven : float64[unknowns], A/s, what sources add to that by the currents.
+    rate : float64[3, columns], V/s, slopes of the step's parabola at its points, less the sources' own.
+    bend : float64[columns], V/s^2, of the parabola.
+    probe : float64[columns], V, scratch.
+    """
+
+    across: F64
+    solved: F64
+    moves: F64
+    driven: F64
+    rate: F64
+    bend: F64
+    probe: F64
+
+
+def new_section(k: Kernel) -> Section:
+    """Working memory for a kernel."""
+    across, solved, driven = (np.zeros(k.unknowns) for _ in range(3))
+    rate, bend, probe = np.zeros((3, k.columns)), np.zeros(k.columns), np.zeros(k.columns)
+    return Section(across, solved, np.zeros((3, k.unknowns)), driven, rate, bend, probe)
+
+
+@compiled()
+def drive(k: Kernel, way: Way, row: int, s: Section, w: Work) -> None:
+    """Fill in how fast direct currents change at a row as sources move; w is evaluated elsewhere by it."""
+    fastest = fastest_source(way, row)
+    s.driven[:] = 0.0
+    if not way.free[row] or fastest == 0.0:
+        return
+    step = PROBE / fastest
+    for side in (1.0, -1.0):
+        for c in range(k.columns):
+            s.probe[c] = way.voltage[row, c]
+        for q in range(way.drive.shape[1]):
+            s.probe[k.unknowns + q] += side * step * way.drive[row, q]
+        evaluate(k, s.probe, w)
+        for i in range(k.unknowns):
+            s.driven[i] += side * w.residual[i] / (2.0 * step)
+
+
+@compiled()
+def fastest_source(way: Way, row: int) -> float:
+    """Rate of the source that moves fastest at a row, V/s or A/s."""
+    fastest = 0.0
+    for q in range(way.drive.shape[1]):
+        fastest = max(fastest, abs(way.drive[row, q]))
+    return fastest
+
+
+@compiled()
+def lay(k: Kernel, way: Way, row: int, s: Section) -> bool:
+    """Fill in what the times of a row's points move, and r; returns whether its own time may follow from r.
+
+    `drive` was at the row.
+    """
+    _fill_rates(k, way, row, s)
+    for i in range(k.unknowns):
+        for j in range(3):
+            s.moves[j, i] = 0.0
+        for p in range(k.charge.start[i], k.charge.start[i + 1]):
+            c, value = k.charge.column[p], k.charge.value[p]
+            s.moves[0, i] += value * s.bend[c]
+            for j in range(3):
+                s.moves[j, i] -= value * way.share[row, j] * s.rate[j, c]
+        s.moves[0, i] += s.driven[i]
+    if not way.free[row]:
+        return False
+    total, fastest = 0.0, 0.0
+    for i in range(k.charges, k.unknowns):  # charges are of another unit
+        if k.dynamic[i]:
+            total += s.rate[0, i] ** 2
+            fastest = max(fastest, abs(s.rate[0, i]))
+    for i in range(k.unknowns):
+        s.across[i] = s.rate[0, i] / total if k.dynamic[i] and i >= k.charges and total > 0.0 else 0.0
+    seen = fastest * (way.time[row] - way.time[row - 1]) > SEEN
+    return bool(seen and fastest > fastest_source(way, row))
+
+
+@compiled()
+def _fill_rates(k: Kernel, way: Way, row: int, s: Section) -> None:
+    h = way.time[row] - way.time[row - 1]
+    before = way.time[row - 1] - way.time[row - 2] if way.order[row] == 2 else 0.0
+    for c in range(k.columns):
+        slope = (way.voltage[row, c] - way.voltage[row - 1, c]) / h
+        bend = 0.0
+        if before > 0.0:
+            bend = 2.0 * (slope - (way.voltage[row - 1, c] - way.voltage[row - 2, c]) / before) / (h + before)
+        s.bend[c] = bend
+        s.rate[0, c] = slope + 0.5 * bend * h
+        s.rate[1, c] = slope - 0.5 * bend * h
+        s.rate[2, c] = s.rate[1, c] - bend * before
+    for q in range(way.drive.shape[1]):
+        for j in range(3 if before > 0.0 else 2):
+            s.rate[j, k.unknowns + q] -= way.drive[row - j, q]
+
+
+@compiled()
+def shift(own: bool, through: float, row: int, way: Way, moved: F64, owed: F64, s: Section) -> None:  # noqa: FBT001 - as the row is
+    """Let the time of a row move, of one measure.
+
+    own: whether it follows from r; through: `solved . moves`. moved: m at the row, float64[unknowns]; owed:
+    of the measure by the times, float64[rows], to which what the row has by those before it is added.
+    """
+    by_time = 0.0
+    for i in range(moved.size):
+        by_time += moved[i] * s.moves[0, i]
+    if own:
+        by = (by_time - owed[row]) / through
+        for i in range(moved.size):
+            moved[i] -= by * s.solved[i]
+    elif way.free[row]:
+        owed[row - 1] += owed[row] - by_time
+    for j in range(1, 3 if way.order[row] == 2 else 2):
+        for i in range(moved.size):
+            owed[row - j] -= moved[i] * s.moves[j, i]
