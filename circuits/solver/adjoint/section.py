@@ -49,8 +49,8 @@ class Section(NamedTuple):
     solved : float64[unknowns], what J^T makes of it.
     moves : float64[3, unknowns], residual at a step by the times of its points, newest first.
     driven : float64[unknowns], A/s, what sources add to that by the currents.
-    rate : float64[3, columns], V/s, slopes of the step's parabola at its points, less the sources' own.
-    bend : float64[columns], V/s^2, of the parabola.
+    rate : float64[columns], V/s, of the line from the row before.
+    bend : float64[columns], V/s^2, of the step's parabola.
     probe : float64[columns], V, scratch.
     """
 
@@ -66,7 +66,7 @@ class Section(NamedTuple):
 def new_section(k: Kernel) -> Section:
     """Working memory for a kernel."""
     across, solved, driven = (np.zeros(k.unknowns) for _ in range(3))
-    rate, bend, probe = np.zeros((3, k.columns)), np.zeros(k.columns), np.zeros(k.columns)
+    rate, bend, probe = (np.zeros(k.columns) for _ in range(3))
     return Section(across, solved, np.zeros((3, k.unknowns)), driven, rate, bend, probe)
 
 
@@ -103,45 +103,63 @@ def lay(k: Kernel, way: Way, row: int, s: Section) -> bool:
 
     `drive` was at the row.
     """
-    _fill_rates(k, way, row, s)
+    h, share = way.time[row] - way.time[row - 1], way.share[row]
+    before = way.time[row - 1] - way.time[row - 2] if way.order[row] == 2 else 0.0
+    _fill_parabola(k, way, row, h, before, s)
     for i in range(k.unknowns):
-        for j in range(3):
-            s.moves[j, i] = 0.0
+        by_rate, by_bend = 0.0, 0.0
         for p in range(k.charge.start[i], k.charge.start[i + 1]):
-            c, value = k.charge.column[p], k.charge.value[p]
-            s.moves[0, i] += value * s.bend[c]
-            for j in range(3):
-                s.moves[j, i] -= value * way.share[row, j] * s.rate[j, c]
-        s.moves[0, i] += s.driven[i]
-    if not way.free[row]:
-        return False
-    total, fastest = 0.0, 0.0
-    for i in range(k.charges, k.unknowns):  # charges are of another unit
-        if k.dynamic[i]:
-            total += s.rate[0, i] ** 2
-            fastest = max(fastest, abs(s.rate[0, i]))
-    for i in range(k.unknowns):
-        s.across[i] = s.rate[0, i] / total if k.dynamic[i] and i >= k.charges and total > 0.0 else 0.0
-    seen = fastest * (way.time[row] - way.time[row - 1]) > SEEN
-    return bool(seen and fastest > fastest_source(way, row))
+            c = k.charge.column[p]
+            if c < k.unknowns:
+                by_rate += k.charge.value[p] * s.rate[c]
+                by_bend += k.charge.value[p] * s.bend[c]
+        s.moves[0, i] = by_bend - share[0] * (by_rate + 0.5 * h * by_bend) + s.driven[i]
+        s.moves[1, i] = -share[1] * (by_rate - 0.5 * h * by_bend)
+        s.moves[2, i] = -share[2] * (by_rate - (0.5 * h + before) * by_bend)
+    moving = fastest_source(way, row) + fastest_source(way, row - 1)
+    if moving + fastest_source(way, max(row - 2, 0)) > 0.0:
+        _add_sources(k, way, row, (0.5 * h, -0.5 * h, -0.5 * h - before), s)
+    return way.free[row] and _lay_across(k, way, row, h, s)
 
 
 @compiled()
-def _fill_rates(k: Kernel, way: Way, row: int, s: Section) -> None:
-    h = way.time[row] - way.time[row - 1]
-    before = way.time[row - 1] - way.time[row - 2] if way.order[row] == 2 else 0.0
+def _fill_parabola(k: Kernel, way: Way, row: int, h: float, before: float, s: Section) -> None:
+    """Fill in rates and bends; h, before: lengths of the step and of the one before it, s, 0 of none."""
     for c in range(k.columns):
-        slope = (way.voltage[row, c] - way.voltage[row - 1, c]) / h
-        bend = 0.0
+        s.rate[c], s.bend[c] = (way.voltage[row, c] - way.voltage[row - 1, c]) / h, 0.0
         if before > 0.0:
-            bend = 2.0 * (slope - (way.voltage[row - 1, c] - way.voltage[row - 2, c]) / before) / (h + before)
-        s.bend[c] = bend
-        s.rate[0, c] = slope + 0.5 * bend * h
-        s.rate[1, c] = slope - 0.5 * bend * h
-        s.rate[2, c] = s.rate[1, c] - bend * before
-    for q in range(way.drive.shape[1]):
-        for j in range(3 if before > 0.0 else 2):
-            s.rate[j, k.unknowns + q] -= way.drive[row - j, q]
+            rate = (way.voltage[row - 1, c] - way.voltage[row - 2, c]) / before
+            s.bend[c] = 2.0 * (s.rate[c] - rate) / (h + before)
+
+
+@compiled()
+def _add_sources(k: Kernel, way: Way, row: int, after: tuple[float, float, float], s: Section) -> None:
+    """Add what sources move by capacitances; after: times of the points after the middle of the step, s."""
+    for i in range(k.unknowns):
+        for p in range(k.charge.start[i], k.charge.start[i + 1]):
+            c = k.charge.column[p]
+            if k.unknowns <= c < k.columns - 1:
+                s.moves[0, i] += k.charge.value[p] * s.bend[c]
+                for j in range(3 if way.order[row] == 2 else 2):
+                    rate = s.rate[c] + after[j] * s.bend[c] - way.drive[row - j, c - k.unknowns]
+                    s.moves[j, i] -= k.charge.value[p] * way.share[row, j] * rate
+
+
+@compiled()
+def _lay_across(k: Kernel, way: Way, row: int, h: float, s: Section) -> bool:
+    """Fill in r; returns whether it is known, and faster than sources."""
+    total, fastest = 0.0, 0.0
+    for i in range(k.unknowns):
+        s.across[i] = 0.0
+        if k.dynamic[i] and i >= k.charges:  # charges are of another unit
+            s.across[i] = s.rate[i] + 0.5 * h * s.bend[i]
+            total += s.across[i] ** 2
+            fastest = max(fastest, abs(s.across[i]))
+    if fastest * h <= SEEN or fastest <= fastest_source(way, row):
+        return False
+    for i in range(k.unknowns):
+        s.across[i] /= total
+    return True
 
 
 @compiled()
