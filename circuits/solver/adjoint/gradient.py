@@ -61,6 +61,8 @@ SAFE = 3.0  # sigma: a spike whose peak is nearer to the threshold than that is 
 RAIL = 0.02  # of the supply, within which a peak stands at it; ours
 FEW, FLAT = 3, 0.1  # points of a spike, and the share of its height that its top may change by; ours
 
+RESOLVED = 200.0  # times the tolerance in V, above which 1 % of what a voltage moves by is resolved; ours
+
 TEMPERATURE = "temperature"
 BIAS = "bias."  # before the name of a bias
 
@@ -154,7 +156,7 @@ def gradients_of(machine: Machine, measures: Sequence[Measure], *, rtol: float =
     sigma = np.concatenate([rows.sigma for rows in solved])
     spread = np.sqrt(((by * sigma) ** 2).sum(axis=1))
     small = np.array([m.unit == "V" for m in measures]) & (spread[: len(read)] > 0.0)
-    small &= spread[: len(read)] < rtol
+    small &= spread[: len(read)] < RESOLVED * rtol
     kicked = _kicked(machine, way)
     notes = tuple(note or kicked for note in _notes(read, guards, spread, small, result))
     sigma = np.concatenate([rows.sigma * rows.varies for rows in solved])

@@ -199,7 +199,7 @@ class Extreme(Measure):
     @property
     def name(self) -> str:
         """Its name."""
-        return f"{'maximum' if self.highest else 'minimum'}({self.node})"
+        return f"{'maximum' if self.highest else 'minimum'}({self.node}{_span(self.begin, self.end)})"
 
     def read(self, result: Result, way: Way) -> Reading:
         """Read the extreme at its step or at the ends, and name another one that is nearly as high."""
@@ -248,7 +248,7 @@ class Integral(Measure):
     @property
     def name(self) -> str:
         """Its name."""
-        return f"integral({self.node})"
+        return f"integral({self.node}{_span(self.begin, self.end)})"
 
     def read(self, result: Result, way: Way) -> Reading:
         """Read the integral of straight lines between the steps."""
@@ -267,6 +267,11 @@ class Integral(Measure):
         inside = rows[(rows > 0) & (rows < way.time.size - 1)]
         moved = -weight[inside] * _rates(way, inside, column)
         return Reading(value, slopes, timing=tuple(zip(inside.tolist(), moved.tolist(), strict=True)))
+
+
+def _span(begin: float, end: float) -> str:
+    """The times between which something is measured, as its name tells them."""
+    return "" if begin == 0.0 and end == np.inf else f",{begin:g}s,{end:g}s"
 
 
 @final

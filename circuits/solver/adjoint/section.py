@@ -21,8 +21,8 @@ As the sum of these over a step's points is 0 where sources stand still, so `m^T
 without a clock conserves, is conserved by these equations too, whatever the tolerance.
 
 A step in which nothing moves by `SEEN`, or whose state follows from its currents alone rather than from the
-step before, shifts as the one before it. At the bends of sources, and where these are faster than all nodes,
-times are those of the sources.
+step before, shifts as the one before it. At the bends of sources times are those of the sources, and where
+sources move too, unless nodes are faster than these: what a source makes comes when the source does.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ def _add_sources(k: Kernel, way: Way, row: int, after: tuple[float, float, float
 
 @compiled()
 def _lay_across(k: Kernel, way: Way, row: int, h: float, s: Section) -> bool:
-    """Fill in r; returns whether it is known, and faster than sources."""
+    """Fill in r; returns whether it is known, and runs away from sources."""
     total, fastest = 0.0, 0.0
     for i in range(k.unknowns):
         s.across[i] = 0.0
@@ -176,7 +176,7 @@ def shift(own: bool, through: float, row: int, way: Way, moved: F64, owed: F64, 
         by = (by_time - owed[row]) / through
         for i in range(moved.size):
             moved[i] -= by * s.solved[i]
-    elif way.free[row]:
+    elif way.free[row] and fastest_source(way, row) == 0.0:
         owed[row - 1] += owed[row] - by_time
     for j in range(1, 3 if way.order[row] == 2 else 2):
         for i in range(moved.size):

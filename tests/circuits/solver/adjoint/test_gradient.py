@@ -227,6 +227,12 @@ def test_extreme_behind_an_edge_that_moves_far_is_that_of_differences():
     assert off_by(neuron(Die(number=1003)), measures, ("process.n.shared.v_t0", OWN), 0.02).max() < 0.01
 
 
+def test_what_follows_a_sine_keeps_the_times_of_its_steps():
+    """With steps that moved there an integral was wrong by 10 % of its spread."""
+    measures = (Integral("envelope"), Crossing("envelope", 1.556, rising=False), Voltage("v_e", 0.00075))
+    assert off_by(spiking("envelope-detector", 3000), measures, ("process.n.shared.v_t0",), 0.02).max() < 0.01
+
+
 def test_extreme_of_a_window_is_that_of_its_end_where_it_goes_on_beyond():
     found = gradients_of(low_pass(), (Extreme("v", end=1.5e-6), Voltage("v", 1.5e-6)))
     assert found.values[0] == found.values[1]
