@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -27,13 +28,15 @@ def match_command(asked: Match) -> None:
     slopes = slopes_of(target, quantity.name, asked.over)
     with working(f"gradient of {quantity.name}"):
         slope = slopes.at(np.zeros(len(slopes.labels)))
+        if not slope.by.any():
+            raise ParameterError(f"metric: {quantity.name}, is moved by nothing that varies on these dies")
         wanted = _wanted(asked, slope, quantity.limit_unit)
         found = matched(slopes, slope, wanted, _share(asked.least, "least"))
         checks = _checks(asked, slopes, found)
     if asked.as_json:
         print_json(_document(asked, slopes, slope, found, checks))
         return
-    _print(slopes, slope, found, quantity.limit_unit)
+    _print(slopes, slope, found, wanted, quantity.limit_unit)
     for name, (defined, estimate) in checks.items():
         told = (format_quantity(x, quantity.limit_unit) for x in (estimate.value, *_ends(estimate)))
         some = "" if defined == asked.check else f"{defined} of "  # the others have no such metric
@@ -52,6 +55,10 @@ def _wanted(asked: Match, slope: Slope, unit: str) -> float:
         return float(np.linalg.norm(slope.by))
     text = asked.spread.strip()
     value = _share(text, "spread") * abs(slope.value) if text.endswith("%") else None
+    if value == 0.0:
+        raise ParameterError(
+            f"spread: {text} of {asked.metric}, which is 0 on the nominal die; write a spread"
+        )
     value = parse_quantity(text, unit, "spread") if value is None else value
     if not value > 0.0:
         raise ParameterError(f"spread: {asked.spread}, must be above 0; write as in 5%")
@@ -131,12 +138,14 @@ def _document(
     }
 
 
-def _print(slopes: Slopes, slope: Slope, found: Matched, unit: str) -> None:
-    value, now, then, fixed = (
-        format_quantity(x, unit) for x in (slope.value, found.spread_now, found.spread, found.fixed**0.5)
+def _print(slopes: Slopes, slope: Slope, found: Matched, wanted: float, unit: str) -> None:
+    value, now, then, asked, fixed = (
+        format_quantity(x, unit)
+        for x in (slope.value, found.spread_now, found.spread, wanted, found.fixed**0.5)
     )
+    reached = then if math.isclose(wanted, found.spread, rel_tol=1e-6) else f"{asked}, {then} by least areas"
     print_line(f"{slopes.metric} {value}, spread over dies {now}, of which {fixed} are the process's")
-    print_line(f"wanted spread {then}; gradient by {by_what(slopes)}, {slopes.runs} runs\n")
+    print_line(f"wanted spread {reached}; gradient by {by_what(slopes)}, {slopes.runs} runs\n")
     total = found.spread_now**2 or 1.0
     rows = [
         (

@@ -14,10 +14,12 @@ from system.cli.match_verb import Worst
 from system.cli.output import print_json, print_line, print_table, progress_bar
 from system.cli.over_dies import by_what, slopes_of, target_of
 from system.notice import say
+from system.registry import system_names
 from system.study.search.corner import write_dies
 from system.study.search.slope import Slopes
 from system.study.search.worst_case import FAR, WorstCase, beyond, checked_there, failure_of, worst_cases
 from system.study.specification import Limits, limited_metrics
+from system.study.statistics.mean_shift import LEAST_EFFECTIVE
 from system.study.statistics.rare import RareFailure
 
 
@@ -38,16 +40,24 @@ def worst_command(asked: Worst) -> int:
     """Print the worst cases; the exit status is `NO` where a worst die did not behave as it was found."""
     if not asked.spec:
         raise ParameterError("worst: of which specification, must come with spec; as `spec=t_inh_s in :8ms`")
+    if asked.check and asked.check < LEAST_EFFECTIVE:
+        raise ParameterError(
+            f"check: {asked.check}, must be 0 or at least {LEAST_EFFECTIVE:g} dies; take more"
+        )
+    if not limited_metrics(asked.spec) and asked.block not in system_names():
+        raise ParameterError(f'spec: "{asked.spec[0]}", must limit a metric; write as in "t_inh_s in :8ms"')
     target = target_of(asked.block, limited_metrics(asked.spec), asked.over, "worst")
     specs = target.specified(asked.spec)
     for text, spec in zip(asked.spec, specs, strict=True):
         if not isinstance(spec, Limits):
             raise ParameterError(f'spec: "{text}", a class has no gradient; limit a metric')
-    found = []
+    found: list[Found] = []
     with progress_bar(f"worst dies of {asked.block}") as progress:
         for k, limits in enumerate(specs):
             if isinstance(limits, Limits):
-                found.append(_found(asked, limits, slopes_of(target, limits.metric, asked.over)))
+                again = sum(each.limits.metric == limits.metric for each in found)
+                slopes = slopes_of(target, limits.metric, asked.over)
+                found.append(_found(asked, limits, slopes, f"-{again + 1}" if again else ""))
             progress((k + 1) / len(specs))
     if asked.as_json:
         print_json({"block": asked.block, "specifications": [_document(each) for each in found]})
@@ -59,7 +69,8 @@ def worst_command(asked: Worst) -> int:
     return NO if doubted else DONE
 
 
-def _found(asked: Worst, limits: Limits, slopes: Slopes) -> Found:
+def _found(asked: Worst, limits: Limits, slopes: Slopes, which: str) -> Found:
+    """The worst cases of a limit; which: what tells its files from those of other limits of the metric."""
     cases = worst_cases(slopes, limits)
     runs, check, why = slopes.runs, None, ""
     if asked.check:
@@ -69,7 +80,7 @@ def _found(asked: Worst, limits: Limits, slopes: Slopes) -> Found:
             why = str(error)
     files: tuple[Path, ...] = ()
     if asked.output is not None:
-        files = write_dies(Path(asked.output), slopes, [(_name(case), case.point) for case in cases])
+        files = write_dies(Path(asked.output), slopes, [(_name(case) + which, case.point) for case in cases])
     return Found(limits, slopes, cases, runs, files, check, why)
 
 

@@ -16,12 +16,14 @@ from circuits.silicon.silicon import Silicon
 
 FIELDS = {"set": "deviate"}  # by which an edit is asked for, where it is not called as its kind
 _COPY, _GENERATOR = ".bias copy", ".bias generator"  # what biases stand on, beside devices of the circuit
+_PROCESS = "process."  # before what a polarity shares
 
 
 def check_edits(die: Die, circuits: Iterable[tuple[Circuit, Silicon]]) -> None:
     """Raise `UnknownNameError` for a path of the die's edits that means no device of some circuits.
 
-    A deviation that is set of another block passes: a die has more blocks than the one that is run.
+    A deviation that is set of another block passes beside one of these circuits: a die has more blocks than
+    the one that is run.
 
     Parameters
     ----------
@@ -46,6 +48,12 @@ def check_edits(die: Die, circuits: Iterable[tuple[Circuit, Silicon]]) -> None:
                 )
             like = [(p, paths) for p, paths, name in families if asked in {"", name.removeprefix(SHARED)}]
             raise _no_device(die, path, like, f" with {asked}" if asked else "")
+    devices = [path for path in told if not path.startswith(_PROCESS)]
+    if devices and all(_of_another_block(path, own) for path in devices):
+        raise UnknownNameError(
+            f"{_field(die, devices[0])}: {devices[0]}, is of another circuit, as all of them; take a die of"
+            f" {', '.join(sorted(own))}"
+        )
 
 
 def _of_another_block(path: str, own: Collection[str]) -> bool:

@@ -109,9 +109,9 @@ def measure_of(text: str) -> Measure:
     """Return the measure of a name, as `fall(v_mem,1V,0)`; raises `ParameterError` for another text."""
     form = _FORM.fullmatch(text.strip())
     parts = [part.strip() for part in _PARTS.split(form[2])] if form else []
-    made = None if form is None else _MADE.get(form[1])
+    made, most = (None, 0) if form is None else _MADE.get(form[1], (None, 0))
     try:
-        found = None if made is None else made(parts)
+        found = None if made is None or len(parts) > most else made(parts)
     except IndexError:
         found = None
     if found is None:
@@ -131,25 +131,37 @@ def _crossing(parts: Sequence[str], *, rising: bool) -> Measure:
 
 
 def _voltage(parts: Sequence[str]) -> Measure:
-    return Voltage(parts[0], parse_quantity(parts[1], "s", "metric") if len(parts) > 1 else None)
+    return Voltage(parts[0], _time(parts[1]) if len(parts) > 1 else None)
+
+
+def _time(text: str) -> float:
+    """A time of a run, s."""
+    time = parse_quantity(text, "s", "metric")
+    if time < 0.0:
+        raise ParameterError(f"metric: {text}, must be a time of the run, from 0s on")
+    return time
 
 
 def _span(parts: Sequence[str]) -> tuple[float, float]:
     """Begin and end, s, where they are given."""
     if len(parts) == 1:
         return 0.0, np.inf
-    return parse_quantity(parts[1], "s", "metric"), parse_quantity(parts[2], "s", "metric")
+    begin, end = _time(parts[1]), _time(parts[2])
+    if not begin < end:
+        raise ParameterError(f"metric: {parts[1]} to {parts[2]}, must be rising times")
+    return begin, end
 
 
-_MADE: Mapping[str, Callable[[Sequence[str]], Measure]] = {
-    "spike_time": lambda parts: SpikeTime(parts[0], _number(parts, 1)),
-    "voltage": _voltage,
-    "rise": partial(_crossing, rising=True),
-    "fall": partial(_crossing, rising=False),
-    "maximum": lambda parts: Extreme(parts[0], True, *_span(parts)),  # noqa: FBT003 - the highest
-    "minimum": lambda parts: Extreme(parts[0], False, *_span(parts)),  # noqa: FBT003 - the lowest
-    "integral": lambda parts: Integral(parts[0], *_span(parts)),
+_MADE: Mapping[str, tuple[Callable[[Sequence[str]], Measure], int]] = {
+    "spike_time": (lambda parts: SpikeTime(parts[0], _number(parts, 1)), 2),
+    "voltage": (_voltage, 2),
+    "rise": (partial(_crossing, rising=True), 3),
+    "fall": (partial(_crossing, rising=False), 3),
+    "maximum": (lambda parts: Extreme(parts[0], True, *_span(parts)), 3),  # noqa: FBT003 - the highest
+    "minimum": (lambda parts: Extreme(parts[0], False, *_span(parts)), 3),  # noqa: FBT003 - the lowest
+    "integral": (lambda parts: Integral(parts[0], *_span(parts)), 3),
 }
+"""How each is made of its parts, and how many there are at most."""
 
 
 def is_form(name: str) -> bool:

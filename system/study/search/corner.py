@@ -64,7 +64,9 @@ def _corner(slopes: Slopes, sigma: float) -> StatisticalCorner:
     for _ in range(_ROUNDS):
         found = slopes.at(z)
         length = float(np.linalg.norm(found.by))
-        if not np.isfinite(length) or length == 0.0:
+        if length == 0.0:
+            raise SolverError(f"{slopes.metric}: nothing that varies on these dies moves it; name another")
+        if not np.isfinite(length):
             raise SolverError(f"{slopes.metric}: has no gradient on the way; {found.note or 'name another'}")
         aim = sigma * found.by / length
         settled = float(np.linalg.norm(aim - z)) < _ALIKE * abs(sigma)
@@ -103,7 +105,10 @@ def die_at(slopes: Slopes, point: F64) -> Die:
 
 def write_dies(folder: Path, slopes: Slopes, points: Iterable[tuple[str, F64]]) -> tuple[Path, ...]:
     """Write dies by their names into a folder, which is made, and give their paths."""
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ParameterError(f"output: {folder}, cannot be a folder; {error.strerror}") from None
     found = []
     for name, point in points:
         path = folder / f"{name}.toml"

@@ -28,10 +28,21 @@ def test_measure_of_its_name(text, measure):
     assert measure_of(text) == measure
 
 
-@pytest.mark.parametrize("text", ["v(v)", "fall(v)", "spike_time(spike,-1)", "fall(v,1)", "maximum(v,1ms)"])
+NONE = (
+    "v(v)", "fall(v)", "spike_time(spike,-1)", "fall(v,1)", "maximum(v,1ms)", "voltage(v,1ms,2)",
+    "voltage(v,-1ms)", "maximum(v,2ms,1ms)", "integral(v,1ms,1ms)",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("text", NONE)
 def test_names_that_are_none(text):
     with pytest.raises(ParameterError, match="metric"):
         measure_of(text)
+
+
+def test_names_of_measures_tell_between_which_times():
+    assert measure_of("maximum(v,1ms,2ms)").name == "maximum(v,0.001s,0.002s)"
+    assert measure_of("integral(v)").name == "integral(v)"
 
 
 def test_metrics_of_a_block():
