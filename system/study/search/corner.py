@@ -64,9 +64,9 @@ def _corner(slopes: Slopes, sigma: float) -> StatisticalCorner:
     for _ in range(_ROUNDS):
         found = slopes.at(z)
         length = float(np.linalg.norm(found.by))
-        if length == 0.0:
+        if length == 0.0 and not z.any():
             raise SolverError(f"{slopes.metric}: nothing that varies on these dies moves it; name another")
-        if not np.isfinite(length):
+        if not np.isfinite(length) or length == 0.0:
             raise SolverError(f"{slopes.metric}: has no gradient on the way; {found.note or 'name another'}")
         aim = sigma * found.by / length
         settled = float(np.linalg.norm(aim - z)) < _ALIKE * abs(sigma)

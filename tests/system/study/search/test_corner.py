@@ -41,8 +41,10 @@ def test_a_die_is_the_nominal_one_with_each_deviation_set(tmp_path: Path) -> Non
 def test_what_is_no_corner_is_refused() -> None:
     with pytest.raises(ParameterError, match="sigma: 9, must be above 0 and at most 8"):
         corners(planned(exponential), 9.0)
-    with pytest.raises(SolverError, match="delay: has no gradient on the way"):
+    with pytest.raises(SolverError, match="delay: nothing that varies on these dies moves it"):
         corners(planned(lambda z: 0.0 * z[:, 0]), 3.0)
+    with pytest.raises(SolverError, match="delay: has no gradient on the way"):
+        corners(planned(lambda z: np.clip(z[:, 0], -1.0, 1.0)), 3.0)
     # highest at equal draws of both, by gradients that lead from one draw to the other and back
     with pytest.raises(SolverError, match="another direction on each die at -3 sigma"):
         corners(planned(lambda z: z[:, 0] * z[:, 1] + 0.01 * z[:, 0]), 3.0)
