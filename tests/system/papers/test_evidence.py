@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from circuits.errors import ParameterError
-from system.papers.checks import latency_forests, mission_yield, random_circuits, ranging_law
+from system.papers.checks import blame, latency_forests, mission_yield, random_circuits, ranging_law
 from system.papers.checks.beside import Condition
 from system.papers.conditions import IDEAL_CURRENTS
 from system.papers.milde2017 import table1 as milde2017_table1
@@ -62,6 +62,19 @@ def test_the_yield_that_is_kept_is_of_the_present_robots_and_reported(tmp_path: 
     found = [json.loads(line) for line in kept_file.read_text().splitlines()[1:]]
     again = asdict(mission_yield.run_one(key))
     assert [each["found"] for each in found if tuple(each["key"]) == key] == [again]
+
+
+def test_the_dies_that_were_blamed_are_of_the_present_options_and_reported(tmp_path: Path) -> None:
+    kept_file = EVIDENCE / "blame.jsonl"
+    copy = tmp_path / kept_file.name
+    shutil.copy(kept_file, copy)
+    report = blame.reproduce(lambda _: None, Execution(file=copy, resume=True))
+    assert copy.read_bytes() == kept_file.read_bytes()
+    assert {*report.disagreeing} == {"mended_by_1", "mended_by_7", "mended_by_10"}
+    key = Numbered(blame.DIE, 1015)  # on which the sonar succeeds
+    found = [json.loads(line) for line in kept_file.read_text().splitlines()[1:]]
+    again = asdict(blame.run_one(key))
+    assert [each["found"] | {"named": ()} for each in found if tuple(each["key"]) == key] == [again]
 
 
 def test_the_drives_that_are_kept_are_of_the_present_codes_and_reported(tmp_path: Path) -> None:
