@@ -71,12 +71,7 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ("blame", "head"): ("noctule blame head --codes default --die 5002 --report why.html",),
     ("blame", "bug"): ("noctule blame bug --map bug-field --die 5001 --temperature 37",),
     ("blame", "pushbot"): ("noctule blame pushbot --codes default --die 1003 --plot why.png",),
-    ("blame", "rolls"): (
-        (
-            "noctule blame rolls --codes default --duration 0.2s"
-            " --only 'rolls_chip.row[12].neuron' --deviate 'rolls_chip.row[12].neuron.leak.ml4.v_t0=-0.15V'"
-        ),
-    ),
+    ("blame", "rolls"): ('noctule blame rolls --die 1003 --success "rate_cv < 0.05"',),
     ("run",): ("noctule run approach --level behavioural --plot approach.png",),
     ("run", "approach"): ("noctule run approach --level behavioural --die 1003 --plot approach.png",),
     ("run", "rover"): ("noctule run rover --map map2 --start 2,10 --goal 19,10 --plot way.png",),
