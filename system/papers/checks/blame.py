@@ -172,7 +172,12 @@ def statements(found: Found) -> tuple[Statement, ...]:
 
 def mended_by(run: Outcome, count: float) -> bool:
     """Whether healing so many devices at most mends."""
-    return run.mends and len({*map(_owner, run.named)}) <= count
+    return run.mends and devices_of(run) <= count
+
+
+def devices_of(run: Outcome) -> int:
+    """How many devices, or parts that hold many, were named."""
+    return len({*map(_owner, run.named)})
 
 
 def _owner(path: str) -> str:

@@ -27,6 +27,7 @@ from system.papers.checks.blame import (
     Outcome,
     at_random,
     blamed,
+    devices_of,
     guilty,
     mended_by,
 )
@@ -91,8 +92,8 @@ def statements(found: Found) -> tuple[Statement, ...]:
 
 
 def _devices(found: Found, name: str) -> float:
-    """Devices, or parts of them, with which 80 % of the dies are mended; none where fewer are."""
-    sizes = sorted(len(run.named) for run in found[name] if run.mends)
+    """Devices, or parts that hold many, with which 80 % of the dies are mended; NaN where fewer are."""
+    sizes = sorted(devices_of(run) for run in found[name] if run.mends)
     needed = int(np.ceil(MENDED * len(found[name])))
     return float(sizes[needed - 1]) if len(sizes) >= needed else float("nan")
 

@@ -18,6 +18,7 @@ def outcome(key: Numbered) -> Outcome:
     if key.condition == "spiking-bat" and key.number % 2:
         return Outcome(failing=True, trials=24)
     named = ("chip.m1.v_t0", "chip.m2.v_t0", "chip.m3.v_t0")[: 1 + key.number % 3]
+    named = (*named, "chip.m1.beta")  # of a device that is named already
     return Outcome(True, True, named, key.condition != "pushbot", 250, 0, 5)
 
 
