@@ -209,11 +209,9 @@ def _held(found: Blame) -> list[str]:
     if not found.case.recalibrated:
         return []
     share = "cannot run" if found.held is None else f"succeeds in {found.held.pairs.second_share}"
-    text = (
-        f"With the codes of the die, which are not right for it, the healed die {share}. So every edited die"
-        " is calibrated anew."
-    )
-    return [text]
+    anew = "every edited die is" if found.accused.guilty else "it was"
+    text = f"With the codes of the die, which are not right for it, the healed die {share}. So {anew}"
+    return [f"{text} calibrated anew."]
 
 
 def _sure(found: Blame) -> list[str]:

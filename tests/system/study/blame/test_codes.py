@@ -79,6 +79,15 @@ def test_die_is_accused_with_the_healed_one_calibrated_anew(found: Blame) -> Non
     assert "Beside: the mended die at the codes of the die succeeds in 6 of 6" in told
 
 
+def test_die_that_is_not_to_blame_with_either_codes_says_how_it_was_asked() -> None:
+    own = blame(case(Die(number=FAILS).healed("toy_chip"), blur=1.0))
+    assert not own.accused.guilty
+    assert own.held is not None
+    first, second = verdict_lines(own)
+    assert "healed of all deviations and calibrated anew in" in first
+    assert second.endswith("So it was calibrated anew.")
+
+
 def test_command_of_the_mended_robot_calibrates_it(found: Blame) -> None:
     assert "codes_of" not in dict(mended_options(found))
     held = replace(found, case=replace(found.case, recalibrated=False))
