@@ -22,8 +22,8 @@ from circuits.errors import ParameterError
 from circuits.programs.c_text import REAL, WHOLE, c_text, functions_text
 from circuits.programs.program import Program
 
-THREADS = 128  # of a block
-BLOCKS = 2  # that a multiprocessor has at a time: more would leave a thread too few registers
+THREADS = 128  # of a block at most
+BLOCKS = 1  # that a multiprocessor has at a time: what two have beside their registers fits no cache
 _WARP = 32  # threads that go together
 _CONSTANTS = 7000  # numbers that fit into the memory of constants
 _HEAD = """
@@ -83,8 +83,11 @@ def stream() -> Any:
 
 def threads(runs: int) -> int:
     """How many threads work on a number of runs."""
-    most = int(cupy().cuda.Device().attributes["MultiProcessorCount"]) * BLOCKS * THREADS
-    return min(most, -(-runs // _WARP) * _WARP)
+    return min(_multiprocessors() * BLOCKS * THREADS, -(-runs // _WARP) * _WARP)
+
+
+def _multiprocessors() -> int:
+    return int(cupy().cuda.Device().attributes["MultiProcessorCount"])
 
 
 def compiled_program(program: Program, private: Mapping[str, int], constants: int) -> GpuProgram:
@@ -120,7 +123,10 @@ class GpuProgram:
         given += [np.float64(numbers[name]) for name in self._program.arguments]
         given += [same, cp.asarray(order), cp.zeros(1, cp.uint64), np.int64(order.size), np.int64(runs)]
         given.append(np.int64(count))
-        size = min(THREADS, count)
+        own = (
+            -(-count // (_multiprocessors() * BLOCKS * _WARP)) * _WARP
+        )  # so that all have some of the threads
+        size = min(THREADS, own)
         module.get_function("run")((-(-count // size),), (size,), tuple(given))
 
 

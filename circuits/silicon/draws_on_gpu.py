@@ -11,7 +11,7 @@ Source: Saarinen, Aumasson, "The BLAKE2 Cryptographic Hash and Message Authentic
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -118,12 +118,16 @@ def normals_on_gpu(owners: Sequence[str], names: Sequence[str], places: Places, 
     function = gpu.function_of(_text(), "draw_all", "-fmad=false")  # as the processor rounds
     path, counters = places.counters()
     count, drawn = len(owners) * path.size, cp.zeros((len(owners), path.size), cp.float64)
-    texts = ([owner.encode() for owner in owners], hashed(names, parameter))
-    texts_given = [x for each in texts for x in _padded(each)]
+    texts_given: list[Any] = [*_owners(tuple(owners)), *_padded(hashed(names, parameter))]
     given: list[Any] = [cp.asarray(x) if isinstance(x, np.ndarray) else np.int64(x) for x in texts_given]
     given += [cp.asarray(path), cp.asarray(counters), np.int64(path.size), np.int64(count), drawn]
     function((-(-count // gpu.THREADS),), (gpu.THREADS,), tuple(given))
     return np.asarray(drawn.get())
+
+
+@lru_cache(maxsize=16)  # of which all parameters are drawn one after the other
+def _owners(owners: tuple[str, ...]) -> tuple[np.ndarray, I64, int]:
+    return _padded([owner.encode() for owner in owners])
 
 
 def _padded(texts: Sequence[bytes]) -> tuple[np.ndarray, I64, int]:

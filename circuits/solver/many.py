@@ -2,18 +2,22 @@
 
 `spikes_on_gpu(machine, dies)` gives what runs of a machine on each die leave, but without a result for each:
 their waveforms are not kept. Draws, rest states, steps and spikes are those of `circuits.solver.lanes`. While
-the runs are on the way, the processor tells from the rest states' modes which are stable. A die whose rest
-state is not found or not stable, and a run that fails, are done again by themselves, and counted.
+the runs are on the way, the processor tells from the rest states' modes which are stable.
+
+Runs differ in length: some dies spike over and over, and the last ones of these would keep few threads busy
+for long. So all runs stop at a number of steps that most do not reach. Those that do are begun again with
+more, and together. Those that would take still more, as their spikes tell, dies whose rest state is not
+found or not stable, and runs that fail, are done by the processor meanwhile, and counted.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +29,18 @@ from circuits.programs import gpu
 from circuits.silicon.die import Die
 from circuits.silicon.draws_on_gpu import normals_on_gpu
 from circuits.solver.batch import samples
-from circuits.solver.lanes.layout import DONE, TERM, Jobs, Wiring, dense, jobs_of, moving_of, wiring
+from circuits.solver.lanes.layout import (
+    DONE,
+    FAILED,
+    TERM,
+    Found,
+    Jobs,
+    Wiring,
+    dense,
+    jobs_of,
+    moving_of,
+    wiring,
+)
 from circuits.solver.lanes.on_gpu import Batch
 from circuits.solver.lanes.rest import begins_at_rest, decays, nominal_rests
 from circuits.solver.lanes.simulate import fits
@@ -36,7 +51,8 @@ _TOGETHER = 100_000  # dies that go to the device at once; ours
 _AHEAD = 2  # such groups that are on the way; ours
 _DRAWN = 16384  # dies that are drawn at once; ours
 _MODES = 1024  # rest states of which a thread of the processor finds the modes at once; ours
-_ARRAYS = ("time", "die", "port", "steps", "again")
+_SHORT, _LONG = 4096, 24576  # steps of a run at most, at first and then; ours
+_TELLING = 3  # spikes that tell how a run goes on; ours
 
 
 class SpikesOfDies(NamedTuple):
@@ -92,19 +108,22 @@ def spikes_on_gpu(machine: Machine, dies: Sequence[Die], *, rtol: float = DEFAUL
     with ThreadPoolExecutor(_AHEAD) as threads:  # while the last runs of one are on the way, others begin
         parts = list(threads.map(partial(_part, machine, rtol), groups))
     first = np.cumsum([0, *map(len, groups)])[:-1].tolist()
-    moved = [p._replace(die=p.die + k, again=p.again + k) for p, k in zip(parts, first, strict=True)]
-    joined = {name: np.concatenate([getattr(p, name) for p in moved]) for name in _ARRAYS}
-    return _with_others(machine, dies, rtol, SpikesOfDies(parts[0].ports, **joined, failed={}))
+    moved = [
+        p._replace(die=p.die + k, again=p.again + k, failed={k + j: why for j, why in p.failed.items()})
+        for p, k in zip(parts, first, strict=True)
+    ]
+    return _joined(moved, np.concatenate([p.steps for p in parts]))
 
 
 def _part(machine: Machine, rtol: float, dies: Sequence[Die]) -> SpikesOfDies:
-    """Spikes of as many dies as go to the device at once, of those whose runs come to an end there."""
+    """Spikes of as many dies as go to the device at once."""
     with gpu.stream():
         return _on_device(machine, rtol, dies)
 
 
 def _on_device(machine: Machine, rtol: float, dies: Sequence[Die]) -> SpikesOfDies:
     runner = Runner(machine, (), rtol)
+    ports = tuple(runner.labels)
     w = wiring(machine, np.zeros(0, dtype=np.int64), runner.watched, moving_of([machine]))
     two = [on_die(machine, replace(dies[0], number=k)) for k in range(2)]  # which tell what differs
     zero = np.zeros(w.columns)
@@ -120,16 +139,72 @@ def _on_device(machine: Machine, rtol: float, dies: Sequence[Die]) -> SpikesOfDi
     def tell_stable() -> None:
         stable[rests] = _stable(w, machine, jacobian[rests])
 
-    parts = list(Batch(w, jobs, len(dies), given).all_found(tell_stable))
-    good = stable & (parts[-1].state == DONE)
-    time, die, port = (
-        np.concatenate([getattr(part, name) for part in parts])
+    found = list(Batch(w, jobs, len(dies), given, most=_SHORT).all_found(tell_stable))
+    good = stable & (found[-1].state == DONE)
+    first = _spikes(ports, found, good, np.arange(len(dies)))
+    longer = stable & _stopped(found, _SHORT) & (_steps_to_end(found, jobs.stop) <= _LONG)
+    with ThreadPoolExecutor(1) as processor:
+        others = np.flatnonzero(~good & ~longer)
+        waiting = processor.submit(_by_themselves, machine, ports, rtol, dies, others)
+        more = np.flatnonzero(longer)
+        later, failing = _longer(w, jobs, given, ports, more)
+        parts = [first, later, waiting.result(), _by_themselves(machine, ports, rtol, dies, failing)]
+    steps = first.steps.copy()
+    for which, part in zip((more, others, failing), parts[1:], strict=True):
+        steps[which] = part.steps
+    return _joined(parts, steps)
+
+
+def _longer(
+    w: Wiring, jobs: Jobs, given: Mapping[str, Any], ports: tuple[str, ...], dies: I64
+) -> tuple[SpikesOfDies, I64]:
+    """Spikes of dies that take more steps, and those whose runs fail."""
+    if not dies.size:
+        return _no_spikes(ports), dies
+    own = {name: array[dies] for name, array in given.items()}
+    found = list(Batch(w, jobs, dies.size, own, most=_LONG).all_found())
+    good = found[-1].state == DONE
+    return _spikes(ports, found, good, dies), dies[~good]
+
+
+def _spikes(ports: tuple[str, ...], found: Sequence[Found], good: Bools, dies: I64) -> SpikesOfDies:
+    """What runs have left that came to a good end; dies: which die each run is of."""
+    time, run, port = (
+        np.concatenate([getattr(part, name) for part in found])
         for name in ("spike_time", "spike_job", "spike_index")
     )
-    order = np.lexsort((time, die))
-    order = order[good[die[order]]]
-    mine = (time[order], die[order], port[order])
-    return SpikesOfDies(tuple(runner.labels), *mine, parts[-1].steps, np.flatnonzero(~good), {})
+    own = good[run]
+    return _no_spikes(ports)._replace(
+        time=time[own], die=dies[run[own]], port=port[own], steps=found[-1].steps
+    )
+
+
+def _no_spikes(ports: tuple[str, ...]) -> SpikesOfDies:
+    none = np.zeros(0, dtype=np.int64)
+    return SpikesOfDies(ports, np.zeros(0), none, none, np.zeros((0, 3)), none, {})
+
+
+def _stopped(found: Sequence[Found], most: int) -> Bools:
+    """Whether each run failed for want of steps."""
+    last = found[-1]
+    return np.asarray((last.state == FAILED) & (last.steps[:, :2].sum(axis=1) >= most))
+
+
+def _steps_to_end(found: Sequence[Found], stop: float) -> F64:
+    """How many steps each run takes if it goes on spiking as it does; 0 of those with few spikes.
+
+    Up to its first spike it is taken to have made as many steps as half of those that have come to an end.
+    """
+    count, last = len(found[-1].state), found[-1]
+    begun, reached, spikes = np.full(count, stop), np.zeros(count), np.zeros(count)
+    for part in found:
+        np.minimum.at(begun, part.spike_job, part.spike_time)
+        np.maximum.at(reached, part.spike_job, part.spike_time)
+        np.add.at(spikes, part.spike_job, 1.0)
+    steps, over = last.steps[:, :2].sum(axis=1), last.state == DONE
+    usual = float(np.median(steps[over])) if over.any() else 0.0
+    rest = (steps - usual) * (stop - reached) / np.where(spikes >= _TELLING, reached - begun, np.inf)
+    return np.where(spikes >= _TELLING, steps + rest, 0.0)
 
 
 def _near_nominal(machine: Machine, w: Wiring, jobs: Jobs, rest: Batch, lost: I64, jacobian: F64) -> Bools:
@@ -174,23 +249,35 @@ def _stable(w: Wiring, machine: Machine, jacobian: F64) -> Bools:
     return np.concatenate([np.zeros(0, dtype=np.bool_), *found])
 
 
-def _with_others(machine: Machine, dies: Sequence[Die], rtol: float, found: SpikesOfDies) -> SpikesOfDies:
-    """The spikes with those of dies that are done again by themselves."""
-    time, die, port, failed = [found.time], [found.die], [found.port], {}
-    work = partial(simulate, rtol=rtol, record=())
-    for k, sample in zip(
-        found.again.tolist(), samples(work, machine, [dies[k] for k in found.again]), strict=True
-    ):
+def _by_themselves(
+    machine: Machine, ports: tuple[str, ...], rtol: float, dies: Sequence[Die], which: I64
+) -> SpikesOfDies:
+    """Spikes of some of the dies, by the processor."""
+    time, die, port, failed = [np.zeros(0)], [which[:0]], [which[:0]], {}
+    steps = np.zeros((which.size, 3))
+    found = samples(partial(simulate, rtol=rtol, record=()), machine, [dies[k] for k in which])
+    for at, (k, sample) in enumerate(zip(which.tolist(), found, strict=True)):
         if sample.value is None:
             failed[k] = sample.reason
             continue
-        for j, name in enumerate(found.ports):
+        for j, name in enumerate(ports):
             own = sample.value.spikes[name]
             time.append(own)
             die.append(np.full(own.size, k))
             port.append(np.full(own.size, j))
-        steps = sample.value.steps
-        found.steps[k] = steps.accepted, steps.rejected, steps.iterations
-    times, dies_of, ports = np.concatenate(time), np.concatenate(die), np.concatenate(port)
-    order = np.lexsort((times, dies_of))
-    return found._replace(time=times[order], die=dies_of[order], port=ports[order], failed=failed)
+        done = sample.value.steps
+        steps[at] = done.accepted, done.rejected, done.iterations
+    return SpikesOfDies(
+        ports, np.concatenate(time), np.concatenate(die), np.concatenate(port), steps, which, failed
+    )
+
+
+def _joined(parts: Sequence[SpikesOfDies], steps: F64) -> SpikesOfDies:
+    """Spikes of several parts, die after die; steps: of each die."""
+    time, die, port, again = (
+        np.concatenate([getattr(p, name) for p in parts]) for name in ("time", "die", "port", "again")
+    )
+    failed = {k: why for p in parts for k, why in p.failed.items()}
+    order = np.lexsort((time, die))
+    again.sort()
+    return SpikesOfDies(parts[0].ports, time[order], die[order], port[order], steps, again, failed)

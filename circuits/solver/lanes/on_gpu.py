@@ -24,7 +24,7 @@ from circuits.solver.lanes.law import flow
 from circuits.solver.lanes.layout import DONE, FAILED, Found, Jobs, Team, Wiring, new_team
 from circuits.solver.lanes.run import run, take
 
-_MOST_STEPS = 16384.0
+_MOST_STEPS = 16384
 """Steps of a run beyond which it is left to the processor, where one takes a thirtieth of the time; ours."""
 _MEMORY = 4 << 30  # bytes of all points; ours
 _BLOCKS, _POINTS, _SPIKES = 32, 256, 256  # that a thread has room for, the spikes of each watched node; ours
@@ -99,11 +99,16 @@ class Batch:
 
     jobs: what the runs have in common, and which numbers differ among them. count: how many there are. given:
     arrays of all runs, on the device or not, by the name of the field of `Jobs`; of those of `Worked.own` as
-    their own elements, [count, own]. The rest is that of `jobs`.
+    their own elements, [count, own]. The rest is that of `jobs`. most: steps at which a run fails, where
+    jobs do not say fewer.
     """
 
-    def __init__(self, w: Wiring, jobs: Jobs, count: int, given: Mapping[str, Any] | None = None) -> None:
+    def __init__(
+        self, w: Wiring, jobs: Jobs, count: int, given: Mapping[str, Any] | None = None, *,
+        most: int = _MOST_STEPS,
+    ) -> None:  # fmt: skip
         self._cp, self._w, self._jobs, self._count = gpu.cupy(), w, jobs, count
+        self.most = min(jobs.most, float(most))
         room = Room.of(w, jobs)
         self.threads = min(gpu.threads(count), room.threads(w))
         self.worked = worked_out(w, jobs, room)
@@ -129,8 +134,7 @@ class Batch:
         """Have threads do the runs of `order`, until these are over or there is no more room."""
         jobs = self._jobs
         self.arrays["used"][:] = 0
-        most = min(jobs.most, _MOST_STEPS)
-        numbers = {"stop": jobs.stop, "rtol": jobs.rtol, "most": most}
+        numbers = {"stop": jobs.stop, "rtol": jobs.rtol, "most": self.most}
         self.worked.program.launch(
             self.arrays, numbers, self.worked.constants, order, self._count, self.threads
         )

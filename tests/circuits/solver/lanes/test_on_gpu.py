@@ -11,6 +11,7 @@ from circuits.programs import gpu
 from circuits.registry import load_block
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
+from circuits.solver import many
 from circuits.solver.lanes import on_gpu
 from circuits.solver.lanes.simulate import simulate_each
 from circuits.solver.many import spikes_on_gpu
@@ -70,6 +71,7 @@ def test_more_numbers_than_constants_have_room_for_stand_in_memory(monkeypatch: 
 @pytest.mark.usefixtures("stands_in")
 def test_spikes_of_many_dies_are_those_of_their_runs(monkeypatch: pytest.MonkeyPatch, room: int) -> None:
     monkeypatch.setattr(on_gpu, "_SPIKES", room)
+    monkeypatch.setattr(many, "_LONG", 10**9)
     block = load_block("high-threshold-neuron")
     machine, dies = to_kernel(block.bench(), Silicon(block.process)), [Die(number=n) for n in range(70)]
     found = spikes_on_gpu(machine, dies, rtol=1e-5)
@@ -85,6 +87,31 @@ def test_spikes_of_many_dies_are_those_of_their_runs(monkeypatch: pytest.MonkeyP
         first = lanes.spikes["spike"][0] if lanes.spikes["spike"].size else np.nan
         assert found.first("spike")[k] == pytest.approx(first, abs=WITHIN, nan_ok=True)
         assert found.steps[k, 0] == pytest.approx(lanes.steps.accepted, rel=0.02)
+
+
+@pytest.mark.usefixtures("stands_in")
+def test_runs_that_take_more_steps_are_begun_again_and_the_longest_left_to_the_processor(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    block = load_block("high-threshold-neuron")
+    machine, dies = to_kernel(block.bench(), Silicon(block.process)), [Die(number=n) for n in range(40)]
+    monkeypatch.setattr(many, "_LONG", 10**9)
+    whole = spikes_on_gpu(machine, dies, rtol=1e-5)
+    assert whole.again.size == 0
+    # of 37 runs of some 1,300 steps, and three that spike over and over while there is a sound: if they went
+    # on so to the end they would have some 23,700, 17,400 and 25,800
+    monkeypatch.setattr(many, "_SHORT", 3000)
+    monkeypatch.setattr(many, "_LONG", 20_000)
+    found = spikes_on_gpu(machine, dies, rtol=1e-5)
+    assert found.again.tolist() == [13, 33]
+    there = np.setdiff1d(np.arange(len(dies)), found.again)
+    assert (whole.steps[there, :2].sum(axis=1) > many._SHORT).sum() == 1
+    np.testing.assert_array_equal(found.steps[there], whole.steps[there])
+    here = np.isin(found.die, there)
+    np.testing.assert_array_equal(found.time[here], whole.time[np.isin(whole.die, there)])
+    np.testing.assert_array_equal(found.die, whole.die)
+    np.testing.assert_array_equal(found.port, whole.port)
+    np.testing.assert_allclose(found.time, whole.time, rtol=0.0, atol=WITHIN)
 
 
 @pytest.mark.parametrize("blocks", [16, 2])
