@@ -119,8 +119,16 @@ def normals_on_gpu(owners: Sequence[str], names: Sequence[str], places: Places, 
     path, counters = places.counters()
     count, drawn = len(owners) * path.size, cp.zeros((len(owners), path.size), cp.float64)
     texts_given: list[Any] = [*_owners(tuple(owners)), *_padded(hashed(names, parameter))]
-    given: list[Any] = [cp.asarray(x) if isinstance(x, np.ndarray) else np.int64(x) for x in texts_given]
-    given += [cp.asarray(path), cp.asarray(counters), np.int64(path.size), np.int64(count), drawn]
+    given: list[Any] = [
+        cp.ascontiguousarray(x) if isinstance(x, np.ndarray) else np.int64(x) for x in texts_given
+    ]
+    given += [
+        cp.ascontiguousarray(path),
+        cp.ascontiguousarray(counters),
+        np.int64(path.size),
+        np.int64(count),
+        drawn,
+    ]
     function((-(-count // gpu.THREADS),), (gpu.THREADS,), tuple(given))
     return np.asarray(drawn.get())
 
