@@ -116,14 +116,14 @@ class GpuProgram:
         """
         cp = cupy()
         module = _compiled(self.text, ())
-        same = cp.ascontiguousarray(constants)
+        same = cp.asarray(constants, order="C")
         if self._in_constants and constants.size:
             cp.ndarray(constants.shape, cp.float64, module.get_global("same"))[...] = same
         given = [arrays[s.name] for s in self._program.shared]
         given += [np.float64(numbers[name]) for name in self._program.arguments]
         given += [
             same,
-            cp.ascontiguousarray(order),
+            cp.asarray(order, order="C"),
             cp.zeros(1, cp.uint64),
             np.int64(order.size),
             np.int64(runs),

@@ -120,11 +120,11 @@ def normals_on_gpu(owners: Sequence[str], names: Sequence[str], places: Places, 
     count, drawn = len(owners) * path.size, cp.zeros((len(owners), path.size), cp.float64)
     texts_given: list[Any] = [*_owners(tuple(owners)), *_padded(hashed(names, parameter))]
     given: list[Any] = [
-        cp.ascontiguousarray(x) if isinstance(x, np.ndarray) else np.int64(x) for x in texts_given
+        cp.asarray(x, order="C") if isinstance(x, np.ndarray) else np.int64(x) for x in texts_given
     ]
     given += [
-        cp.ascontiguousarray(path),
-        cp.ascontiguousarray(counters),
+        cp.asarray(path, order="C"),
+        cp.asarray(counters, order="C"),
         np.int64(path.size),
         np.int64(count),
         drawn,

@@ -50,12 +50,8 @@ class Array(np.ndarray):
         return np.array(self)
 
 
-def _asarray(x: Any) -> Any:
-    return np.asarray(x).view(Array)  # in whatever order its elements are, as CuPy
-
-
-def _in_order(x: Any) -> Any:
-    return np.ascontiguousarray(x).view(Array)
+def _asarray(x: Any, order: Any = None) -> Any:
+    return np.asarray(x, order=order).view(Array)  # in whatever order its elements are, unless told
 
 
 class RawModule:
@@ -101,7 +97,7 @@ def stand_in(multiprocessors: int = 1) -> SimpleNamespace:
     """What `circuits.programs.gpu.cupy` gives, of a device of so many multiprocessors."""
     device = SimpleNamespace(attributes={"MultiProcessorCount": multiprocessors})
     return SimpleNamespace(
-        asarray=_asarray, ascontiguousarray=_in_order,
+        asarray=_asarray,
         zeros=lambda shape, kind: np.zeros(shape, kind).view(Array),
         arange=lambda n: np.arange(n).view(Array),
         where=np.where, nonzero=np.nonzero, ndarray=_there, RawModule=RawModule,
