@@ -6,17 +6,19 @@ circuits have one structure (`circuits.solver.lanes.layout.structure_of`). Metho
 so that answers differ by roundings, and by far less than the tolerance leaves (tested). What a lane gives of
 a machine is the same to the bit, whatever other machines there are, in which order and on how many threads.
 
-A run whose steps become too small in a lane is done again by itself, to give what it gives there. A circuit
-with a device that has no form for lanes (an amplifier, a diode), or with sources of samples, is not for lanes
-(`fits`).
+A run whose steps become too small in a lane is done again by itself, to give what it gives there. What a
+graphics processor leaves, for want of room or of steps, goes into lanes on all cores. A circuit with a device
+that has no form for lanes (an amplifier, a diode), or with sources of samples, is not for lanes (`fits`).
 """
 
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
-from typing import final
+from typing import TypeAlias, final
 
 import numpy as np
 
@@ -30,6 +32,7 @@ from circuits.solver.outcome import Outcome
 from circuits.solver.swing import uncrossed
 from circuits.solver.transient import DEFAULT_RTOL, MAX_STEPS, Result, Runner, Steps, simulate
 
+_Begun: TypeAlias = tuple[Machine, Beginning]
 TOGETHER = 512
 """Machines that are made ready at once for lanes, and the fewest for a graphics processor; ours."""
 _MOST = 16384  # of them for a graphics processor
@@ -70,12 +73,12 @@ def simulate_each(
     place
         Where they run (`PLACES`). Without a graphics processor `gpu` raises ParameterError.
     """
-    left, runs = iter(machines), runs_at(place)
+    left = iter(machines)
     for first in left:
         nodes = len(first.names if record is None else record)
         many = min(_MOST, max(TOGETHER, _HELD // (8 * (1 + nodes) * _LIKELY)))
         group = [first, *islice(left, (many if place == "gpu" else TOGETHER) - 1)]
-        yield from _Group(group, rtol, record, runs).results()
+        yield from _Group(group, rtol, record, place).results()
 
 
 def simulate_as_many(machine: Machine) -> Result:
@@ -94,9 +97,9 @@ class _Group:
     """Machines that run together."""
 
     def __init__(
-        self, machines: Sequence[Machine], rtol: float, record: tuple[str, ...] | None, run: Runs
+        self, machines: Sequence[Machine], rtol: float, record: tuple[str, ...] | None, place: Place
     ) -> None:
-        first, self._run = machines[0], run
+        first, self._place, self._run = machines[0], place, runs_at(place)
         self._machines, self._rtol, self._record = machines, rtol, record
         self._nodes = first.names if record is None else record
         self._runner = Runner(first, self._nodes, rtol)
@@ -107,31 +110,50 @@ class _Group:
         """Results in the order of the machines."""
         begun = beginnings(self._machines, self._wiring, self._run)
         able = [(m, b) for m, b in zip(self._machines, begun, strict=True) if isinstance(b, Beginning)]
-        runs = self._runs(able)
+        runs = self._in_lanes(able) if self._place == "cpu" else iter(self._on_gpu(able))
         for each in begun:
             yield next(runs) if isinstance(each, Beginning) else each
 
-    def _runs(self, begun: Sequence[tuple[Machine, Beginning]]) -> Iterator[Result | Exception]:
-        """Runs from where they begin."""
+    def _on_gpu(self, begun: Sequence[_Begun]) -> list[Result | Exception]:
+        """Runs from where they begin; those that are not done there go into lanes, some on each core."""
+        there = list(self._runs(begun, self._run))
+        lost = [k for k, found in enumerate(there) if found is None]
+        cores = os.cpu_count() or 1
+        parts = [[begun[k] for k in lost[core::cores]] for core in range(cores)]
+        found: list[Result | Exception | None] = list(there)
+        with ThreadPoolExecutor(cores) as threads:
+            for core, results in enumerate(threads.map(lambda part: list(self._in_lanes(part)), parts)):
+                for k, result in zip(lost[core::cores], results, strict=True):
+                    found[k] = result
+        return [each for each in found if each is not None]
+
+    def _in_lanes(self, begun: Sequence[_Begun]) -> Iterator[Result | Exception]:
+        """Runs from where they begin; those that are not done in lanes are done by themselves."""
+        for each, found in zip(begun, self._runs(begun, runs_at("cpu")), strict=True):
+            yield self._alone(*each) if found is None else found
+
+    def _runs(self, begun: Sequence[_Begun], run: Runs) -> Iterator[Result | None]:
+        """Runs from where they begin, None for one that is not done there."""
         if not begun:
             return
         count = len(begun)
         jobs = jobs_of([m for m, _ in begun], [b.voltage for _, b in begun], self._rtol, MAX_STEPS)
         taken, next_one = _Taken(count), 0
-        for found in self._run(self._wiring, jobs):
+        for found in run(self._wiring, jobs):
             taken.take(found)
             while next_one < count and found.state[next_one] >= DONE:
-                yield self._result(*begun[next_one], taken, found, jobs.level[next_one, 0], next_one)
+                parts = taken.of(next_one)
+                if found.state[next_one] == DONE:
+                    yield self._result(*begun[next_one], *parts, found, jobs.level[next_one, 0], next_one)
+                else:
+                    yield None
                 next_one += 1
-        for job in range(next_one, count):  # runs that were not done there
-            yield self._alone(*begun[job])
+        yield from [None] * (count - next_one)
 
     def _result(
-        self, machine: Machine, begun: Beginning, taken: _Taken, found: Found, thresholds: F64, job: int
-    ) -> Result | Exception:
-        parts, spikes = taken.of(job)
-        if found.state[job] != DONE:
-            return self._alone(machine, begun)
+        self, machine: Machine, begun: Beginning, parts: Sequence[F64], spikes: Sequence[tuple[int, float]],
+        found: Found, thresholds: F64, job: int,
+    ) -> Result:  # fmt: skip
         size = 1 + sum(map(len, parts))
         time, voltage = np.zeros(size), np.empty((size, self._kept.size))
         voltage[0] = begun.voltage[self._kept]
