@@ -34,13 +34,14 @@ from circuits.circuit import Circuit, Instance, Port
 from circuits.compiled import compiled
 from circuits.devices import Source
 from circuits.devices.noise import NoiseModel
-from circuits.devices.source import Constant
+from circuits.devices.source import Constant, Sampled, polyline
 from circuits.errors import ParameterError
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.die import NOMINAL
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.event_jitter import event_jitter
 from circuits.solver.noise.transient import noise_place
+from circuits.solver.operating_point import OperatingPoint, operating_point
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
 
@@ -110,17 +111,33 @@ def _spreads(
     name: str, threshold: float, silicon: Silicon, model: NoiseModel
 ) -> Iterator[tuple[float, float]]:
     """ln(peak / threshold) and deviation of those sounds that are heard."""
+    quiet = chain_machine(name, 0.0, silicon)
+    rest = operating_point(quiet, time=0.0)  # before all sounds, which move the microphone alone
     for ratio in RATIOS[name]:
         peak = ratio * threshold
-        times = [_spikes(chain_machine(name, peak * math.exp(x), silicon)) for x in (-APART, APART)]
-        if not all(times):
+        earlier, later = (_first_spike(_loud(quiet, peak * math.exp(x)), rest) for x in (APART, -APART))
+        if earlier is None or later is None:
             continue
-        jitter = event_jitter(chain_machine(name, peak, silicon), "spike", model, rest=REST, rtol=RTOL)
-        yield math.log(ratio), jitter.deviation * 2.0 * APART / (times[0][0] - times[1][0])
+        jitter = event_jitter(_loud(quiet, peak), "spike", model, rest=REST, rtol=RTOL, point=rest)
+        yield math.log(ratio), jitter.deviation * 2.0 * APART / (later - earlier)
 
 
-def _spikes(machine: Machine) -> list[float]:
-    return [float(t) for t in simulate(machine, rtol=RTOL, record=()).spikes["spike"]]
+def _first_spike(machine: Machine, rest: OperatingPoint) -> float | None:
+    """When the sound is heard, s; None where it is not."""
+    spikes = simulate(machine, rtol=RTOL, record=(), point=rest).spikes["spike"]
+    return float(spikes[0]) if spikes.size else None
+
+
+def _loud(quiet: Machine, peak: float) -> Machine:
+    """A chain with a sound of another peak, V; it is not lowered again."""
+    sound, lines = _sound(peak, quiet.silicon.process.v_dd, ONSET, LATEST), list(quiet.polylines)
+    lines[quiet.source_names.index("microphone")] = polyline("hearing.microphone", sound)
+    return replace(quiet, polylines=tuple(lines))
+
+
+def _sound(peak: float, v_dd: float, onset: float, stop: float) -> Sampled:
+    """A sound at the microphone."""
+    return envelope_detector.tone_bursts(((onset, SOUND_DURATION, peak),), stop, 0.5 * v_dd, v_dd)
 
 
 def chain_machine(
@@ -131,8 +148,8 @@ def chain_machine(
     name: of the neuron; peak: V; onset: when the sound begins, s; stop: end of the run, s.
     """
     v_dd = silicon.process.v_dd
-    wave = envelope_detector.tone_bursts(((onset, SOUND_DURATION, peak),), stop, 0.5 * v_dd, v_dd)
-    sources = Source("vdd", "vdd", Constant(v_dd)), Source("microphone", "microphone", wave)
+    wave = Source("microphone", "microphone", _sound(peak, v_dd, onset, stop))
+    sources = Source("vdd", "vdd", Constant(v_dd)), wave
     neuron = {"onset": onset_neuron, "high_threshold": high_threshold_neuron}[name].build()
     return to_kernel(Testbench("hearing", chain(neuron), sources, stop, watch=("spike",)), silicon)
 
