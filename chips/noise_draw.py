@@ -38,7 +38,8 @@ _compiled = compiled(fastmath={"contract", "nsz", "arcp"})
 class Draws(NamedTuple):
     """Working space of the random-number generator, and the numbers that it drew last.
 
-    keys: uint32[2, blocks]; counters, words: uint32[4, blocks], of Philox; normal: float32[4 blocks], drawn.
+    keys: uint32[2, blocks]; counters, words: uint32[4, blocks], of Philox; normal: float32[4 blocks], drawn,
+    or the first quarters of these.
     """
 
     keys: U32
@@ -95,6 +96,16 @@ def copied_slow(s: Slow) -> Slow:
     return Slow(s.deviation, s.held.copy(), s.value.copy(), np.full(1, -1, np.int64))
 
 
+def first_draws(d: Draws, count: int) -> Draws:
+    """Return the draws of the first `count` places alone, whole quarters of all."""
+    return d._replace(counters=d.counters.copy(), words=d.words.copy(), normal=d.normal[:count].copy())
+
+
+def first_slow(s: Slow, count: int) -> Slow:
+    """Return the slow processes of the first `count` places alone, from any look on."""
+    return copied_slow(s._replace(held=s.held[..., :count], value=s.value[:, :count]))
+
+
 def octave_weight(exponent: float) -> float:
     """Return the variance `ln 2 / (2 M)` of an octave that lasts 1 s, for a density of `1 / f^exponent`."""
     s = exponent - 2.0
@@ -110,7 +121,7 @@ def draw(d: Draws, number: int, stream: int) -> None:
     d.counters[3, :] = np.uint32(stream)
     philox(d.keys, d.counters, d.words)
     blocks = d.words.shape[1]
-    for w in range(_PER_BLOCK):
+    for w in range(d.normal.size // blocks if blocks else 0):
         for b in range(blocks):
             x = d.words[w, b]
             total = (x & 255) + ((x >> 8) & 255) + ((x >> 16) & 255) + (x >> 24)

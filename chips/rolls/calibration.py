@@ -186,27 +186,26 @@ def calibrate(
     step
         Step of the chip, s.
     """
-    program = task.program
+    program, given = task.program, task.drive(SETTLE + MEASURE)
     points: dict[str, list[tuple[float, float]]] = {k.bias: [] for k in task.knobs}
     wanted = {t.population.name: t for t in task.targets}
-    best, least, runs = program, math.inf, 0
+    best, kept, least, runs = program, np.zeros(NEURONS), math.inf, 0
     before: dict[str, float] = {}
     for _ in range(rounds):
-        rates = neuron_rates(RollsChip(program, silicon, kind, step=step), task.drive)
+        rates = neuron_rates(RollsChip(program, silicon, kind, step=step), lambda _: given)
         runs += 1
         means = _means(rates, task)
         before = before or means
         errors = {k.bias: _error(k, means, wanted) for k in task.knobs}
         worst = max((abs(e) for e in errors.values()), default=0.0)
         if worst < least:
-            best, least = program, worst
+            best, kept, least = program, rates, worst
         if worst < CLOSE:
             break
         program = _moved(program, task.knobs, errors, points)
-    rates = neuron_rates(RollsChip(best, silicon, kind, step=step), task.drive)
-    dropped = {name: _dropped(rates, t, 0 if name in task.whole else task.most) for name, t in wanted.items()}
-    found = {name: _mean(rates, t.population.neurons, dropped[name]) for name, t in wanted.items()}
-    return Calibration(best.biases, dropped, found, before, runs + 1)
+    dropped = {name: _dropped(kept, t, 0 if name in task.whole else task.most) for name, t in wanted.items()}
+    found = {name: _mean(kept, t.population.neurons, dropped[name]) for name, t in wanted.items()}
+    return Calibration(best.biases, dropped, found, before, runs)
 
 
 def _error(knob: Knob, means: Mapping[str, float], wanted: Mapping[str, Target]) -> float:

@@ -26,6 +26,8 @@ import numpy as np
 
 from chips.aer import Bus, Events, send
 from chips.noise import SiliconNoise
+from chips.rolls.brief.encoded import Encoded
+from chips.rolls.brief.narrow import fewest, narrowed, stands_alone
 from chips.rolls.circuit import Params
 from chips.rolls.depression.layout import Depressing
 from chips.rolls.depression.state import (
@@ -201,11 +203,13 @@ class RollsChip:
             raise ParameterError("chip.learning: given, must have a plastic array; give the program one")
         self.learning = Learning() if learning is None else learning
         self._built: dict[float, Built] = {}
+        self._size = NEURONS
         self._new_scratch()
 
     def _new_scratch(self) -> None:
-        self._scratch, self._plastic_scratch = new_scratch(NEURONS), scratch_of(new_scratch(NEURONS))
-        self._part_scratch, self._part_state_scratch = new_scratch(NEURONS), np.zeros((STATE_ROWS, NEURONS))
+        n = self._size
+        self._scratch, self._plastic_scratch = new_scratch(n), scratch_of(new_scratch(n))
+        self._part_scratch, self._part_state_scratch = new_scratch(n), np.zeros((STATE_ROWS, n))
 
     def __getstate__(self) -> dict[str, Any]:
         # working space has views of itself, which a pickle would take apart
@@ -219,6 +223,10 @@ class RollsChip:
         """Return the chip's tables at `temperature_c` (degC), its silicon's unless given; a few are kept."""
         at = self.silicon.temperature_c if temperature_c is None else temperature_c
         if at not in self._built:
+            if self._size < NEURONS:
+                raise ParameterError(
+                    f"chip: its first {self._size} neurons at {at:g} degC, must be whole there"
+                )
             on = replace(self.silicon, temperature_c=at)
             while len(self._built) >= KEPT:
                 self._built.pop(next(iter(self._built)))
@@ -252,12 +260,47 @@ class RollsChip:
         if self.noise is None:
             return self
         noise = replace(self.noise, trial=trial)
-        other = RollsChip(
-            self.program, self.silicon, self.kind, self.params, self.step, self.bus, noise,
-            None if self.program.plastic is None else self.learning,
-        )  # fmt: skip
-        other._built = {at: drawn_anew(built, self.silicon, noise) for at, built in self._built.items()}
+        drawn = {at: drawn_anew(built, self.silicon, noise) for at, built in self._built.items()}
+        return self._altered(noise=noise, _built=drawn)
+
+    def _altered(self, **given: Any) -> RollsChip:
+        other = object.__new__(RollsChip)
+        other.__setstate__({**self.__getstate__(), **given})
         return other
+
+    def of_first(self, neurons: int, state: ChipState) -> tuple[RollsChip, ChipState]:
+        """Return the chip and its state without what is behind its first neurons, where that changes nothing.
+
+        Parameters
+        ----------
+        neurons
+            Of how many the spikes are asked for, and events come to; some more stay.
+        state
+            At rest, at the silicon's temperature, at which alone what is returned runs. Where others excite
+            or inhibit these neurons, or the bus might lose spikes, chip and state are returned as they are.
+        """
+        size, at = fewest(neurons), self.silicon.temperature_c
+        if size >= self._size or not stands_alone(self.built(), size, self.bus):
+            return self, state
+        own = self._altered(_size=size, _built={at: narrowed(self.built(), size)})
+        return own, replace(state, values=state.values[:, :size].copy())
+
+    def run_encoded(self, state: ChipState, encoded: Encoded) -> Spikes | None:
+        """Return the spikes from rest on, None where what runs has to know each event's own time.
+
+        state: at rest; encoded: events after the bus, for so many steps as are run.
+        """
+        if self.program.plastic is not None or self.program.depression is not None:
+            return None
+        none = np.empty(0), np.empty(0, np.int64), np.empty(0, np.int64)
+        steps, values = encoded.many.shape[0], state.values.copy()
+        t = self._call(self.built(), values, state.senders, steps, 0.0, none, (None, None, encoded))
+        if t.counts[DONE] < steps:
+            self._new_scratch()  # charges are left in it
+            return None
+        written = t.counts[WRITTEN]
+        out = send(self.bus, t.sent[:written], t.senders[:written])
+        return Spikes(out.times, out.addresses, encoded.dropped, out.dropped, int(t.counts[HELD]))
 
     def cautions(self) -> tuple[str, ...]:
         """Return, in sentences, where the chip does not rest, or its step was not measured."""
@@ -269,8 +312,13 @@ class RollsChip:
     def at_rest(self) -> ChipState:
         """Return the state without input; a neuron that has no rest begins at 0 V.
 
-        Raises `ParameterError` outside the box of its model (`chips.rolls.validity`).
+        Raises `ParameterError` outside the box of its model (`chips.rolls.validity`), and for a chip of its
+        first neurons.
         """
+        if self._size < NEURONS:
+            raise ParameterError(
+                f"chip.at_rest: its first {self._size} neurons, must be whole; of_first has it"
+            )
         check_supply(self.silicon.process)
         check_temperature_of(self.program, self.silicon.temperature_c)  # before tables are built in vain
         built = self.built()
@@ -356,6 +404,10 @@ class RollsChip:
                 "chip.run.state: of a chip with another array, must be of this one; use at_rest"
             )
         check_inputs(inputs.times, inputs.neurons, inputs.columns, state.time, self.program)
+        if self._size < NEURONS and inputs.neurons.max(initial=0) >= self._size:
+            raise ParameterError(
+                f"chip.inputs: neuron {inputs.neurons.max()}, must be of the first {self._size}"
+            )
         arrived = send(self.bus, inputs.times, inputs.neurons + (inputs.columns << 8))
         steps = round(duration / self.step)
         if not abs(duration - steps * self.step) < WHOLE * self.step:
@@ -419,7 +471,7 @@ class RollsChip:
                 length = min(length, max(round(LOOK / self.step), 1))
             built = self.built(at)
             left = events[0][cursor:], events[1][cursor:], events[2][cursor:]
-            out = self._call(built, values, senders, length, now, left, plastic, depressing)
+            out = self._call(built, values, senders, length, now, left, (plastic, depressing, None))
             written = out.counts[WRITTEN]
             found.append((out.sent[:written], out.senders[:written]))
             senders = out.last[: out.counts[LAST]]
@@ -456,7 +508,8 @@ class RollsChip:
 
     def _call(
         self, built: Built, values: F64, senders: I64, steps: int, now: float,
-        events: tuple[F64, I64, I64], plastic: Plastic | None, depressing: Depressing | None,
+        events: tuple[F64, I64, I64],
+        beside: tuple[Plastic | None, Depressing | None, Encoded | None],
     ) -> Traffic:  # fmt: skip
         tables = built.tables
         most = spikes_a_step(tables)
@@ -470,7 +523,8 @@ class RollsChip:
             tables, values, values[ZETA].view(np.int64), traffic, self._scratch, self._part_state_scratch,
             self._part_scratch,
         )  # fmt: skip
-        run_chip(run, steps, now, plastic, built.noise, depressing)
+        plastic, depressing, encoded = beside
+        run_chip(run, steps, now, plastic, built.noise, depressing, encoded)
         return traffic
 
 

@@ -24,6 +24,9 @@ done in float32 but what adds up.
 
 from __future__ import annotations
 
+import numpy as np
+
+from chips.rolls.brief.encoded import Encoded
 from chips.rolls.depression.kernel import deliver_depressed
 from chips.rolls.depression.layout import Depressing
 from chips.rolls.layout import (
@@ -81,6 +84,22 @@ def _receive(c: ChipTables, t: Traffic, until: float, s: Scratch) -> int:
 
 
 @step_inlined
+def _receive_encoded(c: ChipTables, e: Encoded, number: int, cursor: int, s: Scratch) -> int:
+    """Charges of the encoded events of step `number`, from token `cursor` on; which one is the next."""
+    for sign in range(2):
+        for k in range(e.many.shape[2]):
+            total = s.charge[2 + sign, k]
+            for _ in range(e.many[number, sign, k]):
+                column = np.int64(e.tokens[cursor] & 3)
+                for _ in range(e.tokens[cursor] >> 2):
+                    total += c.virtual[4 * sign + column, k]
+                    column = (column + 1) & 3
+                cursor += 1
+            s.charge[2 + sign, k] = total
+    return cursor
+
+
+@step_inlined
 def _currents(c: ChipTables, state: F64, counts: I64, s: Scratch) -> None:
     """What flows into i_in and is drawn from v_mem in this step, A."""
     for k in range(s.excite.size):
@@ -106,17 +125,20 @@ def _beside(c: ChipTables, chip: ChipRun, plastic: Plastic | None) -> None:
 
 
 @step_compiled
-def run_chip(  # noqa: C901 - numba tells None from tables by argument and branch
+def run_chip(  # noqa: C901, PLR0912 - numba tells None from tables by argument and branch
     chip: ChipRun, steps: int, now: float,
     plastic: Plastic | None = None, noise: NoiseTables | None = None, depressing: Depressing | None = None,
+    encoded: Encoded | None = None,
 ) -> None:  # fmt: skip
     """Run `steps` steps from `now` s, or fewer where `sent` could overflow: counts[DONE] tells.
 
     plastic: the plastic array; noise: of the devices; depressing: synapses whose charge depends on their
-    past. Of what is None numba compiles nothing.
+    past; encoded: events from outside of these very steps, in the place of the traffic's, up to the first
+    step in which a neuron is fast. Of what is None numba compiles nothing.
     """
     c, state, bits, t, s = chip.tables, chip.state, chip.bits, chip.traffic, chip.scratch
     m, part = c.membranes, chip.part_scratch
+    cursor = 0
     for k in range(steps):
         if t.counts[WRITTEN] + t.last.size > t.sent.size:
             break
@@ -126,10 +148,15 @@ def run_chip(  # noqa: C901 - numba tells None from tables by argument and branc
         if depressing is not None:
             deliver_depressed(depressing, t, round(begin / c.step), begin + c.step, s)
         _deliver(c, t, s, part)
-        first = _receive(c, t, begin + c.step, s)
+        if encoded is not None:
+            first, cursor = 0, _receive_encoded(c, encoded, k, cursor, s)
+        else:
+            first = _receive(c, t, begin + c.step, s)
         if noise is not None:
             disturb_filters(noise, c, state, round(begin / c.step), s)
         count, words = find_fast(chip) if c.parts > 1 else (0, 0)
+        if encoded is not None and count > 0:
+            break  # its parts ask when each event has come
         _currents(c, state, t.counts, s)
         if plastic is not None and noise is not None:
             disturb_plastic(noise, plastic, round(begin / c.step))

@@ -655,9 +655,24 @@ def philox(keys: U32, counters: U32, words: U32) -> None:
 
     keys: uint32[2, n]. counters: uint32[4, n].
     """
+    if words.shape[0] == 4:
+        _philox_all(keys[0], keys[1], counters, words[0], words[1], words[2], words[3])
+        return
     for i in range(counters.shape[1]):
         c0, c1 = np.uint64(counters[0, i]), np.uint64(counters[1, i])
         c2, c3 = np.uint64(counters[2, i]), np.uint64(counters[3, i])
         out = philox_words(c0, c1, c2, c3, np.uint64(keys[0, i]), np.uint64(keys[1, i]))
         for w in range(words.shape[0]):
             words[w, i] = np.uint32(out[w])
+
+
+@compiled()
+def _philox_all(k0: U32, k1: U32, counters: U32, w0: U32, w1: U32, w2: U32, w3: U32) -> None:
+    """As `philox` with all four words, side by side in the lanes of the processor's vectors."""
+    c0, c1, c2, c3 = counters[0], counters[1], counters[2], counters[3]
+    for i in range(w0.size):
+        a, b, c, d = philox_words(
+            np.uint64(c0[i]), np.uint64(c1[i]), np.uint64(c2[i]), np.uint64(c3[i]),
+            np.uint64(k0[i]), np.uint64(k1[i]),
+        )  # fmt: skip
+        w0[i], w1[i], w2[i], w3[i] = np.uint32(a), np.uint32(b), np.uint32(c), np.uint32(d)

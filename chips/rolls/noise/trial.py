@@ -21,8 +21,9 @@ def drawn_anew(built: Built, silicon: Silicon, noise: SiliconNoise) -> Built:
     """
     path = die_name(NAME, silicon.die)
     if built.noise is not None:
+        draws = new_draws(noise.seed, noise.trial, path, NEURONS)
         tables = built.noise._replace(
-            draws=new_draws(noise.seed, noise.trial, path, NEURONS),
+            draws=draws._replace(normal=draws.normal[: built.noise.draws.normal.size]),
             slow=copied_slow(built.noise.slow),
             lines=drawn_steps(built.noise.lines, noise, path),
         )

@@ -86,6 +86,19 @@ class Player(ABC):
         ParameterError
             There are not as many inputs as channels, one is outside of its limits, or the window is none.
         """
+        return self._go_on(self._given(inputs, window), window)
+
+    def answer(self, number: int, inputs: ArrayLike, window: float) -> F64:
+        """Return the outputs over a window from rest, as `begin(number)` and a call give them.
+
+        What a network needs of the inputs alone may be kept for the next die. The next window begins at rest.
+        Raises as these do.
+        """
+        self.begin(number)
+        return self(inputs, window)
+
+    def _given(self, inputs: ArrayLike, window: float) -> F64:
+        """Inputs as an array; raises `ParameterError` as a call does."""
         given, ends = np.asarray(inputs, dtype=np.float64).ravel(), self.ends
         if given.size != ends.channels or not ends.inside(given):
             told = f"{given.size} from {given.min(initial=0.0):g} to {given.max(initial=0.0):g}{ends.unit}"
@@ -93,7 +106,7 @@ class Player(ABC):
                 f"task.{ends.noun}s: {told}, must be {ends.channels} {ends.limits}, one each channel"
             )
         ends.check_window(window)
-        return self._go_on(given, window)
+        return given
 
     @abstractmethod
     def _rest(self, number: int) -> None:

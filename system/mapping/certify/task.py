@@ -72,8 +72,7 @@ class Samples:
             chosen = np.sort(np.random.default_rng(seed).choice(chosen, self.most, replace=False))
         right = 0
         for k in chosen:
-            network.begin(int(k))
-            outputs = network(self.inputs[k], self.window)
+            outputs = network.answer(int(k), self.inputs[k], self.window)
             right += bool(outputs.any() and outputs.argmax() == self.labels[k])
         return right / chosen.size
 

@@ -8,9 +8,9 @@ excitation. Codes are searched until the mean rate of each share is the nominal 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -46,6 +46,15 @@ class Share(NamedTuple):
     neurons: tuple[int, ...]
 
 
+class _Bench(NamedTuple):
+    """What is run, the rates of the nominal die, what is searched, and events of a duration (s)."""
+
+    program: Program
+    targets: tuple[Target, ...]
+    knobs: tuple[Knob, ...]
+    drive: Callable[[float], Inputs]
+
+
 def calibrated(mapped: Mapped, silicon: Silicon, kind: BiasKind = "generator") -> Mapped:
     """Return a mapped network with the codes of its weights searched on a die.
 
@@ -63,19 +72,26 @@ def calibrated(mapped: Mapped, silicon: Silicon, kind: BiasKind = "generator") -
     ParameterError
         No input excites, so that a bench has nothing to measure inhibition beside.
     """
+    bench = _bench(mapped, kind)
+    found = calibrate(Task(bench.program, bench.targets, bench.knobs, bench.drive, 0), silicon, kind, ROUNDS)
+    return replace(mapped, program=replace(mapped.program, biases=found.biases))
+
+
+@lru_cache(maxsize=2)  # of the network, and events of a second
+def _bench(mapped: Mapped, kind: BiasKind) -> _Bench:
+    """What all dies are measured with; raises `ParameterError` as `calibrated`."""
     known = {f.name: f for f in mapped.filters}
     if BESIDE not in known:
         raise ParameterError("calibrate: no input excites, which a bench needs; leave it out")
     shares = tuple(_shares(mapped))
-    bench = _program(mapped, shares)
-    drive = partial(_drive, mapped, shares, known[BESIDE])
-    nominal = neuron_rates(RollsChip(bench, Silicon(ROLLS_180), kind), drive)
+    program = _program(mapped, shares)
+    drive = lru_cache(maxsize=1)(partial(_drive, mapped, shares, known[BESIDE]))
+    nominal = neuron_rates(RollsChip(program, Silicon(ROLLS_180), kind), drive)
     targets = tuple(
         Target(Population(s.bias, s.neurons), float(nominal[list(s.neurons)].mean())) for s in shares
     )
     knobs = tuple(Knob(s.bias, (s.bias,), SIGN[s.filter.name]) for s in shares)
-    found = calibrate(Task(bench, targets, knobs, drive, 0), silicon, kind, ROUNDS)
-    return replace(mapped, program=replace(mapped.program, biases=found.biases))
+    return _Bench(program, targets, knobs, drive)
 
 
 def _shares(mapped: Mapped) -> Iterator[Share]:

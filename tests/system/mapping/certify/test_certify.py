@@ -14,6 +14,7 @@ import pytest
 
 from chips.aer import Events
 from chips.noise import SiliconNoise
+from chips.rolls.brief.encoded import Encoded
 from chips.rolls.chip import RollsChip
 from chips.rolls.tables import Built
 from circuits.catalogue import later
@@ -25,6 +26,7 @@ from system.cli import certify
 from system.cli.certify_verb import Certify
 from system.cli.command_line import main
 from system.gym.environment import Environment
+from system.mapping.certify import encoding
 from system.mapping.certify.chips import CERTIFIED, NOTHING
 from system.mapping.certify.spiking import ChipPlayer, IdealPlayer, SpikingPlayer
 from system.mapping.certify.system import SYSTEM, contents_of
@@ -327,3 +329,70 @@ def test_a_task_that_does_not_fit_is_refused_before_any_run(
     assert main(["certify", str(folder / "p.toml"), "--task", task, "--dies", "1", *more]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert re.search(told, line)
+
+
+@pytest.fixture(scope="module")
+def busy() -> Network:
+    """Two sides of many neurons, which strong channels drive so that the bus loses events."""
+    rows = (("left", np.repeat((0.4, 0.2), 4)), ("right", np.repeat((0.2, 0.4), 4)))
+    ways = tuple(
+        Connection("in", name, rule="matrix", tau=20e-3, matrix=np.tile(row, (30, 1)))  # type: ignore[arg-type]
+        for name, row in rows
+    )
+    populations = Population("left", 30), Population("right", 30)
+    return Network(populations, (Input("in", 8),), ways, (Probe("l", "left"), Probe("r", "right")))
+
+
+def test_samples_in_one_go_are_to_the_bit_what_the_whole_chip_gives(
+    busy: Network, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mapped, encoded = map_on("rolls", busy), []
+    events = type(mapped).events
+    inputs = np.random.default_rng(3).uniform(0.0, 900.0, (4, 8))
+    inputs[0] = 800.0 * (1.0 - np.arange(8) / 8.0)  # whose first events come at one time
+    for die, noise in ((1000, SiliconNoise(2)), (1001, SiliconNoise(5)), (1001, None)):
+        silicon = Silicon(ROLLS_180, die=Die("A", die))
+        chip = RollsChip(mapped.program, silicon, "generator", noise=noise)
+        player, whole = (ChipPlayer(mapped, silicon, "generator", noise) for _ in range(2))
+        whole._chip, whole._first = chip, chip.at_rest()
+        assert player._chip is not chip
+        assert player._first.values.shape[1] == 64
+        wanted = []
+        for k, each in enumerate(inputs):
+            whole.begin(k)
+            wanted.append(whole(each, 0.06))
+        monkeypatch.setattr(type(mapped), "events", lambda *given: encoded.append(1) or events(*given))
+        found = [player.answer(k, each, 0.06) for k, each in enumerate(inputs)]
+        monkeypatch.undo()
+        assert len(encoded) == 4  # once for all dies
+        assert np.array_equal(found, wanted)
+        assert player.lost == whole.lost > 0
+        assert min(found[0]) > 0.0
+        assert np.array_equal(player(inputs[3], 0.06), wanted[3])  # the next window begins at rest
+
+
+def test_what_asks_for_single_events_gets_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    player = ChipPlayer(map_on("rolls", NET), Silicon(ROLLS_180), "generator", SiliconNoise(1))
+    wanted = player.answer(2, [400.0, 40.0], 0.08)
+    monkeypatch.setattr(RollsChip, "run_encoded", lambda *_: None)
+    assert player.answer(2, [400.0, 40.0], 0.08).tolist() == wanted.tolist()
+    with pytest.raises(ParameterError, match=r"task.rates: 1 from 0 to 5 Hz, must be 2"):
+        player.answer(2, [5.0], 0.08)
+
+
+def test_what_is_kept_of_samples_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    kept, made = encoding._Kept(), []
+
+    def make(size: int) -> Encoded:
+        made.append(size)
+        return Encoded(np.zeros(size, np.uint8), np.zeros((0, 2, 0), np.uint8), 0)
+
+    monkeypatch.setattr(encoding, "MOST", 100)
+    for name in (b"a", b"b", b"a", b"c", b"a"):  # b has to go for c
+        kept.get((name, b"", 0.1), lambda: make(40))
+    assert made == [40, 40, 40]
+    kept.get((b"b", b"", 0.1), lambda: make(40))
+    assert made == [40] * 4
+    kept.get((b"whole", b"", 0.1), lambda: make(200))  # more than is ever kept
+    kept.get((b"a", b"", 0.1), lambda: make(40))
+    assert made == [40, 40, 40, 40, 200, 40]

@@ -1,0 +1,1 @@
+"""Runs of a ROLLS chip from rest, with its first neurons alone and events put in order once for all dies."""
