@@ -106,6 +106,17 @@ def advance_chip(c: ChipNet, s: ChipState, steps: int, noise: NefNoise | None, b
 
 
 @_compiled
+def add_shown(
+    c: ChipNet, s: ChipState, steps: int, noise: NefNoise | None, bends: Bends | None, lanes: I64, total: F64
+) -> None:  # fmt: skip
+    """Take time steps of `DT`, and add to `total` what `lanes` show at the end of each, float64[lanes]."""
+    for _ in range(steps):
+        advance_chip(c, s, 1, noise, bends)
+        for k in range(lanes.size):
+            total[k] += s.base.y[lanes[k]]
+
+
+@_compiled
 def convert(c: ChipNet, s: ChipState, bends: Bends | None) -> None:
     """Step converters, filters and lines, and add them up in slots."""
     b = s.base

@@ -9,8 +9,6 @@ from abc import abstractmethod
 from dataclasses import replace
 from typing import final
 
-import numpy as np
-
 from chips.nef.build import Built, drawn_anew, noisy
 from chips.nef.network.kernel import DT
 from chips.nef.simulation import Simulation
@@ -46,19 +44,12 @@ class ValuePlayer(Player):
         for name, size in self._inputs:
             running.set(name, inputs[first : first + size])
             first += size
-        total, steps = np.zeros(self.outputs), round(window / DT)
-        for _ in range(steps):
-            self._step()
-            total += np.concatenate([running.read(name) for name in self._probes])
-        return total / steps
+        steps = round(window / DT)
+        return running.summed(self._probes, steps) / steps
 
     @abstractmethod
     def _runs(self) -> Equations | Simulation:
         """Return what runs."""
-
-    @abstractmethod
-    def _step(self) -> None:
-        """Take a step of it."""
 
 
 @final
@@ -75,9 +66,6 @@ class AskedPlayer(ValuePlayer):
 
     def _runs(self) -> Equations:
         return self._running
-
-    def _step(self) -> None:
-        self._running.step()
 
 
 @final
@@ -117,9 +105,6 @@ class NeuronPlayer(ValuePlayer):
 
     def _runs(self) -> Simulation:
         return self._running
-
-    def _step(self) -> None:
-        self._running.advance(DT)
 
     def _dropped(self) -> int:
         """Spikes that the router has dropped since the network was at rest."""

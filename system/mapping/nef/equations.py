@@ -7,7 +7,7 @@ stand still in a step, and what an ensemble decodes comes a step later, as on ne
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -40,6 +40,14 @@ class Equations:
     def read(self, name: str) -> F64:
         """Return what the probe `name` shows, float64[size]."""
         return self._probes[name].y
+
+    def summed(self, names: Sequence[str], steps: int) -> F64:
+        """Take steps, and return the sums of what probes of these names show at the end of each."""
+        total = np.zeros(sum(self._probes[name].y.size for name in names))
+        for _ in range(steps):
+            self.step()
+            total += np.concatenate([self._probes[name].y for name in names])
+        return total
 
     def step(self) -> None:
         """Take a step."""

@@ -141,6 +141,32 @@ def test_nodes_are_called_with_what_they_get() -> None:
     assert seen[-1][1] == pytest.approx(math.cos(0.25), abs=2.0 * NOISE)  # behind by the synapses
 
 
+@pytest.mark.parametrize("interval", [1e-3, 2e-3])
+def test_sums_of_what_probes_show_call_nodes_as_ever(interval: float) -> None:
+    called: list[float] = []
+
+    def given(time: float, _: F64) -> list[float]:
+        called.append(time)
+        return [math.sin(300.0 * time)]
+
+    network = Network(
+        (Ensemble("a", 30),),
+        (Node("in", 1, output=given),),
+        (Connection("in", "a"),),
+        (Probe("a?", "a", synapse=0.01), Probe("twice?", "a", transform=2.0, synapse=0.01)),
+    )
+    run, other = simulated(network, interval=interval), simulated(network, interval=interval)
+    found, wanted = run.summed(["twice?", "a?"], 30), np.zeros(2)
+    times = list(called)
+    assert len(times) == 30
+    for _ in range(30):
+        other.advance(interval)
+        wanted += [*other.read("twice?"), *other.read("a?")]
+    assert found.tolist() == wanted.tolist()
+    assert called == [*times, *times]
+    assert run.time == other.time
+
+
 def test_the_same_seed_is_the_same_run() -> None:
     network = Network((Ensemble("a", 50, 2),), (), (Connection("a", "a", synapse=0.1),))
     spikes = []

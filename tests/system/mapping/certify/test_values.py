@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from chips.noise import SiliconNoise
+from circuits.arrays import F64
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
@@ -201,3 +202,27 @@ def test_a_program_without_outputs_or_of_no_chip_is_refused(
     ):
         assert main(["certify", str(tmp_path / f"{name}.toml"), "--task", str(folder / "s.npz")]) == 2
         assert told in capsys.readouterr().err
+
+
+def test_a_window_in_one_go_is_to_the_bit_what_its_steps_add_up_to(noisy: NeuronPlayer) -> None:
+    def by_steps(inputs: F64) -> list[float]:
+        running, total = noisy._running, np.zeros(2)
+        running.set("in", inputs)
+        for _ in range(20):
+            running.advance(1e-3)
+            total += running.read("left and right")
+        return (total / 20).tolist()
+
+    noisy.begin(3)
+    found = [noisy(inputs, 0.02).tolist() for inputs in INPUTS]
+    time, counts = noisy._running.time, noisy._running.counters
+    noisy.begin(3)
+    assert found == [by_steps(inputs) for inputs in INPUTS]
+    assert noisy._running.time == time > 0.079
+    assert noisy._running.counters == counts
+    assert counts["spikes"] > 100
+    running = noisy._running
+    sums, before = running.summed(["left and right"], 5), len(running.recorded()[0])
+    running.record()
+    assert running.summed(["left and right"], 5).shape == sums.shape
+    assert len(running.recorded()[0]) > before == 0  # step by step, as each spike is kept
