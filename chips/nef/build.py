@@ -15,9 +15,10 @@ from time import perf_counter
 import numpy as np
 
 from chips.nef.calibration import USUAL
-from chips.nef.chip import HEADROOM, Conditions, check_room
+from chips.nef.chip import HEADROOM, Conditions
 from chips.nef.kernel import ChipNet
 from chips.nef.network.curves import TAU_RC, TAU_REF, Curves
+from chips.nef.network.demand import check_demand
 from chips.nef.network.kernel import DT, Net
 from chips.nef.network.network import Connection, Ensemble, EnsembleArray, Network, Neurons, Probe, label
 from chips.nef.noise import noise_of, redrawn
@@ -103,7 +104,8 @@ def build(
 ) -> Built:
     """Draw the neurons of a network, and solve for its decoders.
 
-    On the `Conditions` of a chip it is put there, and run there unless `moved` elsewhere.
+    On the `Conditions` of a chip it is put there, and run there unless `moved` elsewhere. These calibrate the
+    chip, so that `chips.nef.network.demand.check_demand` is for who makes them.
 
     Parameters
     ----------
@@ -127,7 +129,7 @@ def build(
         chip has no room.
     """
     if isinstance(curves, Conditions):
-        check_room(network.ensembles[-1].name if network.ensembles else "", network.neurons, curves.chip)
+        check_demand(network, curves.chip)
     populations: dict[str, tuple[Population, ...]] = {}
     first = line = 0
     for part in network.ensembles:

@@ -381,6 +381,15 @@ def check_filters(count: int) -> None:
         )
 
 
+def check_lines(count: int) -> None:
+    """Raise `ParameterError` for more slots than the chip has lines, a filter's each."""
+    if count > FILTERS:
+        raise ParameterError(
+            f"nef-chip: {count} dimensions and currents into neurons, the chip has {FILTERS} lines; take"
+            " fewer ensembles, or some of fewer dimensions"
+        )
+
+
 @lru_cache(maxsize=8)
 def _law(silicon: Silicon, neurons: int, biases: Biases) -> NeuronLaw:
     return neurons_on(silicon, neurons, biases)

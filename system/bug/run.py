@@ -20,6 +20,7 @@ from chips.nef.build import Built, build, moved
 from chips.nef.calibration import NAME, usual_codes
 from chips.nef.chip import NefChip
 from chips.nef.network.curves import Curves, IdealCurves
+from chips.nef.network.demand import check_demand
 from chips.nef.simulation import Simulation
 from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
@@ -182,6 +183,7 @@ def built_network(scenario: Scenario) -> Built:
     if scenario.brain == "ideal":
         return built_on(*agent, IdealCurves())
     chip = chip_of(scenario)
+    check_demand(network_of(*agent[:3]), chip)  # before it is calibrated
     built = built_on(*agent, chip.at(scenario.solved))
     begin = scenario.beginning_c
     return built if begin == scenario.solved else moved(built, chip.at(begin))

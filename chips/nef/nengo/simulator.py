@@ -16,7 +16,8 @@ but outputs and spikes.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -33,6 +34,7 @@ from chips.nef.nengo.errors import ClosedError, InvalidError, RefusedError
 from chips.nef.nengo.live import Live, size_of_probe
 from chips.nef.nengo.plan import Plan
 from chips.nef.network.curves import TAU_REF
+from chips.nef.network.demand import check_demand
 from chips.nef.network.kernel import DT
 from chips.nef.network.network import Connection
 from chips.nef.population import populate
@@ -121,18 +123,18 @@ class Simulator:
     def _build(self, network: nengo.Network, chip: NefChip | None, temperature_c: float) -> None:
         """Draw the neurons, and solve for decoders."""
         self._plan = Plan(network)
+        if chip is not None:  # before it is calibrated
+            _check_synapses(self._plan.connections)
+            with _refused():
+                check_demand(self._plan.network(), chip)
         self._curves = (
             self._plan.ideal
             if chip is None
             else _calibrated(chip, temperature_c, self._plan.ideal.tau_ref).at(temperature_c)
         )
-        if chip is not None:
-            _check_synapses(self._plan.connections)
         taus = self._plan.ideal.tau_rc, self._plan.ideal.tau_ref
-        try:
+        with _refused():
             self._built = build(self._plan.network(), self._curves, self._plan.seeds[network], taus)
-        except ParameterError as error:
-            raise RefusedError(str(error)) from error
 
     def __enter__(self) -> Simulator:
         """Return itself; raises `ClosedError` where it is closed."""
@@ -321,6 +323,15 @@ def _begin(plan: Plan, run: Simulation) -> None:
         own = run.built.neurons(name)
         run.state.u[own] = state["voltage"]
         run.state.rest[own] = state["refractory_time"] - DT  # nengo's counts from the step's end
+
+
+@contextmanager
+def _refused() -> Iterator[None]:
+    """Raise `RefusedError` for a `ParameterError` within."""
+    try:
+        yield
+    except ParameterError as error:
+        raise RefusedError(str(error)) from error
 
 
 def _check_synapses(connections: Sequence[Connection]) -> None:

@@ -11,6 +11,7 @@ from chips.nef.build import Built, build, moved
 from chips.nef.calibration import REFERENCE_C
 from chips.nef.chip import NefChip
 from chips.nef.network.curves import IdealCurves
+from chips.nef.network.demand import check_demand
 from chips.nef.place import Placed
 from circuits.arrays import F64
 from circuits.circuit import BiasKind
@@ -106,7 +107,9 @@ def mapped_with(network: ValueNetwork, codes: Mapping[str, F64], findings: Seque
 
 
 def _nominal(network: ValueNetwork) -> Built:
-    return build(network.lowered(), NefChip().at(REFERENCE_C), network.seed)
+    chip, lowered = NefChip(), network.lowered()
+    check_demand(lowered, chip)  # before it is calibrated
+    return build(lowered, chip.at(REFERENCE_C), network.seed)
 
 
 def _placed(built: Built) -> Placed:

@@ -341,6 +341,36 @@ def circle(_: Any) -> None:
     nengo.Connection(two, one, synapse=None)
 
 
+def slow(a: nengo.Ensemble) -> None:
+    nengo.Connection(a, a, synapse=2.0)
+
+
+@pytest.mark.parametrize(
+    ("add", "says"),
+    [
+        (lambda _: nengo.Ensemble(9000, 1), "the chip has 8192"),
+        (lambda _: nengo.Ensemble(100, 64), "64 dimensions and 0 currents .* the chip has 64; split it"),
+        (lambda _: dense(), "50 currents into its neurons"),
+        (slow, "synapse: 2 s, must be at most"),
+    ],
+)
+def test_what_has_no_room_is_refused_before_the_chip_is_calibrated(
+    add: Any, says: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*_: object) -> None:
+        raise AssertionError("calibrated")
+
+    monkeypatch.setattr(NefChip, "at", never)
+    with nengo.Network(seed=1) as net:
+        add(nengo.Ensemble(10, 1))
+    with pytest.raises(nengo.exceptions.BuildError, match=says):
+        Simulator(net)
+    with nengo.Network(seed=1) as net:
+        nengo.Ensemble(10, 1)
+    with pytest.raises(AssertionError, match="calibrated"):
+        Simulator(net)
+
+
 @pytest.mark.parametrize(
     ("add", "says"),
     [

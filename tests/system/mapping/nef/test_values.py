@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from chips.nef.chip import NefChip
 from circuits.errors import CircuitError, DataError, ParameterError
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
@@ -103,6 +104,25 @@ def test_a_program_at_the_command_line(tmp_path: Path, capsys: pytest.CaptureFix
         error = capsys.readouterr().err
         assert error.count("\n") == 1
         assert told in error
+
+
+def test_what_has_no_room_is_refused_before_the_chip_is_calibrated(monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(*_: object) -> None:
+        raise AssertionError("calibrated")
+
+    monkeypatch.setattr(NefChip, "at", never)
+    many = tuple(Ensemble(f"e{k}", 5) for k in range(513))
+    for ensembles, told in (
+        (
+            (Ensemble("a", 99, 64),),
+            r"^a: 64 dimensions and 0 currents .* take 65 encoder columns, the chip has",
+        ),
+        (many, r"^nef-chip: 513 dimensions and currents into neurons, the chip has 512 lines; take fewer"),
+    ):
+        with pytest.raises(ParameterError, match=told):
+            map_on("nef", ValueNetwork(ensembles))
+    with pytest.raises(AssertionError, match="calibrated"):
+        map_on("nef", ValueNetwork(many[:1]))
 
 
 @pytest.mark.parametrize(
