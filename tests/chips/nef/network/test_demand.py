@@ -1,4 +1,4 @@
-"""What a network takes of a chip, told before anything is drawn: the filters and slots that are then built."""
+"""What a network takes of a chip, told before anything is drawn: filters and slots that are then built."""
 
 from __future__ import annotations
 
