@@ -109,9 +109,18 @@ class Simulation:
             self.time += self.interval
 
     def summed(self, names: Sequence[str], steps: int) -> F64:
-        """Go on for some intervals, and return the sums of what probes show at the end of each, float64[all].
+        """Go on for some intervals, and return the sums of what probes show at the end of each.
 
-        names: of the probes, one after the other in the result.
+        Parameters
+        ----------
+        names
+            Of the probes.
+        steps
+            How many intervals.
+
+        Returns
+        -------
+        One probe after the other, each in its own unit, float64[all results].
         """
         lanes = np.concatenate([np.arange(self.state.y.size)[self.built.read[name]] for name in names])
         total = np.zeros(lanes.size)

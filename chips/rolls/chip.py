@@ -220,7 +220,10 @@ class RollsChip:
         self._new_scratch()
 
     def built(self, temperature_c: float | None = None) -> Built:
-        """Return the chip's tables at `temperature_c` (degC), its silicon's unless given; a few are kept."""
+        """Return the chip's tables at `temperature_c` (degC), its silicon's unless given; a few are kept.
+
+        Raises `ParameterError` for a chip of its first neurons at another temperature than its silicon's.
+        """
         at = self.silicon.temperature_c if temperature_c is None else temperature_c
         if at not in self._built:
             if self._size < NEURONS:

@@ -10,7 +10,9 @@ from pyNN import common, connectors
 from pyNN.space import Space
 
 from chips.rolls.pynn.cells import StaticSynapse
+from chips.rolls.pynn.lacking import why_lacking
 from chips.rolls.pynn.simulator import simulator
+from circuits.arrays import Bools
 from circuits.errors import ParameterError
 
 
@@ -76,15 +78,31 @@ class Projection(common.Projection):  # type: ignore[misc]  # PyNN has no types
                 " other synapses here"
             )
         self.connections: list[Connection] = []
-        if isinstance(connector, connectors.OneToOneConnector):  # PyNN's takes no population of one cell
-            connector = connectors.ArrayConnector(np.eye(*self.shape, dtype=np.bool_), safe=connector.safe)
-        connector.connect(self)
+        self._connect(connector)
         if isinstance(connector, connectors.FromListConnector):
             _check_list(connector.conn_list, self)
         simulator.state.projections.append(self)
 
     def __len__(self) -> int:
         return len(self.connections)
+
+    def _connect(self, connector: Any) -> None:
+        if isinstance(connector, connectors.OneToOneConnector):  # PyNN's takes no population of one cell
+            connector = connectors.ArrayConnector(np.eye(*self.shape, dtype=np.bool_), safe=connector.safe)
+        elif isinstance(connector, connectors.FixedTotalNumberConnector) and not connector.with_replacement:
+            connector = connectors.ArrayConnector(_distinct(connector, self), safe=connector.safe)
+        elif isinstance(connector, connectors.FromFileConnector):  # to PyNN a file of one row is a row
+            read = connector.file.read
+            connector.file.read = lambda: np.atleast_2d(read())
+        kind = type(connector)
+        lacking = isinstance(connector, connectors.CSAConnector)
+        try:
+            if not lacking:
+                connector.connect(self)
+        except NotImplementedError:
+            lacking = True
+        if lacking:
+            raise ParameterError(f"pynn.{self.label}: {kind.__name__}, {why_lacking(kind)}")
 
     def set(self, **attributes: Any) -> None:
         """Change weights of all synapses, until the first run.
@@ -148,6 +166,31 @@ def _check_list(rows: Any, projection: Projection) -> None:
             f"pynn.{projection.label}: listed from {pre:g} to {post:g}, must be from cells 0 to {last[0]}"
             f" to cells 0 to {last[1]}"
         )
+
+
+def _distinct(connector: Any, projection: Projection) -> Bools:
+    """The pairs of a `FixedTotalNumberConnector` that are to differ; PyNN draws some of them again.
+
+    Raises `ParameterError` where there are not as many, and where one shall not have its opposite.
+    """
+    itself = connector.allow_self_connections
+    if itself not in {True, False}:
+        raise ParameterError(
+            f"pynn.{projection.label}.allow_self_connections: {itself}, must be True or False; draw the pairs"
+            " yourself, for an ArrayConnector"
+        )
+    there: Bools = np.ones(projection.shape, dtype=np.bool_)
+    if not itself and projection.pre == projection.post:
+        np.fill_diagonal(there, val=False)
+    pairs = np.flatnonzero(there)
+    count = connector.n if isinstance(connector.n, int) else round(connector.n.next())
+    if count > pairs.size:
+        raise ParameterError(
+            f"pynn.{projection.label}: {count} pairs, must be at most {pairs.size}; take fewer"
+        )
+    found: Bools = np.zeros(projection.shape, dtype=np.bool_)
+    found.flat[connector.rng.permutation(pairs)[:count]] = True
+    return found
 
 
 def _check_shape(weights: Any, shape: tuple[int, int], label: str) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pyNN.connectors
 import pytest
+from pyNN.core import IndexBasedExpression
 
 import chips.rolls.pynn as sim
 from chips.rolls.chip import Inputs
@@ -279,3 +280,94 @@ def test_what_is_not_there_is_told_in_a_line(asked: Callable[[Any], object], tol
     one = sim.Population(2, sim.RollsNeuron(), label="one")
     with pytest.raises(CircuitError, match=told):
         asked(one)
+
+
+class Later(IndexBasedExpression):  # type: ignore[misc]  # PyNN has no types
+    """Whether the second cell's number is the higher one."""
+
+    def __call__(self, i: Any, j: Any) -> Any:
+        return 1.0 * (i < j)
+
+
+BESIDE = {
+    (0, 1),
+    (1, 2),
+    (2, 3),
+}  # of four cells in a line, 10 um apart, those of which one is right of the other
+PAIRS = {(i, j) for i in range(4) for j in range(4)}
+CONNECTORS: dict[str, tuple[Callable[[Any], Any], set[tuple[int, int]] | int | None]] = {
+    "AllToAllConnector": (lambda c: c(), PAIRS),
+    "ArrayConnector": (lambda c: c(np.eye(4, k=1, dtype=np.bool_)), BESIDE),
+    "CloneConnector": (lambda c: c(state.projections[0]), {(0, 3)}),
+    "DisplacementDependentProbabilityConnector": (
+        lambda c: c(lambda d: 1.0 * (abs(d[0] - 10.0) < 1.0)),
+        BESIDE,
+    ),
+    "DistanceDependentProbabilityConnector": (lambda c: c("d < 5"), {(k, k) for k in range(4)}),
+    "FixedNumberPostConnector": (lambda c: c(2, with_replacement=False), 8),
+    "FixedNumberPreConnector": (lambda c: c(2, with_replacement=False), 8),
+    "FixedProbabilityConnector": (lambda c: c(1.0), PAIRS),
+    "FixedTotalNumberConnector": (lambda c: c(12, with_replacement=False, allow_self_connections=False), 12),
+    "FromFileConnector": (lambda c: c("list.txt"), {(1, 2)}),
+    "FromListConnector": (lambda c: c([(1, 2)]), {(1, 2)}),
+    "IndexBasedProbabilityConnector": (lambda c: c(Later()), {(i, j) for i, j in PAIRS if i < j}),
+    "OneToOneConnector": (lambda c: c(), {(k, k) for k in range(4)}),
+    "SmallWorldConnector": (lambda c: c(2.0, 0.1), None),
+    "CSAConnector": (lambda c: c.__new__(c), None),
+    "FixedNumberConnector": (lambda c: c(2), None),
+    "MapConnector": (lambda c: c(), None),
+    "Connector": (lambda c: c(), None),
+}
+
+
+def test_every_connector_of_pynns_is_known() -> None:
+    found = {
+        name
+        for name, each in vars(pyNN.connectors).items()
+        if isinstance(each, type) and issubclass(each, pyNN.connectors.Connector)
+    }
+    assert found == set(CONNECTORS)
+
+
+@pytest.mark.parametrize("name", CONNECTORS)
+def test_a_connector_of_pynns_works_or_is_refused_in_a_line(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    np.savetxt("list.txt", [(1, 2, 2.0, 0.4)])
+    make, wanted = CONNECTORS[name]
+    line = sim.Population(4, sim.RollsNeuron(), structure=sim.Line(dx=10.0), label="line")
+    if name == "CloneConnector":
+        sim.Projection(
+            line, line, sim.FromListConnector([(0, 3)]), sim.StaticSynapse(), receptor_type="inhibitory"
+        )
+    made = make(getattr(pyNN.connectors, name))
+    if wanted is None:
+        with pytest.raises(
+            CircuitError, match=rf"^pynn.line→line: {name}, .*; take an ArrayConnector of its [a-z]+$"
+        ):
+            sim.Projection(line, line, made, sim.StaticSynapse())
+        with pytest.raises(AttributeError, match=rf"^pynn.{name}: .*; take an ArrayConnector of its [a-z]+$"):
+            getattr(sim, name)
+        return
+    assert getattr(sim, name) is getattr(pyNN.connectors, name)
+    found = sim.Projection(line, line, made, sim.StaticSynapse())
+    pairs = [(each.presynaptic_index, each.postsynaptic_index) for each in found]
+    assert (len(pairs) if isinstance(wanted, int) else set(pairs)) == wanted
+    assert len(set(pairs)) == len(pairs)
+    if name == "FixedTotalNumberConnector":
+        assert set(pairs) == {(i, j) for i, j in PAIRS if i != j}
+
+
+def test_pairs_that_are_to_differ_are_no_more_than_there_are() -> None:
+    line = sim.Population(4, sim.RollsNeuron(), label="line")
+    many = sim.FixedTotalNumberConnector(17, with_replacement=False)
+    with pytest.raises(CircuitError, match=r"^pynn.line→line: 17 pairs, must be at most 16; take fewer$"):
+        sim.Projection(line, line, many, sim.StaticSynapse())
+    once = sim.FixedTotalNumberConnector(3, allow_self_connections="NoMutual", with_replacement=False)
+    with pytest.raises(CircuitError, match=r"allow_self_connections: NoMutual, must be True or False; draw"):
+        sim.Projection(line, line, once, sim.StaticSynapse())
+    drawn = sim.FixedTotalNumberConnector(
+        sim.RandomDistribution("uniform_int", (5, 6), rng=sim.NumpyRNG(seed=3)), with_replacement=False
+    )
+    assert len(sim.Projection(line, line, drawn, sim.StaticSynapse())) == 5
