@@ -26,7 +26,7 @@ import numpy as np
 
 from chips.aer import Bus, Events, send
 from chips.noise import SiliconNoise
-from chips.rolls.brief.encoded import Encoded
+from chips.rolls.brief.encoded import Encoded, Summed, firsts_of
 from chips.rolls.brief.narrow import fewest, narrowed, stands_alone
 from chips.rolls.circuit import Params
 from chips.rolls.depression.layout import Depressing
@@ -204,6 +204,7 @@ class RollsChip:
         self.learning = Learning() if learning is None else learning
         self._built: dict[float, Built] = {}
         self._size = NEURONS
+        self._firsts: F32 | None = None
         self._new_scratch()
 
     def _new_scratch(self) -> None:
@@ -285,7 +286,7 @@ class RollsChip:
         size, at = fewest(neurons), self.silicon.temperature_c
         if size >= self._size or not stands_alone(self.built(), size, self.bus):
             return self, state
-        own = self._altered(_size=size, _built={at: narrowed(self.built(), size)})
+        own = self._altered(_size=size, _firsts=None, _built={at: narrowed(self.built(), size)})
         return own, replace(state, values=state.values[:, :size].copy())
 
     def run_encoded(self, state: ChipState, encoded: Encoded) -> Spikes | None:
@@ -297,7 +298,11 @@ class RollsChip:
             return None
         none = np.empty(0), np.empty(0, np.int64), np.empty(0, np.int64)
         steps, values = encoded.many.shape[0], state.values.copy()
-        t = self._call(self.built(), values, state.senders, steps, 0.0, none, (None, None, encoded))
+        built = self.built()
+        if self._firsts is None:
+            self._firsts = firsts_of(built.tables.virtual)
+        summed = Summed(encoded.tokens, encoded.many, self._firsts)
+        t = self._call(built, values, state.senders, steps, 0.0, none, (None, None, summed))
         if t.counts[DONE] < steps:
             self._new_scratch()  # charges are left in it
             return None
@@ -512,7 +517,7 @@ class RollsChip:
     def _call(
         self, built: Built, values: F64, senders: I64, steps: int, now: float,
         events: tuple[F64, I64, I64],
-        beside: tuple[Plastic | None, Depressing | None, Encoded | None],
+        beside: tuple[Plastic | None, Depressing | None, Summed | None],
     ) -> Traffic:  # fmt: skip
         tables = built.tables
         most = spikes_a_step(tables)

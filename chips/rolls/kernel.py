@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from chips.rolls.brief.encoded import Encoded
+from chips.rolls.brief.encoded import Summed
 from chips.rolls.depression.kernel import deliver_depressed
 from chips.rolls.depression.layout import Depressing
 from chips.rolls.layout import (
@@ -84,18 +84,22 @@ def _receive(c: ChipTables, t: Traffic, until: float, s: Scratch) -> int:
 
 
 @step_inlined
-def _receive_encoded(c: ChipTables, e: Encoded, number: int, cursor: int, s: Scratch) -> int:
+def _receive_encoded(c: ChipTables, e: Summed, number: int, cursor: int, s: Scratch) -> int:
     """Charges of the encoded events of step `number`, from token `cursor` on; which one is the next."""
     for sign in range(2):
         for k in range(e.many.shape[2]):
-            total = s.charge[2 + sign, k]
-            for _ in range(e.many[number, sign, k]):
-                column = np.int64(e.tokens[cursor] & 3)
-                for _ in range(e.tokens[cursor] >> 2):
+            count = e.many[number, sign, k]
+            if count == 0:
+                continue
+            token = e.tokens[cursor]
+            total = e.firsts[sign, token & 3, token >> 2, k]
+            for j in range(cursor + 1, cursor + count):
+                column = np.int64(e.tokens[j] & 3)
+                for _ in range(e.tokens[j] >> 2):
                     total += c.virtual[4 * sign + column, k]
                     column = (column + 1) & 3
-                cursor += 1
             s.charge[2 + sign, k] = total
+            cursor += count
     return cursor
 
 
@@ -128,7 +132,7 @@ def _beside(c: ChipTables, chip: ChipRun, plastic: Plastic | None) -> None:
 def run_chip(  # noqa: C901, PLR0912 - numba tells None from tables by argument and branch
     chip: ChipRun, steps: int, now: float,
     plastic: Plastic | None = None, noise: NoiseTables | None = None, depressing: Depressing | None = None,
-    encoded: Encoded | None = None,
+    encoded: Summed | None = None,
 ) -> None:  # fmt: skip
     """Run `steps` steps from `now` s, or fewer where `sent` could overflow: counts[DONE] tells.
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from chips.aer import Events
 from chips.rolls.program.address import VIRTUAL_EXCITATORY, VIRTUAL_LINES
-from circuits.arrays import F64, I64, in_rows
+from circuits.arrays import F32, F64, I64, in_rows
 from circuits.compiled import compiled
 
 LONGEST, MOST = 63, 255  # events of a token, and tokens of a neuron and sign in a step
@@ -38,6 +38,28 @@ class Encoded(NamedTuple):
     def size(self) -> int:
         """Bytes that it takes."""
         return self.tokens.nbytes + self.many.nbytes
+
+
+class Summed(NamedTuple):
+    """Encoded events for a chip's kernel.
+
+    tokens, many: as of `Encoded`; firsts: what a token alone adds to a charge, float32[2, columns, longest,
+    neurons], of signs, first columns and how many events up to `LONGEST`.
+    """
+
+    tokens: NDArray[np.uint8]
+    many: NDArray[np.uint8]
+    firsts: F32
+
+
+def firsts_of(virtual: F32) -> F32:
+    """Return what tokens alone add to a charge, event after event; virtual: of one event, by column."""
+    own = virtual.reshape(2, VIRTUAL_LINES, -1)
+    found = np.zeros((2, VIRTUAL_LINES, LONGEST + 1, own.shape[2]), np.float32)
+    for column in range(VIRTUAL_LINES):
+        for k in range(LONGEST):
+            found[:, column, k + 1] = found[:, column, k] + own[:, (column + k) % VIRTUAL_LINES]
+    return found
 
 
 def encode(arrived: Events, step: float, steps: int, neurons: int) -> Encoded | None:
