@@ -57,6 +57,7 @@ class Outcome:
     trials : runs that were made.
     random, sets : sets of as many at random that mend, of how many.
     planted : path of the device with the fault; empty for none.
+    devices : devices of what was named; 0 where that was not counted.
     """
 
     failing: bool
@@ -67,6 +68,7 @@ class Outcome:
     random: int = 0
     sets: int = 0
     planted: str = ""
+    devices: int = 0
 
     @property
     def named_first(self) -> bool:
@@ -137,6 +139,7 @@ def blamed(case: Case) -> Outcome:
         failing=True, guilty=True, named=tuple(each.path for each in found.culprits),
         mends=found.verified is not None and found.verified.mends, trials=found.trials,
         random=random.passed, sets=random.of,
+        devices=sum({_owner(path): count for path, count in found.counts.items()}.values()),
     )  # fmt: skip
 
 
@@ -176,8 +179,8 @@ def mended_by(run: Outcome, count: float) -> bool:
 
 
 def devices_of(run: Outcome) -> int:
-    """How many devices, or parts that hold many, were named."""
-    return len({*map(_owner, run.named)})
+    """How many devices were named; a part that was not taken apart has many."""
+    return run.devices or len({*map(_owner, run.named)})
 
 
 def _owner(path: str) -> str:

@@ -163,8 +163,9 @@ def rates_of(accused: Accused) -> Rates:
     """Shares of trials that succeed, half a trial either way added, and their seeds, telling ones first."""
     pairs, count = accused.pairs, len(accused.pairs.seeds) + 1.0
     die, healed = (sum(each) + 0.5 for each in (pairs.first, pairs.second))
-    telling = sorted(range(len(pairs.seeds)), key=lambda k: not (pairs.second[k] and not pairs.first[k]))
-    return Rates(die / count, healed / count, tuple(pairs.seeds[k] for k in telling))
+    told = [b and not a for a, b in zip(pairs.first, pairs.second, strict=True)]
+    order = sorted(range(len(pairs.seeds)), key=lambda k: not told[k])
+    return Rates(die / count, healed / count, tuple(pairs.seeds[k] for k in order), sum(told))
 
 
 def _culprit(parts: Parts, part: Part) -> Culprit:
@@ -175,15 +176,14 @@ def _culprit(parts: Parts, part: Part) -> Culprit:
 
 def _judged(begun: Blame, trials: Trials, parts: Parts, found: Sequence[Part], rates: Rates) -> Blame:
     """Verify what was found, and try what else would mend."""
-    passes, pairs = judged_by(trials, rates), begun.accused.pairs
+    passes = judged_by(trials, rates)
     trials.most -= 2 * FEWEST
     tried = replace(
         begun, random=_at_random(trials, parts, found, passes), area=_area(trials, begun.culprits, passes),
         remedies=_remedies(begun, trials),
     )  # fmt: skip
     trials.most += 2 * FEWEST
-    differ = 2.0 * (sum(pairs.second) + 0.5) * (len(pairs.seeds) - sum(pairs.second) + 0.5)
-    verified = verify(trials, begun.mended, fresh(rates.seeds), differ / (len(pairs.seeds) + 1) ** 2)
+    verified = verify(trials, begun.mended, fresh(rates.seeds))
     return replace(tried, verified=verified, trials=trials.made)
 
 

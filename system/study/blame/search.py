@@ -6,11 +6,15 @@ its own standard deviation. That k of n are enough takes some 2 k log2(n / k) te
 without any one of it the rest does not mend. Where deviations work against each other, so that more healing
 is worse, it is checked for that at the end, and parts that turn out to be of no use are left out.
 
-What a level kept is confirmed by a test with few errors, else it is searched with that again. Whether healing
-mends is a sequential test (Wald 1945) between the share of trials that succeed on the healed die and that on
-the die, over the same seeds. What mends in part passes that, so what is left at the end is held against a
-share that is `LESS` below the healed die's. Where it does not stand, the fewest of what was left out on the
-way are added to it, and all is narrowed down again by tests against that. Sources: Junker, "QuickXplain:
+Whether healing mends is a sequential test (Wald 1945) between the share of trials that succeed on the healed
+die and that on the die, or one that is `PART` below the healed die's. Each begins at another seed, so that no
+parts are chosen for luck at one. What a level kept is confirmed by more trials of that test, else the fewest
+others that it needs beside are added. Of devices the parameters are first tried one alone of all.
+
+What is left at the end is held against a share that is `LESS` below the healed die's, on seeds that no other
+test takes. Where it does not stand, the seeds on which it fails and the healed die succeeds speak against it:
+the fewest of what was left out on the way with which these succeed are added, those of the same devices
+first, and all is narrowed down again by tests which ask these seeds too. Sources: Junker, "QuickXplain:
 preferred explanations and relaxations for over-constrained problems", AAAI (2004), algorithm 1; Misherghi &
 Su, "HDD: hierarchical delta debugging", ICSE (2006); Wald, Annals of Mathematical Statistics 16, 117 (1945),
 equation (3:5).
@@ -23,13 +27,23 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from circuits.silicon.die import Die
+from circuits.silicon.edit import DEVIATIONS
 from system.study.blame.part import LEVELS, Part, Parts
-from system.study.blame.trial import SpentError, Trials
+from system.study.blame.trial import ALL, SpentError, Trials
 
-WRONG, CONFIRMED = 0.1, 0.005  # errors of tests either way, and of that which confirms a level; ours
-MOST_TRIALS = 12  # of a test, which is then decided by what is more likely; ours
-LESS = 0.3  # of a share, by which what mends in part succeeds less often than the healed die; ours
-NEAR = 0.02  # of a share to 0 and 1
+WRONG, MISSED = 0.2, 0.125  # of tests: what does not mend passes, what mends fails; ours
+STRICT, CONFIRMED, LAST = (
+    0.05,
+    0.02,
+    0.1,
+)  # of tests of a level searched again, that confirm one, the last; ours
+PART, LESS = (
+    0.5,
+    0.1,
+)  # of a share, by which what mends in part is worse than the healed die: on the way, last
+MOST_TRIALS, HELD = 12, 24  # of a test, and of the last: then what is more likely decides; ours
+AGAINST = 4  # trials that speak against what was found, at most, which the next must stand; ours
+NEAR, NEARER = 0.02, 0.01  # of a share to 0 and 1, and in the last test; ours
 
 Mends = Callable[[Sequence[Part]], bool]
 
@@ -52,11 +66,21 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Rates:
-    """Shares of trials that succeed on the die and on the healed die, and their seeds."""
+    """Shares of trials that succeed on the die and on the healed die.
+
+    die, healed : the shares.
+    seeds : seeds of these trials, those first on which the die fails and the healed one succeeds.
+    telling : how many these are.
+    """
 
     die: float
     healed: float
     seeds: tuple[int, ...]
+    telling: int
+
+    def less(self, share: float) -> Rates:
+        """Return the same with a die that succeeds so much less often than the healed one at most."""
+        return replace(self, die=max(self.die, self.healed - share))
 
 
 Test = Callable[[Die], bool]  # whether trials on an edited die succeed as on the healed one
@@ -65,26 +89,64 @@ Test = Callable[[Die], bool]  # whether trials on an edited die succeed as on th
 def judged_by(trials: Trials, rates: Rates, wrong: float = WRONG) -> Test:
     """Return the sequential test whether a die is as good as the healed one, rather than as the die.
 
-    wrong : probability of an error either way.
+    wrong : probability that one as bad as the die passes.
     """
-    bad, good = (min(max(x, NEAR), 1.0 - NEAR) for x in (rates.die, rates.healed))
-    up, down = math.log(good / bad), math.log((1.0 - good) / (1.0 - bad))
-    edge = math.log((1.0 - wrong) / wrong)
+    more = _following(rates.seeds)[:MOST_TRIALS]
 
     def passes(die: Die) -> bool:
-        evidence = 0.0
-        for k, seed in enumerate((*rates.seeds, *_following(rates.seeds))):
-            evidence += up if trials.succeeds(die, seed) else down
-            if abs(evidence) >= edge or k + 1 == MOST_TRIALS:
-                break
-        return evidence > 0.0
+        turn = trials.made % max(
+            rates.telling, 1
+        )  # not the same seeds each time, which parts would be chosen by
+        seeds = (
+            *rates.seeds[turn : rates.telling],
+            *rates.seeds[:turn],
+            *rates.seeds[rates.telling :],
+            *more,
+        )
+        known = [seed for seed in seeds if trials.known(die, seed)]
+        order = [*known, *(seed for seed in seeds if seed not in known)]
+        return _sequential(trials, rates, wrong, die, order[:MOST_TRIALS])
 
     return passes
 
 
+def _sequential(
+    trials: Trials, rates: Rates, wrong: float, die: Die, seeds: Sequence[int], near: float = NEAR
+) -> bool:
+    """Wald's test between the two shares."""
+    bad, good = (min(max(x, near), 1.0 - near) for x in (rates.die, rates.healed))
+    up, down = math.log(good / bad), math.log((1.0 - good) / (1.0 - bad))
+    accepted, rejected = math.log((1.0 - MISSED) / wrong), math.log(MISSED / (1.0 - wrong))
+    evidence = 0.0
+    for seed in seeds:
+        evidence += up if trials.succeeds(die, seed) else down
+        if not rejected < evidence < accepted:
+            break
+    return evidence > 0.0
+
+
+def _against(trials: Trials, rates: Rates, found: Sequence[Part]) -> list[int]:
+    """Seeds on which what was found fails and the healed die does not, where the last test does not pass it.
+
+    They are trials that no other test takes.
+    """
+    count = len(rates.seeds)
+    healed = (rates.healed * (count + 1.0) - 0.5) / count
+    die, seeds = _healed(trials, found), _following(rates.seeds)[MOST_TRIALS:]
+    if _sequential(trials, replace(rates, healed=healed).less(LESS), LAST, die, seeds, NEARER):
+        return []
+    return [
+        s
+        for s in seeds
+        if trials.known(die, s)
+        and not trials.succeeds(die, s)
+        and trials.succeeds(trials.case.healed(ALL), s)
+    ][:AGAINST]
+
+
 def _following(known: Sequence[int]) -> range:
-    """Seeds of a test that wants more than are known."""
-    return range(max(known) + 1, max(known) + 1 + MOST_TRIALS)
+    """Seeds of tests that want more than are known."""
+    return range(max(known) + 1, max(known) + 1 + MOST_TRIALS + HELD)
 
 
 def fresh(known: Sequence[int]) -> int:
@@ -97,20 +159,22 @@ def narrow(parts: Parts, trials: Trials, rates: Rates) -> tuple[list[Part], list
     asked = found = parts.circuits()
     steps: list[Step] = []
     left: list[Part] = []  # out on the way
+    against: list[int] = []
+    on_way = rates.less(PART)
     try:
         while True:
             level = min(parts.level(part) for part in asked)
-            found = _confirmed(_ordered(parts, asked), trials, rates)
+            found = _confirmed(_ordered(parts, asked), trials, on_way, against)
             left += [part for part in asked if part not in found]
             steps.append(Step(LEVELS[level], len(asked), tuple(p.path for p in found), trials.made))
             opened = [parts.below(part) if parts.level(part) == level else [part] for part in found]
             asked = [one for own, part in zip(opened, found, strict=True) for one in own or [part]]
             if asked == found:
-                rates = replace(rates, die=max(rates.die, rates.healed - LESS))
-                mends = _on_parts(trials, judged_by(trials, rates, CONFIRMED))
-                if not left or mends(found):
+                told = _against(trials, rates, found) if left else []
+                against += told
+                if not told or len(against) > AGAINST:
                     return found, steps, True
-                added = _explained(found, _ordered(parts, left), mends, known=True)
+                added = _explained(found, _near(parts, left, found), _standing(trials, against), known=True)
                 asked, left = [*found, *added], [part for part in left if part not in added]
     except SpentError:
         return found, steps, False
@@ -120,18 +184,50 @@ def _ordered(parts: Parts, some: Sequence[Part]) -> list[Part]:
     return sorted(some, key=lambda part: preference(parts, part))
 
 
-def _confirmed(ordered: Sequence[Part], trials: Trials, rates: Rates) -> list[Part]:
-    """The fewest parts that mend, which a test with few errors confirms; all of them where none are."""
-    sure = _on_parts(trials, judged_by(trials, rates, CONFIRMED))
-    for wrong in (WRONG, CONFIRMED):
-        found = fewest(ordered, _on_parts(trials, judged_by(trials, rates, wrong)))
+def _near(parts: Parts, some: Sequence[Part], found: Sequence[Part]) -> list[Part]:
+    """In the order in which they are preferred, those of devices that were found first."""
+    devices = {part.steps for part in found}
+    return sorted(some, key=lambda part: (part.steps not in devices, *preference(parts, part)))
+
+
+def _confirmed(ordered: Sequence[Part], trials: Trials, rates: Rates, against: Sequence[int]) -> list[Part]:
+    """The fewest parts that mend, which a test with few errors confirms; all of them where none are.
+
+    against : seeds on which they must too.
+    """
+    stands = _standing(trials, against)
+
+    def mends(wrong: float) -> Mends:
+        passes = judged_by(trials, rates, wrong)
+        return lambda some: stands(some) and passes(_healed(trials, some))
+
+    sure = mends(CONFIRMED)
+    first = _of_one_parameter(ordered) or [fewest(ordered, mends(WRONG))]
+    for found in first:
         if sure(found):
-            return found
-    return list(ordered)
+            return needed(found, mends(WRONG))
+    found = first[0]
+    rest = [part for part in ordered if part not in found]
+    found = needed(
+        [*found, *(_explained(found, rest, mends(STRICT), known=True) if rest else [])], mends(STRICT)
+    )
+    return found if sure(found) else list(ordered)
 
 
-def _on_parts(trials: Trials, passes: Test) -> Mends:
-    return lambda healed: passes(trials.case.healed([part.path for part in healed]))
+def _of_one_parameter(some: Sequence[Part]) -> list[list[Part]]:
+    """Parts of one parameter, each that several are of, with those of none; V_T0, which moves most, first."""
+    names = sorted({part.parameter for part in some} & {*DEVIATIONS}, key=list(DEVIATIONS).index)
+    told = [[part for part in some if part.parameter in {"", name}] for name in names]
+    return [each for each in told if 1 < len(each) < len(some)]
+
+
+def _standing(trials: Trials, seeds: Sequence[int]) -> Mends:
+    """Whether all of some trials succeed with parts healed."""
+    return lambda some: all(trials.succeeds(_healed(trials, some), seed) for seed in seeds)
+
+
+def _healed(trials: Trials, some: Sequence[Part]) -> Die:
+    return trials.case.healed([part.path for part in some])
 
 
 def preference(parts: Parts, part: Part) -> tuple[float, float]:
@@ -141,12 +237,17 @@ def preference(parts: Parts, part: Part) -> tuple[float, float]:
 
 def fewest(ordered: Sequence[Part], mends: Mends) -> list[Part]:
     """Return the fewest parts that mend, which all together do; those that come first are preferred."""
-    found = _explained([], ordered, mends, known=False)
-    for part in reversed(found):  # where healing is not monotonic, one may be of no use
-        rest = [one for one in found if one != part]
-        if len(found) > 1 and mends(rest):
-            found = rest
-    return found
+    return needed(_explained([], ordered, mends, known=False), mends)
+
+
+def needed(found: Sequence[Part], mends: Mends) -> list[Part]:
+    """Return parts without those of no use, as there may be where healing is not monotonic."""
+    kept = list(found)
+    for part in reversed(found):
+        rest = [one for one in kept if one != part]
+        if rest and mends(rest):
+            kept = rest
+    return kept
 
 
 def _explained(held: Sequence[Part], parts: Sequence[Part], mends: Mends, *, known: bool) -> list[Part]:

@@ -175,6 +175,10 @@ class Trials:
             self.told(self.made)
         return self._kept[key].succeeded
 
+    def known(self, die: Die, seed: int) -> bool:
+        """Say whether a trial was made."""
+        return self._key(die, seed) in self._kept
+
     def failure(self, die: Die, seed: int) -> str:
         """Return why a trial that was asked for was not run; empty where it was."""
         return self._kept[self._key(die, seed)].failed

@@ -53,3 +53,10 @@ def test_fault_is_on_a_device_of_the_chip() -> None:
     assert die.edits[-1] == Die().with_(device, "v_t0", blame.FAULT).edits[0]
     assert die.edits[0].kind == "heal"  # what fails without a fault
     assert die.number == 7
+
+
+def test_a_part_that_was_not_taken_apart_counts_for_its_devices() -> None:
+    whole = blame.Outcome(True, True, ("chip.cell[*].m1",), True, 300, devices=13)
+    assert blame.devices_of(whole) == 13
+    assert not blame.mended_by(whole, 10)
+    assert blame.mended_by(blame.Outcome(True, True, ("chip.m1.v_t0", "chip.m1.beta"), True, 90), 1)

@@ -1,0 +1,84 @@
+"""Verdicts of blame: how many pairs a verification takes, and how often it passes what is worse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import comb
+
+import pytest
+
+from circuits.silicon.die import Die
+from system.study.blame.trial import ALL, Case, Trials
+from system.study.blame.verdict import FEWEST, MARGIN, Pairs, Verified, pairs_for, verify
+from tests.system.study.blame.robot import SYSTEM, Scenario, Trace
+
+DIE = Die(number=1003)
+MENDED = DIE.healed("toy_chip")
+
+
+@dataclass(frozen=True)
+class _Failing:
+    """A robot that fails on the mended die at some seeds, on the healed one at none."""
+
+    seeds: frozenset[int]
+
+    def __call__(self, scenario: Scenario, progress: object = None) -> Trace:
+        healed = scenario.die == DIE.healed(*ALL)
+        return Trace(scenario, 1.0 if scenario.seed in self.seeds and not healed else 0.0)
+
+
+def verified(*seeds: int, most: int = 300) -> Verified:
+    system = replace(SYSTEM, run=_Failing(frozenset(seeds)))
+    return verify(Trials(Case(system, system.scenario(die=DIE)), most), MENDED, 0)
+
+
+def test_pairs_that_agree_are_forty() -> None:
+    found = verified()
+    assert (len(found.pairs.seeds), found.wanted, found.mends) == (FEWEST, FEWEST, True)
+
+
+def test_pairs_that_differ_ask_for_more() -> None:
+    found = verified(3, 4, 5)
+    assert found.wanted == len(found.pairs.seeds) == pairs_for(3.5 / (FEWEST + 1.0)) > FEWEST
+    assert found.pairs.gained == 0
+    assert found.pairs.lost == 3
+
+
+def test_trials_that_are_over_leave_fewer_than_are_wanted() -> None:
+    found = verified(3, 4, 5, most=90)
+    assert len(found.pairs.seeds) == 45 < found.wanted
+
+
+@pytest.mark.parametrize("gain", [0.0, 0.02, 0.05])
+def test_what_is_ten_points_worse_passes_in_one_of_twenty(gain: float) -> None:
+    """Summed over all that may come of pairs that differ independently."""
+    loss = MARGIN + gain
+    passes = {}
+    for wanted in {pairs_for((d + 0.5) / (FEWEST + 1.0)) for d in range(FEWEST + 1)}:
+        for gained in range(25):
+            for lost in range(30):
+                if gained + lost <= wanted:
+                    pairs = Pairs(
+                        tuple(range(wanted)),
+                        tuple(k >= gained for k in range(wanted)),
+                        tuple(not gained <= k < gained + lost for k in range(wanted)),
+                    )
+                    passes[wanted, gained, lost] = Verified(pairs, wanted).mends
+    total = 0.0
+    for won in range(12):
+        for lost in range(20):
+            wanted = pairs_for((won + lost + 0.5) / (FEWEST + 1.0))
+            first = chance(won, lost, FEWEST, gain, loss)
+            rest = wanted - FEWEST
+            total += first * sum(
+                chance(a, b, rest, gain, loss) * passes[wanted, won + a, lost + b]
+                for a in range(min(rest, 12) + 1)
+                for b in range(min(rest - a, 9) + 1)
+            )
+    assert 0.01 < total < 0.0525
+
+
+def chance(won: int, lost: int, of: int, gain: float, loss: float) -> float:
+    """Of so many pairs, as many won and lost."""
+    ways = comb(of, won) * comb(of - won, lost)
+    return float(ways * gain**won * loss**lost * (1.0 - gain - loss) ** (of - won - lost))
