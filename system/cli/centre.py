@@ -34,7 +34,7 @@ from system.study.search.behavioural_target import BehaviouralTarget, has_model
 from system.study.search.centre import Budget, Centred, Problem, centre
 from system.study.search.knob import knobs_of, moved_subject
 from system.study.search.linear import centre_by_gradient
-from system.study.specification import limited_metrics
+from system.study.specification import check_form, limited_metrics
 from system.study.table import Condition
 from system.study.target import BlockTarget, Subject, Target, hashed
 
@@ -69,8 +69,9 @@ def centre_command(asked: Centre) -> int:
     save_picture(asked.plot, partial(draw, result))
     result.give(asked.output, document(result), None if asked.as_json else lambda: _print(result))
     none = [report.varied for report in result.reports if report.after.passed == 0]
-    for varied in none:
-        say(f"centre: no fresh die passes where {varied} varies; give it more to move, or other limits")
+    if none:
+        where = " alone, or ".join(none)
+        say(f"centre: no fresh die passes with {where} varying; give it more to move, or other limits")
     return NO if none else DONE
 
 
@@ -101,14 +102,21 @@ def run(asked: Centre) -> Result:
     Whatever can fail is checked before the search. Raises `ParameterError` for options that contradict each
     other or the block.
     """
-    subject, span = subject_of(asked), parse_quantity(asked.span, "V", "--span")
+    span = parse_quantity(asked.span, "V", "--span")
     _check(asked, span)
+    if asked.block not in system_names():
+        check_form(asked.spec)
+    subject = subject_of(asked)
     target = BlockTarget(subject)
     if subject.stimuli and not target.runs_testbench:
         raise ParameterError("--stimulus: no metric of these runs the testbench; leave it out")
     units = {q.name: q.unit for q in target.quantities}
     specifications = target.specified(asked.spec)
     knobs = knobs_of(target.choice, asked.move, asked.move_param)
+    if not knobs:
+        raise ParameterError(
+            f"--move: none, and {asked.block} has no bias that is a current; name a bias or size"
+        )
     condition = Condition("random", target.choice.silicon.temperature_c, 0)
     level = _level(asked, target)
 

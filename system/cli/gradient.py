@@ -126,7 +126,7 @@ def _print(found: Gradients, k: int, choice: Choice) -> None:
 
 def _slope(found: Gradients, k: int, i: int) -> str:
     over = f"/{found.of_units[i]}" if found.of_units[i] else ""
-    return f"{found.by[k, i]:.4g} {found.units[k] or '1'}{over}"
+    return f"{found.by[k, i] + 0.0:.4g} {found.units[k] or '1'}{over}"
 
 
 def _moved(found: Gradients, k: int, i: int) -> str:
@@ -134,10 +134,18 @@ def _moved(found: Gradients, k: int, i: int) -> str:
     return format_quantity(moved, found.units[k]) if found.sigma[i] > 0.0 else ""
 
 
+def _unmoved(found: Gradients, k: int) -> str:
+    """What is to be said of a measure that no deviation moves; empty where one does."""
+    return "" if np.nan_to_num(found.by[k] * found.sigma).any() else "no deviation of a die moves it"
+
+
 def _draw(found: Gradients, figure: Figure) -> None:
     count = len(found.measures)
     figure.set_size_inches(7.5, 3.8 * count)
     for k, ax in enumerate(figure.subplots(count, 1, squeeze=False)[:, 0]):
-        if math.isfinite(found.values[k]):
+        if np.isfinite(found.by[k]).any():
             draw_gradients(found, k, ax)
-        ax.set_title(found.notes[k], fontsize=8)
+            ax.set_title(found.notes[k] or _unmoved(found, k), fontsize=8)
+        else:  # nothing to draw, and no empty axes that look as if nothing moved it
+            ax.set_axis_off()
+            ax.text(0.5, 0.5, f"{found.measures[k]}\n{found.notes[k]}", ha="center", va="center", fontsize=8)

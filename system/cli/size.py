@@ -22,11 +22,12 @@ from system.cli.search_output import (
 )
 from system.notice import say
 from system.options.block import Value, read_die
+from system.registry import system_names
 from system.study.campaign import thread_count
 from system.study.search.centre import Bench, Problem
 from system.study.search.knob import lengths_of, moved_subject, sizes_of
 from system.study.search.size import Sized, size
-from system.study.specification import limited_metrics
+from system.study.specification import check_form, limited_metrics
 from system.study.statistics.summary import Yield
 from system.study.table import Condition
 from system.study.target import BlockTarget
@@ -83,10 +84,14 @@ def run(asked: Size) -> Result:
     other or the block.
     """
     wanted, fresh = _checked(asked), _fresh_of(asked)
+    if asked.block not in system_names():
+        check_form(asked.spec)
     subject = subject_of(asked.block, limited_metrics(asked.spec), asked.over, "size")
     target = BlockTarget(subject)
     specifications = target.specified(asked.spec)
     knobs = tuple(sizes_of(target.choice, asked.move_param or lengths_of(target.choice)))
+    if not knobs:
+        raise ParameterError(f"--move-param: none, and {asked.block} has no length that moves; name a size")
     condition = Condition("random", target.choice.silicon.temperature_c, 0)
 
     def values_at(coordinates: F64) -> tuple[Value, ...]:

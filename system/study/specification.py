@@ -120,14 +120,7 @@ def parse_spec(
     UnknownNameError
         There is no such metric or class.
     """
-    match = _GRAMMAR.fullmatch(text)
-    if match is None:
-        compared = _COMPARED.fullmatch(text)
-        advice = _HELP
-        if compared is not None:
-            name, sign, value = compared.groups()
-            advice = f'write "{name} in {f":{value}" if sign == "<" else f"{value}:"}"'
-        raise ParameterError(f'spec: "{text}", must be METRIC in LOW:HIGH or class is WORD; {advice}')
+    match = _matched(text)
     name, verb, rest = match.group(1).replace("-", "_"), match.group(2), match.group(3)
     if name == CLASS:
         return _classes(text, rest, known_classes)
@@ -136,6 +129,25 @@ def parse_spec(
     if verb == "is" or rest.count(":") != 1:
         raise ParameterError(f'spec: "{text}", must be {name} in LOW:HIGH; {_HELP}')
     return _limits(text, name, rest, known_metrics[name])
+
+
+def check_form(texts: Sequence[str]) -> None:
+    """Raise `ParameterError` for a specification of another form."""
+    for text in texts:
+        _matched(text)
+
+
+def _matched(text: str) -> re.Match[str]:
+    """Return a specification's parts; raises `ParameterError` for a text of another form."""
+    match = _GRAMMAR.fullmatch(text)
+    if match is None:
+        compared = _COMPARED.fullmatch(text)
+        advice = _HELP
+        if compared is not None:
+            name, sign, value = compared.groups()
+            advice = f'write "{name} in {f":{value}" if sign == "<" else f"{value}:"}"'
+        raise ParameterError(f'spec: "{text}", must be METRIC in LOW:HIGH or class is WORD; {advice}')
+    return match
 
 
 def limited_metrics(texts: Sequence[str]) -> tuple[str, ...]:

@@ -165,9 +165,13 @@ def read_die_file(path: Path) -> Die:
 
 def _document(path: Path) -> DieFile:
     try:
-        return from_toml(document_bytes(path, _REMEDY), DieFile, str(path), _REMEDY)
+        text = document_bytes(path, _REMEDY)
     except FileNotFoundError:
         raise DataError(f"{path}: no such file, must be a die's number or its file") from None
+    found = from_toml(text, DieFile, str(path), _REMEDY)
+    if found == DieFile() and not msgspec.toml.decode(text):
+        raise DataError(f'{path}: states nothing, must state a die; lot = "A" alone is the nominal die')
+    return found
 
 
 def read_posterior(path: Path) -> PosteriorTable:
@@ -201,7 +205,7 @@ def write_die_file(path: Path, die: Die, posterior: PosteriorTable | None = None
         raise ParameterError(f"{path}: {die}, must be a die of its own draws; name its study instead")
     stated = _stated(die)
     stated.posterior = posterior
-    document: dict[str, Any] = msgspec.to_builtins(stated)
+    document: dict[str, Any] = {"lot": die.lot, **msgspec.to_builtins(stated)}  # never an empty file
     write_bytes_atomic(path, msgspec.toml.encode(document))
 
 

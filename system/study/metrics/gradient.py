@@ -252,4 +252,5 @@ def draw_gradients(found: Gradients, metric: int, ax: Axes, most: int = 15) -> N
     ax.set_yticks(places, [found.labels[k] for k in order])
     ax.invert_yaxis()
     ax.axvline(0.0, color="black", linewidth=0.8)
-    ax.set_xlabel(f"{found.measures[metric]} by one sigma ({found.units[metric]})")
+    unit = f" ({found.units[metric]})" if found.units[metric] else ""
+    ax.set_xlabel(f"{found.measures[metric]} by one sigma{unit}")

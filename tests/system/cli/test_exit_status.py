@@ -99,7 +99,50 @@ def test_a_search_after_which_no_die_passes(ended: Ended) -> None:
     options = ("--tuning-dies", "2", "--fresh-dies", "2", "--generations", "0", "--no-process-variation")
     status, line = ended("centre", "rebound-neuron", "--spec", "best_delay in 20ms:21ms", *options)
     assert status == NO
-    assert line.startswith("noctule: centre: no fresh die passes where mismatch varies")
+    assert line.startswith("noctule: centre: no fresh die passes with mismatch varying; ")
+
+
+def test_a_search_after_which_no_die_passes_says_it_in_one_line(ended: Ended) -> None:
+    options = ("--tuning-dies", "2", "--fresh-dies", "2", "--generations", "0", "--threads", "1")
+    told = (
+        "noctule: centre: no fresh die passes with mismatch alone, or mismatch and process varying; give it"
+        " more to move, or other limits"
+    )
+    asked = ("centre", "differential-pair", "--spec", "offset_V in 1V:2V", *options)
+    assert ended(*asked) == (NO, told)
+    assert ended(*asked, "--json") == (NO, told)
+
+
+@pytest.mark.parametrize("verb", ["size", "centre"])
+@pytest.mark.parametrize(
+    ("block", "spec", "told"),
+    [
+        (
+            "differential-pair",
+            "offset_V",
+            '--spec: "offset_V", must be METRIC in LOW:HIGH or class is WORD; ',
+        ),
+        ("differential-pair", "offset_V<5mV", '--spec: "offset_V<5mV", must be METRIC in LOW:HIGH or class '),
+    ],
+)
+def test_a_search_of_a_specification_of_no_form(
+    verb: str, block: str, spec: str, told: str, ended: Ended
+) -> None:
+    status, line = ended(verb, block, "--spec", spec)
+    assert status == BAD_INPUT
+    assert line.startswith(f"noctule: {told}")
+
+
+def test_a_search_with_nothing_to_move(ended: Ended, tmp_path: Path) -> None:
+    deck = tmp_path / "rc.cir"
+    deck.write_text(
+        "* rc\nv1 in 0 pulse(0 1 1m 1u 1u 5m 20m)\nr1 in out 10k\nc1 out 0 100n\n.tran 10u 10m\n.end\n"
+    )
+    spec = ("--spec", "out_max_V in 0V:2V")
+    sizes = f"noctule: --move-param: none, and {deck} has no length that moves; name a size"
+    assert ended("size", str(deck), *spec) == (BAD_INPUT, sizes)
+    biases = f"noctule: --move: none, and {deck} has no bias that is a current; name a bias or size"
+    assert ended("centre", str(deck), *spec) == (BAD_INPUT, biases)
 
 
 def test_what_is_missing_or_broken(ended: Ended, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,9 +1,12 @@
 """What `noctule gradient` says of a metric that has no gradient."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 
+from system.cli import gradient
 from system.cli.command_line import main
 
 
@@ -30,3 +33,28 @@ def test_corner_of_a_metric_that_is_a_word_is_refused(
     error = capsys.readouterr().err
     assert error.startswith("noctule: --metric: class, is a word, must be a number; name one of t")
     assert error.count("\n") == 1
+
+
+def test_picture_of_a_metric_without_a_gradient_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    figures: list[Figure] = []
+
+    def drawn(path: str | None, draw: Callable[[Figure], None]) -> None:
+        figures.append(Figure())
+        draw(figures[-1])
+
+    monkeypatch.setattr(gradient, "save_picture", drawn)
+    metrics = ("offset_V", "voltage(v_s)", "voltage(v1)", "spike_time(v_s,3)")
+    asked = [text for name in metrics for text in ("--metric", name)]
+    assert main(["gradient", "differential-pair", *asked, "--plot", "g.png"]) == 0
+    none, moved, fixed, missing = figures[0].axes
+    assert "offset_V\nreads devices beside the run's voltages" in none.texts[0].get_text()
+    assert not none.axison
+    assert len(moved.patches) > 3
+    assert moved.get_title() == ""
+    assert fixed.get_title() == "no deviation of a die moves it"
+    assert missing.texts[0].get_text().startswith("spike_time(v_s,3)\n0 spikes")
+
+
+def test_slopes_of_nothing_have_no_sign(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["gradient", "differential-pair", "--metric", "voltage(v1)"]) == 0
+    assert "-0 V/V" not in capsys.readouterr().out

@@ -45,6 +45,8 @@ def test_values_have_units(tmp_path):
         ),
         ('[[deviation]]\npath = "a"\nparameter = "size"\nvalue = "12"\n', r"a\.size, must end with one of"),
         ("lot = \n", "die.toml"),
+        ("", r'states nothing, must state a die; lot = "A" alone is the nominal die'),
+        ("\n# a comment\n", "states nothing"),
     ],
 )
 def test_refusals_name_the_file(text, told, tmp_path):
@@ -54,6 +56,13 @@ def test_refusals_name_the_file(text, told, tmp_path):
         read_die_file(path)
     assert str(path) in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_the_nominal_die_is_written_as_a_file_that_states_it(tmp_path):
+    path = tmp_path / "die.toml"
+    write_die_file(path, Die())
+    assert path.read_text() == 'lot = "A"\n'
+    assert read_die_file(path) == Die()
 
 
 def test_file_and_other_options_do_not_both_state_the_die(tmp_path):
