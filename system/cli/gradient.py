@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv as comma_separated
 import io
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from circuits.solver.adjoint.gradient import Gradients, gradients_of
 from circuits.solver.adjoint.measure import Measure, SpikeTime
 from circuits.units import format_quantity
 from system.cli.block_choice import choose_block
-from system.cli.deck_measures import own_measures
+from system.cli.deck_measures import own_cards, own_measures
 from system.cli.output import print_json, print_line, print_table, working
 from system.cli.over_dies import needed
 from system.cli.study_verbs import Gradient
@@ -23,6 +24,7 @@ from system.files.writing import write_text_atomic
 from system.options.block import Choice, describe_silicon, silicon_line
 from system.plot import check_picture, save_picture
 from system.study.metrics.gradient import FORMS, draw_gradients, is_form, measures_of
+from system.study.metrics.measure import measure_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,7 +58,20 @@ def _measures(asked: Gradient, choice: Choice, machine: Machine) -> list[Measure
         raise ParameterError(f"--metric: none, and {choice.block.name} has no spikes; name one of {FORMS}")
     if not names:
         return [SpikeTime(port) for port in watched]
+    _check_cards(asked.block, choice, names)
     return measures_of(choice, names, needed(own_measures(asked.block, asked.silicon, lambda: choice), names))
+
+
+def _check_cards(target: str, choice: Choice, names: Sequence[str]) -> None:
+    """Raise `ParameterError` for a name of a deck's card of an analysis that has no gradients."""
+    for analysis in ("ac", "dc", "noise"):
+        known = {measure_name(text) for text in own_cards(target, choice, analysis)}
+        for name in names:
+            if name in known:
+                raise ParameterError(
+                    f"--metric: {name}, is of .measure {analysis}, must be of the transient or the operating"
+                    f" point, which have gradients; simulate --analysis {analysis} measures it on a die"
+                )
 
 
 def _order(found: Gradients, k: int) -> tuple[list[int], Any]:

@@ -78,12 +78,14 @@ def gradients(
     Raises
     ------
     ParameterError
-        There is no measure, or a name is none.
+        There is no measure, a name is none, or one text stands for a list of names.
     UnknownNameError
         A node or port is unknown.
     SolverError
         The solver gives up.
     """
+    if isinstance(metrics, str):
+        raise ParameterError(f'metrics: "{metrics}", must be a list of measures; write ["{metrics}"]')
     machine = testbench if isinstance(testbench, Machine) else to_kernel(testbench, silicon)
     wanted = [measure_of(each) if isinstance(each, str) else each for each in metrics]
     return dataset_of(gradients_of(machine, wanted, rtol=rtol))
@@ -114,7 +116,7 @@ def measure_of(text: str) -> Measure:
         found = None if made is None or len(parts) > most else made(parts)
     except IndexError:
         found = None
-    if found is None:
+    if found is None or not parts[0]:
         raise ParameterError(f"metric: {text}, must be a metric of the block, or one of {FORMS}")
     return found
 

@@ -55,6 +55,24 @@ def test_picture_of_a_metric_without_a_gradient_says_so(monkeypatch: pytest.Monk
     assert missing.texts[0].get_text().startswith("spike_time(v_s,3)\n0 spikes")
 
 
+def test_a_card_of_another_analysis_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    deck = tmp_path / "rc.cir"
+    deck.write_text(
+        "* rc\nv1 in 0 ac 1 pulse(0 1 1m 1u 1u 5m 20m)\nr1 in out 10k\nc1 out 0 100n\n.tran 10u 10m\n"
+        ".ac dec 10 1 1Meg\n.measure tran t_rise when v(out)=0.5 rise=1\n"
+        ".measure ac f_c when vdb(out)=-3\n.end\n"
+    )
+    assert main(["gradient", str(deck), "--metric", "t_rise"]) == 0
+    assert "top.r1.resistance" in capsys.readouterr().out
+    assert main(["gradient", str(deck), "--metric", "f_c", "--json"]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err == (
+        "noctule: --metric: f_c, is of .measure ac, must be of the transient or the operating point, which"
+        " have gradients; simulate --analysis ac measures it on a die\n"
+    )
+
+
 def test_slopes_of_nothing_have_no_sign(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["gradient", "differential-pair", "--metric", "voltage(v1)"]) == 0
     assert "-0 V/V" not in capsys.readouterr().out

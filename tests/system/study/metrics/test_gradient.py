@@ -30,7 +30,7 @@ def test_measure_of_its_name(text, measure):
 
 NONE = (
     "v(v)", "fall(v)", "spike_time(spike,-1)", "fall(v,1)", "maximum(v,1ms)", "voltage(v,1ms,2)",
-    "voltage(v,-1ms)", "maximum(v,2ms,1ms)", "integral(v,1ms,1ms)",
+    "voltage(v,-1ms)", "spike_time()", "voltage(,1ms)", "maximum(v,2ms,1ms)", "integral(v,1ms,1ms)",
 )  # fmt: skip
 
 
@@ -43,6 +43,14 @@ def test_names_that_are_none(text):
 def test_names_of_measures_tell_between_which_times():
     assert measure_of("maximum(v,1ms,2ms)").name == "maximum(v,0.001s,0.002s)"
     assert measure_of("integral(v)").name == "integral(v)"
+
+
+def test_one_text_is_no_list_of_names():
+    choice = choose("rebound-neuron")
+    with pytest.raises(
+        ParameterError, match=r'metrics: "voltage\(v_mem\)", must be a list of measures; write \["'
+    ):
+        gradients(choice.testbench(), "voltage(v_mem)", choice.silicon)
 
 
 def test_metrics_of_a_block():
