@@ -49,13 +49,25 @@ def way_of(result: Result) -> Way:
     kept = np.concatenate([[True], np.diff(result.time) > 0.0])
     time = result.time[kept]
     voltage = np.zeros((time.size, machine.kernel.columns))
-    voltage[:, [machine.column_of(n) for n in result.nodes]] = result.voltage[kept]
+    columns = np.array([machine.column_of(n) for n in result.nodes], np.int64)
+    _spread(result.voltage, kept, columns, voltage)
     sources = machine.sources()
     cursor = sources.start[:-1].copy()
     _drive(sources, cursor, time, voltage, machine.kernel.unknowns)
     voltage = with_charges(machine.kernel, voltage)
     order = _orders(machine, time)
     return Way(time, voltage, _shares(time, order), order, *_moving(machine, time, order))
+
+
+@compiled()
+def _spread(recorded: F64, kept: Bools, columns: I64, voltage: F64) -> None:
+    """Copy the rows that are kept, each node into its column."""
+    at = 0
+    for row in range(kept.size):
+        if kept[row]:
+            for node in range(columns.size):
+                voltage[at, columns[node]] = recorded[row, node]
+            at += 1
 
 
 @compiled()
