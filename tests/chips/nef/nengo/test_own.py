@@ -45,6 +45,8 @@ def rows(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[str, str, list[
     command = [
         sys.executable, "-m", "pytest", "-c", os.devnull, "--rootdir", str(folder), "-q", "--tb=no",
         "-p", "no:nengo", "-p", "no:cacheprovider", "-p", "tests.chips.nef.nengo.own", "-W", "ignore",
+        # no words of a failed assertion are read here, and no test of nengo's draws examples
+        "--assert=plain", "-p", "no:hypothesispytest", "-p", "no:xdist",
         *(str(tests / f"test_{name}.py") for name in FILES),
     ]  # fmt: skip
     found = folder / "rows.json"
