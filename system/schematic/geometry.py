@@ -292,11 +292,17 @@ def _add_rail(layout: Layout, pin: Pin, at: tuple[float, float], text: str) -> N
 def _dots(layout: Layout) -> list[tuple[float, float]]:
     """Points where a net leaves in three directions or more."""
     ways: dict[tuple[float, float], set[tuple[int, int]]] = {}
+    across: dict[float, list[Wire]] = {}
+    upright: dict[float, list[Wire]] = {}
     for wire_ in layout.wires:
         for point in ((wire_.x0, wire_.y0), (wire_.x1, wire_.y1)):
             ways.setdefault(point, set())
+        if wire_.y0 == wire_.y1:
+            across.setdefault(wire_.y0, []).append(wire_)
+        if wire_.x0 == wire_.x1:
+            upright.setdefault(wire_.x0, []).append(wire_)
     for x, y in ways:
-        for w in layout.wires:
+        for w in (*across.get(y, ()), *upright.get(x, ())):
             ways[x, y] |= _ways_from(x, y, w)
     for s in layout.symbols:
         for sign in (1, -1):

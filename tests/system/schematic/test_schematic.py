@@ -45,23 +45,29 @@ def touches(a: Box, b: Box) -> bool:
 
 def shorts(layout: Layout) -> list[tuple[Wire, Wire]]:
     """Wires of different nets that touch."""
-    return [(a, b) for a, b in combinations(layout.wires, 2) if a.net != b.net and touches(span(a), span(b))]
+    spans = [(w, span(w)) for w in layout.wires]
+    return [
+        (a, b) for (a, one), (b, other) in combinations(spans, 2) if a.net != b.net and touches(one, other)
+    ]
 
 
 def struck(layout: Layout) -> list[tuple[Wire, object]]:
     """Wires that run through a label, or through a symbol none of whose terminals is on their net."""
+    labels = [(label, inside(label.box, 0.1)) for label in layout.labels]
+    symbols = [(symbol, inside(symbol.box, 1.0)) for symbol in layout.symbols]
     found: list[tuple[Wire, object]] = []
     for w in layout.wires:
-        for label in layout.labels:
-            b = label.box
-            if touches(span(w), Box(b.left + 0.1, b.bottom + 0.1, b.right - 0.1, b.top - 0.1)):
-                found.append((w, label))
-        for symbol in layout.symbols:
-            p, b = symbol.part, symbol.box
-            inner = Box(b.left + 1.0, b.bottom + 1.0, b.right - 1.0, b.top - 1.0)
-            if w.net not in {p.top, p.bottom, *p.left, *p.right} and touches(span(w), inner):
+        at = span(w)
+        found += [(w, label) for label, inner in labels if touches(at, inner)]
+        for symbol, inner in symbols:
+            p = symbol.part
+            if touches(at, inner) and w.net not in {p.top, p.bottom, *p.left, *p.right}:
                 found.append((w, symbol))
     return found
+
+
+def inside(b: Box, margin: float) -> Box:
+    return Box(b.left + margin, b.bottom + margin, b.right - margin, b.top - margin)
 
 
 def terminals(symbol: Symbol) -> Iterator[tuple[str, float, float]]:
@@ -82,10 +88,10 @@ def unnamed(layout: Layout) -> list[tuple[str, str]]:
     marks += [(rail.net, rail.box) for rail in layout.rails]
     for symbol in layout.symbols:
         for net, x, y in terminals(symbol):
-            wires = [w for w in layout.wires if w.net == net]
+            spans = [span(w) for w in layout.wires if w.net == net]
             reached, grown = [Box(x, y, x, y)], True
             while grown:
-                new = [span(w) for w in wires if span(w) not in reached]
+                new = [box for box in spans if box not in reached]
                 new = [box for box in new if any(touches(box, r) for r in reached)]
                 reached, grown = reached + new, bool(new)
             near = [Box(r.left - 5.0, r.bottom - 2.0, r.right + 5.0, r.top + 2.0) for r in reached]
