@@ -83,12 +83,14 @@ DRY = {
 }
 
 
-def verbs() -> list[tuple[str, ...]]:
+@lru_cache
+def verbs() -> tuple[tuple[str, ...], ...]:
     """Words by which commands are called, those of systems among them."""
     group = typer.main.get_command(app)
     groups = {name: command for name, command in group.commands.items() if hasattr(command, "list_commands")}  # type: ignore[attr-defined]
     inner = {name: each.list_commands(typer.Context(each)) for name, each in groups.items()}
-    return [(name, *rest) for name in group.commands for rest in [(), *((n,) for n in inner.get(name, ()))]]  # type: ignore[attr-defined]
+    found = ((name, *rest) for name in group.commands for rest in [(), *((n,) for n in inner.get(name, ()))])  # type: ignore[attr-defined]
+    return tuple(found)
 
 
 @lru_cache
@@ -103,6 +105,12 @@ def help_of(verb: tuple[str, ...]) -> str:
 def options_of(verb: tuple[str, ...]) -> frozenset[str]:
     """Options of a command."""
     return frozenset(OPTION.findall(help_of(verb).partition("Options:")[2].partition("Example:")[0]))
+
+
+@lru_cache
+def options_of_all() -> frozenset[str]:
+    """Options of all commands."""
+    return frozenset().union(*(options_of(verb) for verb in ((), *verbs())))
 
 
 HELP = ROOT / "system" / "cli" / "examples.py"
@@ -408,9 +416,8 @@ def test_every_command_has_help_and_json(verb: tuple[str, ...]) -> None:
 @pytest.mark.parametrize("path", DOCUMENTS, ids=_name)
 def test_options_files_and_names_in_sentences_exist(path: Path) -> None:
     spans = codes(TEXTS[path])
-    known = frozenset().union(*(options_of(verb) for verb in ((), *verbs())))
     used = {option for code in spans if code.startswith("--") for option in OPTION.findall(code)}
-    assert used <= known
+    assert used <= options_of_all()
     made = (".", "build/")  # by make
     files = [code for code in spans if PATH.fullmatch(code) and not code.startswith(made)]
     assert [name for name in files if not list(ROOT.glob(name))] == []
