@@ -93,7 +93,7 @@ class Fet(NamedTuple):
         asked. A current below that of flat band is given the gate of flat band.
         """
         flat = np.asarray(current, dtype=np.float64)
-        without, gate = np.broadcast_to(flat, np.broadcast_shapes(flat.shape, self.current.shape)), flat
+        without, gate = np.broadcast_to(flat, np.broadcast(flat, self.current).shape), flat
         for _ in range(_ROUNDS):
             inversion, before = without / self.current, without
             v_p = self.law.u_t * argument(inversion)
@@ -210,7 +210,7 @@ class DieDevices(NamedTuple):
         """
         fet = self.fet[device]
         numbers = (fet.width, fet.length, fet.current, fet.threshold, drain, gate, source)
-        found = np.empty(np.broadcast_shapes(*map(np.shape, numbers)))
+        found = np.empty(np.broadcast(*numbers).shape)
         devices = np.empty((len(numbers), *found.shape))
         for k, each in enumerate(numbers):
             devices[k] = each
