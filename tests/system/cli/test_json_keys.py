@@ -184,7 +184,7 @@ def test_every_key_of_a_document_is_told(
     form: str, line: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(folder)
-    monkeypatch.setattr(answers, "READINGS", 2)  # of each number of a die of the labs, the fewest there can be
+    monkeypatch.setattr(answers, "READINGS", 2)  # of each number of a die of the labs, the fewest there are
     assert main([*shlex.split(line), "--json"]) in {0, 1}
     document = json.loads(capsys.readouterr().out)
     assert document

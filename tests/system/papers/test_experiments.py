@@ -94,6 +94,14 @@ def few(report: Report) -> None:
     assert report.disagreeing == ("cases",)
 
 
+def foundry_of_few(progress: Progress) -> Report:
+    """Few devices and dies, and the two or three spikes alone of which a period is taken."""
+    with pytest.MonkeyPatch.context() as patch:
+        for celsius, duration in ((-20.0, "240ms"), (85.0, "7ms")):
+            patch.setitem(foundry_dies.DURATIONS, celsius, duration)
+        return foundry_dies.reproduce(progress, devices=500, dies=2)
+
+
 @warm()
 def choice_law_of_a_die(progress: Progress) -> Report:
     """One die."""
@@ -312,7 +320,7 @@ SMALL: dict[str, Small] = {
         ),
         weights,
     ),
-    "foundry-dies": Small(lambda p: foundry_dies.reproduce(p, devices=500, dies=2), one_die),
+    "foundry-dies": Small(foundry_of_few, one_die),
     "coach-synthetic": Small(
         lambda p: coach_synthetic.reproduce(p, dies=2, identified=1, fits=SYNTHETIC), covered
     ),
