@@ -7,9 +7,11 @@ from system.bug.run import SYSTEM, run
 from system.bug.scenario import Scenario
 from tests.pictures import figure_of_files, leaving, legend_of
 
+SHORT = Scenario(brain="chip", die=Die(number=4001), duration=0.2, codes="default", neurons=500)
+
 
 def test_the_picture_names_its_silicon_and_all_that_is_drawn() -> None:
-    trace, figure = run(Scenario(brain="chip", die=Die(number=4001), duration=1.0)), figure_of_files()
+    trace, figure = run(SHORT), figure_of_files()
     SYSTEM.draw(trace, figure)
     title = figure.axes[0].get_title()
     assert "die A/4001, 27 °C, biases of kind generator" in title

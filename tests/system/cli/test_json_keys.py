@@ -64,7 +64,7 @@ FORMS = {
     "worst": [],
     "corners": [],
     "mission": [
-        "mission car --param pings=3 --dies 2 --worlds 1 --chunk 1 --change codes=default -o mission"
+        "mission car --param pings=3 --dies 1 --worlds 1 --chunk 1 --change codes=default -o mission"
     ],
     "certify": [],
     "train": [],
@@ -91,7 +91,7 @@ FORMS = {
     "run spiking-bat": [],
     "run car": ["run car --pings 5", "run car --pings 5 --ranges chip"],
     "run head": ["run head --duration 0.5s"],
-    "run bug": ["run bug --duration 0.1s"],
+    "run bug": ["run bug --duration 0.1s --neurons 500"],
     "run pushbot": [],
     "run rolls": ["run rolls --duration 0.2s"],
 }
