@@ -82,7 +82,7 @@ def test_what_only_a_chip_has_is_refused_without_one(
 
 
 def test_a_study_runs_on_the_chip_and_resumes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    what = ("--param", "agent=bug0", "--param", "map=bug-open", "--duration", "3s")
+    what = ("--param", "agent=bug0", "--param", "map=bug-open", "--duration", "1s")
     study = ("montecarlo", "bug", "--metric", "reached", "--first-die", "900", *what)
     where = ("-o", str(tmp_path / "study"), "--json")
     assert main([*study, "-n", "2", *where]) == 0

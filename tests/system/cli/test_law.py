@@ -66,6 +66,8 @@ def test_a_bug_on_the_nef_chip_runs_under_both_laws(run_json: RunJson) -> None:
         "0.3s",
         "--die",
         "4001",
+        "--codes",
+        "default",
         "--law",
     )
     spikes = [run_json(*given, law)["chip"]["spikes"] for law in ("ideal", "full")]
