@@ -188,7 +188,7 @@ def test_a_die_is_divided_among_its_devices() -> None:
 
 
 def test_a_killed_mission_goes_on_to_the_bytes_of_one_run(robot: str, run: Run) -> None:
-    words = ("mission", robot, "--dies", "24", "--chunk", "1", "--threads", "1")
+    words = ("mission", robot, "--dies", "40", "--chunk", "1", "--threads", "1")
     command = [sys.executable, "-m", "system.cli.command_line", *words, "-o", "killed"]
     process = subprocess.Popen(command, env={**os.environ, "PYTHONPATH": str(HERE)})
     chunks = Path("killed/generator-27C/chunks")
@@ -197,7 +197,7 @@ def test_a_killed_mission_goes_on_to_the_bytes_of_one_run(robot: str, run: Run) 
     process.wait()
     page = Path("killed/report.html").read_text()
     assert 'http-equiv="refresh"' in page
-    assert "of 96 runs. This page reads itself again every 5 s." in page
+    assert "of 160 runs. This page reads itself again every 5 s." in page
     assert run(*words, "-o", "killed", "--resume")[0] == 0
     assert run(*words, "-o", "one")[0] == 0
     assert contents(Path("killed")) == contents(Path("one"))
