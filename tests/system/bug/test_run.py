@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from chips.nef.chip import NefChip
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.bug.run import SYSTEM, built_network, built_on, run, summarise
@@ -114,3 +115,18 @@ def test_a_run_of_the_published_bug_2_on_the_chip_says_what_drifts() -> None:
     assert "drifts" in said
     better = replace(chip, scenario=replace(chip.scenario, design="improved"))
     assert SYSTEM.account(ideal).cautions == SYSTEM.account(better).cautions == ()
+
+
+def test_more_neurons_than_the_chip_has_are_refused_before_it_is_calibrated(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def never(*_: object) -> None:
+        raise AssertionError("calibrated")
+
+    monkeypatch.setattr(NefChip, "at", never)
+    with pytest.raises(
+        ParameterError, match=r"neurons up to number \d+, the chip has 8192; take fewer neurons$"
+    ):
+        built_network(Scenario("bug2", "chip", neurons=20000))
+    with pytest.raises(AssertionError, match="calibrated"):
+        built_network(Scenario("bug2", "chip"))
