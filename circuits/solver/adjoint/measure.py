@@ -16,6 +16,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from circuits.arrays import F64, I64
+from circuits.errors import ParameterError
 from circuits.lowering.kernel import on_die
 from circuits.lowering.supply import spike_levels
 from circuits.silicon.die import Die
@@ -88,12 +89,21 @@ class SpikeTime(Measure):
         return f"spike_time({self.port},{self.number})"
 
     def read(self, result: Result, way: Way) -> Reading:
-        """Read the time of the spike, and how near its peak comes to the threshold."""
+        """Read the time of the spike, and how near its peak comes to the threshold.
+
+        Raises `ParameterError` for a node whose spikes are not watched.
+        """
         machine = result.machine
         labels = [machine.names[n] for w in machine.testbench.watch for n in machine.flat.port_nodes(w)]
-        times = result.spikes.get(self.port, np.zeros(0))
         column = machine.column_of(self.port)
-        level = float(spike_levels(machine)[0, labels.index(self.port)]) if self.port in labels else np.nan
+        if self.port not in labels:
+            known = ", ".join(labels) or "none is"
+            raise ParameterError(
+                f"{self.name}: {self.port}, must be a port whose spikes are watched: {known};"
+                f" rise({self.port},V,0) is of any node"
+            )
+        times = result.spikes.get(self.port, np.zeros(0))
+        level = float(spike_levels(machine)[0, labels.index(self.port)])
         if self.number >= times.size:
             peak = float(way.voltage[:, column].max())
             why = f"{times.size} spikes; {self.port} comes to {peak:.4g} V, the threshold is {level:.4g} V"

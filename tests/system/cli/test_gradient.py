@@ -43,7 +43,7 @@ def test_picture_of_a_metric_without_a_gradient_says_so(monkeypatch: pytest.Monk
         draw(figures[-1])
 
     monkeypatch.setattr(gradient, "save_picture", drawn)
-    metrics = ("offset_V", "voltage(v_s)", "voltage(v1)", "spike_time(v_s,3)")
+    metrics = ("offset_V", "voltage(v_s)", "voltage(v1)", "rise(v_s,5V,0)")
     asked = [text for name in metrics for text in ("--metric", name)]
     assert main(["gradient", "differential-pair", *asked, "--plot", "g.png"]) == 0
     none, moved, fixed, missing = figures[0].axes
@@ -52,7 +52,14 @@ def test_picture_of_a_metric_without_a_gradient_says_so(monkeypatch: pytest.Monk
     assert len(moved.patches) > 3
     assert moved.get_title() == ""
     assert fixed.get_title() == "no deviation of a die moves it"
-    assert missing.texts[0].get_text().startswith("spike_time(v_s,3)\n0 spikes")
+    assert missing.texts[0].get_text().startswith("rise(v_s,5V,0)\n0 crossings")
+
+
+def test_spikes_that_are_not_watched_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    for block, node, known in (("differential-pair", "v_s", "none is"), ("rebound-neuron", "v_mem", "spike")):
+        assert main(["gradient", block, "--metric", f"spike_time({node},0)"]) == 2
+        told = f"noctule: spike_time({node},0): {node}, must be a port whose spikes are watched: {known};"
+        assert capsys.readouterr().err == f"{told} rise({node},V,0) is of any node\n"
 
 
 def test_a_card_of_another_analysis_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
