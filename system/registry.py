@@ -312,9 +312,13 @@ def load_system(name: str) -> System[Any, Any]:
 
 
 def _check_name(kind: str, name: str) -> None:
-    """Raise `UnknownNameError` for a name that another stands for now."""
+    """Raise `UnknownNameError` for a name that another stands for now, and for one of the other kind."""
     if name in FORMER:
         raise UnknownNameError(f"{kind} {name}: is called {FORMER[name]} now; take that name")
+    if kind == "block" and name in system_names():
+        raise UnknownNameError(f"{name}: is a system, must be a block or chip; noctule run {name} runs it")
+    if kind == "system" and name not in system_names() and name in block_and_chip_names():
+        raise UnknownNameError(f"{name}: is a block or chip, must be a system; noctule show {name} shows it")
 
 
 def written_names() -> list[str]:

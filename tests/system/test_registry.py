@@ -6,6 +6,7 @@ import pytest
 
 from chips.registry import CHIP_LINES, CHIPS, load_chip
 from circuits.blocks.summary import SUMMARIES
+from circuits.errors import UnknownNameError
 from circuits.registry import BLOCKS, METRIC_LINES, METRICS, load_block, load_metric
 from netlists.registry import DIALECT_LINES, DIALECTS, load_dialect
 from system.registry import (
@@ -13,6 +14,7 @@ from system.registry import (
     EXPERIMENTS,
     SYSTEM_LINES,
     SYSTEMS,
+    load_block_or_chip,
     load_experiment,
     load_system,
 )
@@ -32,3 +34,12 @@ def test_the_line_of_each_is_its_own_summary(title: str) -> None:
     table, lines, load = TABLES[title]
     assert list(lines) == list(table)
     assert {name: load(name).summary for name in table} == lines  # type: ignore[attr-defined]
+
+
+def test_a_name_of_the_other_kind_is_told_with_what_takes_it() -> None:
+    with pytest.raises(UnknownNameError, match="approach: is a system, must be a block or chip; noctule run"):
+        load_block_or_chip("approach")
+    with pytest.raises(UnknownNameError, match="dpi-synapse: is a block or chip, must be a system; noctule"):
+        load_system("dpi-synapse")
+    both = load_block_or_chip("rolls"), load_system("rolls")  # which both a chip and a system have
+    assert [each.name for each in both] == ["rolls", "rolls"]
