@@ -109,7 +109,7 @@ def test_biases_and_sizes_of_a_deck_are_none_to_move(
 ) -> None:
     given = [f"{deck}:inv", "--testbench", str(tmp_path / "bench.toml"), "--measure", FALL]
     assert main(["centre", *given, "--spec", "t_fall in 0s:1us", "--tuning-dies", "2"]) == 2
-    assert "centre: needs a bias to move" in capsys.readouterr().err
+    assert "inv has no bias that is a current; name a bias or size" in capsys.readouterr().err
     assert main(["montecarlo", str(deck), "--testbench", "bench.toml", "-n", "2"]) == 2
     assert "is for deck.cir:SUBCIRCUIT" in capsys.readouterr().err
 
