@@ -18,6 +18,7 @@ from system.cli.output import print_json, print_line, print_table, progress_bar
 from system.cli.verb import words_given
 from system.cli.workers import workers_of
 from system.mapping.certify.chips import NOTHING, check_part, usual_changes
+from system.mapping.certify.resolution import Resolved, bits_of, fewest_bits, resolved
 from system.mapping.certify.system import NAME, contents_of
 from system.mapping.certify.task import Episodes, Samples, task_of
 from system.mapping.chips import chip_of_program, read_any_program
@@ -43,9 +44,10 @@ def certify_command(asked: Certify) -> int:
     check_picture(asked.plot)
     if asked.resume and asked.output is None:
         raise ParameterError("resume: of which runs, must come with `output`")
-    network, task = read_any_program(asked.program).network, task_of(asked.task, asked.samples, asked.reach)
+    mapped, task = read_any_program(asked.program), task_of(asked.task, asked.samples, asked.reach)
+    bits = bits_of(asked.bits)
     if isinstance(task, Samples | Episodes):
-        task.check(network)
+        task.check(mapped.network)
     made = mission_of(_asked(asked))
     for way in made.ways:
         check_part(chip_of_program(asked.program), str(way.study.subject.system.get("healed", NOTHING)))
@@ -59,15 +61,18 @@ def certify_command(asked: Certify) -> int:
         workers_of(asked.threads, None, None) as workers,
     ):
         found = run_mission(made, folder, workers=workers, progress=progress, command=command)
+        coarse = resolved(mapped, task, bits, asked.first_die)
     save_picture(asked.plot, lambda figure: draw_mission(found, figure, f"{asked.program}, {asked.task}"))
     page = None if folder is None else str(write_page(folder, made, found, command, replay_of))
     if asked.as_json:
         told = document(made, found, folder, replay_of)
         scores = [_scores(each) for each in found]
-        print_json({**told, "program": asked.program, "task": asked.task, "scores": scores, "report": page})
+        own = {"program": asked.program, "task": asked.task, "scores": scores, "report": page}
+        print_json({**told, **own, "bits": list(map(asdict, coarse)), "fewest_bits": fewest_bits(coarse)})
         return status_of("certify", found)
     print_mission(made, found, folder, replay_of)
     _print_scores(found)
+    _print_bits(coarse)
     if page is not None:
         print_line(f"report: {page}")
     return status_of("certify", found)
@@ -121,3 +126,12 @@ def _print_scores(found: Sequence[Found]) -> None:
     print_table(
         "scores, means over dies", ("way", "on silicon:", "worst die:", "ideal:", "95 % interval:"), rows
     )
+
+
+def _print_bits(found: Sequence[Resolved]) -> None:
+    if not found:
+        return
+    rows = [(str(each.bits), f"{each.score:.1%}", f"{100.0 * each.lost:.1f}") for each in found]
+    print_table("weights of so many bits, without silicon", ("bits:", "score:", "points lost:"), rows)
+    least = fewest_bits(found)
+    print_line("none of these suffices" if least is None else f"{least} bits suffice")

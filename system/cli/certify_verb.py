@@ -21,6 +21,7 @@ class Certify:
     task: str = required("FILE.npz, an environment of Gymnasium, or FILE.py:NAME", metavar="TASK")
     samples: int = option(0, "Samples, or episodes, of a run; all, or 10, for 0")
     reach: str = option("", "Of each number that an environment shows, as 1,1.5,0.2,2", metavar="NUMBERS")
+    bits: str = option("", "Of weights, tried without silicon, as 2,3,4,6", metavar="NUMBERS")
     dies: int = option(20, "Number of dies", short="n")
     first_die: int = option(1000, "Number of the first die")
     trials: int = option(1, "Runs of each die, with noise of their own")

@@ -107,5 +107,10 @@ scores.least        number?   -  score of the worst die
 scores.ideal_score  number?   -  mean score of the network that was asked for, in the same worlds
 scores.interval.low   number  -  lower end
 scores.interval.high  number  -  upper end
+bits                object[]  -  weights of so many bits, without silicon, as asked for
+bits.bits           integer   -  bits of a weight, its sign among them
+bits.score          number    -  score of the task, 0 to 1
+bits.lost           number    -  by how much it is lower than with the weights as they are
+fewest_bits         integer?  -  the least of these from which on no more than 0.03 is lost; null where none
 """),
 }

@@ -116,7 +116,7 @@ def run(scenario: Scenario, progress: object = None) -> Trace:
     check_part(chip, s.healed)
     where = Where(s.silicon, s.area, s.bias_kind, s.codes, device_noise(s))
     player = CERTIFIED[chip].on_die(mapped, where)
-    score = _score(s.task, task, player, s.seed)
+    score = score_of(s.task, task, player, s.seed)
     world = 0 if isinstance(task, Samples) and not task.most else s.seed  # all samples are one world
     ideal = _ideal(s.program, s.task, s.samples, s.reach, contents, world)
     return Trace(s, score, ideal, player.lost, CERTIFIED[chip].noun)
@@ -130,11 +130,11 @@ def _opened(program: str, task: str, samples: int, reach: str, contents: str) ->
 @lru_cache(maxsize=1024)
 def _ideal(program: str, task: str, samples: int, reach: str, contents: str, seed: int) -> float:
     mapped, played = _opened(program, task, samples, reach, contents)
-    return _score(task, played, certified(mapped).ideal(mapped), seed)
+    return score_of(task, played, certified(mapped).ideal(mapped), seed)
 
 
-def _score(name: str, task: Task, player: Player, seed: int) -> float:
-    """What a task gives; raises `ParameterError` for what is no number from 0 to 1."""
+def score_of(name: str, task: Task, player: Player, seed: int) -> float:
+    """Return what a task gives; raises `ParameterError` for what is no number from 0 to 1."""
     found: Any = task(player, seed)  # of a user's own, whatever it is
     score = float(found) if isinstance(found, Real) else math.nan
     if not 0.0 <= score <= 1.0:

@@ -109,7 +109,7 @@ MORE = {
         "montecarlo rebound-neuron --samples 2 --spec 'class is works' --temperature 27 --temperature 40",
         "montecarlo rolls --samples 2",
     ],
-    "certify": ["certify p.toml --task task.npz --dies 2 --change area=4"],
+    "certify": ["certify p.toml --task task.npz --dies 2 --change area=4 --bits 2,4"],
     "train": ["train sides.toml --task sides.npz --dies 1 --steps 2 -o trained.toml"],
     "montecarlo --rare": [
         "montecarlo rebound-neuron --samples 400 --rare scaled-sigma --spec 'class is works'"
