@@ -8,8 +8,9 @@ law, no noise. Read at the end of each half of the clock's period, of each of th
 
 On the nominal chip a mean size there is within 5 % of nengo's, and all states are nengo's, for two seeds. On
 19 of 20 dies A/1010 to 1029, calibrated, they are nengo's for one seed. What ensembles decode beyond their
-radius, driven from 0.5 to 3, stands beside for the same dies, as do a function with a sharp point and two
-inputs that should cancel: no claim is on these. The ideal back-end has the rows of nengo, which are tested.
+radius, driven from 0.5 to 3, stands beside for the same dies, as do a function with a sharp point, two inputs
+that should cancel, and where a ramp switches an ensemble that feeds itself: no claim is on these. The ideal
+back-end has the rows of nengo, which are tested.
 
 Returns 1 where a claim is missed.
 """
@@ -34,6 +35,7 @@ HALF, PERIODS = 0.2, 8  # s of half a period of the clock, and how many periods
 NEURONS = 200
 FIRST, DIES = 1010, 20
 DRIVEN = (0.5, 1.0, 1.2, 1.5, 2.0, 3.0)  # radii
+RAMP = 4.0  # s
 LONG, READ = 0.6, 0.2  # s of a run of what stands still, and of its end that is read
 Made = tuple[nengo.Network, list[Any]]
 Simulated = Callable[[nengo.Network], Any]
@@ -66,7 +68,8 @@ def rows(dies: int) -> Iterator[Row]:
 def _still(dies: int) -> Iterator[Row]:
     wanted, nominal = still(by_nengo), still(on(NOMINAL))
     found = np.array([still(on(Die(number=FIRST + k))) for k in range(dies)])
-    names = [f"driven with {x:g}" for x in DRIVEN] + ["1 - 5 abs(x) at 0", "0.6 and -0.6 together"]
+    names = [f"driven with {x:g}" for x in DRIVEN]
+    names += ["1 - 5 abs(x) at 0", "0.6 and -0.6 together", "x <- in + x - 0.5 switches at"]
     for name, a, b, each in zip(names, wanted, nominal, found.T, strict=True):
         told = f"nengo {a:.3f}, nominal {b:.3f}, dies {each.min():.3f} to {each.max():.3f}"
         largest = float(max(abs(b - a), np.abs(each - a).max()))
@@ -182,9 +185,13 @@ LATCHING: dict[str, tuple[Callable[[int], Made], Callable[[Simulated, Made], tup
 
 
 def still(simulated: Simulated) -> F64:
-    """What is decoded of all that stands still, means of seeds 0 and 1, of 0 to 2 for the last two."""
+    """What is decoded of all that stands still, and where a ramp switches what holds itself.
+
+    Means of seeds 0 and 1, then of 0 to 2 for two values, and seed 1 for the ramp.
+    """
     driven = np.mean([_last(simulated, _driven(seed)) for seed in (0, 1)], axis=0)
-    return np.concatenate([driven, np.mean([_last(simulated, _two(seed)) for seed in (0, 1, 2)], axis=0)])
+    two = np.mean([_last(simulated, _two(seed)) for seed in (0, 1, 2)], axis=0)
+    return np.concatenate([driven, two, [_switched(simulated, 1)]])
 
 
 def _last(simulated: Simulated, made: Made) -> F64:
@@ -211,6 +218,19 @@ def _two(seed: int) -> Made:
         nengo.Connection(nengo.Node(-0.6), both, synapse=0.005)
         probes = [nengo.Probe(shown), nengo.Probe(both, synapse=0.03)]
     return network, probes
+
+
+def _switched(simulated: Simulated, seed: int) -> float:
+    """Input at which `x <- in + x - 0.5` rises through 0, ramped from 0 to 1 in `RAMP` s."""
+    with nengo.Network(seed=seed) as network:
+        ramp, ensemble = nengo.Node(lambda t: t / RAMP - 0.5), nengo.Ensemble(NEURONS, 1, seed=seed)
+        nengo.Connection(ramp, ensemble)
+        nengo.Connection(ensemble, ensemble)
+        probe = nengo.Probe(ensemble, synapse=0.01)
+    with simulated(network) as run:
+        run.run(RAMP)
+        below = np.flatnonzero(run.data[probe][:, 0] < 0.0)
+        return float(run.trange()[below[-1]] / RAMP)
 
 
 if __name__ == "__main__":
