@@ -19,7 +19,7 @@ from system.cli.verb import words_given
 from system.cli.workers import workers_of
 from system.mapping.certify.chips import NOTHING, check_part, usual_changes
 from system.mapping.certify.resolution import Resolved, bits_of, fewest_bits, resolved
-from system.mapping.certify.system import NAME, contents_of
+from system.mapping.certify.system import NAME, Scenario, contents_of
 from system.mapping.certify.task import Episodes, Samples, task_of
 from system.mapping.chips import chip_of_program, read_any_program
 from system.mapping.train.recipe import UNSEEN
@@ -32,6 +32,7 @@ from system.study.mission.mission import Asked, mission_of
 from system.study.mission.page import write_page
 from system.study.mission.picture import draw_mission
 from system.study.mission.running import Part, run_mission
+from system.study.plan import seeds_of
 from system.study.statistics.clustered import mean_of_shares
 from system.study.statistics.summary import means_of_dies
 
@@ -44,10 +45,10 @@ def certify_command(asked: Certify) -> int:
     check_picture(asked.plot)
     if asked.resume and asked.output is None:
         raise ParameterError("resume: of which runs, must come with `output`")
-    mapped, task = read_any_program(asked.program), task_of(asked.task, asked.samples, asked.reach)
+    network, task = read_any_program(asked.program).network, task_of(asked.task, asked.samples, asked.reach)
     bits = bits_of(asked.bits)
     if isinstance(task, Samples | Episodes):
-        task.check(mapped.network)
+        task.check(network)
     made = mission_of(_asked(asked))
     for way in made.ways:
         check_part(chip_of_program(asked.program), str(way.study.subject.system.get("healed", NOTHING)))
@@ -61,7 +62,7 @@ def certify_command(asked: Certify) -> int:
         workers_of(asked.threads, None, None) as workers,
     ):
         found = run_mission(made, folder, workers=workers, progress=progress, command=command)
-        coarse = resolved(mapped, task, bits, asked.first_die)
+        coarse = resolved(_first_world(asked), bits)
     save_picture(asked.plot, lambda figure: draw_mission(found, figure, f"{asked.program}, {asked.task}"))
     page = None if folder is None else str(write_page(folder, made, found, command, replay_of))
     if asked.as_json:
@@ -90,6 +91,14 @@ def _asked(asked: Certify) -> Asked:
         changes=() if asked.change == (NO_CHANGE,) else asked.change or usual_changes(chip),
         silicon=SiliconChoice(lot=asked.lot, variation=asked.variation),
     )  # fmt: skip
+
+
+def _first_world(asked: Certify) -> Scenario:
+    """What is run in the first world of the first die."""
+    seed, _ = seeds_of(asked.first_die, 0, asked.trials)
+    return Scenario(
+        program=asked.program, task=asked.task, samples=asked.samples, reach=asked.reach, seed=seed
+    )
 
 
 def _command(asked: Certify) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ import hashlib
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
+from threading import Lock
 
 import numpy as np
 
@@ -24,20 +25,24 @@ _Key = tuple[bytes, bytes, float]
 
 
 class _Kept:
-    """What was encoded, of which the least recently used goes first."""
+    """What was encoded, of which the least recently used goes first; threads that run dies share it."""
 
     def __init__(self) -> None:
         self._found: OrderedDict[_Key, Encoded | None] = OrderedDict()
         self._bytes = 0
+        self._turn = Lock()
 
     def get(self, key: _Key, make: Callable[[], Encoded | None]) -> Encoded | None:
-        if key in self._found:
-            self._found.move_to_end(key)
-            return self._found[key]
-        found = self._found[key] = make()
-        self._bytes += _size(found)
-        while self._bytes > MOST:
-            self._bytes -= _size(self._found.popitem(last=False)[1])
+        with self._turn:
+            if key in self._found:
+                self._found.move_to_end(key)
+                return self._found[key]
+        found = make()  # side by side: another thread may make the same
+        with self._turn:
+            self._bytes += _size(found) - _size(self._found.get(key))
+            self._found[key] = found
+            while self._bytes > MOST:
+                self._bytes -= _size(self._found.popitem(last=False)[1])
         return found
 
 

@@ -16,9 +16,15 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 from system.mapping.certify.chips import certified
-from system.mapping.certify.system import NEAR, score_of
-from system.mapping.certify.task import Task
-from system.mapping.chips import AnyMapped
+from system.mapping.certify.system import (
+    NEAR,
+    Scenario,
+    contents_of,
+    ideal_score,
+    opened,
+    score_of,
+    world_of,
+)
 from system.mapping.nef.network import ValueNetwork
 from system.mapping.network import Network
 
@@ -54,17 +60,20 @@ def bits_of(text: str) -> tuple[int, ...]:
     return tuple(sorted({*found}))
 
 
-def resolved(mapped: AnyMapped, task: Task, bits: Sequence[int], seed: int) -> tuple[Resolved, ...]:
-    """Return the scores of a network's equations with weights of so many bits, in one world.
+def resolved(scenario: Scenario, bits: Sequence[int]) -> tuple[Resolved, ...]:
+    """Return the scores of a network's equations with weights of so many bits, in a scenario's world.
 
-    seed: of the world, as of a run. Raises `ParameterError` for a score that is no number from 0 to 1.
+    Of the scenario only program, task and seed count. Raises as `system.mapping.certify.system.run`.
     """
-    player = certified(mapped).ideal
-    whole = score_of("task", task, player(mapped), seed)
+    if not bits:
+        return ()
+    contents = contents_of(scenario.program, scenario.task)
+    (mapped, task), whole = opened(scenario, contents), ideal_score(scenario, contents)
     found = []
     for count in bits:
         network: Any = of_bits(mapped.network, count)
-        score = score_of("task", task, player(replace(mapped, network=network)), seed)
+        player = certified(mapped).ideal(replace(mapped, network=network))
+        score = score_of(scenario.task, task, player, world_of(task, scenario.seed))
         found.append(Resolved(count, score, whole - score))
     return tuple(found)
 

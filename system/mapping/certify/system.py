@@ -111,15 +111,29 @@ def run(scenario: Scenario, progress: object = None) -> Trace:
     s, contents = scenario, contents_of(scenario.program, scenario.task)
     if s.contents not in {"", contents}:
         raise ParameterError(f"program: {s.program} or {s.task} has changed since; certify anew")
-    mapped, task = _opened(s.program, s.task, s.samples, s.reach, contents)
+    mapped, task = opened(s, contents)
     chip = chip_of(mapped.network)
     check_part(chip, s.healed)
     where = Where(s.silicon, s.area, s.bias_kind, s.codes, device_noise(s))
     player = CERTIFIED[chip].on_die(mapped, where)
     score = score_of(s.task, task, player, s.seed)
-    world = 0 if isinstance(task, Samples) and not task.most else s.seed  # all samples are one world
-    ideal = _ideal(s.program, s.task, s.samples, s.reach, contents, world)
-    return Trace(s, score, ideal, player.lost, CERTIFIED[chip].noun)
+    return Trace(s, score, ideal_score(s, contents), player.lost, CERTIFIED[chip].noun)
+
+
+def opened(scenario: Scenario, contents: str) -> tuple[AnyMapped, Task]:
+    """Return a scenario's program and task, whose files have the hash `contents`."""
+    return _opened(scenario.program, scenario.task, scenario.samples, scenario.reach, contents)
+
+
+def world_of(task: Task, seed: int) -> int:
+    """Return the seed of the world that a run's seed stands for: all samples are one world."""
+    return 0 if isinstance(task, Samples) and not task.most else seed
+
+
+def ideal_score(scenario: Scenario, contents: str) -> float:
+    """Return the score of the network that was asked for, in a scenario's world; it is worked out once."""
+    s = scenario
+    return _ideal(s.program, s.task, s.samples, s.reach, contents, world_of(opened(s, contents)[1], s.seed))
 
 
 @lru_cache(maxsize=4)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from circuits.errors import ParameterError
-from system.mapping.certify.player import Player
 from system.mapping.certify.resolution import Resolved, bits_of, fewest_bits, of_bits, resolved
+from system.mapping.certify.system import Scenario
 from system.mapping.chips import map_on
 from system.mapping.nef import network as values
 from system.mapping.network import Connection, Input, Network, Population, Probe
+from system.mapping.program_file import write_program
 
 WEIGHTS = ((0.5, 0.4), (-0.1, -0.26))
 NET = Network(
@@ -59,17 +62,27 @@ def test_transforms_of_a_network_of_values_have_bits_too() -> None:
     np.testing.assert_allclose(second, [[0.8, 0.0]])
 
 
-def test_a_task_that_hangs_on_a_small_weight_loses_by_few_bits() -> None:
-    def close(player: Player, seed: int) -> float:
-        """Whether left, of 0.5 and 0.4, has more spikes of its first channel than of its second."""
-        player.begin()
-        one = player([400.0, 0.0], 0.4)[0]
-        player.begin()
-        return float(one > player([0.0, 400.0], 0.4)[0])
+CLOSE = '''
+def close(player, seed):
+    """Whether left, of 0.5 and 0.4, has more spikes of its first channel than of its second."""
+    player.begin()
+    one = player([400.0, 0.0], 0.4)[0]
+    player.begin()
+    return float(one > player([0.0, 400.0], 0.4)[0])
+'''
 
-    found = resolved(map_on("rolls", NET), close, (2, 8), 3)
+
+def test_a_task_that_hangs_on_a_small_weight_loses_by_few_bits(tmp_path: Path) -> None:
+    write_program(tmp_path / "p.toml", map_on("rolls", NET))
+    (tmp_path / "close.py").write_text(CLOSE)
+    asked = Scenario(program=str(tmp_path / "p.toml"), task=f"{tmp_path / 'close.py'}:close", seed=3)
+    found = resolved(asked, (2, 8))
     assert [(each.bits, each.score, each.lost) for each in found] == [(2, 0.0, 1.0), (8, 1.0, 0.0)]
     assert fewest_bits(found) == 8
+
+
+def test_without_bits_nothing_is_played() -> None:
+    assert resolved(Scenario(program="none.toml", task="none.py:none"), ()) == ()
 
 
 def test_the_fewest_bits_are_those_from_which_on_nothing_is_lost() -> None:
