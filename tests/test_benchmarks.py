@@ -7,11 +7,12 @@ import json
 import sys
 from argparse import Namespace
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from tests.benchmark import benchmark
 
 FOLDER = Path(__file__).resolve().parents[1] / "benchmarks"
 SCRIPT = """
@@ -29,11 +30,8 @@ PLAIN = '{"name": "plain", "ours": 1.0, "peer": null, "ratio": null, "accuracy":
 
 @pytest.fixture(scope="module")
 def table() -> Iterator[Any]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(FOLDER))
-        yield import_module("table")
-    for name in ("table", "_report"):
-        sys.modules.pop(name, None)
+    with benchmark("table") as found:
+        yield found
 
 
 def write(folder: Path, name: str, *rows: str, status: int = 0) -> None:

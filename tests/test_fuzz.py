@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 import pytest
 
 from system.cli.command_line import BAD_INPUT, main
+from tests.benchmark import benchmark
 
 ROOT = Path(__file__).resolve().parents[1]
 CASES = {"netlist": 300}
@@ -22,11 +22,8 @@ MAPPING = (ROOT / "tests" / "netlists" / "foundry" / "data" / "half.toml").read_
 
 @pytest.fixture(scope="module")
 def fuzz() -> Any:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(ROOT / "benchmarks"))
-        yield import_module("fuzz")
-    for name in ("fuzz", "_fuzz_input", "_fuzz_netlist", "_damage", "_report"):
-        sys.modules.pop(name, None)
+    with benchmark("fuzz") as found:
+        yield found
 
 
 def test_damaged_netlists_give_results_and_refusals(fuzz: Any) -> None:

@@ -83,11 +83,17 @@ def stream() -> Any:
 
 def threads(runs: int) -> int:
     """How many threads work on a number of runs."""
-    return min(_multiprocessors() * BLOCKS * THREADS, -(-runs // _WARP) * _WARP)
+    return min(_at_once() * THREADS, -(-runs // _WARP) * _WARP)
 
 
-def _multiprocessors() -> int:
-    return int(cupy().cuda.Device().attributes["MultiProcessorCount"])
+def _at_once() -> int:
+    """How many blocks the device has at a time."""
+    return int(cupy().cuda.Device().attributes["MultiProcessorCount"]) * BLOCKS
+
+
+def on_device(array: Any) -> Any:
+    """An array on the device, in the order in which programs read it; CuPy alone keeps another one's."""
+    return cupy().asarray(array, order="C")
 
 
 def compiled_program(program: Program, private: Mapping[str, int], constants: int) -> GpuProgram:
@@ -116,22 +122,14 @@ class GpuProgram:
         """
         cp = cupy()
         module = _compiled(self.text, ())
-        same = cp.asarray(constants, order="C")
+        same = on_device(constants)
         if self._in_constants and constants.size:
             cp.ndarray(constants.shape, cp.float64, module.get_global("same"))[...] = same
         given = [arrays[s.name] for s in self._program.shared]
         given += [np.float64(numbers[name]) for name in self._program.arguments]
-        given += [
-            same,
-            cp.asarray(order, order="C"),
-            cp.zeros(1, cp.uint64),
-            np.int64(order.size),
-            np.int64(runs),
-        ]
+        given += [same, on_device(order), cp.zeros(1, cp.uint64), np.int64(order.size), np.int64(runs)]
         given.append(np.int64(count))
-        own = (
-            -(-count // (_multiprocessors() * BLOCKS * _WARP)) * _WARP
-        )  # so that all have some of the threads
+        own = -(-count // (_at_once() * _WARP)) * _WARP  # so that all multiprocessors have some
         size = min(THREADS, own)
         module.get_function("run")((-(-count // size),), (size,), tuple(given))
 

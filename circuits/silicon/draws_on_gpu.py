@@ -119,16 +119,8 @@ def normals_on_gpu(owners: Sequence[str], names: Sequence[str], places: Places, 
     path, counters = places.counters()
     count, drawn = len(owners) * path.size, cp.zeros((len(owners), path.size), cp.float64)
     texts_given: list[Any] = [*_owners(tuple(owners)), *_padded(hashed(names, parameter))]
-    given: list[Any] = [
-        cp.asarray(x, order="C") if isinstance(x, np.ndarray) else np.int64(x) for x in texts_given
-    ]
-    given += [
-        cp.asarray(path, order="C"),
-        cp.asarray(counters, order="C"),
-        np.int64(path.size),
-        np.int64(count),
-        drawn,
-    ]
+    given: list[Any] = [gpu.on_device(x) if isinstance(x, np.ndarray) else np.int64(x) for x in texts_given]
+    given += [gpu.on_device(path), gpu.on_device(counters), np.int64(path.size), np.int64(count), drawn]
     function((-(-count // gpu.THREADS),), (gpu.THREADS,), tuple(given))
     return np.asarray(drawn.get())
 

@@ -149,11 +149,11 @@ class Batch:
         for name in ("curvature", "start", "line"):
             found[name] = self._each(given.get(name, getattr(jobs, name)))
         shared = ("line_start", "line_time", "line_value")
-        return found | {name: self._cp.asarray(getattr(jobs, name), order="C") for name in shared}
+        return found | {name: gpu.on_device(getattr(jobs, name)) for name in shared}
 
     def _each(self, array: Any) -> Any:
         """An array of all runs, on the device, run after run; of fewer each has the first one's."""
-        on_device = self._cp.asarray(array, order="C")
+        on_device = gpu.on_device(array)
         if len(on_device) == self._count:
             return on_device
         return self._cp.zeros((self._count, *on_device.shape[1:]), on_device.dtype) + on_device[:1]
@@ -176,7 +176,7 @@ class Batch:
     def found(self) -> Found:
         """What runs have left, with points and spikes of those that are over, thread after thread."""
         state = self.arrays["state"].get()
-        over = self._cp.asarray((state == DONE) | (state == FAILED))
+        over = gpu.on_device((state == DONE) | (state == FAILED))
         blocks, spikes = (self._of(over, name, k) for k, name in enumerate(("owner", "spike_job")))
         of_run = (self.arrays[k].get() for k in ("rest", "jacobian_at_rest", "steps", "lowest_highest"))
         of_block = (self.arrays[k][blocks].get() for k in ("point", "filled", "owner"))

@@ -32,15 +32,8 @@ from system.study.blame.part import LEVELS, Part, Parts
 from system.study.blame.trial import ALL, SpentError, Trials
 
 WRONG, MISSED = 0.2, 0.125  # of tests: what does not mend passes, what mends fails; ours
-STRICT, CONFIRMED, LAST = (
-    0.05,
-    0.02,
-    0.1,
-)  # of tests of a level searched again, that confirm one, the last; ours
-PART, LESS = (
-    0.5,
-    0.1,
-)  # of a share, by which what mends in part is worse than the healed die: on the way, last
+STRICT, CONFIRMED, LAST = 0.05, 0.02, 0.1  # of tests of a level again, that confirm one, the last; ours
+PART, LESS = 0.5, 0.1  # of a share, by which what mends in part is worse: on the way, last; ours
 MOST_TRIALS, HELD = 12, 24  # of a test, and of the last: then what is more likely decides; ours
 AGAINST = 4  # trials that speak against what was found, at most, which the next must stand; ours
 NEAR, NEARER = 0.02, 0.01  # of a share to 0 and 1, and in the last test; ours
@@ -94,15 +87,9 @@ def judged_by(trials: Trials, rates: Rates, wrong: float = WRONG) -> Test:
     more = _following(rates.seeds)[:MOST_TRIALS]
 
     def passes(die: Die) -> bool:
-        turn = trials.made % max(
-            rates.telling, 1
-        )  # not the same seeds each time, which parts would be chosen by
-        seeds = (
-            *rates.seeds[turn : rates.telling],
-            *rates.seeds[:turn],
-            *rates.seeds[rates.telling :],
-            *more,
-        )
+        told, others = rates.seeds[: rates.telling], rates.seeds[rates.telling :]
+        turn = trials.made % max(len(told), 1)  # not the same seeds each time, by which parts were chosen
+        seeds = (*told[turn:], *told[:turn], *others, *more)
         known = [seed for seed in seeds if trials.known(die, seed)]
         order = [*known, *(seed for seed in seeds if seed not in known)]
         return _sequential(trials, rates, wrong, die, order[:MOST_TRIALS])

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
-from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from circuits.silicon.die import NOMINAL
-
-BENCHMARKS = Path(__file__).resolve().parents[4] / "benchmarks"
+from tests.benchmark import benchmark
 
 
 @pytest.fixture
 def latching() -> Iterator[Any]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(BENCHMARKS))
-        yield import_module("latching")
-    for name in ("latching", "_report"):
-        sys.modules.pop(name, None)
+    with benchmark("latching") as found:
+        yield found
 
 
 @pytest.mark.filterwarnings("ignore::nengo.exceptions.NengoWarning")

@@ -396,3 +396,16 @@ def test_what_is_kept_of_samples_is_bounded(monkeypatch: pytest.MonkeyPatch) -> 
     kept.get((b"whole", b"", 0.1), lambda: make(200))  # more than is ever kept
     kept.get((b"a", b"", 0.1), lambda: make(40))
     assert made == [40, 40, 40, 40, 200, 40]
+
+
+def test_what_two_threads_make_at_once_counts_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    kept, key = encoding._Kept(), (b"a", b"", 0.1)
+    own = Encoded(np.zeros(60, np.uint8), np.zeros((0, 2, 0), np.uint8), 0)
+
+    def while_another_makes_it() -> Encoded:
+        kept.get(key, lambda: own)
+        return own
+
+    monkeypatch.setattr(encoding, "MOST", 100)
+    assert kept.get(key, while_another_makes_it) is own
+    assert kept.get(key, lambda: None) is own  # and nothing has gone for it
