@@ -56,6 +56,19 @@ class Sums(NamedTuple):
     direct: F64
 
 
+class Adjoint(NamedTuple):
+    """An adjoint run of some measures.
+
+    voltage : float64[rows, columns], V, of the points that were gone through.
+    moved : float64[measures, rows, unknowns], m at each of them.
+    sums : what devices move the measures by.
+    """
+
+    voltage: F64
+    moved: F64
+    sums: Sums
+
+
 class _Room(NamedTuple):
     """Working memory of one run; matrix: float64[unknowns, unknowns]."""
 
@@ -66,7 +79,7 @@ class _Room(NamedTuple):
 
 def backwards(
     k: Kernel, way: Way, slopes: F64, timing: F64, held: Bools, capacitors: I64, resistors: I64
-) -> tuple[F64, Sums] | None:
+) -> Adjoint | None:
     """Solve the adjoint run, and sum up what devices move each measure by.
 
     Parameters
@@ -86,8 +99,8 @@ def backwards(
 
     Returns
     -------
-    tuple or None
-        m, float64[measures, rows, unknowns], and the sums; None where the equations are singular.
+    Adjoint or None
+        m and the sums; None where the equations are singular.
     """
     moved, n = slopes, k.unknowns
     m, t = moved.shape[0], k.transistors.sign.size
@@ -101,7 +114,7 @@ def backwards(
     if not np.isfinite(moved).all():
         return None
     _pairs(way.voltage, way.share, moved, capacitors, resistors, np.zeros(k.columns), found)
-    return moved, found
+    return Adjoint(way.voltage, moved, found)
 
 
 def contracted(k: Kernel, voltage: F64, moved: F64) -> F64:

@@ -18,8 +18,7 @@ from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.diode import DiodeArrays, diode_arrays, diode_currents
 from circuits.lowering.kernel import Machine
-from circuits.solver.adjoint.backwards import apart
-from circuits.solver.adjoint.way import Way
+from circuits.solver.adjoint.backwards import Adjoint, apart
 
 FIGURES = {
     "saturation_current": "A", "emission": "", "area": "", "junction_capacitance": "F",
@@ -29,31 +28,29 @@ FIGURES = {
 _STEP = 1e-5  # relative, of a figure; ours
 
 
-def by_figures(machine: Machine, way: Way, moved: F64, figures: Mapping[str, F64]) -> dict[str, F64]:
+def by_figures(machine: Machine, found: Adjoint, figures: Mapping[str, F64]) -> dict[str, F64]:
     """Return what ln of each figure moves measures by, float64[measures, diodes], by the figure's name.
 
     Parameters
     ----------
     machine
         The machine.
-    way
-        Its transient.
-    moved
-        m of the adjoint run, float64[measures, rows, unknowns].
+    found
+        The adjoint run.
     figures
         All figures of its diodes on their die, float64[diodes] each.
     """
     k, temperature = machine.kernel.diodes, machine.silicon.temperature_c
-    found = {}
+    moved, by = found.moved, {}
     for name in FIGURES:
         more, less = (
             diode_arrays(k.terminal, k.charge, {**figures, name: figures[name] * share}, temperature)
             for share in (1.0 + _STEP, 1.0 - _STEP)
         )
         sums = np.zeros((moved.shape[0], k.saturation.size))
-        _differ(more, less, way.voltage, moved, np.empty((3, 2, k.saturation.size)), sums)
-        found[name] = sums / (2.0 * _STEP)
-    return found
+        _differ(more, less, found.voltage, moved, np.empty((3, 2, k.saturation.size)), sums)
+        by[name] = sums / (2.0 * _STEP)
+    return by
 
 
 @compiled()
