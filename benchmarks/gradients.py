@@ -18,16 +18,16 @@ import numpy as np
 
 from _report import Row, parser_of, report
 from circuits.blocks.block import Block
+from circuits.gradient.gradient import GRADIENT_RTOL, Gradients, gradients_of
+from circuits.gradient.measure import Measure, SpikeTime, Voltage
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.registry import block_names, load_block
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
-from circuits.solver.adjoint.gradient import GRADIENT_RTOL, Gradients, gradients_of
-from circuits.solver.adjoint.measure import Measure, SpikeTime, Voltage
 from circuits.solver.transient import simulate
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from tests.circuits.solver.adjoint.differences import by_deviation
+from tests.circuits.gradient.differences import by_deviation
 
 DIES = (None, 1000, 1001, 1002)
 STEP = 0.01  # sigma, of a central difference

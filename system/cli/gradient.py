@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from circuits.errors import ParameterError
+from circuits.gradient.gradient import Gradients, gradients_of
+from circuits.gradient.measure import Measure, SpikeTime
 from circuits.lowering.kernel import Machine, to_kernel
-from circuits.solver.adjoint.gradient import Gradients, gradients_of
-from circuits.solver.adjoint.measure import Measure, SpikeTime
 from circuits.units import format_quantity
 from system.cli.block_choice import choose_block
 from system.cli.deck_measures import own_cards, own_measures

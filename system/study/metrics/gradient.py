@@ -12,10 +12,8 @@ import numpy as np
 from circuits.blocks.metric import Metric
 from circuits.catalogue import later
 from circuits.errors import ParameterError, UnknownNameError
-from circuits.lowering.kernel import Machine, to_kernel
-from circuits.silicon.silicon import Silicon
-from circuits.solver.adjoint.gradient import GRADIENT_RTOL, Gradients, gradients_of
-from circuits.solver.adjoint.measure import (
+from circuits.gradient.gradient import GRADIENT_RTOL, Gradients, gradients_of
+from circuits.gradient.measure import (
     Crossing,
     Extreme,
     Integral,
@@ -24,6 +22,8 @@ from circuits.solver.adjoint.measure import (
     SpikeTime,
     Voltage,
 )
+from circuits.lowering.kernel import Machine, to_kernel
+from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
 from circuits.units import parse_quantity, unit_of_name
@@ -62,7 +62,7 @@ def gradients(
     testbench
         The testbench, or one that is lowered already.
     metrics
-        What is measured: `circuits.solver.adjoint.measure`, or their names, as `spike_time(spike,0)`.
+        What is measured: `circuits.gradient.measure`, or their names, as `spike_time(spike,0)`.
     silicon
         Process, temperature and die: the nominal process at 27 degC unless given; of no effect on a lowered
         testbench.

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from circuits.errors import CircuitError
+from circuits.gradient.gradient import gradients_of
 from circuits.lowering.kernel import on_die
 from circuits.silicon.die import Die
-from circuits.solver.adjoint.gradient import gradients_of
 from system.study.metrics.gradient import measured_by
 from system.study.metrics.metric import measurements
 from system.study.search.sensitivity import Sensitivity, varying_labels

@@ -1,7 +1,7 @@
 """A metric of a block and its gradient by the standard normals behind a die, about any die.
 
 A die is a row z of draws, as in `system.study.search.sensitivity`. The gradient is that of one run backwards
-where the metric has one (`circuits.solver.adjoint`), else of two dies a draw.
+where the metric has one (`circuits.gradient`), else of two dies a draw.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.errors import ParameterError
+from circuits.gradient.gradient import gradients_of
+from circuits.gradient.measure import Measure
 from circuits.lowering.kernel import Machine, on_die
 from circuits.silicon.die import Die
 from circuits.silicon.sampling import Sampling
-from circuits.solver.adjoint.gradient import gradients_of
-from circuits.solver.adjoint.measure import Measure
 from system.study.metrics.gradient import measured_by
 from system.study.metrics.metric import measurements
 from system.study.search.direction import directions

@@ -8,14 +8,14 @@ import pytest
 from circuits.circuit import Circuit, InstanceArray, Node, Port
 from circuits.devices import Capacitor, Diode, Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
+from circuits.gradient.gradient import gradients_of
+from circuits.gradient.measure import Voltage
 from circuits.lowering.kernel import on_die, to_kernel
 from circuits.measure.current import device_current, static_currents
 from circuits.silicon.course import Course
 from circuits.silicon.die import Die, shared_relative
 from circuits.silicon.process import AMI_1500_IDEAL, ELEMENTARY_CHARGE, DiodeVariation
 from circuits.silicon.silicon import Silicon
-from circuits.solver.adjoint.gradient import gradients_of
-from circuits.solver.adjoint.measure import Voltage
 from circuits.solver.noise.analysis import noise, noise_sources
 from circuits.solver.noise.transient import NoiseRun, simulate_noisy
 from circuits.solver.operating_point import operating_point
@@ -24,7 +24,7 @@ from circuits.solver.small_signal import ac
 from circuits.solver.temperature import simulate_course
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
-from tests.circuits.solver.adjoint.differences import by_temperature, read
+from tests.circuits.gradient.differences import by_temperature, read
 
 SILICON = Silicon(AMI_1500_IDEAL)
 D = Diode("d", "a", "o", saturation_current=1e-12, junction_capacitance=5e-12, transit_time=1e-9)

@@ -11,14 +11,14 @@ from circuits.circuit import Circuit, InstanceArray, Node, Port
 from circuits.devices import Capacitor, Diode, Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import SimulatorError
+from circuits.gradient.gradient import gradients_of
+from circuits.gradient.measure import Voltage
 from circuits.lowering.kernel import to_kernel
 from circuits.registry import load_block
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500_IDEAL, DiodeVariation
 from circuits.silicon.silicon import Silicon
 from circuits.solver import operating_point as native
-from circuits.solver.adjoint.gradient import gradients_of
-from circuits.solver.adjoint.measure import Voltage
 from circuits.solver.outcome import Outcome
 from circuits.solver.transient import simulate as solve
 from circuits.testbench import Testbench

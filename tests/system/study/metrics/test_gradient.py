@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from circuits.errors import ParameterError, UnknownNameError
+from circuits.gradient.gradient import gradients_of
+from circuits.gradient.measure import Crossing, Extreme, Integral, SpikeTime, Voltage
 from circuits.lowering.kernel import to_kernel
-from circuits.solver.adjoint.gradient import gradients_of
-from circuits.solver.adjoint.measure import Crossing, Extreme, Integral, SpikeTime, Voltage
 from system.options.block import choose
 from system.study.metrics.gradient import gradients, measure_of, measures_of, shares
 

@@ -7,10 +7,10 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.devices import Transistor
+from circuits.gradient.measure import Measure
+from circuits.gradient.way import way_of
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.silicon.die import shared
-from circuits.solver.adjoint.measure import Measure
-from circuits.solver.adjoint.way import way_of
 from circuits.solver.transient import simulate
 
 RTOL = 1e-9

@@ -1,4 +1,4 @@
-"""What the figures of diodes move measures by, from the adjoint run (`circuits.solver.adjoint.backwards`).
+"""What the figures of diodes move measures by, from the adjoint run (`circuits.gradient.backwards`).
 
 A diode's current i and charge q follow its own figures and voltages alone. So one central difference of a
 figure of all diodes at once gives, for each of them,
@@ -17,8 +17,8 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.diode import DiodeArrays, diode_arrays, diode_currents
+from circuits.gradient.backwards import Adjoint, apart
 from circuits.lowering.kernel import Machine
-from circuits.solver.adjoint.backwards import Adjoint, apart
 
 FIGURES = {
     "saturation_current": "A", "emission": "", "area": "", "junction_capacitance": "F",

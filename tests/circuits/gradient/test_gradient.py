@@ -14,15 +14,15 @@ from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError
+from circuits.gradient.gradient import gradients_of
+from circuits.gradient.measure import Crossing, Extreme, Integral, Measured, SpikeTime, Voltage
 from circuits.lowering.bias_moves import behind_bias
 from circuits.lowering.kernel import on_die, to_kernel
 from circuits.registry import load_block
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
-from circuits.solver.adjoint.gradient import gradients_of
-from circuits.solver.adjoint.measure import Crossing, Extreme, Integral, Measured, SpikeTime, Voltage
 from circuits.testbench import Testbench
-from tests.circuits.solver.adjoint.differences import by_deviation, by_deviations, by_temperature, read
+from tests.circuits.gradient.differences import by_deviation, by_deviations, by_temperature, read
 
 OWN = "rebound_neuron.inhibition.mi5.v_t0"  # the device that sets the first spike's time
 R, C, V, STOP = 1e6, 1e-12, 2.0, 4e-6

@@ -7,8 +7,8 @@ parameter p then moves the measure by
 
     dM/dp = - sum over k of m_k^T dR_k/dp
 
-R as of `circuits.solver.adjoint.way`. One factorisation a step serves all measures. These are the derivatives
-of the transient as it was computed, with steps that move with its edges (`circuits.solver.adjoint.section`).
+R as of `circuits.gradient.way`. One factorisation a step serves all measures. These are the derivatives
+of the transient as it was computed, with steps that move with its edges (`circuits.gradient.section`).
 
 Source: Director and Rohrer, "The generalized adjoint network and network sensitivities" (1969).
 """
@@ -21,10 +21,10 @@ import numpy as np
 
 from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
+from circuits.gradient.section import OWN, Section, drive, lay, new_section, shift
+from circuits.gradient.way import Way
 from circuits.lowering.factor import factor_and_solve
 from circuits.lowering.kernel import Kernel
-from circuits.solver.adjoint.section import OWN, Section, drive, lay, new_section, shift
-from circuits.solver.adjoint.way import Way
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, set_base
 from circuits.solver.operating_point import solve_dense, write_dense
 

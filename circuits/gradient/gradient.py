@@ -2,8 +2,8 @@
 
     found = gradients_of(machine, (SpikeTime("spike"), Voltage("v_mem", 5e-3)))
 
-runs the testbench once, and once backwards (`circuits.solver.adjoint.backwards`). What they are by is told in
-`circuits.solver.adjoint.parameters`.
+runs the testbench once, and once backwards (`circuits.gradient.backwards`). What they are by is told in
+`circuits.gradient.parameters`.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ import numpy as np
 
 from circuits.arrays import F64, Bools
 from circuits.errors import ParameterError, SolverError
+from circuits.gradient.backwards import Adjoint, backwards
+from circuits.gradient.measure import Measure, Reading, SpikeTime, Voltage
+from circuits.gradient.parameters import VOLT, charged_pairs, resistors, rows_of
+from circuits.gradient.way import Way, way_of
 from circuits.lowering.kernel import Machine
-from circuits.solver.adjoint.backwards import Adjoint, backwards
-from circuits.solver.adjoint.measure import Measure, Reading, SpikeTime, Voltage
-from circuits.solver.adjoint.parameters import VOLT, charged_pairs, resistors, rows_of
-from circuits.solver.adjoint.way import Way, way_of
 from circuits.solver.beginning import beginning, held_voltages
 from circuits.solver.outcome import Outcome
 from circuits.solver.transient import Result, Steps, simulate

@@ -2,7 +2,7 @@
 
 A measure reads the parabola through the last points of the step that it falls into, as the solver does for
 spikes. Its slopes are those of that parabola, so that they belong to the value that is told. As the steps of
-a run move with its edges (`circuits.solver.adjoint.section`), it has slopes by their times too: a point of a
+a run move with its edges (`circuits.gradient.section`), it has slopes by their times too: a point of a
 parabola p that moves by dt bends it there by `-p' dt`.
 """
 
@@ -17,10 +17,10 @@ import numpy as np
 
 from circuits.arrays import F64, I64
 from circuits.errors import ParameterError
+from circuits.gradient.way import Way
 from circuits.lowering.kernel import on_die
 from circuits.lowering.supply import spike_levels
 from circuits.silicon.die import Die
-from circuits.solver.adjoint.way import Way
 from circuits.solver.transient import Result
 
 _STEP = 1e-6  # V and us, by which a measured number's slopes are found; ours

@@ -9,7 +9,7 @@ Each has the label that a study's draws have (`circuits.silicon.sampling`):
 | `width`, `length` | m | channels, junctions, capacitances, and deviations by their area |
 | `capacitance` | F | capacitors |
 | `resistance` | Ohm | resistors |
-| `saturation_current`, ... | a figure of `circuits.solver.adjoint.diode` | a diode's current and charge |
+| `saturation_current`, ... | a figure of `circuits.gradient.diode` | a diode's current and charge |
 | `process.n.shared.v_t0`, ... | what a polarity shares | its channels, and biases that stand on the die |
 | `process.diode.shared.saturation_current` | what diodes share, relative | all diodes |
 | `bias.NAME` | the bias's current, A, or voltage, V | gates at its line |
@@ -31,6 +31,8 @@ from circuits.arrays import F64, I64, Bools
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, Diode, Resistor, Transistor
 from circuits.devices.transistor import capacitances
+from circuits.gradient.backwards import Adjoint, Sums, contracted
+from circuits.gradient.diode import FIGURES, by_figures
 from circuits.lowering.bias_moves import bias_moves, voltages_at
 from circuits.lowering.flatten import DeviceGroup
 from circuits.lowering.kernel import Machine, diode_figures, on_die
@@ -38,8 +40,6 @@ from circuits.lowering.made import made
 from circuits.silicon.die import PARAMETERS, shared
 from circuits.silicon.process import POLARITIES
 from circuits.silicon.sampling import labels
-from circuits.solver.adjoint.backwards import Adjoint, Sums, contracted
-from circuits.solver.adjoint.diode import FIGURES, by_figures
 
 KELVIN, VOLT, RELATIVE = 1e-3, 1e-5, 1e-4  # steps of what is moved as a whole; ours
 

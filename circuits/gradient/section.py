@@ -8,7 +8,7 @@ step moves too, by as much as keeps what is left across the way that the voltage
     r . dv_k = 0,        r = the rates dv/dt at step k of the nodes with capacitance
 
 and the run is differentiated by its voltages and by these times. With m as of
-`circuits.solver.adjoint.backwards` and J the matrix of step k, that condition adds a number u a step,
+`circuits.gradient.backwards` and J the matrix of step k, that condition adds a number u a step,
 
     J^T m_k = l_k - u r,     u so that     m_k^T dR_k/dt_k = g_k
 
@@ -33,8 +33,8 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.compiled import compiled
+from circuits.gradient.way import Way
 from circuits.lowering.kernel import Kernel
-from circuits.solver.adjoint.way import Way
 from circuits.solver.newton import Work, evaluate
 
 SEEN = 1e-4  # V in a step, from which on rates are more than errors of the step; ours
