@@ -21,6 +21,7 @@ import numpy as np
 
 from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
+from circuits.gradient.ends import Ends
 from circuits.gradient.section import OWN, Section, drive, lay, new_section, shift
 from circuits.gradient.way import Way
 from circuits.lowering.factor import factor_and_solve
@@ -56,17 +57,34 @@ class Sums(NamedTuple):
     direct: F64
 
 
+class Tap(NamedTuple):
+    """What a measure reads of a current.
+
+    name : of the device or source.
+    conducted : float64[rows], its slope by what flows without charge at each row, unit/A.
+    rate : float64[rows], by the rate of the charge there, unit/A.
+    stored : float64[rows], by the charge itself, unit/C.
+    """
+
+    name: str
+    conducted: F64
+    rate: F64
+    stored: F64
+
+
 class Adjoint(NamedTuple):
     """An adjoint run of some measures.
 
     voltage : float64[rows, columns], V, of the points that were gone through.
     moved : float64[measures, rows, unknowns], m at each of them.
     sums : what devices move the measures by.
+    taps : number of a measure and what it reads of a current, whose devices are in `sums` too.
     """
 
     voltage: F64
     moved: F64
     sums: Sums
+    taps: tuple[tuple[int, Tap], ...] = ()
 
 
 class _Room(NamedTuple):
@@ -77,8 +95,17 @@ class _Room(NamedTuple):
     section: Section
 
 
+def no_sums(k: Kernel, measures: int, ends: Ends) -> Sums:
+    """Return the sums of some measures over no step; ends: of resistors, and of what has a capacitance."""
+    m, t = measures, k.transistors.sign.size
+    a, b, c, d, e, f = (np.zeros((m, t)) for _ in range(6))
+    own, gate = np.zeros((m, 2, t)), np.zeros((m, 2, t))
+    conductance, charge = (np.zeros((m, pairs.shape[1])) for pairs in ends)
+    return Sums(a, b, c, d, e, f, own, gate, charge, conductance, np.zeros(m))
+
+
 def backwards(
-    k: Kernel, way: Way, slopes: F64, timing: F64, held: Bools, capacitors: I64, resistors: I64
+    k: Kernel, way: Way, slopes: F64, timing: F64, held: Bools, ends: Ends, sums: Sums
 ) -> Adjoint | None:
     """Solve the adjoint run, and sum up what devices move each measure by.
 
@@ -94,8 +121,10 @@ def backwards(
         float64[measures, rows], of each measure by the times of the rows, in its unit a second; is used up.
     held
         bool[unknowns], which of them are held at the beginning, and so have no equation there.
-    capacitors, resistors
-        int64[2, pairs], columns of the ends of each.
+    ends
+        Of resistors, and of what has a capacitance.
+    sums
+        To what the run's are added.
 
     Returns
     -------
@@ -103,18 +132,13 @@ def backwards(
         m and the sums; None where the equations are singular.
     """
     moved, n = slopes, k.unknowns
-    m, t = moved.shape[0], k.transistors.sign.size
-    a, b, c, d, e, f = (np.zeros((m, t)) for _ in range(6))
-    own, gate = np.zeros((m, 2, t)), np.zeros((m, 2, t))
-    charge, conductance = (np.zeros((m, ends.shape[1])) for ends in (capacitors, resistors))
-    found = Sums(a, b, c, d, e, f, own, gate, charge, conductance, np.zeros(m))
     room = _Room(allocate(k), np.zeros((n, n)), new_section(k))
-    if not _backwards(k, way, moved, timing, held, room, found):
+    if not _backwards(k, way, moved, timing, held, room, sums):
         return None
     if not np.isfinite(moved).all():
         return None
-    _pairs(way.voltage, way.share, moved, capacitors, resistors, np.zeros(k.columns), found)
-    return Adjoint(way.voltage, moved, found)
+    _pairs(way.voltage, way.share, moved, ends[1], ends[0], np.zeros(k.columns), sums)
+    return Adjoint(way.voltage, moved, sums)
 
 
 def contracted(k: Kernel, voltage: F64, moved: F64) -> F64:
@@ -245,35 +269,41 @@ def _pairs(voltage: F64, share: F64, moved: F64, capacitors: I64, resistors: I64
 @compiled()
 def _sum_up(k: Kernel, v: F64, own: F64, w: Work, m: int, s: Sums) -> None:
     """Add what the transistors do at a row to the sums of a measure; w: as evaluated there; own: its m."""
-    t, x = k.transistors, w.transistor
-    terminal, count = t.terminal, t.sign.size
+    terminal = k.transistors.terminal
     for i in range(k.unknowns):
         s.direct[m] -= own[i] * w.residual[i]
-    for i in range(count):
+    for i in range(k.transistors.sign.size):
         channel = apart(own, terminal[0, i], terminal[2, i])
         if channel != 0.0:
-            s.by_drain[m, i] -= channel * x.conductance[0, i]
-            s.by_gate[m, i] -= channel * x.conductance[1, i]
-            s.by_source[m, i] -= channel * x.conductance[2, i]
-            s.current[m, i] -= channel * x.current[i]
-            # E is 1 + rest; ln of the Early voltage moves the rest alone
-            rest = t.early[i] * abs(v[terminal[0, i]] - v[terminal[2, i]])
-            if t.reduces:
-                rest /= 1.0 + t.early_rise[i] * (x.value[i] + x.value[count + i])
-            s.early[m, i] -= channel * x.current[i] * rest / (1.0 + rest)
-    if t.leaks:
-        _junctions(k, own, w, m, s)
+            add_channel(k, v, w, i, channel, m, s)
+        if k.transistors.leaks:
+            for side in range(2):
+                across = apart(own, terminal[2 * side, i], terminal[3, i])
+                add_junction(w, i, side, across, m, s)
 
 
-@compiled()
-def _junctions(k: Kernel, own: F64, w: Work, m: int, s: Sums) -> None:
-    terminal, x = k.transistors.terminal, w.transistor
-    for i in range(k.transistors.sign.size):
-        for side in range(2):
-            across = apart(own, terminal[2 * side, i], terminal[3, i])
-            s.junction[m, i] -= across * x.junction[side, i]
-            s.junction_own[m, side, i] -= across * x.junction_conductance[side, i]
-            s.junction_gate[m, side, i] -= across * x.junction_conductance[2 + side, i]
+@compiled(forceinline=True)
+def add_channel(k: Kernel, v: F64, w: Work, i: int, channel: float, m: int, s: Sums) -> None:
+    """Add what the channel of transistor i does to the sums of measure m; channel: m across it."""
+    t, x = k.transistors, w.transistor
+    s.by_drain[m, i] -= channel * x.conductance[0, i]
+    s.by_gate[m, i] -= channel * x.conductance[1, i]
+    s.by_source[m, i] -= channel * x.conductance[2, i]
+    s.current[m, i] -= channel * x.current[i]
+    # E is 1 + rest; ln of the Early voltage moves the rest alone
+    rest = t.early[i] * abs(v[t.terminal[0, i]] - v[t.terminal[2, i]])
+    if t.reduces:
+        rest /= 1.0 + t.early_rise[i] * (x.value[i] + x.value[t.sign.size + i])
+    s.early[m, i] -= channel * x.current[i] * rest / (1.0 + rest)
+
+
+@compiled(forceinline=True)
+def add_junction(w: Work, i: int, side: int, across: float, m: int, s: Sums) -> None:
+    """Add what the junction at drain, 0, or source, 1, of transistor i does; across: m across it."""
+    x = w.transistor
+    s.junction[m, i] -= across * x.junction[side, i]
+    s.junction_own[m, side, i] -= across * x.junction_conductance[side, i]
+    s.junction_gate[m, side, i] -= across * x.junction_conductance[2 + side, i]
 
 
 @compiled()

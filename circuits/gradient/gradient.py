@@ -16,9 +16,12 @@ import numpy as np
 
 from circuits.arrays import F64, Bools
 from circuits.errors import ParameterError, SolverError
-from circuits.gradient.backwards import Adjoint, backwards
-from circuits.gradient.measure import Measure, Reading, SpikeTime, Voltage
-from circuits.gradient.parameters import VOLT, charged_pairs, resistors, rows_of
+from circuits.gradient.backwards import Adjoint, Tap, backwards, no_sums
+from circuits.gradient.ends import ends_of
+from circuits.gradient.measure import Current, Measure, SpikeTime, Voltage
+from circuits.gradient.parameters import VOLT, rows_of
+from circuits.gradient.reading import Reading
+from circuits.gradient.tap import Into, add_taps
 from circuits.gradient.way import Way, way_of
 from circuits.lowering.kernel import Machine
 from circuits.solver.beginning import beginning, held_voltages
@@ -107,7 +110,7 @@ def gradients_of(machine: Machine, measures: Sequence[Measure], *, rtol: float =
     guards = [_guards(each, found, result, way) for each, found in zip(measures, read, strict=True)]
     every = [*read, *(guard.reading for own in guards for guard in own)]
     way = _until(way, every)
-    asked = [k for k, each in enumerate(every) if each.slopes]
+    asked = [k for k, each in enumerate(every) if each.slopes or each.taps]
     solved = rows_of(machine, _solved(machine, way, [every[k] for k in asked]))
     by = np.full((len(every), sum(len(rows.labels) for rows in solved)), np.nan)
     by[asked] = np.concatenate([rows.by for rows in solved], axis=1)
@@ -128,7 +131,7 @@ def gradients_of(machine: Machine, measures: Sequence[Measure], *, rtol: float =
 
 def _run(machine: Machine, measures: Sequence[Measure], rtol: float) -> Result:
     """The testbench's run; of its beginning alone where nothing else is measured."""
-    if any(not isinstance(m, Voltage) or m.at is not None for m in measures):
+    if any(not isinstance(m, Voltage | Current) or m.at is not None for m in measures):
         return simulate(machine, rtol=rtol)
     begun = beginning(machine)
     first = begun.voltage[machine.column][None, :]
@@ -237,7 +240,10 @@ def _kicked(machine: Machine, way: Way) -> str:
 
 def _until(way: Way, read: Sequence[Reading]) -> Way:
     """The way up to the last point that is measured."""
-    end = 1 + max((row for found in read for row, _, _ in found.slopes), default=0)
+    rows = [row for found in read for row, _, _ in found.slopes]
+    for _, *weights in (tap for found in read for tap in found.taps):
+        rows += [int(row) for weight in weights for row in np.flatnonzero(weight)[-1:]]
+    end = 1 + max(rows, default=0)
     return Way(
         way.time[:end], way.voltage[:end], way.share[:end], way.order[:end], way.drive[:end], way.free[:end]
     )
@@ -245,21 +251,29 @@ def _until(way: Way, read: Sequence[Reading]) -> Way:
 
 def _solved(machine: Machine, way: Way, read: Sequence[Reading]) -> Adjoint:
     """The adjoint run of some readings."""
-    k = machine.kernel
-    slopes, timing = np.zeros((len(read), way.time.size, k.unknowns)), np.zeros((len(read), way.time.size))
+    k, rows, ends = machine.kernel, way.time.size, ends_of(machine)
+    into = Into(
+        np.zeros((len(read), rows, k.columns)), np.zeros((len(read), rows)), no_sums(k, len(read), ends)
+    )
     for m, each in enumerate(read):
         for row, slope in each.timing:
-            timing[m, row] += slope
+            into.timing[m, row] += slope
         for row, column, slope in each.slopes:
-            if column < k.unknowns:
-                slopes[m, row, column] += slope
-            elif column < k.columns - 1:  # a source, which moves with the time alone
-                timing[m, row] += slope * way.drive[row, column - k.unknowns]
-    solved = backwards(k, way, slopes, timing, _held(machine), charged_pairs(machine), resistors(machine))
+            into.slopes[m, row, column] += slope
+    taps = tuple(
+        (m, Tap(tap.name, *(part[:rows] for part in tap[1:])))
+        for m, each in enumerate(read)
+        for tap in each.taps
+    )
+    add_taps(machine, way, taps, ends, into)
+    # sources move with the time alone
+    into.timing[:] += (into.slopes[:, :, k.unknowns : -1] * way.drive).sum(axis=2)
+    slopes = np.ascontiguousarray(into.slopes[:, :, : k.unknowns])
+    solved = backwards(k, way, slopes, into.timing, _held(machine), ends, into.sums)
     if solved is None:
         title = machine.testbench.title
         raise SolverError(f"{title}: singular at its beginning; look for a node that floats")
-    return solved
+    return solved._replace(taps=taps)
 
 
 def _held(machine: Machine) -> Bools:

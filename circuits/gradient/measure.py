@@ -1,9 +1,6 @@
 """What can be measured of a run and differentiated: its value, and its slopes by the voltages of the run.
 
-A measure reads the parabola through the last points of the step that it falls into, as the solver does for
-spikes. Its slopes are those of that parabola, so that they belong to the value that is told. As the steps of
-a run move with its edges (`circuits.gradient.section`), it has slopes by their times too: a point of a
-parabola p that moves by dt bends it there by `-p' dt`.
+Where a measure takes a node, `i(NAME)` is the current of a device or source (`circuits.measure.current`).
 """
 
 from __future__ import annotations
@@ -11,12 +8,21 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple, final
+from typing import final
 
 import numpy as np
 
-from circuits.arrays import F64, I64
-from circuits.errors import ParameterError
+from circuits.arrays import F64
+from circuits.errors import ParameterError, unknown_name
+from circuits.gradient.reading import Reading, crossing, passed, rates, read_at, top_of
+from circuits.gradient.tap import (
+    course_of,
+    current_at_beginning,
+    current_in,
+    through,
+    unit_of,
+    weights_between,
+)
 from circuits.gradient.way import Way
 from circuits.lowering.kernel import on_die
 from circuits.lowering.supply import spike_levels
@@ -24,27 +30,7 @@ from circuits.silicon.die import Die
 from circuits.solver.transient import Result
 
 _STEP = 1e-6  # V and us, by which a measured number's slopes are found; ours
-_BISECTIONS = 60
 MOST_POINTS = 64  # pieces of a waveform, above which a number is one of the whole run; ours
-
-
-Slopes = tuple[tuple[int, int, float], ...]  # (row, column, slope) each
-Timing = tuple[tuple[int, float], ...]  # (row, slope) each
-
-
-class Reading(NamedTuple):
-    """A measure of a run.
-
-    value : its value in SI units, NaN where it is not defined.
-    slopes : its derivative by voltages: (row, column, slope) each, in its unit a V.
-    note : why it has no value, or where it is not smooth; empty else.
-    timing : its derivatives by the times of steps: (row, slope) each, in its unit a second.
-    """
-
-    value: float
-    slopes: Slopes
-    note: str = ""
-    timing: Timing = ()
 
 
 class Measure(ABC):
@@ -108,20 +94,20 @@ class SpikeTime(Measure):
             peak = float(way.voltage[:, column].max())
             why = f"{times.size} spikes; {self.port} comes to {peak:.4g} V, the threshold is {level:.4g} V"
             return Reading(np.nan, (), why)
-        return _crossing(way, column, float(times[self.number]))
+        return crossing(way, column, float(times[self.number]))
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Crossing(Measure):
-    """Time at which a node passes a voltage, s.
+    """Time at which a node passes a voltage, or a current a level, s.
 
     Attributes
     ----------
     node : str
-        Path of the node.
+        Path of the node, or i(NAME).
     level : float
-        The voltage, V.
+        The voltage, V, or the current, A.
     rising : bool
         Whether it rises through it, or falls.
     number : int
@@ -138,16 +124,18 @@ class Crossing(Measure):
     @property
     def name(self) -> str:
         """Its name."""
-        return f"{'rise' if self.rising else 'fall'}({self.node},{self.level:g}V,{self.number})"
+        level = f"{self.level:g}{unit_of(self.node)}"
+        return f"{'rise' if self.rising else 'fall'}({self.node},{level},{self.number})"
 
     def read(self, result: Result, way: Way) -> Reading:
         """Read the time of the crossing."""
-        column = result.machine.column_of(self.node)
-        y = (way.voltage[:, column] - self.level) * (1.0 if self.rising else -1.0)
+        course = course_of(result, way, self.node)
+        y = (course.values - self.level) * (1.0 if self.rising else -1.0)
         rows = np.flatnonzero((y[1:] >= 0.0) & (y[:-1] < 0.0)) + 1
         if self.number >= rows.size:
-            return Reading(np.nan, (), f"{rows.size} crossings; the nearest is {np.abs(y).min():.3g} V off")
-        return _passed(way, int(rows[self.number]), column, self.level)
+            off = f"the nearest is {np.abs(y).min():.3g} {unit_of(self.node)} off"
+            return Reading(np.nan, (), f"{rows.size} crossings; {off}")
+        return course.told(passed(course.way, int(rows[self.number]), course.column, self.level))
 
 
 @final
@@ -181,18 +169,18 @@ class Voltage(Measure):
         if not 0.0 <= self.at <= way.time[-1]:
             return Reading(np.nan, (), f"{self.at:g} s, the run ends at {way.time[-1]:g} s")
         row = max(int(np.searchsorted(way.time, self.at)), 1)
-        return _read_at(way, row, column, self.at)
+        return read_at(way, row, column, self.at)
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Extreme(Measure):
-    """Highest or lowest voltage of a node between two times, V.
+    """Highest or lowest voltage of a node, V, or current, A, between two times.
 
     Attributes
     ----------
     node : str
-        Path of the node.
+        Path of the node, or i(NAME).
     highest : bool
         Whether it is the highest.
     begin, end : float
@@ -204,7 +192,10 @@ class Extreme(Measure):
     begin: float = 0.0
     end: float = np.inf
 
-    unit = "V"
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+        return unit_of(self.node)
 
     @property
     def name(self) -> str:
@@ -213,38 +204,38 @@ class Extreme(Measure):
 
     def read(self, result: Result, way: Way) -> Reading:
         """Read the extreme at its step or at the ends, and name another one that is nearly as high."""
-        column, sign = result.machine.column_of(self.node), 1.0 if self.highest else -1.0
+        course, sign = course_of(result, way, self.node), 1.0 if self.highest else -1.0
         rows = np.flatnonzero((way.time >= self.begin) & (way.time <= self.end))
         if not rows.size:
             return Reading(np.nan, (), "no step between these times")
-        y = sign * way.voltage[rows, column]
+        y = sign * course.values[rows]
         best = int(np.argmax(y))
+        tie, least = (_TIE, _SAME) if course.name is None else (_TIE * abs(y[best]), _SAME * abs(y[best]))
         peaks = (np.flatnonzero((y[1:-1] >= y[:-2]) & (y[1:-1] > y[2:])) + 1).tolist()
-        far = [p for p in peaks if y[min(p, best) : max(p, best) + 1].min() < y[p] - 1e-9 and p != best]
-        other = max((float(y[p]) for p in far), default=-np.inf)
-        gap = float(y[best]) - other
-        near = gap < _TIE
-        note = f"a tie: another extreme is {gap:.3g} V from it" if near else ""
+        far = [p for p in peaks if y[min(p, best) : max(p, best) + 1].min() < y[p] - least and p != best]
+        gap = float(y[best]) - max((float(y[p]) for p in far), default=-np.inf)
+        note = f"a tie: another extreme is {gap:.3g} {self.unit} from it" if gap < tie else ""
         for end in (self.begin, self.end):
             if way.time[0] < end < way.time[-1]:
-                there = _read_at(way, int(np.searchsorted(way.time, end)), column, end)
+                there = read_at(course.way, int(np.searchsorted(way.time, end)), course.column, end)
                 if sign * there.value >= y[best]:
-                    return there._replace(note=note)
-        return top_of(way, int(rows[best]), column)._replace(note=note)
+                    return course.told(there._replace(note=note))
+        return course.told(top_of(course.way, int(rows[best]), course.column)._replace(note=note))
 
 
-_TIE = 1e-3  # V, within which two extremes are one as far as a designer is concerned; ours
+_TIE = 1e-3  # V, or of a current, within which two extremes are one as far as a designer is concerned; ours
+_SAME = 1e-9  # V, or of a current, by which a waveform goes back between two extremes; ours
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Integral(Measure):
-    """Integral of a node's voltage between two times, V s.
+    """Integral of a node's voltage, V s, or of a current, C, between two times.
 
     Attributes
     ----------
     node : str
-        Path of the node.
+        Path of the node, or i(NAME).
     begin, end : float
         The times, s; the end is that of the run unless given.
     """
@@ -253,7 +244,10 @@ class Integral(Measure):
     begin: float = 0.0
     end: float = np.inf
 
-    unit = "V s"
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+        return "V s" if current_in(self.node) is None else "C"
 
     @property
     def name(self) -> str:
@@ -261,22 +255,91 @@ class Integral(Measure):
         return f"integral({self.node}{_span(self.begin, self.end)})"
 
     def read(self, result: Result, way: Way) -> Reading:
-        """Read the integral of straight lines between the steps."""
-        column, end = result.machine.column_of(self.node), min(self.end, float(way.time[-1]))
-        if not self.begin < end:
-            return Reading(np.nan, (), f"{self.begin:g} s to {end:g} s, must be rising times of the run")
-        left, right = np.clip(way.time[:-1], self.begin, end), np.clip(way.time[1:], self.begin, end)
-        h = np.diff(way.time)
-        later = (0.5 * (left + right) - way.time[:-1]) / h * (right - left)
-        weight = np.zeros(way.time.size)
-        weight[1:] += later
-        weight[:-1] += (right - left) - later
+        """Read the integral of straight lines between the steps; what is stored counts at the ends."""
+        begin, end = self.begin, min(self.end, float(way.time[-1]))
+        if not begin < end:
+            return Reading(np.nan, (), f"{begin:g} s to {end:g} s, must be rising times of the run")
+        if (current := current_in(self.node)) is not None:
+            return through(result.machine, way, current, (begin, end), np.ones(way.time.size))
+        column, weight = result.machine.column_of(self.node), weights_between(way, begin, end)
         rows = np.flatnonzero(weight)
         value = float(weight @ way.voltage[:, column])
         slopes = tuple((int(r), column, float(weight[r])) for r in rows)
         inside = rows[(rows > 0) & (rows < way.time.size - 1)]
-        moved = -weight[inside] * _rates(way, inside, column)
+        moved = -weight[inside] * rates(way, inside, column)
         return Reading(value, slopes, timing=tuple(zip(inside.tolist(), moved.tolist(), strict=True)))
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Energy(Measure):
+    """Energy that a source of voltage delivers between two times, J.
+
+    Attributes
+    ----------
+    source : str
+        Its name.
+    begin, end : float
+        The times, s; the end is that of the run unless given.
+    """
+
+    source: str
+    begin: float = 0.0
+    end: float = np.inf
+
+    unit = "J"
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return f"energy({self.source}{_span(self.begin, self.end)})"
+
+    def read(self, result: Result, way: Way) -> Reading:
+        """Read the energy; raises `UnknownNameError` for what is no source of voltage."""
+        machine = result.machine
+        kinds = zip(machine.source_names, machine.source_quantities, strict=True)
+        known = [name for name, kind in kinds if kind == "voltage"]
+        if self.source not in known:
+            raise unknown_name(f"{machine.flat.circuit.name} source of voltage", self.source, known)
+        begin, end = self.begin, min(self.end, float(way.time[-1]))
+        if not begin < end:
+            return Reading(np.nan, (), f"{begin:g} s to {end:g} s, must be rising times of the run")
+        column = machine.kernel.unknowns + machine.source_names.index(self.source)
+        return through(machine, way, self.source, (begin, end), -way.voltage[:, column])
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Current(Measure):
+    """Current of a device or source, A, at a time or in the state in which a run begins.
+
+    Attributes
+    ----------
+    of : str
+        Path of the device, or name of the source.
+    at : float or None
+        Time, s; None for the beginning, where no charge flows.
+    """
+
+    of: str
+    at: float | None = None
+
+    unit = "A"
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return f"current({self.of}{'' if self.at is None else f',{self.at:g}s'})"
+
+    def read(self, result: Result, way: Way) -> Reading:
+        """Read the current."""
+        if self.at is None:
+            return current_at_beginning(result.machine, way, self.of)
+        if not 0.0 <= self.at <= way.time[-1]:
+            return Reading(np.nan, (), f"{self.at:g} s, the run ends at {way.time[-1]:g} s")
+        course = course_of(result, way, f"i({self.of})")
+        row = max(int(np.searchsorted(way.time, self.at)), 1)
+        return course.told(read_at(course.way, row, course.column, self.at))
 
 
 def _span(begin: float, end: float) -> str:
@@ -356,7 +419,7 @@ class _Search:
             for k, time in enumerate(times):
                 slope = self._by_spike(port, k)
                 if slope:
-                    self.spikes.append((slope, _crossing(self.way, column, float(time))))
+                    self.spikes.append((slope, crossing(self.way, column, float(time))))
         sign = np.random.default_rng(0).choice([-1.0, 1.0], self.result.voltage.shape[0])  # of no consequence
         for node in range(len(self.result.nodes)):
             pending = [(0, self.result.voltage.shape[0])]
@@ -448,83 +511,3 @@ class _Search:
     def _with(self, **changed: object) -> Result:
         own = {f: getattr(self.result, f) for f in Result.__dataclass_fields__}
         return Result(**{**own, **changed})
-
-
-def top_of(way: Way, row: int, column: int) -> Reading:
-    """An extreme at a row: the parabola through its neighbours, at its vertex; another row at its time."""
-    if not 0 < row < way.time.size - 1:
-        return Reading(float(way.voltage[row, column]), ((row, column, 1.0),))
-    rows = [row - 1, row, row + 1]
-    t, y = way.time[rows], way.voltage[rows, column]
-    first, second = np.diff(y) / np.diff(t)
-    if 1 in way.order[row : row + 2] or first * second > 0.0 or first == second:
-        rate = float(_rates(way, np.array([row]), column)[0])
-        return Reading(float(y[1]), ((row, column, 1.0),), timing=((row, -rate),))
-    vertex = 0.5 * (t[1] - t[0] - first * (t[2] - t[0]) / (second - first))  # after the first
-    return _on_parabola(way, rows, column, float(vertex), 1.0)._replace(value=float(y[1]))
-
-
-def _rates(way: Way, rows: I64, column: int) -> F64:
-    """Rates of a column from the row before to the row after each of some rows, V/s."""
-    y, t = way.voltage[:, column], way.time
-    return np.asarray((y[rows + 1] - y[rows - 1]) / (t[rows + 1] - t[rows - 1]))
-
-
-def _passed(way: Way, row: int, column: int, level: float) -> Reading:
-    """Time at which a column passes a level within a step, s."""
-    low, high = way.time[row - 1], way.time[row]
-    falls = way.voltage[row, column] < way.voltage[row - 1, column]
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        before = (_at(way, row, column, middle) > level) == falls
-        low, high = (middle, high) if before else (low, middle)
-    return _crossing(way, column, float(high), row)
-
-
-def _nodes(way: Way, row: int) -> list[int]:
-    """Rows of the points that the parabola of a step goes through."""
-    return [row, row - 1] + ([row - 2] if way.order[row] == 2 else [])
-
-
-def _weights(way: Way, rows: list[int], after: float) -> tuple[F64, F64]:
-    """Weights of some rows in their parabola, and in its slope, 1/s; after: the first one, s.
-
-    Times since the beginning are long beside steps, and would be rounded.
-    """
-    t = way.time[rows] - way.time[rows[0]]
-    own, slope = np.ones(len(rows)), np.zeros(len(rows))
-    for i in range(len(rows)):
-        others = [t[j] for j in range(len(rows)) if j != i]
-        scale = np.prod([t[i] - s for s in others])
-        own[i] = np.prod([after - s for s in others]) / scale
-        slope[i] = (1.0 if len(others) == 1 else 2.0 * after - others[0] - others[1]) / scale
-    return own, slope
-
-
-def _at(way: Way, row: int, column: int, time: float) -> float:
-    rows = _nodes(way, row)
-    return float(_weights(way, rows, time - way.time[row])[0] @ way.voltage[rows, column])
-
-
-def _read_at(way: Way, row: int, column: int, time: float) -> Reading:
-    """What the parabola of a step has at a time."""
-    return _on_parabola(way, _nodes(way, row), column, time - way.time[row], 1.0)
-
-
-def _on_parabola(way: Way, rows: list[int], column: int, after: float, scale: float) -> Reading:
-    """What the parabola of some rows has at a time after the first one, s; scale: of its slopes."""
-    y, (own, _) = way.voltage[rows, column], _weights(way, rows, after)
-    since = way.time[rows] - way.time[rows[0]]
-    rate = [float(_weights(way, rows, float(t))[1] @ (y - y[0])) for t in since]
-    slopes = tuple((row, column, scale * float(w)) for row, w in zip(rows, own, strict=True))
-    timing = tuple((row, -slope * by) for (row, _, slope), by in zip(slopes, rate, strict=True))
-    return Reading(float(own @ y), slopes, timing=timing)
-
-
-def _crossing(way: Way, column: int, time: float, row: int | None = None) -> Reading:
-    """A time at which a column passes a level, in the step to a row: it moves by `-dv / slope`."""
-    row = max(int(np.searchsorted(way.time, time - 1e-15)), 1) if row is None else row
-    rows = _nodes(way, row)
-    y, after = way.voltage[rows, column], time - float(way.time[row])
-    rate = float(_weights(way, rows, after)[1] @ (y - y[0]))
-    return _on_parabola(way, rows, column, after, -1.0 / rate)._replace(value=time)

@@ -27,12 +27,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from circuits.arrays import F64, I64, Bools
+from circuits.arrays import F64, Bools
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, Diode, Resistor, Transistor
 from circuits.devices.transistor import capacitances
 from circuits.gradient.backwards import Adjoint, Sums, contracted
 from circuits.gradient.diode import FIGURES, by_figures
+from circuits.gradient.ends import OVERLAPS, ends_of, groups_of
+from circuits.gradient.flow import flow_of
+from circuits.gradient.tap import carried_by
 from circuits.lowering.bias_moves import bias_moves, voltages_at
 from circuits.lowering.flatten import DeviceGroup
 from circuits.lowering.kernel import Machine, diode_figures, on_die
@@ -60,45 +63,20 @@ class Rows(NamedTuple):
     varies: bool = True
 
 
-def charged_pairs(machine: Machine) -> I64:
-    """Columns of the ends of what has a capacitance, int64[2, pairs]: of transistors, then capacitors."""
-    fets, capacitors = _groups(machine, Transistor), _groups(machine, Capacitor)
-    pairs = [_ends(machine, fets, (1, 3)), *(_ends(machine, fets, p) for p in _OVERLAPS)]
-    return np.concatenate([*pairs, _ends(machine, capacitors, (0, 1))], axis=1)
-
-
-def resistors(machine: Machine) -> I64:
-    """Columns of the ends of resistors, int64[2, resistors]."""
-    return _ends(machine, _groups(machine, Resistor), (0, 1))
-
-
 def rows_of(machine: Machine, found: Adjoint) -> list[Rows]:
     """All parameters, and what each moves measures by, from an adjoint run of them."""
     sums, measures = found.sums, found.moved.shape[0]
-    devices = _transistors(machine, _groups(machine, Transistor), sums)
+    devices = _transistors(machine, groups_of(machine, Transistor), sums)
     lines = _lines(machine, found)
-    first = (1 + len(_OVERLAPS)) * machine.kernel.transistors.sign.size
-    capacitors, charge = _groups(machine, Capacitor), sums.charge[:, first:]
+    first = (1 + len(OVERLAPS)) * machine.kernel.transistors.sign.size
+    capacitors, charge = groups_of(machine, Capacitor), sums.charge[:, first:]
     kinds = [
         *devices, _passive(machine, capacitors, "capacitance", charge),
-        _passive(machine, _groups(machine, Resistor), "resistance", sums.conductance),
+        _passive(machine, groups_of(machine, Resistor), "resistance", sums.conductance),
         *_diodes(machine, found), *_shared(machine, devices, lines),
         *_biases(machine, lines), *_behind_biases(machine, lines, measures), _temperature(machine, found),
     ]  # fmt: skip
     return [rows for rows in kinds if len(rows.labels)]
-
-
-_OVERLAPS = ((1, 0), (1, 2), (0, 3), (2, 3))  # of a transistor's terminals, as `capacitances` has them
-
-
-def _groups(machine: Machine, kind: type) -> list[DeviceGroup]:
-    return [g for g in machine.flat.groups if isinstance(g.device, kind)]
-
-
-def _ends(machine: Machine, groups: Sequence[DeviceGroup], pair: tuple[int, int]) -> I64:
-    """Columns of two terminals of all devices of some groups, int64[2, devices]."""
-    found = [machine.column[group.nodes[list(pair)]] for group in groups]
-    return np.concatenate([np.zeros((2, 0), np.int64), *found], axis=1)
 
 
 def _names(machine: Machine, groups: Sequence[DeviceGroup], parameter: str) -> list[str]:
@@ -146,7 +124,7 @@ def _capacitance(machine: Machine, groups: Sequence[DeviceGroup]) -> tuple[F64, 
         if isinstance(g.device, Transistor)
     ]
     gate = np.concatenate([np.zeros(0), *(own[1, 3] for own in each)])
-    others = [np.concatenate([np.zeros(0), *(own[pair] for own in each)]) for pair in _OVERLAPS]
+    others = [np.concatenate([np.zeros(0), *(own[pair] for own in each)]) for pair in OVERLAPS]
     return gate, np.stack(others)
 
 
@@ -168,7 +146,7 @@ def _passive(machine: Machine, groups: Sequence[DeviceGroup], parameter: str, by
 
 def _diodes(machine: Machine, found: Adjoint) -> list[Rows]:
     """Figures of diodes, and what diodes share where the process says how far they differ."""
-    groups, silicon = _groups(machine, Diode), machine.silicon
+    groups, silicon = groups_of(machine, Diode), machine.silicon
     if not groups:
         return []
     values = diode_figures(machine.flat, silicon)
@@ -206,6 +184,7 @@ def _alone(machine: Machine, groups: Sequence[DeviceGroup], area: F64) -> F64 | 
 def _lines(machine: Machine, found: Adjoint) -> dict[int, F64]:
     """What the voltage of each bias line moves the readings by, unit/V, by the number of its source."""
     given, lines, k, sums = len(machine.testbench.sources), {}, machine.kernel, found.sums
+    ends = ends_of(machine)
     total, row_of = found.moved.sum(axis=1), np.repeat(np.arange(k.unknowns), np.diff(k.conductance.start))
     for number in range(given, len(machine.source_names)):
         column = k.unknowns + number
@@ -215,7 +194,10 @@ def _lines(machine: Machine, found: Adjoint) -> dict[int, F64]:
         if (k.amplifier_terminal == column).any() or (k.diodes.terminal == column).any():
             voltage = found.voltage.copy()
             voltage[:, column] += VOLT
-            by = (contracted(k, voltage, found.moved) - sums.direct) / VOLT
+            by = (_direct(machine, voltage, found) - sums.direct) / VOLT
+        else:
+            for m, tap in found.taps:
+                by[m] += tap.conducted.sum() * flow_of(machine, tap.name, ends).linear[column]
         lines[number] = by
     return lines
 
@@ -255,7 +237,7 @@ def _process_varies(machine: Machine) -> bool:
 
 
 def _by_shift(machine: Machine, by_beta: F64, own: Bools, shift: float) -> F64:
-    groups = _groups(machine, Transistor)
+    groups = groups_of(machine, Transistor)
     paths = [(*g.path, (g.device.name, ())) for g in groups]
     area = _sizes(groups, "width") * _sizes(groups, "length") * _sizes(groups, "multiplicity")
     polarities = [g.device.polarity for g in groups if isinstance(g.device, Transistor)]
@@ -334,5 +316,12 @@ def _temperature(machine: Machine, found: Adjoint) -> Rows:
     voltage = found.voltage.copy()
     for number, value in _line_voltages(there).items():
         voltage[:, machine.kernel.unknowns + number] = value
-    by = (contracted(there.kernel, voltage, found.moved) - found.sums.direct) / KELVIN
+    by = (_direct(there, voltage, found) - found.sums.direct) / KELVIN
     return Rows([TEMPERATURE], "degC", np.zeros(1), by[:, None])
+
+
+def _direct(machine: Machine, voltage: F64, found: Adjoint) -> F64:
+    """What flows without charge gives the measures on a silicon at some voltages, float64[measures]."""
+    ends = ends_of(machine)
+    own = contracted(machine.kernel, voltage, found.moved)
+    return own + carried_by(machine, voltage, found.taps, ends, own.size)

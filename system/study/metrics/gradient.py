@@ -15,6 +15,8 @@ from circuits.errors import ParameterError, UnknownNameError
 from circuits.gradient.gradient import GRADIENT_RTOL, Gradients, gradients_of
 from circuits.gradient.measure import (
     Crossing,
+    Current,
+    Energy,
     Extreme,
     Integral,
     Measure,
@@ -22,6 +24,7 @@ from circuits.gradient.measure import (
     SpikeTime,
     Voltage,
 )
+from circuits.gradient.tap import unit_of
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
@@ -40,10 +43,10 @@ else:
 
 
 FORMS = (
-    "spike_time(PORT,K), voltage(NODE,TIME), rise(NODE,V,K), fall(NODE,V,K), maximum(NODE), minimum(NODE),"
-    " integral(NODE)"
+    "spike_time(PORT,K), voltage(NODE,TIME), current(NAME,TIME), rise(NODE,V,K), fall(NODE,V,K),"
+    " maximum(NODE), minimum(NODE), integral(NODE), energy(SOURCE)"
 )
-"""Measures that every testbench has, by their names."""
+"""Measures that every testbench has, by their names; NODE may be i(NAME), a current."""
 _FORM = re.compile(r"(\w+)\((.*)\)")
 _PARTS = re.compile(r",(?![^\[]*\])")
 
@@ -129,11 +132,13 @@ def _number(parts: Sequence[str], k: int) -> int:
 
 
 def _crossing(parts: Sequence[str], *, rising: bool) -> Measure:
-    return Crossing(parts[0], parse_quantity(parts[1], "V", "metric"), rising, _number(parts, 2))
+    return Crossing(
+        parts[0], parse_quantity(parts[1], unit_of(parts[0]), "metric"), rising, _number(parts, 2)
+    )
 
 
-def _voltage(parts: Sequence[str]) -> Measure:
-    return Voltage(parts[0], _time(parts[1]) if len(parts) > 1 else None)
+def _at(of: Callable[[str, float | None], Measure], parts: Sequence[str]) -> Measure:
+    return of(parts[0], _time(parts[1]) if len(parts) > 1 else None)
 
 
 def _time(text: str) -> float:
@@ -156,12 +161,14 @@ def _span(parts: Sequence[str]) -> tuple[float, float]:
 
 _MADE: Mapping[str, tuple[Callable[[Sequence[str]], Measure], int]] = {
     "spike_time": (lambda parts: SpikeTime(parts[0], _number(parts, 1)), 2),
-    "voltage": (_voltage, 2),
+    "voltage": (partial(_at, Voltage), 2),
+    "current": (partial(_at, Current), 2),
     "rise": (partial(_crossing, rising=True), 3),
     "fall": (partial(_crossing, rising=False), 3),
     "maximum": (lambda parts: Extreme(parts[0], True, *_span(parts)), 3),  # noqa: FBT003 - the highest
     "minimum": (lambda parts: Extreme(parts[0], False, *_span(parts)), 3),  # noqa: FBT003 - the lowest
     "integral": (lambda parts: Integral(parts[0], *_span(parts)), 3),
+    "energy": (lambda parts: Energy(parts[0], *_span(parts)), 3),
 }
 """How each is made of its parts, and how many there are at most."""
 

@@ -13,9 +13,18 @@ from circuits.bias import rebias
 from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, UnknownNameError
 from circuits.gradient.gradient import gradients_of
-from circuits.gradient.measure import Crossing, Extreme, Integral, Measured, SpikeTime, Voltage
+from circuits.gradient.measure import (
+    Crossing,
+    Current,
+    Energy,
+    Extreme,
+    Integral,
+    Measured,
+    SpikeTime,
+    Voltage,
+)
 from circuits.lowering.bias_moves import behind_bias
 from circuits.lowering.kernel import on_die, to_kernel
 from circuits.registry import load_block
@@ -188,6 +197,59 @@ def off_by(machine, measures, labels, step):
 def spiking(name, die):
     block = load_block(name)
     return to_kernel(block.bench(), Silicon(block.process, 27.0, Die(number=die)))
+
+
+def test_currents_of_a_low_pass_have_the_gradients_of_their_closed_forms():
+    # i = V/R e^(-t/RC) from the middle of the edge on, into the capacitor and out of the source
+    at, tau = 1.5e-6, R * C
+    measures = (
+        Current("r", at), Current("c", at), Current("in", at),
+        Integral("i(r)", at), Energy("in"), Crossing("i(r)", 1e-6, rising=False), Current("r"),
+    )  # fmt: skip
+    found = gradients_of(low_pass(), measures, rtol=1e-9)
+    t, end, edge = at - 0.5e-9, STOP - 0.5e-9, 1e-9
+    now, last = (V / R * math.exp(-x / tau) for x in (t, end))
+    lost = V**2 / R * edge / 6.0  # of the energy of a step, within the edge
+    energy = V * tau * (V / R - last) - lost
+    wanted = [now, now, -now, tau * (now - last), energy, 0.5e-9 + tau * math.log(V / R / 1e-6), 0.0]
+    np.testing.assert_allclose(found.values, wanted, rtol=2e-5, atol=1e-18)
+    by_r = (t / tau - 1.0) * now
+    wanted_r = [by_r, by_r, -by_r, now * t - last * end, lost - V * last * end]
+    wanted_r += [tau * math.log(V / R / 1e-6) - tau]
+    by_c = now * t / tau
+    wanted_c = [by_c, by_c, -by_c, tau * (now - last) + now * t - last * end]
+    wanted_c += [V * tau * (V / R - last) - V * last * end, tau * math.log(V / R / 1e-6)]
+    for label, one, wanted in (("r.resistance", R, wanted_r), ("c.capacitance", C, wanted_c)):
+        own = one * found.by[:, found.labels.index(f"low_pass.{label}")]
+        np.testing.assert_allclose(own, [*wanted, 0.0], rtol=1e-3, atol=1e-18)
+
+
+@pytest.mark.parametrize("die", [NOMINAL, Die(number=1000)])
+def test_currents_of_the_rebound_neuron_are_those_of_differences(die):
+    measures = (
+        Current("vdd"), Current("vdd", 5e-3), Integral("i(vdd)"), Energy("vdd", 3e-3, 13e-3),
+        Extreme("i(inhibition.c_inh)"), Integral("i(inhibition.mi1)", 1.6e-3, 11.2e-3),
+    )  # fmt: skip
+    machine = neuron(die)
+    labels = ("process.p.shared.v_t0", "process.n.shared.beta", OWN)
+    assert off_by(machine, measures, labels, 0.01).max() < 0.01
+    found = gradients_of(machine, measures[:4])
+    for k in range(4):
+        wanted = by_temperature(machine, measures[k], 0.01)
+        assert by(found, k, "temperature") == pytest.approx(wanted, rel=2e-3)
+
+
+def test_currents_that_are_none_are_named():
+    for measure, text in (
+        (Current("nothing"), "rebound_neuron current nothing: unknown"),
+        (Integral("i(v_mem)"), "rebound_neuron current v_mem: unknown"),
+        (Energy("v_mem"), "rebound_neuron source of voltage v_mem: unknown"),
+    ):
+        with pytest.raises(UnknownNameError, match=text):
+            gradients_of(neuron(), (measure,))
+    found = gradients_of(neuron(), (Current("vdd", 1.0), Energy("vdd", 1.0)))
+    assert "the run ends at" in found.notes[0]
+    assert "must be rising times of the run" in found.notes[1]
 
 
 def test_what_lies_behind_fast_edges_is_that_of_differences():

@@ -5,7 +5,7 @@ import pytest
 
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.gradient.gradient import gradients_of
-from circuits.gradient.measure import Crossing, Extreme, Integral, SpikeTime, Voltage
+from circuits.gradient.measure import Crossing, Current, Energy, Extreme, Integral, SpikeTime, Voltage
 from circuits.lowering.kernel import to_kernel
 from system.options.block import choose
 from system.study.metrics.gradient import gradients, measure_of, measures_of, shares
@@ -22,6 +22,11 @@ from system.study.metrics.gradient import gradients, measure_of, measures_of, sh
         ("maximum(v)", Extreme("v")),
         ("minimum(v,1ms,2ms)", Extreme("v", highest=False, begin=1e-3, end=2e-3)),
         ("integral(v)", Integral("v")),
+        ("current(a.m1)", Current("a.m1")),
+        ("current(vdd,5ms)", Current("vdd", 5e-3)),
+        ("rise(i(a.m1),2nA,1)", Crossing("i(a.m1)", 2e-9, number=1)),
+        ("integral(i(vdd),1ms,2ms)", Integral("i(vdd)", 1e-3, 2e-3)),
+        ("energy(vdd)", Energy("vdd")),
     ],
 )
 def test_measure_of_its_name(text, measure):
@@ -31,6 +36,7 @@ def test_measure_of_its_name(text, measure):
 NONE = (
     "v(v)", "fall(v)", "spike_time(spike,-1)", "fall(v,1)", "maximum(v,1ms)", "voltage(v,1ms,2)",
     "voltage(v,-1ms)", "spike_time()", "voltage(,1ms)", "maximum(v,2ms,1ms)", "integral(v,1ms,1ms)",
+    "rise(i(m1),1V)", "energy()", "current(m1,1ms,2ms)",
 )  # fmt: skip
 
 

@@ -1,0 +1,210 @@
+"""Currents that measures read, and what they add to an adjoint run.
+
+A measure that reads a current (`circuits.gradient.flow`) has slopes by the voltages, as others have. What
+devices do to it beside these is what an adjoint run sums up for them with m = -e: `Sums` of both are added.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from circuits.arrays import F64, Bools
+from circuits.errors import unknown_name
+from circuits.gradient.backwards import Sums, Tap
+from circuits.gradient.ends import Ends, ends_of
+from circuits.gradient.flow import carried, flow_of, gather
+from circuits.gradient.reading import Reading
+from circuits.gradient.way import Way
+from circuits.lowering.kernel import Machine
+from circuits.measure.current import current_names, device_current, rate
+from circuits.solver.newton import allocate
+from circuits.solver.transient import Result
+
+
+class Into(NamedTuple):
+    """Slopes by voltages, float64[measures, rows, columns], by times, float64[measures, rows], and sums."""
+
+    slopes: F64
+    timing: F64
+    sums: Sums
+
+
+class Course(NamedTuple):
+    """A waveform of a run.
+
+    way : the run, with the waveform in a column.
+    column : which it is.
+    name : of the device or source whose current it is; None for a voltage.
+    """
+
+    way: Way
+    column: int
+    name: str | None
+
+    @property
+    def values(self) -> F64:
+        """The waveform, V or A, float64[rows]."""
+        return self.way.voltage[:, self.column]
+
+    def told(self, found: Reading) -> Reading:
+        """Return what was read of the waveform with the current that it is."""
+        if self.name is None:
+            return found
+        weight = np.zeros(self.way.time.size)
+        for row, _, slope in found.slopes:
+            weight[row] += slope
+        rate = weight.copy()
+        # before the first step charge flows as in it
+        rate[1:2] += rate[:1]
+        rate[0] = 0.0
+        return found._replace(slopes=(), taps=(Tap(self.name, weight, rate, np.zeros(weight.size)),))
+
+
+def current_in(node: str) -> str | None:
+    """Return the name in `i(NAME)`, None of a node."""
+    return node[2:-1] if node.startswith("i(") and node.endswith(")") else None
+
+
+def unit_of(node: str) -> str:
+    """Return the SI unit of a node's voltage, or of `i(NAME)`."""
+    return "V" if current_in(node) is None else "A"
+
+
+def course_of(result: Result, way: Way, node: str) -> Course:
+    """Return the waveform of a node, or of `i(NAME)`; raises `UnknownNameError` where there is none."""
+    name = current_in(node)
+    if name is None:
+        return Course(way, result.machine.column_of(node), None)
+    wide = np.column_stack([way.voltage, _current(result.machine, way, name)])
+    return Course(way._replace(voltage=wide), wide.shape[1] - 1, name)
+
+
+def current_at_beginning(machine: Machine, way: Way, name: str) -> Reading:
+    """Read the current of a device or source in the state in which a run begins, A."""
+    first, none = np.zeros(way.time.size), np.zeros(way.time.size)
+    first[0] = 1.0
+    begun = way._replace(time=way.time[:1], voltage=way.voltage[:1], order=way.order[:1])
+    return Reading(float(_current(machine, begun, name)[0]), (), taps=(Tap(name, first, none, none),))
+
+
+def through(machine: Machine, way: Way, name: str, span: tuple[float, float], price: F64) -> Reading:
+    """Read what passes a device or source between two times, in coulombs times a price.
+
+    What flows without charge is a straight line between the steps, and what is stored counts at the ends.
+
+    price: of a coulomb at each row, float64[rows], whose mean holds in a step.
+    """
+    current, charge = (
+        _current(machine, way, name),
+        way.voltage @ flow_of(machine, name, ends_of(machine)).charge,
+    )
+    conducted = current - rate(way.time, charge, _kinks(way))
+    mean, h = 0.5 * (price[1:] + price[:-1]), np.diff(way.time)
+    share = np.diff(np.clip(way.time, *span)) / h
+    stored = np.append(0.0, mean * share) - np.append(mean * share, 0.0)
+    weight = weights_between(way, *span, mean)
+    inside = slice(1, -1)
+    timing = np.zeros(way.time.size)
+    for by, y in ((weight, conducted), (stored, charge)):
+        timing[inside] -= by[inside] * (y[2:] - y[:-2]) / (way.time[2:] - way.time[:-2])
+    moved = tuple((int(row), float(timing[row])) for row in np.flatnonzero(timing))
+    tap = Tap(name, weight, np.zeros(weight.size), stored)
+    return Reading(float(weight @ conducted + stored @ charge), (), timing=moved, taps=(tap,))
+
+
+def weights_between(way: Way, begin: float, end: float, mean: F64 | float = 1.0) -> F64:
+    """Return the weights of the rows in the integral of straight lines between two times, s, float64[rows].
+
+    mean: what each step counts.
+    """
+    left, right = np.clip(way.time[:-1], begin, end), np.clip(way.time[1:], begin, end)
+    whole = (right - left) * mean
+    later = (0.5 * (left + right) - way.time[:-1]) / np.diff(way.time) * whole
+    return np.asarray(np.append(0.0, later) + np.append(whole - later, 0.0))
+
+
+def _current(machine: Machine, way: Way, name: str) -> F64:
+    """A current over the rows of a run, A, float64[rows]."""
+    if name not in current_names(machine):
+        raise unknown_name(f"{machine.flat.circuit.name} current", name, current_names(machine))
+    return device_current(machine, way.voltage, way.time, _kinks(way), name)
+
+
+def _kinks(way: Way) -> Bools:
+    """Rows at which the solver begins anew."""
+    return np.append(way.order[1:] == 1, True)
+
+
+def add_taps(machine: Machine, way: Way, taps: Sequence[tuple[int, Tap]], ends: Ends, into: Into) -> None:
+    """Add what currents do to measures: to their slopes by voltages and by times, and to the sums of devices.
+
+    Parameters
+    ----------
+    machine, way
+        The machine and its run.
+    taps
+        Number of a measure, and what it reads.
+    ends
+        As `flow_of` has them.
+    into
+        To what it is added.
+    """
+    work, v, sums = allocate(machine.kernel), way.voltage, into.sums
+    drop = [v[:, a] - v[:, b] for a, b in ends]
+    for m, tap in taps:
+        flow, slopes = flow_of(machine, tap.name, ends), into.slopes[m]
+        gather(machine.kernel, v, tap.conducted, flow, work, m, slopes, sums)
+        sums.conductance[m] += flow.resistors * (tap.conducted @ drop[0])
+        sums.charge[m] += flow.pairs * (tap.stored @ drop[1] + tap.rate @ _rate(way, drop[1]))
+        slopes += tap.stored[:, None] * flow.charge
+        for j in range(3):
+            weight = tap.rate[j:] * way.share[j:, j]
+            slopes[: weight.size] += weight[:, None] * flow.charge
+        into.timing[m] += _by_times(way, v @ flow.charge, tap.rate)
+
+
+def _rate(way: Way, y: F64) -> F64:
+    """Rates at the rows as the solver has them, of some waveforms float64[rows, n]."""
+    found = way.share[:, :1] * y
+    for j in (1, 2):
+        found[j:] += way.share[j:, j : j + 1] * y[:-j]
+    return found
+
+
+def _by_times(way: Way, y: F64, weight: F64) -> F64:
+    """Slopes by the times of the rows of a weighted rate of a charge y, whose points keep their values.
+
+    A point that moves by dt_j bends the parabola of a step there by `-y'(t_j) dt_j`, and its end is told at
+    another place: by `y'' dt_k`.
+    """
+    found, t = np.zeros(y.size), way.time
+    for row in np.flatnonzero(weight):
+        if row == 0:
+            continue
+        h, rate = t[row] - t[row - 1], (y[row] - y[row - 1]) / (t[row] - t[row - 1])
+        bend, before = 0.0, 0.0
+        if way.order[row] == 2:
+            before = t[row - 1] - t[row - 2]
+            bend = 2.0 * (rate - (y[row - 1] - y[row - 2]) / before) / (h + before)
+        found[row] += weight[row] * bend
+        for j, after in enumerate((0.5 * h, -0.5 * h, -0.5 * h - before)):
+            if way.share[row, j] != 0.0:
+                found[row - j] -= weight[row] * way.share[row, j] * (rate + after * bend)
+    return found
+
+
+def carried_by(
+    machine: Machine, voltage: F64, taps: Sequence[tuple[int, Tap]], ends: Ends, count: int
+) -> F64:
+    """Return what flows without charge gives measures at some voltages, float64[count].
+
+    machine: perhaps on another silicon; voltage: float64[rows, columns], V.
+    """
+    found, work = np.zeros(count), allocate(machine.kernel)
+    for own, tap in taps:
+        flow = flow_of(machine, tap.name, ends)
+        found[own] += carried(machine.kernel, voltage, tap.conducted, flow, work)
+    return found
