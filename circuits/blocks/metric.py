@@ -2,13 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from circuits.circuit import Circuit
 from circuits.lowering.kernel import Machine
 from circuits.silicon.silicon import Silicon
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """Where a search over the time of a stimulus ended: on one side a spike comes, on the other none.
+
+    beside
+        Gives the testbench so far beyond the edge, s, on the side where none comes.
+    resolution
+        How near the search came to the edge, s.
+    source
+        Name of the source whose time was searched.
+    port
+        The watched port at which the spike comes.
+    node
+        Node behind whatever decides on the spike, whose peak tells how near it was.
+    begin
+        Time from which on the node has that peak, s.
+    weight
+        What the metric has of the edge.
+    """
+
+    beside: Callable[[float], Machine]
+    resolution: float
+    source: str
+    port: str
+    node: str
+    begin: float
+    weight: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +61,9 @@ class Metric:
         runs of its own.
     missing
         Why a measurement has no value of the metric; None for a metric that does not say.
+    edges
+        `edges(machine, measurement)` gives the edges whose weighted sum the metric is; None for one that is
+        no search.
     """
 
     name: str
@@ -46,3 +78,4 @@ class Metric:
     yes_no: bool = False
     shown: Callable[[Any], Mapping[str, float | None]] | None = None
     missing: Callable[[Any], str] | None = None
+    edges: Callable[[Machine, Any], Sequence[Edge]] | None = None

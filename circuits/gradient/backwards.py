@@ -29,6 +29,8 @@ from circuits.lowering.kernel import Kernel
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, set_base
 from circuits.solver.operating_point import solve_dense, write_dense
 
+_NONE = np.zeros((0, 0))
+
 
 class Sums(NamedTuple):
     """Sums over the steps of a measure, each `- sum m dR`, by device.
@@ -79,12 +81,16 @@ class Adjoint(NamedTuple):
     moved : float64[measures, rows, unknowns], m at each of them.
     sums : what devices move the measures by.
     taps : number of a measure and what it reads of a current, whose devices are in `sums` too.
+    timing : float64[measures, rows], by the times of rows that sources fix, in its unit a second.
+    given : float64[measures, rows, sources], slopes by the sources' values that a measure has of its own.
     """
 
     voltage: F64
     moved: F64
     sums: Sums
     taps: tuple[tuple[int, Tap], ...] = ()
+    timing: F64 = _NONE
+    given: F64 = _NONE
 
 
 class _Room(NamedTuple):
@@ -118,7 +124,8 @@ def backwards(
     slopes
         float64[measures, rows, unknowns], of each measure by the voltages; becomes m.
     timing
-        float64[measures, rows], of each measure by the times of the rows, in its unit a second; is used up.
+        float64[measures, rows], of each measure by the times of the rows, in its unit a second; becomes, for
+        those that sources fix, that of the whole run.
     held
         bool[unknowns], which of them are held at the beginning, and so have no equation there.
     ends
@@ -138,7 +145,7 @@ def backwards(
     if not np.isfinite(moved).all():
         return None
     _pairs(way.voltage, way.share, moved, ends[1], ends[0], np.zeros(k.columns), sums)
-    return Adjoint(way.voltage, moved, sums)
+    return Adjoint(way.voltage, moved, sums, timing=timing)
 
 
 def contracted(k: Kernel, voltage: F64, moved: F64) -> F64:

@@ -21,6 +21,7 @@ from circuits.gradient.ends import ends_of
 from circuits.gradient.measure import Current, Measure, SpikeTime, Voltage
 from circuits.gradient.parameters import VOLT, rows_of
 from circuits.gradient.reading import Reading
+from circuits.gradient.stimulus import Move, rows_by_moves
 from circuits.gradient.tap import Into, add_taps
 from circuits.gradient.way import Way, way_of
 from circuits.lowering.kernel import Machine
@@ -83,7 +84,9 @@ class Gradients:
         return np.asarray(np.sqrt(((self.by * self.sigma) ** 2).sum(axis=1)))
 
 
-def gradients_of(machine: Machine, measures: Sequence[Measure], *, rtol: float = GRADIENT_RTOL) -> Gradients:
+def gradients_of(
+    machine: Machine, measures: Sequence[Measure], *, rtol: float = GRADIENT_RTOL, moves: Sequence[Move] = ()
+) -> Gradients:
     """Return the gradients of some measures.
 
     Parameters
@@ -94,6 +97,8 @@ def gradients_of(machine: Machine, measures: Sequence[Measure], *, rtol: float =
         What is measured.
     rtol
         Local error of a step of the transient, relative to the larger of |v| and 1 V.
+    moves
+        Parameters of the testbench that have a derivative too, as `own_moves` of its sources.
 
     Raises
     ------
@@ -111,7 +116,8 @@ def gradients_of(machine: Machine, measures: Sequence[Measure], *, rtol: float =
     every = [*read, *(guard.reading for own in guards for guard in own)]
     way = _until(way, every)
     asked = [k for k, each in enumerate(every) if each.slopes or each.taps]
-    solved = rows_of(machine, _solved(machine, way, [every[k] for k in asked]))
+    run = _solved(machine, way, [every[k] for k in asked])
+    solved = [*rows_of(machine, run), *rows_by_moves(machine, way, run, moves)]
     by = np.full((len(every), sum(len(rows.labels) for rows in solved)), np.nan)
     by[asked] = np.concatenate([rows.by for rows in solved], axis=1)
     sigma = np.concatenate([rows.sigma for rows in solved])
@@ -267,13 +273,14 @@ def _solved(machine: Machine, way: Way, read: Sequence[Reading]) -> Adjoint:
     )
     add_taps(machine, way, taps, ends, into)
     # sources move with the time alone
-    into.timing[:] += (into.slopes[:, :, k.unknowns : -1] * way.drive).sum(axis=2)
+    given = into.slopes[:, :, k.unknowns : -1]
+    into.timing[:] += (given * way.drive).sum(axis=2)
     slopes = np.ascontiguousarray(into.slopes[:, :, : k.unknowns])
     solved = backwards(k, way, slopes, into.timing, _held(machine), ends, into.sums)
     if solved is None:
         title = machine.testbench.title
         raise SolverError(f"{title}: singular at its beginning; look for a node that floats")
-    return solved._replace(taps=taps)
+    return solved._replace(taps=taps, given=given)
 
 
 def _held(machine: Machine) -> Bools:

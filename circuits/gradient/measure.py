@@ -16,6 +16,7 @@ from circuits.arrays import F64
 from circuits.errors import ParameterError, unknown_name
 from circuits.gradient.reading import Reading, crossing, passed, rates, read_at, top_of
 from circuits.gradient.tap import (
+    at_rows,
     course_of,
     current_at_beginning,
     current_in,
@@ -260,8 +261,8 @@ class Integral(Measure):
         if not begin < end:
             return Reading(np.nan, (), f"{begin:g} s to {end:g} s, must be rising times of the run")
         if (current := current_in(self.node)) is not None:
-            return through(result.machine, way, current, (begin, end), np.ones(way.time.size))
-        column, weight = result.machine.column_of(self.node), weights_between(way, begin, end)
+            return through(result.machine, way, current, (begin, end))
+        column, weight = result.machine.column_of(self.node), at_rows(*weights_between(way, begin, end))
         rows = np.flatnonzero(weight)
         value = float(weight @ way.voltage[:, column])
         slopes = tuple((int(r), column, float(weight[r])) for r in rows)
@@ -305,7 +306,7 @@ class Energy(Measure):
         if not begin < end:
             return Reading(np.nan, (), f"{begin:g} s to {end:g} s, must be rising times of the run")
         column = machine.kernel.unknowns + machine.source_names.index(self.source)
-        return through(machine, way, self.source, (begin, end), -way.voltage[:, column])
+        return through(machine, way, self.source, (begin, end), column)
 
 
 @final

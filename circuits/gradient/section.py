@@ -167,7 +167,8 @@ def shift(own: bool, through: float, row: int, way: Way, moved: F64, owed: F64, 
     """Let the time of a row move, of one measure.
 
     own: whether it follows from r; through: `solved . moves`. moved: m at the row, float64[unknowns]; owed:
-    of the measure by the times, float64[rows], to which what the row has by those before it is added.
+    of the measure by the times, float64[rows], to which what the row has by those before it is added; it
+    becomes what the whole run has by the times that stay where the testbench says, and 0 elsewhere.
     """
     by_time = 0.0
     for i in range(moved.size):
@@ -176,8 +177,12 @@ def shift(own: bool, through: float, row: int, way: Way, moved: F64, owed: F64, 
         by = (by_time - owed[row]) / through
         for i in range(moved.size):
             moved[i] -= by * s.solved[i]
+        owed[row] = 0.0
     elif way.free[row] and fastest_source(way, row) == 0.0:
         owed[row - 1] += owed[row] - by_time
+        owed[row] = 0.0
+    else:
+        owed[row] -= by_time
     for j in range(1, 3 if way.order[row] == 2 else 2):
         for i in range(moved.size):
             owed[row - j] -= moved[i] * s.moves[j, i]

@@ -90,40 +90,52 @@ def current_at_beginning(machine: Machine, way: Way, name: str) -> Reading:
     return Reading(float(_current(machine, begun, name)[0]), (), taps=(Tap(name, first, none, none),))
 
 
-def through(machine: Machine, way: Way, name: str, span: tuple[float, float], price: F64) -> Reading:
-    """Read what passes a device or source between two times, in coulombs times a price.
+def through(
+    machine: Machine, way: Way, name: str, span: tuple[float, float], column: int | None = None
+) -> Reading:
+    """Read the charge that passes a device or source between two times, C.
 
     What flows without charge is a straight line between the steps, and what is stored counts at the ends.
 
-    price: of a coulomb at each row, float64[rows], whose mean holds in a step.
+    column: of a source that delivers the charge at its voltage, which makes it an energy, J.
     """
-    current, charge = (
-        _current(machine, way, name),
-        way.voltage @ flow_of(machine, name, ends_of(machine)).charge,
-    )
+    flow, current = flow_of(machine, name, ends_of(machine)), _current(machine, way, name)
+    charge = way.voltage @ flow.charge
     conducted = current - rate(way.time, charge, _kinks(way))
-    mean, h = 0.5 * (price[1:] + price[:-1]), np.diff(way.time)
-    share = np.diff(np.clip(way.time, *span)) / h
-    stored = np.append(0.0, mean * share) - np.append(mean * share, 0.0)
-    weight = weights_between(way, *span, mean)
-    inside = slice(1, -1)
-    timing = np.zeros(way.time.size)
-    for by, y in ((weight, conducted), (stored, charge)):
-        timing[inside] -= by[inside] * (y[2:] - y[:-2]) / (way.time[2:] - way.time[:-2])
-    moved = tuple((int(row), float(timing[row])) for row in np.flatnonzero(timing))
+    before, after = weights_between(way, *span)
+    share = np.diff(np.clip(way.time, *span)) / np.diff(way.time)
+    passed = before * conducted[:-1] + after * conducted[1:] + share * np.diff(charge)
+    price = np.ones(way.time.size) if column is None else -way.voltage[:, column]
+    mean = 0.5 * (price[1:] + price[:-1])
+    weight, stored = at_rows(mean * before, mean * after), at_rows(-mean * share, mean * share)
+    by_price = np.zeros(way.time.size) if column is None else 0.5 * at_rows(passed, passed)
+    timing = _moving_along(way, ((weight, conducted), (stored, charge), (by_price, price)))
+    slopes = tuple((int(row), column, -float(by_price[row])) for row in np.flatnonzero(by_price) if column)
     tap = Tap(name, weight, np.zeros(weight.size), stored)
-    return Reading(float(weight @ conducted + stored @ charge), (), timing=moved, taps=(tap,))
+    return Reading(float(mean @ passed), slopes, timing=timing, taps=(tap,))
 
 
-def weights_between(way: Way, begin: float, end: float, mean: F64 | float = 1.0) -> F64:
-    """Return the weights of the rows in the integral of straight lines between two times, s, float64[rows].
+def at_rows(before: F64, after: F64) -> F64:
+    """Return the weights of the rows, float64[rows], from those of the points before and after each step."""
+    return np.asarray(np.append(before, 0.0) + np.append(0.0, after))
 
-    mean: what each step counts.
+
+def _moving_along(way: Way, parts: Sequence[tuple[F64, F64]]) -> tuple[tuple[int, float], ...]:
+    """Slopes by the times of rows of sums of weights and waveforms, whose points move along the waveforms."""
+    found, between = np.zeros(way.time.size), slice(1, -1)
+    for weight, y in parts:
+        found[between] -= weight[between] * (y[2:] - y[:-2]) / (way.time[2:] - way.time[:-2])
+    return tuple((int(row), float(found[row])) for row in np.flatnonzero(found))
+
+
+def weights_between(way: Way, begin: float, end: float) -> tuple[F64, F64]:
+    """Return the weights of straight lines between the steps in their integral between two times, s.
+
+    Of the point before and of the one after each step, float64[rows - 1] each.
     """
     left, right = np.clip(way.time[:-1], begin, end), np.clip(way.time[1:], begin, end)
-    whole = (right - left) * mean
-    later = (0.5 * (left + right) - way.time[:-1]) / np.diff(way.time) * whole
-    return np.asarray(np.append(0.0, later) + np.append(whole - later, 0.0))
+    after = (0.5 * (left + right) - way.time[:-1]) / np.diff(way.time) * (right - left)
+    return right - left - after, after
 
 
 def _current(machine: Machine, way: Way, name: str) -> F64:

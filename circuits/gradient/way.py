@@ -21,7 +21,7 @@ from circuits.solver.integrate import source_values
 from circuits.solver.newton import with_charges
 from circuits.solver.transient import Result
 
-_SAME_TIME = 1e-13  # s, as the integrator's
+SAME_TIME = 1e-13  # s, as the integrator's
 
 
 class Way(NamedTuple):
@@ -83,9 +83,9 @@ def _orders(machine: Machine, time: F64) -> I64:
     every = np.unique(np.concatenate([np.zeros(1), *bends]))
     near = np.clip(np.searchsorted(every, time), 1, max(every.size - 1, 1)) if every.size > 1 else None
     if near is None:
-        at_bend = np.abs(time - every[0]) <= _SAME_TIME
+        at_bend = np.abs(time - every[0]) <= SAME_TIME
     else:
-        at_bend = np.minimum(np.abs(every[near] - time), np.abs(every[near - 1] - time)) <= _SAME_TIME
+        at_bend = np.minimum(np.abs(every[near] - time), np.abs(every[near - 1] - time)) <= SAME_TIME
     order = np.full(time.size, 2, dtype=np.int64)
     order[1:][at_bend[:-1]] = 1
     order[:2] = [0, 1][: time.size]
@@ -99,7 +99,7 @@ def _moving(machine: Machine, time: F64, order: I64) -> tuple[F64, Bools]:
     for source, (at, value) in enumerate(machine.polylines):
         if at.size > 1:
             slope = np.concatenate([[0.0], np.diff(value) / np.diff(at), [0.0]])
-            before, after = (slope[np.searchsorted(at, time + apart)] for apart in (-_SAME_TIME, _SAME_TIME))
+            before, after = (slope[np.searchsorted(at, time + apart)] for apart in (-SAME_TIME, SAME_TIME))
             drive[:, source] = after
             free &= before == after
     return drive, free

@@ -34,7 +34,7 @@ from circuits.circuit import GROUND, Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, PiecewiseLinear, Waveform
 from circuits.silicon.silicon import Silicon
-from circuits.solver.transient import Result, Runner
+from circuits.solver.transient import Result
 from circuits.testbench import Testbench
 from netlists.ngspice import engine
 
@@ -76,7 +76,7 @@ class NgspiceTrials(Trials):
         self._machine = tuning_machine(neuron, silicon)
         self._reltol, self._tmax = reltol, tmax
         self._start: dict[str, float] = {}
-        self.span = rebound_bound(Runner(self._machine))
+        self.span = rebound_bound(self._machine)
         self.runs = 0
 
     def fires_at_rest(self, until: float) -> bool:

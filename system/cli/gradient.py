@@ -23,7 +23,7 @@ from system.cli.study_verbs import Gradient
 from system.files.writing import write_text_atomic
 from system.options.block import Choice, describe_silicon, silicon_line
 from system.plot import check_picture, save_picture
-from system.study.metrics.gradient import FORMS, draw_gradients, is_form, measures_of
+from system.study.metrics.gradient import FORMS, draw_gradients, is_form, measures_of, moves_of
 from system.study.metrics.measure import measure_name
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def gradient_command(asked: Gradient) -> None:
     choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     machine = to_kernel(choice.testbench(), choice.silicon)
     with working(f"gradients of {asked.block}"):
-        found = gradients_of(machine, _measures(asked, choice, machine))
+        found = gradients_of(machine, _measures(asked, choice, machine), moves=moves_of(choice, machine))
     if asked.csv is not None:
         write_text_atomic(asked.csv, _csv(found))
     save_picture(asked.plot, lambda figure: _draw(found, figure))

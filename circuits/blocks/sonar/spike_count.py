@@ -52,7 +52,7 @@ def count_spikes(machine: Machine, rtol: float = TUNING_RTOL) -> SpikeCount:
 
 def _spikes(machine: Machine, tuning: Tuning, rtol: float) -> int:
     runner = Runner(machine, (), rtol)
-    quiet, delay = rebound_bound(runner), tuning.best_delay
+    quiet, delay = rebound_bound(machine), tuning.best_delay
     state = runner.begin(operating_point(machine))
     state, _ = runner.advance(state, delay, {"call": event_pulse(machine, 0.0)}, stop_at_event=False)
     # the tuning waits as long for the first spike

@@ -15,7 +15,7 @@ import math
 from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import final
 
@@ -28,7 +28,7 @@ from circuits.circuit import Circuit
 from circuits.devices import Source
 from circuits.devices.source import Constant, Driven, Polyline
 from circuits.errors import SolverError
-from circuits.event import pulse_line
+from circuits.event import LENGTH, pulse, pulse_line
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.lowering.supply import half_supply
 from circuits.silicon.silicon import Silicon
@@ -105,6 +105,20 @@ def tune(machine: Machine, rtol: float = TUNING_RTOL) -> Tuning:
         return Tuning(NeuronClass.FAILED, reason=str(error))
 
 
+def beside_edge(machine: Machine, tuning: Tuning, edge: float, side: float, away: float) -> Machine:
+    """The neuron of a `tuning_machine` with a call at 0, and an echo beside an edge of what facilitates.
+
+    side: 1 for an echo that is later by `away` (s), -1 for an earlier one.
+    """
+    delay, v_dd = edge + side * away, machine.silicon.process.v_dd
+    supply = machine.testbench.sources[0]
+    pulses = (Source(name, name, pulse((at,), v_dd)) for name, at in (("call", 0.0), ("echo", delay)))
+    stop = tuning.t_inh + 2.0 * rebound_bound(machine)
+    return to_kernel(
+        replace(machine.testbench, sources=(supply, *pulses), stop=max(stop, delay + LENGTH)), machine.silicon
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class Call:
     """What a run after a call at time 0 without an echo shows, s; `latest`: when the rebound is over."""
@@ -174,7 +188,7 @@ class _SolverTrials(Trials):
         if math.isnan(t_inh):
             return None
         # a second pass over the stretch in which echoes can matter, keeping states on the way
-        latest = t_inh + rebound_bound(self._runner)
+        latest = t_inh + rebound_bound(self._runner.machine)
         state = self._called()
         self._states, spikes, peak = [state], 0, (-math.inf, t_inh)
         for until in np.linspace(0.0, latest, _KEPT + 1)[1:]:
@@ -234,12 +248,11 @@ def later_peak(time: F64, v_mem: F64, t_inh: float) -> tuple[float, float]:
     return float(v_mem[k]), float(time[k])
 
 
-def rebound_bound(runner: Runner) -> float:
+def rebound_bound(machine: Machine) -> float:
     """A time after the release by which the rebound is over, s: C_r V_dd / I_rtau.
 
     The current is the nominal device's, or the die's own where that is smaller: its rebound lasts longer.
     """
-    machine = runner.machine
     circuit, silicon = machine.testbench.circuit, machine.silicon
     capacitor = next(g for g in machine.flat.groups if g.device.name == "c_r")
     bias = circuit.bias("i_rtau")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -11,7 +13,8 @@ import numpy as np
 
 from circuits.blocks.metric import Metric
 from circuits.catalogue import later
-from circuits.errors import ParameterError, UnknownNameError
+from circuits.errors import CircuitError, ParameterError, UnknownNameError
+from circuits.gradient.edge import gradients_at_edges
 from circuits.gradient.gradient import GRADIENT_RTOL, Gradients, gradients_of
 from circuits.gradient.measure import (
     Crossing,
@@ -24,6 +27,7 @@ from circuits.gradient.measure import (
     SpikeTime,
     Voltage,
 )
+from circuits.gradient.stimulus import Move, Step, move_between, own_moves
 from circuits.gradient.tap import unit_of
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
@@ -60,6 +64,8 @@ def gradients(
 ) -> xr.Dataset:
     """Return the gradients of measures by all devices and parameters, from one run and one run backwards.
 
+    Value and delay of each source are parameters too: `source.NAME.value`, `source.NAME.time`.
+
     Parameters
     ----------
     testbench
@@ -91,7 +97,7 @@ def gradients(
         raise ParameterError(f'metrics: "{metrics}", must be a list of measures; write ["{metrics}"]')
     machine = testbench if isinstance(testbench, Machine) else to_kernel(testbench, silicon)
     wanted = [measure_of(each) if isinstance(each, str) else each for each in metrics]
-    return dataset_of(gradients_of(machine, wanted, rtol=rtol))
+    return dataset_of(gradients_of(machine, wanted, rtol=rtol, moves=own_moves(machine)))
 
 
 def dataset_of(found: Gradients) -> xr.Dataset:
@@ -173,6 +179,30 @@ _MADE: Mapping[str, tuple[Callable[[Sequence[str]], Measure], int]] = {
 """How each is made of its parts, and how many there are at most."""
 
 
+def moves_of(choice: Choice, machine: Machine) -> list[Move]:
+    """Return the parameters of a block's testbench: its knobs, as `stimulus.echo`, then its sources' own.
+
+    A knob that moves more than sources, as the length of a run, is not among them, nor one that is off or 0.
+    """
+    found = []
+    for knob in choice.block.stimuli:
+        value = choice.stimuli.get(knob.name)
+        if value is not None and np.isfinite(value) and value != 0.0:
+            size = _NUDGE * abs(value)
+            try:
+                more, less = (
+                    replace(choice, stimuli={**choice.stimuli, knob.name: value + s}).testbench()
+                    for s in (size, -size)
+                )
+            except CircuitError:  # a number that is whole, or at the end of its range
+                continue
+            found.append(move_between(machine, Step(f"stimulus.{knob.name}", knob.unit, size), more, less))
+    return [*filter(None, found), *own_moves(machine)]
+
+
+_NUDGE = 1e-6  # of a knob, by which it is moved; ours
+
+
 def is_form(name: str) -> bool:
     """Return whether the name of a measure is a form that every testbench has."""
     return _FORM.fullmatch(name.strip()) is not None
@@ -207,6 +237,28 @@ def _of_block(choice: Choice, name: str, own: Sequence[str]) -> Measure:
     except UnknownNameError as error:
         raise UnknownNameError(f"{error}, or {FORMS}") from None
     return measured_by(metric)
+
+
+def gradients_of_metric(machine: Machine, metric: Metric) -> Gradients:
+    """Return the gradients of a metric on the machine that it prepares, of a search at its edges.
+
+    Raises
+    ------
+    ParameterError
+        The metric is neither read from one run of the testbench nor such a search.
+    SolverError
+        The solver gives up.
+    """
+    if metric.edges is None:
+        return gradients_of(machine, (measured_by(metric),))
+    found = metric.measure(machine)
+    edges, value = metric.edges(machine, found), math.nan if metric.value is None else metric.value(found)
+    if not edges:
+        why = metric.reason(found) or metric.outcome(found)
+        raise ParameterError(
+            f"metric: {metric.name}, has no value on this die, so that it has no gradient: {why}"
+        )
+    return gradients_at_edges(metric.name, metric.unit or unit_of_name(metric.name), value, edges)
 
 
 def measured_by(metric: Metric) -> Measure:

@@ -30,7 +30,7 @@ def by_deviation(machine: Machine, measure: Measure, label: str, step: float) ->
 def by_deviations(machine: Machine, measures: Sequence[Measure], label: str, step: float) -> F64:
     """Derivatives of some measures by a deviation, float64[measures]."""
     owner, _, parameter = label.rpartition(".")
-    path, at = owner.removesuffix(".shared"), _deviation(machine, label)
+    path, at = owner.removesuffix(".shared"), deviation_of(machine, label)
     ends = []
     for s in (step, -step):
         result = simulate(on_die(machine, machine.silicon.die.with_(path, parameter, at + s)), rtol=RTOL)
@@ -39,7 +39,8 @@ def by_deviations(machine: Machine, measures: Sequence[Measure], label: str, ste
     return np.asarray((ends[0] - ends[1]) / (2.0 * step))
 
 
-def _deviation(machine: Machine, label: str) -> float:
+def deviation_of(machine: Machine, label: str) -> float:
+    """What a device, or a polarity, deviates by on the machine's die."""
     owner, _, parameter = label.rpartition(".")
     silicon = machine.silicon
     if owner.startswith("process."):

@@ -21,7 +21,6 @@ from circuits.blocks.sonar.tuning import (
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
-from circuits.solver.transient import Runner
 
 
 # Nearly grazing dies: at 1e-4 the first edge of 77 is 53 us off, and 171 counts as working.
@@ -49,7 +48,7 @@ def test_a_slow_rebound_is_waited_for() -> None:
     """The pFETs of this die pass so little I_rtau that its rebound outlasts C_r V_dd / 400 pA, 7.5 ms."""
     machine = tuning_machine(rebound_neuron.build(), Silicon(AMI_1500_IDEAL, die=Die(number=2138)))
     tuning = tune(machine)
-    bound = rebound_bound(Runner(machine))
+    bound = rebound_bound(machine)
     assert tuning.t_reb > 7.5e-3
     assert tuning.t_reb < 0.99 * bound
     assert tuning.last < tuning.t_inh + 0.99 * bound
