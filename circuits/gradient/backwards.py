@@ -322,3 +322,12 @@ def _contract(k: Kernel, voltage: F64, moved: F64, w: Work, out: F64) -> None:
             for i in range(k.unknowns):
                 total += moved[m, row, i] * w.residual[i]
             out[m] -= total
+
+
+@compiled()
+def add_rows(k: Kernel, voltage: F64, moved: F64, w: Work, s: Sums) -> None:
+    """Add what the transistors do at rows, float64[rows, columns], V, to the sums of measures."""
+    for row in range(voltage.shape[0]):
+        evaluate(k, voltage[row], w)
+        for m in range(moved.shape[0]):
+            _sum_up(k, voltage[row], moved[m, row], w, m, s)

@@ -44,7 +44,7 @@ from circuits.silicon.die import PARAMETERS, shared
 from circuits.silicon.process import POLARITIES
 from circuits.silicon.sampling import labels
 
-KELVIN, VOLT, RELATIVE = 1e-3, 1e-5, 1e-4  # steps of what is moved as a whole; ours
+KELVIN, VOLT, RELATIVE = 1e-2, 1e-5, 1e-4  # steps of what is moved as a whole; ours
 
 TEMPERATURE = "temperature"
 BIAS = "bias."  # before the name of a bias
@@ -310,13 +310,15 @@ def _elements(circuit: Circuit, bias: Bias) -> list[str]:
 
 def _temperature(machine: Machine, found: Adjoint) -> Rows:
     """The temperature of everything; biases that are fixed gate voltages stay."""
-    silicon = machine.silicon
-    warm = replace(silicon, temperature_c=silicon.temperature_c + KELVIN)
-    there = on_die(replace(machine, silicon=warm), silicon.die)
-    voltage = found.voltage.copy()
-    for number, value in _line_voltages(there).items():
-        voltage[:, machine.kernel.unknowns + number] = value
-    by = (_direct(there, voltage, found) - found.sums.direct) / KELVIN
+    silicon, before, ends = machine.silicon, _line_voltages(machine), []
+    for step in (KELVIN, -KELVIN):
+        other = replace(silicon, temperature_c=silicon.temperature_c + step)
+        there = on_die(replace(machine, silicon=other), silicon.die)
+        voltage = found.voltage.copy()
+        for number, value in _line_voltages(there).items():
+            voltage[:, machine.kernel.unknowns + number] += value - before[number]
+        ends.append(_direct(there, voltage, found))
+    by = (ends[0] - ends[1]) / (2.0 * KELVIN)
     return Rows([TEMPERATURE], "degC", np.zeros(1), by[:, None])
 
 

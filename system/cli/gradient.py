@@ -5,20 +5,23 @@ from __future__ import annotations
 import csv as comma_separated
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from circuits.errors import ParameterError
-from circuits.gradient.gradient import Gradients, gradients_of
-from circuits.gradient.measure import Measure, SpikeTime
+from circuits.gradient.gradient import Gradients
+from circuits.gradient.measure import SpikeTime
+from circuits.gradient.small_signal import AnyMeasure, every_gradient
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.units import format_quantity
 from system.cli.block_choice import choose_block
 from system.cli.deck_measures import own_cards, own_measures
 from system.cli.output import print_json, print_line, print_table, working
 from system.cli.over_dies import needed
+from system.cli.simulate_verb import Simulate
+from system.cli.spectrum_card import spectrum_cards
 from system.cli.study_verbs import Gradient
 from system.files.writing import write_text_atomic
 from system.options.block import Choice, describe_silicon, silicon_line
@@ -38,7 +41,7 @@ def gradient_command(asked: Gradient) -> None:
     choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     machine = to_kernel(choice.testbench(), choice.silicon)
     with working(f"gradients of {asked.block}"):
-        found = gradients_of(machine, _measures(asked, choice, machine), moves=moves_of(choice, machine))
+        found = every_gradient(machine, _measures(asked, choice, machine), moves=moves_of(choice, machine))
     if asked.csv is not None:
         write_text_atomic(asked.csv, _csv(found))
     save_picture(asked.plot, lambda figure: _draw(found, figure))
@@ -50,7 +53,7 @@ def gradient_command(asked: Gradient) -> None:
         _print(found, k, choice)
 
 
-def _measures(asked: Gradient, choice: Choice, machine: Machine) -> list[Measure]:
+def _measures(asked: Gradient, choice: Choice, machine: Machine) -> list[AnyMeasure]:
     """What is asked for, of a deck's cards too; the first spike of each watched port unless something is."""
     names = [name if is_form(name) or ":" in name else name.replace("-", "_") for name in asked.metric]
     watched = [machine.names[n] for w in machine.testbench.watch for n in machine.flat.port_nodes(w)]
@@ -58,20 +61,38 @@ def _measures(asked: Gradient, choice: Choice, machine: Machine) -> list[Measure
         raise ParameterError(f"--metric: none, and {choice.block.name} has no spikes; name one of {FORMS}")
     if not names:
         return [SpikeTime(port) for port in watched]
-    _check_cards(asked.block, choice, names)
-    return measures_of(choice, names, needed(own_measures(asked.block, asked.silicon, lambda: choice), names))
+    cards = _cards(asked, choice, machine, names)
+    others = [name for name in names if name not in cards]
+    own = needed(own_measures(asked.block, asked.silicon, lambda: choice), others)
+    found = dict(zip(others, measures_of(choice, others, own), strict=True))
+    return [cards.get(name) or found[name] for name in names]
 
 
-def _check_cards(target: str, choice: Choice, names: Sequence[str]) -> None:
-    """Raise `ParameterError` for a name of a deck's card of an analysis that has no gradients."""
-    for analysis in ("ac", "dc", "noise"):
-        known = {measure_name(text) for text in own_cards(target, choice, analysis)}
+def _cards(
+    asked: Gradient, choice: Choice, machine: Machine, names: Sequence[str]
+) -> Mapping[str, AnyMeasure]:
+    """Measures of a deck's cards of small signals, where names mean one.
+
+    Raises `ParameterError` for a name of a card of an analysis that has no gradients.
+    """
+    for analysis in ("dc", "noise"):
+        known = {measure_name(text) for text in own_cards(asked.block, choice, analysis)}
         for name in names:
             if name in known:
                 raise ParameterError(
-                    f"--metric: {name}, is of .measure {analysis}, must be of the transient or the operating"
-                    f" point, which have gradients; simulate --analysis {analysis} measures it on a die"
+                    f"--metric: {name}, is of .measure {analysis}, must be of the transient, the operating"
+                    f" point or small signals, which have gradients; simulate --analysis {analysis} measures"
+                    " it on a die"
                 )
+    known = {measure_name(text) for text in own_cards(asked.block, choice, "ac")}
+    if known.isdisjoint(names):
+        return {}
+    return spectrum_cards(
+        Simulate(
+            block=asked.block, analysis="ac", values=asked.values, silicon=asked.silicon,
+            stimulus=asked.stimulus, begin=asked.begin,
+        ), choice, machine,
+    )  # fmt: skip
 
 
 def _order(found: Gradients, k: int) -> tuple[list[int], Any]:

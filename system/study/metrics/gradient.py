@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -28,7 +28,9 @@ from circuits.gradient.measure import (
     Voltage,
 )
 from circuits.gradient.stimulus import Move, Step, move_between, own_moves
+from circuits.gradient.small_signal import AnyMeasure, every_gradient
 from circuits.gradient.tap import unit_of
+from circuits.gradient.transfer import Corner, SmallSignal, Transfer
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
@@ -48,7 +50,9 @@ else:
 
 FORMS = (
     "spike_time(PORT,K), voltage(NODE,TIME), current(NAME,TIME), rise(NODE,V,K), fall(NODE,V,K),"
-    " maximum(NODE), minimum(NODE), integral(NODE), energy(SOURCE)"
+    " maximum(NODE), minimum(NODE), integral(NODE), energy(SOURCE), mag(NODE,SOURCE,FREQUENCY),"
+    " db(NODE,SOURCE,FREQUENCY), phase(NODE,SOURCE,FREQUENCY), bandwidth(NODE,SOURCE),"
+    " unity_gain(NODE,SOURCE)"
 )
 """Measures that every testbench has, by their names; NODE may be i(NAME), a current."""
 _FORM = re.compile(r"(\w+)\((.*)\)")
@@ -57,7 +61,7 @@ _PARTS = re.compile(r",(?![^\[]*\])")
 
 def gradients(
     testbench: Testbench | Machine,
-    metrics: Sequence[Measure | str],
+    metrics: Sequence[AnyMeasure | str],
     silicon: Silicon | None = None,
     *,
     rtol: float = GRADIENT_RTOL,
@@ -71,7 +75,8 @@ def gradients(
     testbench
         The testbench, or one that is lowered already.
     metrics
-        What is measured: `circuits.gradient.measure`, or their names, as `spike_time(spike,0)`.
+        What is measured: `circuits.gradient.measure` and `circuits.gradient.transfer`, or their names, as
+        `spike_time(spike,0)`, or `db(v_out,v_plus,1kHz)` of small signals.
     silicon
         Process, temperature and die: the nominal process at 27 degC unless given; of no effect on a lowered
         testbench.
@@ -89,7 +94,7 @@ def gradients(
     ParameterError
         There is no measure, a name is none, or one text stands for a list of names.
     UnknownNameError
-        A node or port is unknown.
+        A node, port or source is unknown.
     SolverError
         The solver gives up.
     """
@@ -97,7 +102,7 @@ def gradients(
         raise ParameterError(f'metrics: "{metrics}", must be a list of measures; write ["{metrics}"]')
     machine = testbench if isinstance(testbench, Machine) else to_kernel(testbench, silicon)
     wanted = [measure_of(each) if isinstance(each, str) else each for each in metrics]
-    return dataset_of(gradients_of(machine, wanted, rtol=rtol, moves=own_moves(machine)))
+    return dataset_of(every_gradient(machine, wanted, rtol=rtol, moves=own_moves(machine)))
 
 
 def dataset_of(found: Gradients) -> xr.Dataset:
@@ -116,7 +121,7 @@ def dataset_of(found: Gradients) -> xr.Dataset:
     )
 
 
-def measure_of(text: str) -> Measure:
+def measure_of(text: str) -> AnyMeasure:
     """Return the measure of a name, as `fall(v_mem,1V,0)`; raises `ParameterError` for another text."""
     form = _FORM.fullmatch(text.strip())
     parts = [part.strip() for part in _PARTS.split(form[2])] if form else []
@@ -165,7 +170,28 @@ def _span(parts: Sequence[str]) -> tuple[float, float]:
     return begin, end
 
 
-_MADE: Mapping[str, tuple[Callable[[Sequence[str]], Measure], int]] = {
+def _frequency(text: str) -> float:
+    """A frequency of small signals, Hz."""
+    frequency = parse_quantity(text, "Hz", "metric")
+    if not 0.0 < frequency < np.inf:
+        raise ParameterError(f"metric: {text}, must be a frequency above 0; as 1kHz")
+    return frequency
+
+
+def _transfer(parts: Sequence[str], kind: Literal["mag", "db", "phase"]) -> SmallSignal:
+    return Transfer(kind, parts[0], parts[1], _frequency(parts[2]))
+
+
+def _corner(parts: Sequence[str], level: float | None) -> SmallSignal:
+    if len(parts) == 2:
+        return Corner(parts[0], parts[1], level)
+    low, high = _frequency(parts[2]), _frequency(parts[3])
+    if not low < high:
+        raise ParameterError(f"metric: {parts[2]} to {parts[3]}, must be rising frequencies")
+    return Corner(parts[0], parts[1], level, low, high)
+
+
+_MADE: Mapping[str, tuple[Callable[[Sequence[str]], AnyMeasure], int]] = {
     "spike_time": (lambda parts: SpikeTime(parts[0], _number(parts, 1)), 2),
     "voltage": (partial(_at, Voltage), 2),
     "current": (partial(_at, Current), 2),
@@ -175,6 +201,11 @@ _MADE: Mapping[str, tuple[Callable[[Sequence[str]], Measure], int]] = {
     "minimum": (lambda parts: Extreme(parts[0], False, *_span(parts)), 3),  # noqa: FBT003 - the lowest
     "integral": (lambda parts: Integral(parts[0], *_span(parts)), 3),
     "energy": (lambda parts: Energy(parts[0], *_span(parts)), 3),
+    "mag": (partial(_transfer, kind="mag"), 3),
+    "db": (partial(_transfer, kind="db"), 3),
+    "phase": (partial(_transfer, kind="phase"), 3),
+    "bandwidth": (partial(_corner, level=None), 4),
+    "unity_gain": (partial(_corner, level=1.0), 4),
 }
 """How each is made of its parts, and how many there are at most."""
 
@@ -208,7 +239,7 @@ def is_form(name: str) -> bool:
     return _FORM.fullmatch(name.strip()) is not None
 
 
-def measures_of(choice: Choice, names: Sequence[str], own: Sequence[str] = ()) -> list[Measure]:
+def measures_of(choice: Choice, names: Sequence[str], own: Sequence[str] = ()) -> list[AnyMeasure]:
     """Return the measures of names: forms that every testbench has, and what the block's testbench measures.
 
     Parameters

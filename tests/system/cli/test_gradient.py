@@ -1,7 +1,10 @@
 """What `noctule gradient` says of a metric that has no gradient."""
 
+import json
+import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from matplotlib.figure import Figure
@@ -62,22 +65,79 @@ def test_spikes_that_are_not_watched_are_refused(capsys: pytest.CaptureFixture[s
         assert capsys.readouterr().err == f"{told} rise({node},V,0) is of any node\n"
 
 
+RC = (
+    "* rc\nv1 in 0 ac {} pulse(0 1 1m 1u 1u 5m 20m)\nr1 in out 10k\nc1 out 0 100n\n.tran 10u 10m\n"
+    ".ac dec 10 1 1Meg\n.dc v1 0 1 0.1\n.measure tran t_rise when v(out)=0.5 rise=1\n"
+    ".measure ac f_c when vdb(out)=-3\n.measure ac late find vp(out) at=1k\n.measure ac peak max_at vm(out)\n"
+    ".measure dc half when v(out)=0.5\n.end\n"
+)
+
+
 def test_a_card_of_another_analysis_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     deck = tmp_path / "rc.cir"
-    deck.write_text(
-        "* rc\nv1 in 0 ac 1 pulse(0 1 1m 1u 1u 5m 20m)\nr1 in out 10k\nc1 out 0 100n\n.tran 10u 10m\n"
-        ".ac dec 10 1 1Meg\n.measure tran t_rise when v(out)=0.5 rise=1\n"
-        ".measure ac f_c when vdb(out)=-3\n.end\n"
-    )
+    deck.write_text(RC.format("1"))
     assert main(["gradient", str(deck), "--metric", "t_rise"]) == 0
     assert "top.r1.resistance" in capsys.readouterr().out
-    assert main(["gradient", str(deck), "--metric", "f_c", "--json"]) == 2
+    assert main(["gradient", str(deck), "--metric", "half", "--json"]) == 2
     said = capsys.readouterr()
     assert said.out == ""
     assert said.err == (
-        "noctule: --metric: f_c, is of .measure ac, must be of the transient or the operating point, which"
-        " have gradients; simulate --analysis ac measures it on a die\n"
+        "noctule: --metric: half, is of .measure dc, must be of the transient, the operating point or small"
+        " signals, which have gradients; simulate --analysis dc measures it on a die\n"
     )
+
+
+def gradients_in(text: str) -> list[tuple[dict[str, Any], dict[str, float]]]:
+    """Each metric of a JSON document, and its gradients by parameter."""
+    metrics = json.loads(text)["metrics"]
+    return [(m, {g["parameter"]: g["gradient"] for g in m["gradients"]}) for m in metrics]
+
+
+def test_cards_of_small_signals_have_gradients(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    deck = tmp_path / "rc.cir"
+    deck.write_text(RC.format("1"))
+    asked = ["f_c", "t_rise", "late", "peak", "bandwidth(out,v1)"]
+    words = [text for name in asked for text in ("--metric", name)]
+    assert main(["gradient", str(deck), *words, "--json"]) == 0
+    found = gradients_in(capsys.readouterr().out)
+    assert [metric["metric"] for metric, _ in found] == asked
+    assert [metric["unit"] for metric, _ in found] == ["Hz", "s", "deg", "Hz", "Hz"]
+    ratio = 2.0 * math.pi * 1e3 * 1e4 * 100e-9
+    wanted = {2: -math.degrees(ratio / (1.0 + ratio**2)), 4: -found[4][0]["value"]}
+    for k, by_log in wanted.items():
+        assert found[k][1]["top.r1.resistance"] * 1e4 == pytest.approx(by_log, rel=1e-3)
+        assert found[k][1]["top.c1.capacitance"] * 1e-7 == pytest.approx(by_log, rel=1e-3)
+    # between points of a grid, which stays as it is
+    assert found[0][1]["top.r1.resistance"] * 1e4 == pytest.approx(-found[0][0]["value"], rel=0.02)
+    assert found[3][0]["note"] == "reads no transfer, as where it is an end of the grid"
+    assert found[3][1] == {}
+
+
+def test_cards_are_of_the_ac_values_of_a_deck(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    deck, slopes = tmp_path / "rc.cir", []
+    for value, unit in (("1", "deg"), ("2 90", "deg")):
+        deck.write_text(RC.format(value))
+        assert main(["gradient", str(deck), "--metric", "late", "--json"]) == 0
+        ((metric, by),) = gradients_in(capsys.readouterr().out)
+        assert metric["unit"] == unit
+        slopes.append((metric["value"], by["top.r1.resistance"]))
+    assert slopes[1][0] == pytest.approx(slopes[0][0] + 90.0)
+    assert slopes[1][1] == pytest.approx(slopes[0][1], rel=1e-6)
+
+
+def test_small_signals_that_cannot_be_are_told_in_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    wrong = {
+        "mag(v_out,v_plus,0Hz)": "--metric: 0Hz, must be a frequency above 0; as 1kHz",
+        "mag(v_out,v_plus,1kV)": '--metric: "1kV", must be a frequency in Hz',
+        "bandwidth(v_out,v_plus,1kHz,1Hz)": "--metric: 1kHz to 1Hz, must be rising frequencies",
+        "db(v_out,v_pluss,1kHz)": "transamp source v_pluss: unknown; did you mean v_plus? known are",
+        "phase(v_ot,v_plus,1kHz)": "wide_range_transamp node v_ot: unknown; did you mean v_out? known are",
+    }
+    for name, text in wrong.items():
+        assert main(["gradient", "wide-range-transamp", "--metric", name]) == 2
+        error = capsys.readouterr().err
+        assert text in error
+        assert error.count("\n") == 1
 
 
 def test_slopes_of_nothing_have_no_sign(capsys: pytest.CaptureFixture[str]) -> None:

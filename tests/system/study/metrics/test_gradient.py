@@ -6,6 +6,7 @@ import pytest
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.gradient.gradient import gradients_of
 from circuits.gradient.measure import Crossing, Current, Energy, Extreme, Integral, SpikeTime, Voltage
+from circuits.gradient.transfer import Corner, Transfer
 from circuits.lowering.kernel import to_kernel
 from system.options.block import choose
 from system.study.metrics.gradient import gradients, measure_of, measures_of, shares
@@ -27,6 +28,11 @@ from system.study.metrics.gradient import gradients, measure_of, measures_of, sh
         ("rise(i(a.m1),2nA,1)", Crossing("i(a.m1)", 2e-9, number=1)),
         ("integral(i(vdd),1ms,2ms)", Integral("i(vdd)", 1e-3, 2e-3)),
         ("energy(vdd)", Energy("vdd")),
+        ("mag(v[1,2],s,1kHz)", Transfer("mag", "v[1,2]", "s", 1e3)),
+        ("db(v, s, 10Hz)", Transfer("db", "v", "s", 10.0)),
+        ("phase(v,s,2MHz)", Transfer("phase", "v", "s", 2e6)),
+        ("bandwidth(v,s)", Corner("v", "s")),
+        ("unity_gain(v,s,1kHz,1MHz)", Corner("v", "s", 1.0, 1e3, 1e6)),
     ],
 )
 def test_measure_of_its_name(text, measure):
@@ -37,6 +43,9 @@ NONE = (
     "v(v)", "fall(v)", "spike_time(spike,-1)", "fall(v,1)", "maximum(v,1ms)", "voltage(v,1ms,2)",
     "voltage(v,-1ms)", "spike_time()", "voltage(,1ms)", "maximum(v,2ms,1ms)", "integral(v,1ms,1ms)",
     "rise(i(m1),1V)", "energy()", "current(m1,1ms,2ms)",
+    "mag(v,s)", "db(v,s,0Hz)", "phase(v,s,1)", "bandwidth(v)", "bandwidth(v,s,1Hz)",
+    "unity_gain(v,s,2Hz,1Hz)",
+    "mag(v,s,1Hz,2Hz)",
 )  # fmt: skip
 
 
@@ -49,6 +58,8 @@ def test_names_that_are_none(text):
 def test_names_of_measures_tell_between_which_times():
     assert measure_of("maximum(v,1ms,2ms)").name == "maximum(v,0.001s,0.002s)"
     assert measure_of("integral(v)").name == "integral(v)"
+    for name in ("db(v,s,10Hz)", "bandwidth(v,s)", "unity_gain(v,s,1000Hz,1e+06Hz)"):
+        assert measure_of(name).name == name
 
 
 def test_one_text_is_no_list_of_names():
@@ -80,3 +91,11 @@ def test_dataset_has_what_a_run_backwards_found():
     assert float(data.spread[0]) == pytest.approx(float(found.spread[0]))
     assert sum(shares(found).values()) == pytest.approx(1.0)
     assert data.parameter_unit.sel(parameter="temperature").item() == "degC"
+
+
+def test_dataset_has_small_signals_beside_a_run():
+    choice = choose("photoreceptor")
+    data = gradients(choice.testbench(), ["voltage(v_sf)", "bandwidth(v_sf,v_pd)"], choice.silicon)
+    assert data.unit.values.tolist() == ["V", "Hz"]
+    assert data.metric.values.tolist() == ["voltage(v_sf)", "bandwidth(v_sf,v_pd)"]
+    assert float(data.spread.sel(metric="bandwidth(v_sf,v_pd)")) > 0.01 * float(data.value[1])

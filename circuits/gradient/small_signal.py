@@ -1,0 +1,282 @@
+"""Gradients of measures of small signals, from one operating point and transposed equations.
+
+A transfer H to a node n solves `Y u = 0` at the unknown nodes, with Y = G + j w C over all columns, u the
+voltages, and 1 at the source that moves. With the transposed equations `Y^T lambda = c e_n`, a measure that
+reads H with the weight c (`circuits.gradient.transfer`) moves by
+
+    dM = Re(c dH) = - Re(lambda^T dY u)
+
+What G moves by is that of the devices' currents i at the point v, along u:
+
+    dG u = (di(v + h u) - di(v - h u)) / 2 h
+
+and so the real and the imaginary part of u each give two rows, at v + h u and v - h u, with the multipliers
+`+- lambda / 2 h`: what the devices do at such rows is summed as at the steps of a transient
+(`circuits.gradient.backwards`). The operating point moves too. It has a row more, at v, with the
+multipliers m of its own transposed equations,
+
+    J(v)^T m = - sum over the rows of J(v_r)^T m_r
+
+Source: Director and Rohrer, "The generalized adjoint network and network sensitivities" (1969).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from circuits.arrays import C128, F64, I64, T
+from circuits.compiled import compiled
+from circuits.errors import ParameterError, SolverError
+from circuits.gradient.backwards import Adjoint, add_rows, no_sums
+from circuits.gradient.ends import ends_of
+from circuits.gradient.gradient import GRADIENT_RTOL, SAFE, Gradients, gradients_of
+from circuits.gradient.measure import Measure
+from circuits.gradient.parameters import Rows, rows_of
+from circuits.gradient.transfer import Edge, Part, Reading, SmallSignal, Spectrum
+from circuits.lowering.kernel import Kernel, Machine
+from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian
+from circuits.solver.operating_point import OperatingPoint, linearised, operating_point, write_dense
+from circuits.solver.outcome import Outcome
+from circuits.solver.transient import Result, Steps
+from circuits.units import format_quantity
+
+AnyMeasure = Measure | SmallSignal
+"""What a testbench is measured by: of a run, or of small signals."""
+
+BEND = 2e-4  # of the voltage over which a law bends, how far rows are moved along u; ours
+RESOLVED = 1e-8
+"""Share of a transfer, below which 1 % of what moves it is not resolved; ours."""
+_FAR = 0.01  # V, most that they are moved
+
+
+class _Asked(NamedTuple):
+    """A reading, or an edge of one, with what moves."""
+
+    parts: tuple[Part, ...]
+    measure: SmallSignal
+
+
+def small_signal_gradients(machine: Machine, measures: Sequence[SmallSignal]) -> Gradients:
+    """Return the gradients of some measures of small signals.
+
+    Parameters
+    ----------
+    machine
+        Lowered testbench on its silicon.
+    measures
+        What is measured.
+
+    Raises
+    ------
+    ParameterError
+        There is no measure, or a frequency is not above 0.
+    UnknownNameError
+        No such node or source.
+    SolverError
+        There is no operating point, or the equations are singular at a frequency.
+    """
+    if not measures:
+        raise ParameterError(f"{machine.testbench.title}: no measure, must be at least one")
+    point = operating_point(machine)
+    spectrum = Spectrum(point)
+    read = [each.read(spectrum) for each in measures]
+    asked = [_Asked(found.parts, each) for found, each in zip(read, measures, strict=True)]
+    edges = [(k, edge) for k, found in enumerate(read) for edge in found.edges]
+    asked += [_Asked(edge.parts, measures[k]) for k, edge in edges]
+    rows = rows_of(machine, _solved(spectrum, asked))
+    by = np.concatenate([each.by for each in rows], axis=1)
+    sigma = np.concatenate([each.sigma * each.varies for each in rows])
+    spread = np.sqrt(((by * sigma) ** 2).sum(axis=1))
+    by[[k for k, found in enumerate(read) if not found.parts]] = np.nan
+    notes = _notes(point, read, edges, spread)
+    return _gradients(point, measures, read, notes, rows, by[: len(read)])
+
+
+def every_gradient(
+    machine: Machine, measures: Sequence[AnyMeasure], *, rtol: float = GRADIENT_RTOL
+) -> Gradients:
+    """Return the gradients of measures of a run and of small signals, in their order.
+
+    Parameters
+    ----------
+    machine
+        Lowered testbench on its silicon.
+    measures
+        What is measured.
+    rtol
+        Local error of a step of the transient, relative to the larger of |v| and 1 V.
+
+    Raises
+    ------
+    ParameterError
+        There is no measure, or a frequency is not above 0.
+    UnknownNameError
+        No such node or source.
+    SolverError
+        The solver gives up, or equations are singular.
+    """
+    small = [k for k, each in enumerate(measures) if isinstance(each, SmallSignal)]
+    of_run = [each for each in measures if not isinstance(each, SmallSignal)]
+    if not small:
+        return gradients_of(machine, of_run, rtol=rtol)
+    signals = small_signal_gradients(machine, [each for each in measures if isinstance(each, SmallSignal)])
+    return _together(gradients_of(machine, of_run, rtol=rtol), signals, small) if of_run else signals
+
+
+def _together(run: Gradients, signals: Gradients, small: Sequence[int]) -> Gradients:
+    """Both in one; small: at which places those of small signals stand."""
+    own, count = iter(range(len(small))), len(run.measures) + len(small)
+    rest = iter(range(len(small), count))
+    order = [next(own) if k in set(small) else next(rest) for k in range(count)]
+
+    def every(name: str) -> tuple[str, ...]:
+        both = (*getattr(signals, name), *getattr(run, name))
+        return tuple(both[k] for k in order)
+
+    values = np.concatenate([signals.values, run.values])[order]
+    by = np.concatenate([signals.by, run.by])[order]
+    texts = {name: every(name) for name in ("measures", "units", "notes")}
+    return replace(run, values=values, by=by, **texts)  # type: ignore[arg-type]  # fields by their names
+
+
+def _notes(
+    point: OperatingPoint, read: Sequence[Reading], edges: Sequence[tuple[int, Edge]], spread: F64
+) -> tuple[str, ...]:
+    """What is to be said of each measure; spread: of the measures, and of what brings them to each edge."""
+    told = [[found.note] if found.note else [] for found in read]
+    for own, found, one in zip(told, read, spread.tolist(), strict=False):
+        if 0.0 < one < RESOLVED * found.scale:
+            moved = format_quantity(one, found.unit)
+            own.append(f"moves by {moved} over dies, which is less than is resolved")
+    for (k, edge), one in zip(edges, spread[len(read) :].tolist(), strict=True):
+        away = edge.margin / one if one > 0.0 else np.inf
+        if away < SAFE:
+            told[k].append(f"{edge.what} {away:.2g} sigma away")
+    if not point.stable:
+        for own in told:
+            own.append("the operating point is not stable")
+    return tuple("; ".join(own) for own in told)
+
+
+def _gradients(
+    point: OperatingPoint,
+    measures: Sequence[SmallSignal],
+    read: Sequence[Reading],
+    notes: tuple[str, ...],
+    rows: Sequence[Rows],
+    by: F64,
+) -> Gradients:
+    machine = point.machine
+    names = [(label, each.unit) for each in rows for label in each.labels]
+    result = Result(
+        machine, Outcome.DONE, np.zeros(1), point.voltage[machine.column][None, :], machine.names, {},
+        Steps(0, 0, 0), point,
+    )  # fmt: skip
+    return Gradients(
+        tuple(each.name for each in measures), tuple(found.unit for found in read),
+        np.array([found.value for found in read]), notes, tuple(n for n, _ in names),
+        tuple(u for _, u in names), np.concatenate([each.sigma * each.varies for each in rows]), by, result,
+    )  # fmt: skip
+
+
+def _solved(spectrum: Spectrum, asked: Sequence[_Asked]) -> Adjoint:
+    """The transposed equations of what is asked for, as rows of an adjoint run."""
+    machine = spectrum.point.machine
+    k, v = machine.kernel, spectrum.point.voltage
+    ends = ends_of(machine)
+    sums, (across, capacitors) = no_sums(k, len(asked), ends), ends
+    places = list(dict.fromkeys((a.measure.moves, p.frequency) for a in asked for p in a.parts))
+    rows, moved = [], []
+    for moves, frequency in places:
+        u = spectrum.at(moves, frequency)
+        solved = np.zeros((len(asked), k.columns), dtype=complex)  # 0 at what sources fix
+        for m, each in enumerate(asked):
+            if each.measure.moves == moves:
+                solved[m, : k.unknowns] = _backwards(spectrum, frequency, each.parts)
+        sums.charge[:] += 2.0 * np.pi * frequency * (_apart(solved, capacitors) * _apart(u, capacitors)).imag
+        sums.conductance[:] -= (_apart(solved, across) * _apart(u, across)).real
+        for along, own in ((u.real, solved.real), (u.imag, -solved.imag)):
+            step = _step(k, along)
+            rows += [v + step * along, v - step * along]
+            moved += [own[:, : k.unknowns] / (2.0 * step), own[:, : k.unknowns] / (-2.0 * step)]
+    voltage = np.array([*rows, v])
+    every = np.zeros((len(asked), len(voltage), k.unknowns))
+    if moved:
+        every[:, :-1] = np.stack(moved, axis=1)
+    _end(machine, voltage, every)
+    sums.conductance[:] -= _apart(_over(every[:, -1], k), across) * _apart(v, across)
+    add_rows(k, voltage, every, allocate(k), sums)
+    return Adjoint(voltage, every, sums)
+
+
+def _backwards(spectrum: Spectrum, frequency: float, parts: Sequence[Part]) -> C128:
+    """Solution of the transposed equations for what is read at a frequency, complex128[unknowns]."""
+    weights = np.zeros(spectrum.point.machine.kernel.unknowns, dtype=complex)
+    for part in parts:
+        if part.frequency == frequency and part.column < weights.size:
+            weights[part.column] += part.weight
+    return spectrum.backwards(frequency, weights) if weights.any() else weights
+
+
+def _apart(values: NDArray[T], pairs: I64) -> NDArray[T]:
+    """Differences across pairs of columns."""
+    found: NDArray[T] = np.subtract(values[..., pairs[0]], values[..., pairs[1]])
+    return found
+
+
+def _over(moved: F64, k: Kernel) -> F64:
+    """Multipliers over all columns, 0 at those that sources fix."""
+    return np.concatenate([moved, np.zeros((moved.shape[0], k.columns - k.unknowns))], axis=1)
+
+
+def _step(k: Kernel, along: F64) -> float:
+    """How far to go along u so that no law bends."""
+    t, d, a = (x.astype(np.int64) for x in (k.transistors.terminal, k.diodes.terminal, k.amplifier_terminal))
+    ends = np.abs(along[np.concatenate([t.ravel(), d.ravel()])]).max(initial=0.0)
+    inputs = np.abs(along[a[0]] - along[a[1]]) * k.amplifier_value[0]
+    supplies = np.abs(along[a[3:5].ravel()]).max(initial=0.0)
+    bent = max(float(ends) / _LAW, float(inputs.max(initial=0.0)), float(supplies))
+    most = float(np.abs(along[k.charges : k.columns]).max(initial=0.0))
+    if most == 0.0:
+        return 1.0
+    return min(BEND / bent, _FAR / most) if bent > 0.0 else _FAR / most
+
+
+_LAW = 0.05  # V, over which a transistor or a diode bends, 2 U_T
+
+
+def _end(machine: Machine, voltage: F64, moved: F64) -> None:
+    """Fill in the last row, the operating point's, from the others."""
+    k, w = machine.kernel, allocate(machine.kernel)
+    matrix, right = np.zeros((k.unknowns, k.unknowns)), np.zeros((moved.shape[0], k.unknowns))
+    _bend(k, voltage, moved, w, matrix, right)
+    linearised(k, voltage[-1], w, matrix)
+    scale = np.maximum(np.abs(matrix).max(axis=1, initial=0.0), 1e-300)
+    try:
+        moved[:, -1] = (np.linalg.solve((matrix / scale[:, None]).T, right.T) / scale[:, None]).T
+    except np.linalg.LinAlgError:
+        raise SolverError(
+            f"{machine.testbench.title}: singular at its operating point; look for a node that floats"
+        ) from None
+
+
+@compiled()
+def _bend(k: Kernel, voltage: F64, moved: F64, w: Work, matrix: F64, out: F64) -> None:
+    """Add `- sum J(v_r)^T m_r` over the rows but the last; of devices that bend alone, others cancel."""
+    for p in range(w.base.size):
+        w.base[p] = 0.0
+    for row in range(voltage.shape[0] - 1):
+        evaluate(k, voltage[row], w)
+        fill_jacobian(k, w)
+        write_dense(k, w, matrix)
+        for m in range(moved.shape[0]):
+            for i in range(k.unknowns):
+                own = moved[m, row, i]
+                if own != 0.0:
+                    for j in range(k.unknowns):
+                        out[m, j] -= matrix[i, j] * own
