@@ -82,15 +82,15 @@ class Spectrum:
         self.point = point
         self.linear: Linear = linearise(point)
         self._factors: dict[float, SuperLU] = {}
+        self._driven: dict[Moves, tuple[C128, C128, C128]] = {}
         self._full: dict[tuple[Moves, float], C128] = {}
 
     def at(self, moves: Moves, frequency: float) -> C128:
         """All voltages at a frequency, Hz, complex128[columns], V; A at sources of current."""
         if (moves, frequency) not in self._full:
-            kernel = self.point.machine.kernel
-            full = self._driven(moves)
-            forced = self.linear.conductance @ full + 2j * np.pi * frequency * (self.linear.charge @ full)
-            full[: kernel.unknowns] = self._factored(frequency).solve(-forced)
+            driven, by_g, by_c = self._drive(moves)
+            full = driven.copy()
+            full[: by_g.size] = self._factored(frequency).solve(-(by_g + 2j * np.pi * frequency * by_c))
             self._full[moves, frequency] = full
         return self._full[moves, frequency]
 
@@ -117,11 +117,14 @@ class Spectrum:
             self._factors[frequency] = next(self.linear.admittances(np.array([frequency])))
         return self._factors[frequency]
 
-    def _driven(self, moves: Moves) -> C128:
-        full = np.zeros(self.point.machine.kernel.columns, dtype=complex)
-        for source, value in moves:
-            full[source_column(self.point, source)] = value
-        return full
+    def _drive(self, moves: Moves) -> tuple[C128, C128, C128]:
+        """What moves, complex128[columns], and the currents that it makes by G, and by C per rad/s."""
+        if moves not in self._driven:
+            full = np.zeros(self.point.machine.kernel.columns, dtype=complex)
+            for source, value in moves:
+                full[source_column(self.point, source)] = value
+            self._driven[moves] = full, self.linear.conductance @ full, self.linear.charge @ full
+        return self._driven[moves]
 
 
 class SmallSignal(ABC):
@@ -276,7 +279,7 @@ class Corner(SmallSignal):
             return math.log(abs(found) / level)
 
         ends = np.log(grid[-2:])
-        at = math.exp(optimise.brentq(over, *ends, xtol=1e-14, rtol=1e-14))
+        at = math.exp(optimise.brentq(over, *ends, xtol=1e-13, rtol=1e-14))
         h, along = (f(self.moves, at)[column] for f in (spectrum.at, spectrum.along))
         slope = float((along / h).real)
         first = spectrum.at(self.moves, self.low)[column]

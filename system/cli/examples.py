@@ -30,7 +30,10 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ),
     ("map",): ("noctule map examples/working-memory.toml --chip rolls -o program.toml",),
     ("montecarlo",): ("noctule montecarlo rebound-neuron -n 50 --metric best_delay --csv dies.csv",),
-    ("gradient",): ('noctule gradient rebound-neuron --metric "spike_time(spike,0)" --die 1003',),
+    ("gradient",): (
+        'noctule gradient rebound-neuron --metric "spike_time(spike,0)" --die 1003',
+        'noctule gradient photoreceptor --metric "bandwidth(v_sf,v_pd)"',
+    ),
     ("match",): ("noctule match rebound-neuron --metric t_inh_s --spread 6ms",),
     ("worst",): ('noctule worst rebound-neuron --spec "t_inh_s in :8ms" --no-process-variation',),
     ("corners",): ("noctule corners rebound-neuron --metric t_inh_s --no-process-variation",),

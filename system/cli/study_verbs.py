@@ -108,7 +108,8 @@ class Gradient(OnBlock):
     """Show what each device moves a metric by: one run backwards."""
 
     metric: tuple[str, ...] = option(
-        (), "Of the testbench, or as spike_time(spike,1), voltage(v_mem,5ms); the first spikes unless given",
+        (), "Of the testbench, or as spike_time(spike,1), voltage(v_mem,5ms), db(v_sf,v_pd,1kHz); the first"
+        " spikes unless given",
         metavar="NAME",
     )  # fmt: skip
     values: BlockValues = shared.values_part("bias_file")
