@@ -1,4 +1,4 @@
-"""Claim: gradients of a transfer by all devices take at most one analysis of small signals.
+"""Claim: gradients of a transfer by all devices take at most 1.5 analyses of small signals.
 
 Of each block that has a transfer the two that vary most in dB over dies, from two sources: a row of both in
 dB and their phases at 10 kHz, and one of their bandwidths, which are searches over the frequency; on the
@@ -35,10 +35,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from tests.circuits.gradient.differences import by_small_signals
 
 DIES = (None, 1000, 1001, 1002)
-STEP = 0.01  # sigma, of a central difference
+STEP = 0.002  # sigma, of a central difference
 LEAST = {"V/V": 1e-4, "V/A": 1e2}  # transfers below which nothing is said to come from a source
 GRID = frequency_grid(1.0, 1e6, 20)
-MOST = 1.0
+MOST = 1.5
 
 
 def main() -> int:
@@ -117,7 +117,8 @@ def accuracy(point: OperatingPoint, measures: Sequence[SmallSignal], found: Grad
     for k in sorted(chosen):
         label, sigma = found.labels[k], float(found.sigma[k])
         other = by_small_signals(point.machine, measures, label, STEP * sigma, point.voltage)
-        off = np.abs(other - found.by[:, k]) * sigma / found.spread
+        with np.errstate(divide="ignore", invalid="ignore"):  # of what nothing moves
+            off = np.abs(other - found.by[:, k]) * sigma / found.spread
         for m in np.flatnonzero(np.isfinite(off)):
             if not off[m] < worst:
                 worst, where = float(off[m]), f"{measures[m].name} by {label}"

@@ -324,6 +324,5 @@ def _temperature(machine: Machine, found: Adjoint) -> Rows:
 
 def _direct(machine: Machine, voltage: F64, found: Adjoint) -> F64:
     """What flows without charge gives the measures on a silicon at some voltages, float64[measures]."""
-    ends = ends_of(machine)
     own = contracted(machine.kernel, voltage, found.moved)
-    return own + carried_by(machine, voltage, found.taps, ends, own.size)
+    return own + carried_by(machine, voltage, found.taps, ends_of(machine), own.size) if found.taps else own

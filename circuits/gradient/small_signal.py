@@ -40,7 +40,7 @@ from circuits.gradient.parameters import Rows, rows_of
 from circuits.gradient.transfer import Edge, Part, Reading, SmallSignal, Spectrum
 from circuits.lowering.kernel import Kernel, Machine
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian
-from circuits.solver.operating_point import OperatingPoint, linearised, operating_point, write_dense
+from circuits.solver.operating_point import OperatingPoint, linearised, operating_point
 from circuits.solver.outcome import Outcome
 from circuits.solver.transient import Result, Steps
 from circuits.units import format_quantity
@@ -48,7 +48,10 @@ from circuits.units import format_quantity
 AnyMeasure = Measure | SmallSignal
 """What a testbench is measured by: of a run, or of small signals."""
 
-BEND = 2e-4  # of the voltage over which a law bends, how far rows are moved along u; ours
+BEND = 5e-4  # of the voltage over which a law bends, how far rows are moved along u; ours
+SEEN = 1e-9
+"""Share of the largest transfer to a device that bends, below which a transfer has no gradient; ours."""
+MATTERS = 1e-3  # share of what a measure reads most of, below which a transfer is of no consequence; ours
 RESOLVED = 1e-8
 """Share of a transfer, below which 1 % of what moves it is not resolved; ours."""
 _FAR = 0.01  # V, most that they are moved
@@ -84,7 +87,7 @@ def small_signal_gradients(machine: Machine, measures: Sequence[SmallSignal]) ->
         raise ParameterError(f"{machine.testbench.title}: no measure, must be at least one")
     point = operating_point(machine)
     spectrum = Spectrum(point)
-    read = [each.read(spectrum) for each in measures]
+    read = [_seen(spectrum, each, each.read(spectrum)) for each in measures]
     asked = [_Asked(found.parts, each) for found, each in zip(read, measures, strict=True)]
     edges = [(k, edge) for k, found in enumerate(read) for edge in found.edges]
     asked += [_Asked(edge.parts, measures[k]) for k, edge in edges]
@@ -95,6 +98,26 @@ def small_signal_gradients(machine: Machine, measures: Sequence[SmallSignal]) ->
     by[[k for k, found in enumerate(read) if not found.parts]] = np.nan
     notes = _notes(point, read, edges, spread)
     return _gradients(point, measures, read, notes, rows, by[: len(read)])
+
+
+def _seen(spectrum: Spectrum, measure: SmallSignal, found: Reading) -> Reading:
+    """A reading, without what it reads where devices that bend move by far more than what is read.
+
+    Rows at `v +- h u` are rounded to what v is, so that what is far below the largest u is lost in them.
+    """
+    k = spectrum.point.machine.kernel
+    ends = np.concatenate(
+        [t.ravel() for t in (k.transistors.terminal, k.diodes.terminal, k.amplifier_terminal)]
+    )
+    sizes = [abs(spectrum.at(measure.moves, part.frequency)) for part in found.parts]
+    counts = [abs(part.weight) * own[part.column] for part, own in zip(found.parts, sizes, strict=True)]
+    for part, own, count in zip(found.parts, sizes, counts, strict=True):
+        largest = float(own[ends].max(initial=0.0))
+        if count > MATTERS * max(counts) and own[part.column] < SEEN * largest:
+            share = own[part.column] / largest
+            why = f"a transfer {share:.1g} of the largest at a device, whose gradient is not resolved"
+            return Reading(found.value, (), found.unit, why)
+    return found
 
 
 def every_gradient(
@@ -254,7 +277,7 @@ def _end(machine: Machine, voltage: F64, moved: F64) -> None:
     """Fill in the last row, the operating point's, from the others."""
     k, w = machine.kernel, allocate(machine.kernel)
     matrix, right = np.zeros((k.unknowns, k.unknowns)), np.zeros((moved.shape[0], k.unknowns))
-    _bend(k, voltage, moved, w, matrix, right)
+    _bend(k, voltage, moved, w, right)
     linearised(k, voltage[-1], w, matrix)
     scale = np.maximum(np.abs(matrix).max(axis=1, initial=0.0), 1e-300)
     try:
@@ -266,17 +289,19 @@ def _end(machine: Machine, voltage: F64, moved: F64) -> None:
 
 
 @compiled()
-def _bend(k: Kernel, voltage: F64, moved: F64, w: Work, matrix: F64, out: F64) -> None:
+def _bend(k: Kernel, voltage: F64, moved: F64, w: Work, out: F64) -> None:
     """Add `- sum J(v_r)^T m_r` over the rows but the last; of devices that bend alone, others cancel."""
+    f, jacobian = k.factor, w.jacobian
     for p in range(w.base.size):
         w.base[p] = 0.0
     for row in range(voltage.shape[0] - 1):
         evaluate(k, voltage[row], w)
         fill_jacobian(k, w)
-        write_dense(k, w, matrix)
         for m in range(moved.shape[0]):
+            own = moved[m, row]
             for i in range(k.unknowns):
-                own = moved[m, row, i]
-                if own != 0.0:
-                    for j in range(k.unknowns):
-                        out[m, j] -= matrix[i, j] * own
+                out[m, i] -= jacobian[f.diagonal[i]] * own[i]
+                for p in range(f.lower_start[i], f.lower_start[i + 1]):
+                    out[m, i] -= jacobian[f.lower[p]] * own[f.lower_row[p]]
+                for p in range(f.upper_start[i], f.upper_start[i + 1]):
+                    out[m, f.upper_column[p]] -= jacobian[f.upper[p]] * own[i]

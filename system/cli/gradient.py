@@ -87,12 +87,15 @@ def _cards(
     known = {measure_name(text) for text in own_cards(asked.block, choice, "ac")}
     if known.isdisjoint(names):
         return {}
-    return spectrum_cards(
-        Simulate(
-            block=asked.block, analysis="ac", values=asked.values, silicon=asked.silicon,
-            stimulus=asked.stimulus, begin=asked.begin,
-        ), choice, machine,
+    spectrum = Simulate(
+        block=asked.block, analysis="ac", values=asked.values, silicon=asked.silicon,
+        stimulus=asked.stimulus, begin=asked.begin,
     )  # fmt: skip
+    found = spectrum_cards(spectrum, choice, machine)
+    for name in names:
+        if name in known and name not in found:
+            raise ParameterError(f"--metric: {name}, is a .measure card that is left out; name another")
+    return found
 
 
 def _order(found: Gradients, k: int) -> tuple[list[int], Any]:

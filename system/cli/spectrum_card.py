@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from circuits.errors import ParameterError
 from circuits.gradient.transfer import OfSpectrum
 from circuits.measure.branch import voltage_nodes
 from circuits.measure.measure import Measure, read_measures
@@ -26,11 +27,12 @@ def spectrum_cards(asked: Simulate, choice: Choice, machine: Machine) -> dict[st
     """Give the measures of a whole deck's `.measure ac` cards by name; none of any other target.
 
     They read the answer to the deck's own AC values at the frequencies of its first `.ac`. A card that names
-    what the circuit does not have is told and left out.
+    what the circuit does not have is told and left out. Raises `ParameterError` for cards of a deck without
+    such values.
     """
     cards, moves = own_cards(asked.block, choice, "ac"), dict(own_moves(asked.block, choice))
-    if not (cards and moves):
-        return {}
+    if not moves and cards:
+        raise ParameterError(f"{cards[0]}: no source of {asked.block} has an AC value; write as v1 in 0 ac 1")
     given, nodes = with_own_spectrum(asked), voltage_nodes(machine)
     unit = VOLT
     if given.source is not None:

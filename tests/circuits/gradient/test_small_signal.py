@@ -139,6 +139,20 @@ def test_of_the_temperature_is_that_of_differences(name):
     assert (np.abs(own - wanted) < np.maximum(1e-3 * np.abs(wanted), 1e-5 * found.spread)).all()
 
 
+def test_of_the_temperature_of_a_line_that_moves_and_stands_on_the_die():
+    """The line's voltage follows the temperature, and is the source too."""
+    measures = (Transfer("mag", "v_s", "v_tail", 1e4), Corner("v_s", "v_tail"))
+    block = load_block("differential-pair")
+
+    def machine(kelvin):
+        bench = bench_of(block, lambda circuit: rebias(circuit, kind="ideal"))
+        return to_kernel(bench, Silicon(block.process, 27.0 + kelvin, FULL))
+
+    found = small_signal_gradients(machine(0.0), measures)
+    wanted = difference(lambda kelvin: read(machine(kelvin), measures), 0.1)
+    np.testing.assert_allclose(found.by[:, found.labels.index("temperature")], wanted, rtol=1e-4)
+
+
 def sized(field, share):
     def changed(device):
         return replace(device, **{field: getattr(device, field) * (1.0 + share)})
@@ -298,6 +312,17 @@ def test_what_has_no_gradient_says_why():
     assert found.notes == tuple(wanted.values())
     assert np.isnan(found.by).all()
     np.testing.assert_array_equal(np.isnan(found.values), [False, *[True] * 5, False, False, True, False])
+
+
+def test_a_transfer_that_is_lost_beside_others_has_no_gradient():
+    """Its value is a product along the chain, what moves it is rounding."""
+    asked = [Transfer("db", f"v_ex_tau[{k}]", "v_ex_start", 1e4) for k in (12, 0)]
+    found = small_signal_gradients(lowered("bias-chain", Die(number=1002)), asked)
+    assert found.notes[0] == ""
+    assert np.isfinite(found.by[0]).all()
+    assert found.notes[1].startswith("a transfer 2e-46 of the largest at a device, whose gradient is not ")
+    assert found.values[1] < -900.0
+    assert np.isnan(found.by[1]).all()
 
 
 def test_a_phase_near_its_jump_tells_how_far_it_is():

@@ -125,6 +125,23 @@ def test_cards_are_of_the_ac_values_of_a_deck(tmp_path: Path, capsys: pytest.Cap
     assert slopes[1][1] == pytest.approx(slopes[0][1], rel=1e-6)
 
 
+def test_cards_without_an_answer_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    deck = tmp_path / "rc.cir"
+    deck.write_text(RC.format("1").replace(" ac 1 ", " "))
+    assert main(["gradient", str(deck), "--metric", "f_c"]) == 2
+    error = capsys.readouterr().err
+    assert error == (
+        f"noctule: f_c = cross(db(v(out)), -3.0): no source of {deck} has an AC value; write as"
+        " v1 in 0 ac 1\n"
+    )
+    deck.write_text(RC.format("1").replace("find vp(out)", "find v(nowhere)"))
+    assert main(["gradient", str(deck), "--metric", "late"]) == 2
+    *told, error = capsys.readouterr().err.splitlines()
+    assert len(told) == 1
+    assert "nowhere" in told[0]
+    assert error == "noctule: --metric: late, is a .measure card that is left out; name another"
+
+
 def test_small_signals_that_cannot_be_are_told_in_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     wrong = {
         "mag(v_out,v_plus,0Hz)": "--metric: 0Hz, must be a frequency above 0; as 1kHz",
