@@ -56,14 +56,14 @@ def _at(edge: Edge, rtol: float) -> Gradients:
     """What moves an edge, times its weight; NaN where it is not known."""
     stimulus, peak = f"source.{edge.source}.time", Extreme(edge.node, begin=edge.begin)
     away, found = edge.resolution, None
-    while found is None or (found.result.spikes[edge.port].size and away < _FARTHEST * edge.resolution):
+    while found is None or (_spikes(found, edge.port) and away < _FARTHEST * edge.resolution):
         machine = edge.beside(away)
         moves = [move for move in own_moves(machine) if move.step.label == stimulus]
         found = gradients_of(machine, (peak,), rtol=rtol, moves=moves)
         away *= 2.0
     own = found.labels.index(stimulus)
     slope, note = float(found.by[0, own]), found.notes[0]
-    if found.result.spikes[edge.port].size:
+    if _spikes(found, edge.port):
         slope, note = np.nan, f"{edge.source}: a spike comes on both sides of the edge"
     elif not slope or not np.isfinite(slope):
         slope, note = np.nan, note or f"{edge.source}: does not move the peak of {edge.node} at the edge"
@@ -72,3 +72,8 @@ def _at(edge: Edge, rtol: float) -> Gradients:
         found, notes=(note,), sigma=found.sigma[keep], by=edge.weight * -found.by[:, keep] / slope,
         labels=tuple(found.labels[k] for k in keep), of_units=tuple(found.of_units[k] for k in keep),
     )  # fmt: skip
+
+
+def _spikes(found: Gradients, port: str) -> bool:
+    """Whether a spike came at a port in the run."""
+    return found.result is not None and found.result.spikes[port].size > 0

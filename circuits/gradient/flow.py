@@ -135,26 +135,21 @@ def _fill_source(machine: Machine, name: str, ends: Ends, f: Flow) -> None:
 
 
 @compiled()
-def carried(k: Kernel, voltage: F64, weight: F64, f: Flow, w: Work) -> float:
-    """Return the weighted sum over the rows of what flows without charge; voltage: float64[rows, columns]."""
-    total, x = 0.0, w.transistor
+def conducted(k: Kernel, voltage: F64, f: Flow, w: Work, out: F64) -> None:
+    """Fill in what flows without charge at each row, A, float64[rows]; voltage: float64[rows, columns], V."""
     for row in range(voltage.shape[0]):
-        if weight[row] == 0.0:
-            continue
         evaluate(k, voltage[row], w)
-        here = 0.0
-        for i in range(f.channel.size):
-            here += f.channel[i] * x.current[i]
-            for side in range(2):
-                here += f.junction[side, i] * x.junction[side, i]
-        for j in range(f.amplifier.shape[1]):
-            for i in range(5):
-                here += f.amplifier[i, j] * w.amplifier_current[i, j]
-        for d in range(f.diode.size):
-            here += f.diode[d] * w.diode_current[0, d]
-        for c in range(f.linear.size):
-            here += f.linear[c] * voltage[row, c]
-        total += weight[row] * here
+        out[row] = _here(voltage[row], f, w)
+
+
+@compiled()
+def carried(k: Kernel, voltage: F64, weight: F64, f: Flow, w: Work) -> float:
+    """Return the weighted sum over the rows of what flows without charge."""
+    total = 0.0
+    for row in range(voltage.shape[0]):
+        if weight[row] != 0.0:
+            evaluate(k, voltage[row], w)
+            total += weight[row] * _here(voltage[row], f, w)
     return total
 
 
@@ -164,12 +159,30 @@ def gather(k: Kernel, voltage: F64, weight: F64, f: Flow, w: Work, m: int, slope
 
     weight: slope of the measure by the current at each row, float64[rows].
     """
-    s.direct[m] += carried(k, voltage, weight, f, w)
     for row in range(voltage.shape[0]):
         if weight[row] != 0.0:
             evaluate(k, voltage[row], w)
+            s.direct[m] += weight[row] * _here(voltage[row], f, w)
             _gather_transistors(k, voltage[row], weight[row], f, w, m, slopes[row], s)
             _gather_others(k, weight[row], f, w, slopes[row])
+
+
+@compiled()
+def _here(v: F64, f: Flow, w: Work) -> float:
+    """What flows without charge where w is evaluated, A."""
+    total, x = 0.0, w.transistor
+    for i in range(f.channel.size):
+        total += f.channel[i] * x.current[i]
+        for side in range(2):
+            total += f.junction[side, i] * x.junction[side, i]
+    for j in range(f.amplifier.shape[1]):
+        for i in range(5):
+            total += f.amplifier[i, j] * w.amplifier_current[i, j]
+    for d in range(f.diode.size):
+        total += f.diode[d] * w.diode_current[0, d]
+    for c in range(f.linear.size):
+        total += f.linear[c] * v[c]
+    return total
 
 
 @compiled()

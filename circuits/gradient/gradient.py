@@ -61,8 +61,11 @@ class Gradients:
         mismatch or process where the silicon's dies have none of it.
     by : array
         Derivative of each measure by each parameter, float64[measures, parameters], in SI units.
-    result : Result
-        The run that was measured.
+    result : Result or None
+        The run that was measured; None where none was.
+    error : array
+        How far each measure's gradients at ten times the tolerance differ, times the sigma of what is moved,
+        as a share of its spread, float64[measures]; empty, or NaN, where they were not found.
     """
 
     measures: tuple[str, ...]
@@ -73,7 +76,8 @@ class Gradients:
     of_units: tuple[str, ...]
     sigma: F64
     by: F64 = field(repr=False)
-    result: Result = field(repr=False)
+    result: Result | None = field(repr=False)
+    error: F64 = field(default_factory=lambda: np.zeros(0), repr=False)
 
     @property
     def spread(self) -> F64:
@@ -81,7 +85,8 @@ class Gradients:
 
         Of components of variation it has those of single capacitors alone.
         """
-        return np.asarray(np.sqrt(((self.by * self.sigma) ** 2).sum(axis=1)))
+        moved = np.where(self.sigma > 0.0, self.by, 0.0) * self.sigma
+        return np.asarray(np.sqrt((moved**2).sum(axis=1)))
 
 
 def gradients_of(

@@ -18,6 +18,7 @@ from circuits.gradient.reading import Reading, crossing, passed, rates, read_at,
 from circuits.gradient.tap import (
     at_rows,
     course_of,
+    current_at,
     current_at_beginning,
     current_in,
     through,
@@ -338,9 +339,7 @@ class Current(Measure):
             return current_at_beginning(result.machine, way, self.of)
         if not 0.0 <= self.at <= way.time[-1]:
             return Reading(np.nan, (), f"{self.at:g} s, the run ends at {way.time[-1]:g} s")
-        course = course_of(result, way, f"i({self.of})")
-        row = max(int(np.searchsorted(way.time, self.at)), 1)
-        return course.told(read_at(course.way, row, course.column, self.at))
+        return current_at(result.machine, way, self.of, self.at)
 
 
 def _span(begin: float, end: float) -> str:
@@ -390,7 +389,8 @@ class Measured(Measure):
             return Reading(
                 float(value),
                 (),
-                "reads devices beside the run's voltages, as a current does; ask dies instead",
+                "reads devices beside the run's voltages, as a current does; take current(NAME,TIME),"
+                " integral(i(NAME)) or energy(SOURCE), or ask dies",
             )
         return _Search(self, result, way, float(value)).reading()
 

@@ -23,7 +23,6 @@ Source: Director and Rohrer, "The generalized adjoint network and network sensit
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -34,8 +33,7 @@ from circuits.compiled import compiled
 from circuits.errors import ParameterError, SolverError
 from circuits.gradient.backwards import Adjoint, add_rows, no_sums
 from circuits.gradient.ends import ends_of
-from circuits.gradient.gradient import GRADIENT_RTOL, SAFE, Gradients, gradients_of
-from circuits.gradient.measure import Measure
+from circuits.gradient.gradient import SAFE, Gradients
 from circuits.gradient.parameters import Rows, rows_of
 from circuits.gradient.transfer import Edge, Part, Reading, SmallSignal, Spectrum
 from circuits.lowering.kernel import Kernel, Machine
@@ -44,9 +42,6 @@ from circuits.solver.operating_point import OperatingPoint, linearised, operatin
 from circuits.solver.outcome import Outcome
 from circuits.solver.transient import Result, Steps
 from circuits.units import format_quantity
-
-AnyMeasure = Measure | SmallSignal
-"""What a testbench is measured by: of a run, or of small signals."""
 
 BEND = 5e-4  # of the voltage over which a law bends, how far rows are moved along u; ours
 SEEN = 1e-9
@@ -118,53 +113,6 @@ def _seen(spectrum: Spectrum, measure: SmallSignal, found: Reading) -> Reading:
             why = f"a transfer {share:.1g} of the largest at a device, whose gradient is not resolved"
             return Reading(found.value, (), found.unit, why)
     return found
-
-
-def every_gradient(
-    machine: Machine, measures: Sequence[AnyMeasure], *, rtol: float = GRADIENT_RTOL
-) -> Gradients:
-    """Return the gradients of measures of a run and of small signals, in their order.
-
-    Parameters
-    ----------
-    machine
-        Lowered testbench on its silicon.
-    measures
-        What is measured.
-    rtol
-        Local error of a step of the transient, relative to the larger of |v| and 1 V.
-
-    Raises
-    ------
-    ParameterError
-        There is no measure, or a frequency is not above 0.
-    UnknownNameError
-        No such node or source.
-    SolverError
-        The solver gives up, or equations are singular.
-    """
-    small = [k for k, each in enumerate(measures) if isinstance(each, SmallSignal)]
-    of_run = [each for each in measures if not isinstance(each, SmallSignal)]
-    if not small:
-        return gradients_of(machine, of_run, rtol=rtol)
-    signals = small_signal_gradients(machine, [each for each in measures if isinstance(each, SmallSignal)])
-    return _together(gradients_of(machine, of_run, rtol=rtol), signals, small) if of_run else signals
-
-
-def _together(run: Gradients, signals: Gradients, small: Sequence[int]) -> Gradients:
-    """Both in one; small: at which places those of small signals stand."""
-    own, count = iter(range(len(small))), len(run.measures) + len(small)
-    rest = iter(range(len(small), count))
-    order = [next(own) if k in set(small) else next(rest) for k in range(count)]
-
-    def every(name: str) -> tuple[str, ...]:
-        both = (*getattr(signals, name), *getattr(run, name))
-        return tuple(both[k] for k in order)
-
-    values = np.concatenate([signals.values, run.values])[order]
-    by = np.concatenate([signals.by, run.by])[order]
-    texts = {name: every(name) for name in ("measures", "units", "notes")}
-    return replace(run, values=values, by=by, **texts)  # type: ignore[arg-type]  # fields by their names
 
 
 def _notes(

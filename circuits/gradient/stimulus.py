@@ -16,14 +16,15 @@ from typing import NamedTuple
 import numpy as np
 
 from circuits.arrays import F64, I64
+from circuits.compiled import compiled
 from circuits.devices.source import Polyline, polyline
-from circuits.gradient.backwards import Adjoint, contracted
+from circuits.gradient.backwards import Adjoint, apart
 from circuits.gradient.parameters import Rows
 from circuits.gradient.way import SAME_TIME, Way
-from circuits.lowering.kernel import Machine
+from circuits.lowering.kernel import Kernel, Machine
+from circuits.solver.newton import Work, allocate, evaluate
 from circuits.testbench import Testbench
 
-PROBE = 1e-5  # V, by which sources move currents for a derivative; ours
 NUDGE = 1e-5  # V, and of the largest current, by which a source's value is moved; ours
 LEAST = 1e-12  # A, of a current source that gives nothing; ours
 
@@ -100,11 +101,15 @@ def _own(machine: Machine, number: int, by: tuple[F64, F64], step: Step) -> Move
 
 def rows_by_moves(machine: Machine, way: Way, found: Adjoint, moves: Sequence[Move]) -> list[Rows]:
     """Return what parameters of a testbench move measures by; not those that add or take corners away."""
-    rows = []
+    rows: list[Rows] = []
+    if not moves:
+        return rows
+    by_sources = np.zeros(found.given.shape)
+    _by_sources(machine.kernel, way.voltage, found.moved, allocate(machine.kernel), by_sources)
     for move in moves:
         moved = _sources_moved(machine, way, move)
         if moved is not None:
-            by = _by(machine, way, found, *moved)
+            by = _by(machine, way, found, by_sources, moved)
             rows.append(Rows([move.step.label], move.step.unit, np.zeros(1), by[:, None]))
     return rows
 
@@ -150,23 +155,14 @@ def _at_corners(way: Way, corner: F64) -> tuple[I64, I64]:
     return rows, near[rows]
 
 
-def _by(machine: Machine, way: Way, found: Adjoint, by_time: F64, by_value: F64) -> F64:
+def _by(machine: Machine, way: Way, found: Adjoint, by_sources: F64, moved: tuple[F64, F64]) -> F64:
     """What sources that move so move the measures by, float64[measures]."""
-    k, moved = machine.kernel, found.moved
+    by_time, by_value = moved
     # at corners without what sources do as they go on beyond
-    beyond = (found.given * way.drive).sum(axis=2) + _charged(machine, way, moved, way.drive)
+    beyond = (found.given * way.drive).sum(axis=2) + _charged(machine, way, found.moved, way.drive)
     by = (found.timing - np.where(way.free, 0.0, beyond)) @ by_time
-    by += (found.given * by_value).sum(axis=(1, 2)) + _charged(machine, way, moved, by_value).sum(axis=1)
-    rows = np.flatnonzero(by_value.any(axis=1))
-    if rows.size:
-        step = PROBE / float(np.abs(by_value[rows]).max())
-        ends = []
-        for sign in (1.0, -1.0):
-            voltage = way.voltage[rows].copy()
-            voltage[:, k.unknowns : k.columns - 1] += sign * step * by_value[rows]
-            ends.append(contracted(k, voltage, np.ascontiguousarray(moved[:, rows])))
-        by += (ends[0] - ends[1]) / (2.0 * step)
-    return np.asarray(by)
+    by += ((found.given + by_sources) * by_value).sum(axis=(1, 2))
+    return np.asarray(by + _charged(machine, way, found.moved, by_value).sum(axis=1))
 
 
 def _charged(machine: Machine, way: Way, moved: F64, by_value: F64) -> F64:
@@ -182,3 +178,53 @@ def _charged(machine: Machine, way: Way, moved: F64, by_value: F64) -> F64:
         last = way.time.size - j
         found[:, :last] -= way.share[j:, j] * (pulled[:, j:] * by_value[:last]).sum(axis=2)
     return found
+
+
+@compiled()
+def _by_sources(k: Kernel, voltage: F64, moved: F64, w: Work, out: F64) -> None:
+    """Fill in what sources do without charge by their values, float64[measures, rows, sources]."""
+    for row in range(voltage.shape[0]):
+        evaluate(k, voltage[row], w)
+        for m in range(moved.shape[0]):
+            own, found = moved[m, row], out[m, row]
+            _by_transistors(k, own, w, found)
+            for j in range(k.amplifier_terminal.shape[1]):
+                for i in range(5):
+                    at = apart(own, k.amplifier_terminal[i, j], k.columns)
+                    for c in range(5):
+                        _add(k, k.amplifier_terminal[c, j], -at * w.amplifier_slope[i, c, j], found)
+            for d in range(k.diodes.saturation.size):
+                a, b, charge = k.diodes.terminal[0, d], k.diodes.terminal[1, d], k.diodes.charge[d]
+                by = -apart(own, a, b) * w.diode_slope[0, d]
+                if charge >= 0:
+                    by += own[charge] * w.diode_slope[1, d]
+                _add(k, a, by, found)
+                _add(k, b, -by, found)
+            for i in range(k.unknowns):
+                for p in range(k.conductance.start[i], k.conductance.start[i + 1]):
+                    _add(k, k.conductance.column[p], -own[i] * k.conductance.value[p], found)
+
+
+@compiled()
+def _by_transistors(k: Kernel, own: F64, w: Work, found: F64) -> None:
+    t, x = k.transistors.terminal, w.transistor
+    for i in range(k.transistors.sign.size):
+        channel = apart(own, t[0, i], t[2, i])
+        for end in range(3):
+            by = channel * x.conductance[end, i]
+            _add(k, t[end, i], -by, found)
+            _add(k, t[3, i], by, found)
+        if k.transistors.leaks:
+            for side in range(2):
+                across = apart(own, t[2 * side, i], t[3, i])
+                a, b = across * x.junction_conductance[side, i], across * x.junction_conductance[2 + side, i]
+                _add(k, t[2 * side, i], -a, found)
+                _add(k, t[1, i], -b, found)
+                _add(k, t[3, i], a + b, found)
+
+
+@compiled(forceinline=True)
+def _add(k: Kernel, column: int, by: float, found: F64) -> None:
+    """Add what a voltage does where a source fixes it."""
+    if k.unknowns <= column < k.columns - 1:
+        found[column - k.unknowns] += by

@@ -12,14 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from circuits.arrays import F64, Bools
-from circuits.errors import unknown_name
 from circuits.gradient.backwards import Sums, Tap
 from circuits.gradient.ends import Ends, ends_of
-from circuits.gradient.flow import carried, flow_of, gather
-from circuits.gradient.reading import Reading
+from circuits.gradient.flow import carried, conducted, flow_of, gather
+from circuits.gradient.reading import Reading, read_at
 from circuits.gradient.way import Way
 from circuits.lowering.kernel import Machine
-from circuits.measure.current import current_names, device_current, rate
+from circuits.measure.current import rate
 from circuits.solver.newton import allocate
 from circuits.solver.transient import Result
 
@@ -82,6 +81,23 @@ def course_of(result: Result, way: Way, node: str) -> Course:
     return Course(way._replace(voltage=wide), wide.shape[1] - 1, name)
 
 
+def current_at(machine: Machine, way: Way, name: str, time: float) -> Reading:
+    """Read the current of a device or source at a time within a run, s."""
+    row = max(int(np.searchsorted(way.time, time)), 1)
+    first = max(row - _BEHIND, 0)
+    near = way._replace(
+        time=way.time[first : row + 1], voltage=way.voltage[first : row + 1],
+        order=way.order[first : row + 1],
+    )  # fmt: skip
+    wide = np.full((row + 1, way.voltage.shape[1] + 1), np.nan)
+    wide[first:, -1] = _current(machine, near, name)
+    course = Course(way._replace(voltage=wide), wide.shape[1] - 1, name)
+    return course.told(read_at(course.way, row, course.column, time))
+
+
+_BEHIND = 5  # rows, from which a rate and a parabola at a row are known
+
+
 def current_at_beginning(machine: Machine, way: Way, name: str) -> Reading:
     """Read the current of a device or source in the state in which a run begins, A."""
     first, none = np.zeros(way.time.size), np.zeros(way.time.size)
@@ -99,17 +115,15 @@ def through(
 
     column: of a source that delivers the charge at its voltage, which makes it an energy, J.
     """
-    flow, current = flow_of(machine, name, ends_of(machine)), _current(machine, way, name)
-    charge = way.voltage @ flow.charge
-    conducted = current - rate(way.time, charge, _kinks(way))
+    plain, charge = _parts(machine, way, name)
     before, after = weights_between(way, *span)
     share = np.diff(np.clip(way.time, *span)) / np.diff(way.time)
-    passed = before * conducted[:-1] + after * conducted[1:] + share * np.diff(charge)
+    passed = before * plain[:-1] + after * plain[1:] + share * np.diff(charge)
     price = np.ones(way.time.size) if column is None else -way.voltage[:, column]
     mean = 0.5 * (price[1:] + price[:-1])
     weight, stored = at_rows(mean * before, mean * after), at_rows(-mean * share, mean * share)
     by_price = np.zeros(way.time.size) if column is None else 0.5 * at_rows(passed, passed)
-    timing = _moving_along(way, ((weight, conducted), (stored, charge), (by_price, price)))
+    timing = _moving_along(way, ((weight, plain), (stored, charge), (by_price, price)))
     slopes = tuple((int(row), column, -float(by_price[row])) for row in np.flatnonzero(by_price) if column)
     tap = Tap(name, weight, np.zeros(weight.size), stored)
     return Reading(float(mean @ passed), slopes, timing=timing, taps=(tap,))
@@ -140,9 +154,15 @@ def weights_between(way: Way, begin: float, end: float) -> tuple[F64, F64]:
 
 def _current(machine: Machine, way: Way, name: str) -> F64:
     """A current over the rows of a run, A, float64[rows]."""
-    if name not in current_names(machine):
-        raise unknown_name(f"{machine.flat.circuit.name} current", name, current_names(machine))
-    return device_current(machine, way.voltage, way.time, _kinks(way), name)
+    plain, charge = _parts(machine, way, name)
+    return plain + rate(way.time, charge, _kinks(way))
+
+
+def _parts(machine: Machine, way: Way, name: str) -> tuple[F64, F64]:
+    """What flows without charge over the rows of a run, A, and the charge whose rate flows too, C."""
+    flow, plain = flow_of(machine, name, ends_of(machine)), np.empty(way.time.size)
+    conducted(machine.kernel, way.voltage, flow, allocate(machine.kernel), plain)
+    return plain, way.voltage @ flow.charge
 
 
 def _kinks(way: Way) -> Bools:
@@ -165,25 +185,23 @@ def add_taps(machine: Machine, way: Way, taps: Sequence[tuple[int, Tap]], ends: 
         To what it is added.
     """
     work, v, sums = allocate(machine.kernel), way.voltage, into.sums
-    drop = [v[:, a] - v[:, b] for a, b in ends]
     for m, tap in taps:
         flow, slopes = flow_of(machine, tap.name, ends), into.slopes[m]
         gather(machine.kernel, v, tap.conducted, flow, work, m, slopes, sums)
-        sums.conductance[m] += flow.resistors * (tap.conducted @ drop[0])
-        sums.charge[m] += flow.pairs * (tap.stored @ drop[1] + tap.rate @ _rate(way, drop[1]))
-        slopes += tap.stored[:, None] * flow.charge
+        # what a charge at each row counts, its rate at that row and the next ones included
+        counts = tap.stored.copy()
         for j in range(3):
-            weight = tap.rate[j:] * way.share[j:, j]
-            slopes[: weight.size] += weight[:, None] * flow.charge
+            counts[: counts.size - j] += tap.rate[j:] * way.share[j:, j]
+        at = np.flatnonzero(counts)
+        for pairs, weight, of, drops in (
+            (ends[0], flow.resistors, sums.conductance, (tap.conducted, slice(None))),
+            (ends[1], flow.pairs, sums.charge, (counts[at], at)),
+        ):
+            own = np.flatnonzero(weight)
+            (a, b), (count, rows) = pairs[:, own], drops
+            of[m, own] += weight[own] * (count @ (v[rows][:, a] - v[rows][:, b]))
+        slopes[at] += counts[at, None] * flow.charge
         into.timing[m] += _by_times(way, v @ flow.charge, tap.rate)
-
-
-def _rate(way: Way, y: F64) -> F64:
-    """Rates at the rows as the solver has them, of some waveforms float64[rows, n]."""
-    found = way.share[:, :1] * y
-    for j in (1, 2):
-        found[j:] += way.share[j:, j : j + 1] * y[:-j]
-    return found
 
 
 def _by_times(way: Way, y: F64, weight: F64) -> F64:

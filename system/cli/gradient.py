@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from circuits.errors import ParameterError
+from circuits.gradient.every import AnyMeasure, every_gradient
 from circuits.gradient.gradient import Gradients
 from circuits.gradient.measure import SpikeTime
-from circuits.gradient.small_signal import AnyMeasure, every_gradient
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.units import format_quantity
 from system.cli.block_choice import choose_block
@@ -41,7 +41,8 @@ def gradient_command(asked: Gradient) -> None:
     choice = choose_block(asked.block, asked.values, asked.silicon, asked.stimulus, asked.begin)
     machine = to_kernel(choice.testbench(), choice.silicon)
     with working(f"gradients of {asked.block}"):
-        found = every_gradient(machine, _measures(asked, choice, machine), moves=moves_of(choice, machine))
+        measures, moves = _measures(asked, choice, machine), moves_of(choice, machine)
+        found = every_gradient(machine, measures, moves=moves, check=True)
     if asked.csv is not None:
         write_text_atomic(asked.csv, _csv(found))
     save_picture(asked.plot, lambda figure: _draw(found, figure))
@@ -102,7 +103,8 @@ def _order(found: Gradients, k: int) -> tuple[list[int], Any]:
     """Parameters, those that move a metric most over dies first, and the share of each."""
     power = np.nan_to_num((found.by[k] * found.sigma) ** 2)
     share = power / power.sum() if power.sum() > 0.0 else power
-    return [int(i) for i in np.lexsort((-np.abs(np.nan_to_num(found.by[k])), -share))], share
+    order = np.lexsort((-np.abs(np.nan_to_num(found.by[k])), -share))
+    return [int(i) for i in order if math.isfinite(found.by[k, i])], share
 
 
 def _note(found: Gradients, k: int, choice: Choice) -> str:
@@ -119,6 +121,7 @@ def _document(found: Gradients, k: int, choice: Choice) -> dict[str, Any]:
         "metric": found.measures[k], "unit": found.units[k],
         "value": float(found.values[k]) if defined else None,
         "spread": float(found.spread[k]) if math.isfinite(found.spread[k]) else None,
+        "error": float(found.error[k]) if found.error.size and math.isfinite(found.error[k]) else None,
         "note": _note(found, k, choice),
         "gradients": [
             {
@@ -137,6 +140,8 @@ def _csv(found: Gradients) -> str:
     writer.writerow(["metric", "unit", "parameter", "parameter_unit", "gradient", "sigma"])
     for k, metric in enumerate(found.measures):
         for i, label in enumerate(found.labels):
+            if not math.isfinite(found.by[k, i]):
+                continue
             numbers = (repr(float(x)) for x in (found.by[k, i], found.sigma[i]))
             writer.writerow([metric, found.units[k], label, found.of_units[i], *numbers])
     return text.getvalue()

@@ -282,6 +282,7 @@ metrics.metric               string    -  its name
 metrics.unit                 string    -  its SI unit, empty for a plain number
 metrics.value                number?   -  its value in that unit; null where it is not defined
 metrics.spread               number?   -  its standard deviation over dies by the gradients, in that unit
+metrics.error                number?   -  difference to gradients at ten times the tolerance, of it
 metrics.note                 string    -  why it has no value, or where it is not smooth; empty else
 metrics.gradients            object[]  -  what moves it, that which moves it most over dies first
 metrics.gradients.parameter  string    -  path of the device with its parameter, or what is shared

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -14,8 +13,8 @@ import numpy as np
 from circuits.blocks.metric import Metric
 from circuits.catalogue import later
 from circuits.errors import CircuitError, ParameterError, UnknownNameError
-from circuits.gradient.edge import gradients_at_edges
-from circuits.gradient.gradient import GRADIENT_RTOL, Gradients, gradients_of
+from circuits.gradient.every import AnyMeasure, Searched, every_gradient
+from circuits.gradient.gradient import GRADIENT_RTOL, Gradients
 from circuits.gradient.measure import (
     Crossing,
     Current,
@@ -28,7 +27,6 @@ from circuits.gradient.measure import (
     Voltage,
 )
 from circuits.gradient.stimulus import Move, Step, move_between, own_moves
-from circuits.gradient.small_signal import AnyMeasure, every_gradient
 from circuits.gradient.tap import unit_of
 from circuits.gradient.transfer import Corner, SmallSignal, Transfer
 from circuits.lowering.kernel import Machine, to_kernel
@@ -61,10 +59,11 @@ _PARTS = re.compile(r",(?![^\[]*\])")
 
 def gradients(
     testbench: Testbench | Machine,
-    metrics: Sequence[AnyMeasure | str],
+    metrics: Sequence[AnyMeasure | Metric | str],
     silicon: Silicon | None = None,
     *,
     rtol: float = GRADIENT_RTOL,
+    check: bool = True,
 ) -> xr.Dataset:
     """Return the gradients of measures by all devices and parameters, from one run and one run backwards.
 
@@ -76,18 +75,22 @@ def gradients(
         The testbench, or one that is lowered already.
     metrics
         What is measured: `circuits.gradient.measure` and `circuits.gradient.transfer`, or their names, as
-        `spike_time(spike,0)`, or `db(v_out,v_plus,1kHz)` of small signals.
+        `spike_time(spike,0)`, or `db(v_out,v_plus,1kHz)` of small signals; or metrics, as
+        `load_metric("best_delay")`.
     silicon
         Process, temperature and die: the nominal process at 27 degC unless given; of no effect on a lowered
         testbench.
     rtol
         Local error of a step of the transient, relative to the larger of |v| and 1 V.
+    check
+        Whether gradients of a run are found at ten times the tolerance too.
 
     Returns
     -------
     Dataset
         `gradient` [metric, parameter] in SI units, `value` and `note` [metric], `sigma` [parameter], and the
-        standard deviation `spread` [metric] that the gradients and sigmas give.
+        standard deviation `spread` [metric] that the gradients and sigmas give; with `check` the `error`
+        [metric], a share of that, by which gradients at ten times the tolerance differ.
 
     Raises
     ------
@@ -101,8 +104,15 @@ def gradients(
     if isinstance(metrics, str):
         raise ParameterError(f'metrics: "{metrics}", must be a list of measures; write ["{metrics}"]')
     machine = testbench if isinstance(testbench, Machine) else to_kernel(testbench, silicon)
-    wanted = [measure_of(each) if isinstance(each, str) else each for each in metrics]
-    return dataset_of(every_gradient(machine, wanted, rtol=rtol, moves=own_moves(machine)))
+
+    def wanted(each: AnyMeasure | Metric | str) -> AnyMeasure:
+        if isinstance(each, Metric):
+            circuit = machine.testbench.circuit
+            return measure_of_metric(each, lambda: each.prepare(circuit, machine.silicon))
+        return measure_of(each) if isinstance(each, str) else each
+
+    asked = [wanted(each) for each in metrics]
+    return dataset_of(every_gradient(machine, asked, rtol=rtol, moves=own_moves(machine), check=check))
 
 
 def dataset_of(found: Gradients) -> xr.Dataset:
@@ -113,6 +123,7 @@ def dataset_of(found: Gradients) -> xr.Dataset:
             "value": ("metric", found.values),
             "spread": ("metric", found.spread),
             "sigma": ("parameter", found.sigma),
+            "error": ("metric", found.error if found.error.size else np.full(found.values.size, np.nan)),
             "note": ("metric", np.array(found.notes, dtype=object)),
             "unit": ("metric", np.array(found.units, dtype=object)),
             "parameter_unit": ("parameter", np.array(found.of_units, dtype=object)),
@@ -254,50 +265,36 @@ def measures_of(choice: Choice, names: Sequence[str], own: Sequence[str] = ()) -
     Raises
     ------
     ParameterError
-        A metric is no number of one run of the testbench, as one that searches over stimuli.
+        A metric is neither a number of one run of the testbench nor a search whose edges are known.
     UnknownNameError
         A name is unknown.
     """
     return [measure_of(name) if is_form(name) else _of_block(choice, name, own) for name in names]
 
 
-def _of_block(choice: Choice, name: str, own: Sequence[str]) -> Measure:
+def _of_block(choice: Choice, name: str, own: Sequence[str]) -> Measure | Searched:
     texts = with_named(own, (name,)) if name in map(measure_name, own) else (name,)
     try:
         (metric,) = (each for each in metrics_of(choice, texts) if each.name == name or len(texts) == 1)
     except UnknownNameError as error:
         raise UnknownNameError(f"{error}, or {FORMS}") from None
-    return measured_by(metric)
+    return measure_of_metric(metric, lambda: metric.prepare(choice.circuit, choice.silicon))
 
 
-def gradients_of_metric(machine: Machine, metric: Metric) -> Gradients:
-    """Return the gradients of a metric on the machine that it prepares, of a search at its edges.
+def measure_of_metric(metric: Metric, prepare: Callable[[], Machine]) -> Measure | Searched:
+    """Return the measure of a metric; prepare: gives the machine that a search is made on.
 
-    Raises
-    ------
-    ParameterError
-        The metric is neither read from one run of the testbench nor such a search.
-    SolverError
-        The solver gives up.
+    Raises `ParameterError` for a metric that is neither read from one run nor a search with edges.
     """
-    if metric.edges is None:
-        return gradients_of(machine, (measured_by(metric),))
-    found = metric.measure(machine)
-    edges, value = metric.edges(machine, found), math.nan if metric.value is None else metric.value(found)
-    if not edges:
-        why = metric.reason(found) or metric.outcome(found)
-        raise ParameterError(
-            f"metric: {metric.name}, has no value on this die, so that it has no gradient: {why}"
-        )
-    return gradients_at_edges(metric.name, metric.unit or unit_of_name(metric.name), value, edges)
+    return measured_by(metric) if metric.edges is None else Searched(metric, prepare())
 
 
 def measured_by(metric: Metric) -> Measure:
     """Return the measure of a metric; raises `ParameterError` where it is not read from one run."""
     if metric.measure is not simulate or metric.value is None:
         raise ParameterError(
-            f"metric: {metric.name}, is no number of one run of the testbench, so that it has no gradient;"
-            " name one that the testbench measures"
+            f"metric: {metric.name}, is no number of one run of the testbench, nor a search with known edges,"
+            " so that it has no gradient; name one that the testbench measures"
         )
     value = metric.value
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from circuits.errors import CircuitError
-from circuits.gradient.gradient import gradients_of
+from circuits.gradient.every import every_gradient
 from circuits.lowering.kernel import on_die
 from circuits.silicon.die import Die
-from system.study.metrics.gradient import measured_by
+from system.study.metrics.gradient import measure_of_metric
 from system.study.metrics.metric import measurements
 from system.study.search.sensitivity import Sensitivity, varying_labels
 from system.study.table import Condition
@@ -40,7 +40,8 @@ def adjoint_sensitivity(target: Target, die: Die, condition: Condition, metric: 
     machine = target.machines(condition.temperature_c)[shared.index(asked.measure)]
     nominal = replace(die, number=None, corner=condition.corner)  # type: ignore[arg-type]  # was checked
     try:
-        found = gradients_of(on_die(machine, nominal), (measured_by(asked),))
+        there = on_die(machine, nominal)
+        found = every_gradient(there, (measure_of_metric(asked, lambda: there),))
     except CircuitError as error:
         return str(error)
     known = {label: i for i, label in enumerate(found.labels)}

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from circuits.arrays import F64
+from circuits.blocks.metric import Metric
 from circuits.errors import ParameterError
-from circuits.gradient.gradient import gradients_of
-from circuits.gradient.measure import Measure
+from circuits.gradient.every import every_gradient
 from circuits.lowering.kernel import Machine, on_die
 from circuits.silicon.die import Die
 from circuits.silicon.sampling import Sampling
-from system.study.metrics.gradient import measured_by
+from system.study.metrics.gradient import measure_of_metric, measured_by
 from system.study.metrics.metric import measurements
 from system.study.search.direction import directions
 from system.study.search.sensitivity import STEP, measure_rows, varying_labels
@@ -26,6 +26,7 @@ from system.study.table import Condition
 from system.study.target import BlockTarget
 
 BACKWARDS = 3  # runs of the testbench that one run and one run backwards cost at most
+EDGES = 2  # of a search, each of which has such a pair
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,29 +66,36 @@ class Slopes:
         self.metric, self.labels, self.runs = metric, varying_labels(target, condition.corner), 0
         self.sigma = _sigma(target, self.labels)
         self._column = [q.name for q in target.quantities].index(metric)
-        self._measure = self._differentiable()
+        self._differentiable = self._is_differentiable()
         self._nominal: Slope | None = None
 
-    def _differentiable(self) -> Measure | None:
-        """The measure that one run backwards differentiates; None where it is not read from one run."""
-        (asked,) = (m for m in self.target.metrics if m.name == self.metric)
+    def _is_differentiable(self) -> bool:
+        """Whether runs backwards differentiate the metric: one that is read from one run, or has edges."""
+        if self._asked.edges is not None:
+            return True
         try:
-            return measured_by(asked)
+            measured_by(self._asked)
         except ParameterError:
-            return None
+            return False
+        return True
+
+    @property
+    def _asked(self) -> Metric:
+        (asked,) = (m for m in self.target.metrics if m.name == self.metric)
+        return asked
 
     @property
     def by_gradient(self) -> bool:
         """Whether the gradient is that of one run backwards."""
-        return self._measure is not None
+        return self._differentiable
 
     def at(self, z: F64) -> Slope:
         """Give the metric and its gradient on the die with the draws `z`, float64[labels]."""
         if self._nominal is not None and not z.any():
             return self._nominal
-        found = None if self._measure is None else self._by_run(self._measure, z)
+        found = self._by_run(z) if self._differentiable else None
         if found is None:
-            self._measure = None
+            self._differentiable = False
             found = self._by_dies(z)
         if not z.any():
             self._nominal = found
@@ -106,16 +114,18 @@ class Slopes:
 
     def _machine(self, z: F64) -> Machine:
         """The testbench of the metric on the die with some draws."""
-        (asked,) = (m for m in self.target.metrics if m.name == self.metric)
         shared = [m.measure for m in measurements(self.target.metrics)]
-        machine = self.target.machines(self.condition.temperature_c)[shared.index(asked.measure)]
+        machine = self.target.machines(self.condition.temperature_c)[shared.index(self._asked.measure)]
         columns = {label: k for k, label in enumerate(self.labels)}
         return on_die(machine, replace(self.die, sampling=Sampling("rows", 0, columns, z[None])))
 
-    def _by_run(self, measure: Measure, z: F64) -> Slope | None:
-        """By one run backwards; None where the metric, or some draw, has no gradient of that kind."""
-        found = gradients_of(self._machine(z), (measure,))
-        self.runs += BACKWARDS
+    def _by_run(self, z: F64) -> Slope | None:
+        """By runs backwards; None where the metric, or some draw, has no gradient of that kind."""
+        machine = self._machine(z)
+        found = every_gradient(machine, (measure_of_metric(self._asked, lambda: machine),))
+        self.runs += BACKWARDS if self._asked.edges is None else 1 + EDGES * BACKWARDS
+        if not found.labels:
+            return Slope(np.nan, np.full(len(self.labels), np.nan), found.notes[0])
         known = {label: k for k, label in enumerate(found.labels)}
         if not all(label in known for label in self.labels):
             return None

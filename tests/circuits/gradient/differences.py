@@ -75,7 +75,7 @@ def by_small_signals(
     Two central differences, whose errors of second order cancel.
     """
     owner, _, parameter = label.rpartition(".")
-    path, at = owner.removesuffix(".shared"), _deviation(machine, label)
+    path, at = owner.removesuffix(".shared"), deviation_of(machine, label)
     found = []
     for wide in (step, 2.0 * step):
         ends = []

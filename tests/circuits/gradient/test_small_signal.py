@@ -11,8 +11,9 @@ from circuits.circuit import Circuit, Port
 from circuits.devices import Capacitor, Diode, Resistor, Source
 from circuits.devices.source import Constant
 from circuits.errors import ParameterError, UnknownNameError
+from circuits.gradient.every import every_gradient
 from circuits.gradient.measure import Voltage
-from circuits.gradient.small_signal import every_gradient, small_signal_gradients
+from circuits.gradient.small_signal import small_signal_gradients
 from circuits.gradient.transfer import Corner, OfSpectrum, Spectrum, Transfer
 from circuits.lowering.kernel import to_kernel
 from circuits.registry import load_block

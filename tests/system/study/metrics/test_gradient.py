@@ -76,8 +76,10 @@ def test_metrics_of_a_block():
         "t_inh_s",
         "spike_time(spike,0)",
     ]
-    with pytest.raises(ParameterError, match="best_delay, is no number of one run"):
-        measures_of(choice, ("best_delay",))
+    (search,) = measures_of(choice, ("best_delay",))
+    assert (search.metric.name, search.machine.testbench.title) == ("best_delay", "rebound neuron")
+    with pytest.raises(ParameterError, match="class, is no number of one run"):
+        measures_of(choice, ("class",))
     with pytest.raises(UnknownNameError, match="t_in"):
         measures_of(choice, ("t_in",))
 

@@ -1,6 +1,7 @@
 """Gradients from one run backwards against those of two dies a draw."""
 
 import numpy as np
+import pytest
 
 from circuits.silicon.die import Die
 from system.study.search.adjoint import adjoint_sensitivity
@@ -29,6 +30,20 @@ def test_gradients_are_those_of_moved_dies():
 
 
 def test_what_has_no_gradient_says_why():
-    target = open_target(Subject("rebound-neuron", ("best_delay", "supply_power_W")))
-    assert "is no number of one run" in str(adjoint_sensitivity(target, DIE, CONDITION, "best_delay"))
+    target = open_target(Subject("rebound-neuron", ("spikes_per_echo", "supply_power_W")))
+    assert "is no number of one run" in str(adjoint_sensitivity(target, DIE, CONDITION, "spikes_per_echo"))
     assert "reads devices beside" in str(adjoint_sensitivity(target, DIE, CONDITION, "supply_power_W"))
+
+
+def test_a_search_has_the_gradient_of_its_edges():
+    target = open_target(Subject("rebound-neuron", ("best_delay",)))
+    found = adjoint_sensitivity(target, DIE, CONDITION, "best_delay")
+    assert not isinstance(found, str)
+    assert found.labels == varying_labels(target, "typical")
+    largest = int(np.argmax(np.abs(found.gradient[:, 0])))
+    assert found.labels[largest] == "rebound_neuron.inhibition.mi5.v_t0"
+    rows = np.zeros((2, len(found.labels)))
+    rows[:, largest] = -STEP, STEP
+    low, high = (m.values[0] for m in measure_rows(target, DIE, CONDITION, found.labels, rows, 1))
+    # both ends of the difference are searched to 10 us
+    assert found.gradient[largest, 0] == pytest.approx((high - low) / (2.0 * STEP), abs=2e-5 / STEP)

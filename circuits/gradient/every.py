@@ -1,0 +1,145 @@
+"""Gradients of measures of all kinds at once: of a run, of small signals, and of searches over a stimulus."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from circuits.blocks.metric import Metric
+from circuits.errors import ParameterError
+from circuits.gradient.edge import gradients_at_edges
+from circuits.gradient.gradient import GRADIENT_RTOL, Gradients, gradients_of
+from circuits.gradient.measure import Measure
+from circuits.gradient.small_signal import small_signal_gradients
+from circuits.gradient.stimulus import Move
+from circuits.gradient.transfer import SmallSignal
+from circuits.lowering.kernel import Machine
+from circuits.units import unit_of_name
+
+COARSER = 10.0  # times the tolerance, at which gradients are found again; ours
+AGREES = 0.01  # of a measure's sigma, up to which both are said to agree; ours
+
+
+@dataclass(frozen=True, slots=True)
+class Searched:
+    """A metric that searches over a stimulus.
+
+    metric : it has `edges`.
+    machine : what the metric prepares, and measures.
+    """
+
+    metric: Metric
+    machine: Machine
+
+
+AnyMeasure = Measure | SmallSignal | Searched
+"""What a testbench is measured by: of a run, of small signals, or by a search."""
+
+
+def every_gradient(
+    machine: Machine,
+    measures: Sequence[AnyMeasure],
+    *,
+    rtol: float = GRADIENT_RTOL,
+    moves: Sequence[Move] = (),
+    check: bool = False,
+) -> Gradients:
+    """Return the gradients of measures of all kinds, in their order.
+
+    Parameters
+    ----------
+    machine
+        Lowered testbench on its silicon.
+    measures
+        What is measured.
+    rtol
+        Local error of a step of the transients, relative to the larger of |v| and 1 V.
+    moves
+        Parameters of the testbench that measures of a run have a derivative by too; NaN for the others.
+    check
+        Whether those of a run are found at ten times the tolerance too, and what differs by more than 1 % of
+        a measure's sigma is told of.
+
+    Raises
+    ------
+    ParameterError
+        There is no measure, or a frequency is not above 0.
+    UnknownNameError
+        No such node or source.
+    SolverError
+        The solver gives up, or equations are singular.
+    """
+    if not measures:
+        raise ParameterError(f"{machine.testbench.title}: no measure, must be at least one")
+    runs = {k: each for k, each in enumerate(measures) if isinstance(each, Measure)}
+    small = {k: each for k, each in enumerate(measures) if isinstance(each, SmallSignal)}
+    parts = []
+    if runs:
+        of_run = list(runs.values())
+        found = gradients_of(machine, of_run, rtol=rtol, moves=moves)
+        parts.append((list(runs), _checked(machine, of_run, found, rtol) if check else found))
+    if small:
+        parts.append((list(small), small_signal_gradients(machine, list(small.values()))))
+    for k, each in enumerate(measures):
+        if isinstance(each, Searched):
+            parts.append(([k], gradients_of_search(each, rtol=rtol)))
+    return _together(parts)
+
+
+def gradients_of_search(searched: Searched, *, rtol: float = GRADIENT_RTOL) -> Gradients:
+    """Return the gradients of a metric that searches over a stimulus, at the edges of its search.
+
+    A metric that has no value has no parameter either, and a note.
+    """
+    metric, machine = searched.metric, searched.machine
+    measured = metric.measure(machine)
+    edges = [] if metric.edges is None else metric.edges(machine, measured)
+    unit = metric.unit or unit_of_name(metric.name)
+    if edges:
+        value = math.nan if metric.value is None else float(metric.value(measured))
+        return gradients_at_edges(metric.name, unit, value, edges, rtol=rtol)
+    why = metric.reason(measured) or metric.outcome(measured)
+    none, note = np.zeros(0), f"{why}, so that it has no value"
+    return Gradients((metric.name,), (unit,), np.array([np.nan]), (note,), (), (), none, none[None], None)
+
+
+def _checked(machine: Machine, measures: Sequence[Measure], found: Gradients, rtol: float) -> Gradients:
+    """The gradients, with how far those of a coarser run differ from them."""
+    coarse = gradients_of(machine, measures, rtol=COARSER * rtol)
+    count = len(coarse.labels)
+    moved = np.abs(found.by[:, :count] - coarse.by) * found.sigma[:count]
+    spread = found.spread
+    error = np.divide(moved.max(axis=1, initial=0.0), spread, out=np.zeros(spread.size), where=spread > 0.0)
+    notes = []
+    for note, value, own in zip(found.notes, found.values, error.tolist(), strict=True):
+        told = f"at ten times the tolerance it differs by {100.0 * own:.2g} % of its sigma"
+        if math.isnan(own) and np.isfinite(value):
+            told = "at ten times the tolerance it has none"
+        doubtful = np.isfinite(value) and not own <= AGREES
+        notes.append("; ".join(filter(None, (note, told if doubtful else ""))))
+    return replace(found, notes=tuple(notes), error=error)
+
+
+def _together(parts: Sequence[tuple[Sequence[int], Gradients]]) -> Gradients:
+    """Several in one; with each, at which places its measures stand."""
+    if len(parts) == 1:
+        return parts[0][1]
+    units = {label: unit for _, g in parts for label, unit in zip(g.labels, g.of_units, strict=True)}
+    sigmas = {label: s for _, g in parts for label, s in zip(g.labels, g.sigma.tolist(), strict=True)}
+    column = {label: k for k, label in enumerate(units)}
+    count = sum(len(places) for places, _ in parts)
+    by, values, error = np.full((count, len(units)), np.nan), np.empty(count), np.full(count, np.nan)
+    texts = [("", "", "")] * count
+    for places, g in parts:
+        for row, place in enumerate(places):
+            by[place, [column[label] for label in g.labels]] = g.by[row]
+            values[place], texts[place] = g.values[row], (g.measures[row], g.units[row], g.notes[row])
+            error[place] = g.error[row] if g.error.size else np.nan
+    names, of, notes = (tuple(each) for each in zip(*texts, strict=True))
+    return Gradients(
+        names, of, values, notes, tuple(units), tuple(units.values()), np.array(list(sigmas.values())), by,
+        parts[0][1].result, error,
+    )  # fmt: skip
