@@ -22,8 +22,8 @@ from _report import Row, parser_of, report
 from circuits.blocks.block import Block
 from circuits.errors import SolverError
 from circuits.gradient.gradient import Gradients
-from circuits.gradient.small_signal import small_signal_gradients
-from circuits.gradient.transfer import Corner, SmallSignal, Transfer
+from circuits.gradient.small_signal.small_signal import small_signal_gradients
+from circuits.gradient.small_signal.transfer import Corner, SmallSignal, Transfer
 from circuits.lowering.kernel import to_kernel
 from circuits.registry import block_names, load_block
 from circuits.silicon.die import Die

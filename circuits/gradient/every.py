@@ -13,9 +13,9 @@ from circuits.errors import ParameterError
 from circuits.gradient.edge import gradients_at_edges
 from circuits.gradient.gradient import GRADIENT_RTOL, Gradients, gradients_of
 from circuits.gradient.measure import Measure
-from circuits.gradient.small_signal import small_signal_gradients
+from circuits.gradient.small_signal.small_signal import small_signal_gradients
+from circuits.gradient.small_signal.transfer import SmallSignal
 from circuits.gradient.stimulus import Move
-from circuits.gradient.transfer import SmallSignal
 from circuits.lowering.kernel import Machine
 from circuits.units import unit_of_name
 
@@ -58,7 +58,8 @@ def every_gradient(
     rtol
         Local error of a step of the transients, relative to the larger of |v| and 1 V.
     moves
-        Parameters of the testbench that measures of a run have a derivative by too; NaN for the others.
+        Parameters of the testbench that measures have a derivative by too, as `own_moves` of its sources;
+        NaN of searches.
     check
         Whether those of a run are found at ten times the tolerance too, and what differs by more than 1 % of
         a measure's sigma is told of.
@@ -82,7 +83,7 @@ def every_gradient(
         found = gradients_of(machine, of_run, rtol=rtol, moves=moves)
         parts.append((list(runs), _checked(machine, of_run, found, rtol) if check else found))
     if small:
-        parts.append((list(small), small_signal_gradients(machine, list(small.values()))))
+        parts.append((list(small), small_signal_gradients(machine, list(small.values()), moves=moves)))
     for k, each in enumerate(measures):
         if isinstance(each, Searched):
             parts.append(([k], gradients_of_search(each, rtol=rtol)))

@@ -312,16 +312,17 @@ def _elements(circuit: Circuit, bias: Bias) -> list[str]:
 def _temperature(machine: Machine, found: Adjoint) -> Rows:
     """The temperature of everything; biases that are fixed gate voltages stay."""
     silicon, before, ends = machine.silicon, _line_voltages(machine), []
-    # the many rows of a run are gone through once: one side alone is 3e-5 off
+    # the many rows of a run are gone through once, by a step of which one side alone is within 1e-4
     both = len(found.voltage) < FEW
-    for step in (KELVIN, -KELVIN) if both else (KELVIN,):
+    size = KELVIN if both else 0.1 * KELVIN
+    for step in (size, -size) if both else (size,):
         other = replace(silicon, temperature_c=silicon.temperature_c + step)
         there = on_die(replace(machine, silicon=other), silicon.die)
         voltage = found.voltage.copy()
         for number, value in _line_voltages(there).items():
             voltage[:, machine.kernel.unknowns + number] += value - before[number]
         ends.append(_direct(there, voltage, found))
-    by = (ends[0] - ends[1]) / (2.0 * KELVIN) if both else (ends[0] - found.sums.direct) / KELVIN
+    by = (ends[0] - ends[1]) / (2.0 * size) if both else (ends[0] - found.sums.direct) / size
     return Rows([TEMPERATURE], "degC", np.zeros(1), by[:, None])
 
 

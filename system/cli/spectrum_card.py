@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from circuits.errors import ParameterError
-from circuits.gradient.transfer import OfSpectrum
+from circuits.gradient.small_signal.transfer import OfSpectrum
 from circuits.measure.branch import voltage_nodes
 from circuits.measure.measure import Measure, read_measures
 from circuits.measure.scope import Scope, TableRecord

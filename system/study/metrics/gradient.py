@@ -26,9 +26,9 @@ from circuits.gradient.measure import (
     SpikeTime,
     Voltage,
 )
+from circuits.gradient.small_signal.transfer import Corner, SmallSignal, Transfer
 from circuits.gradient.stimulus import Move, Step, move_between, own_moves
 from circuits.gradient.tap import unit_of
-from circuits.gradient.transfer import Corner, SmallSignal, Transfer
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
@@ -74,7 +74,7 @@ def gradients(
     testbench
         The testbench, or one that is lowered already.
     metrics
-        What is measured: `circuits.gradient.measure` and `circuits.gradient.transfer`, or their names, as
+        What is measured: `circuits.gradient.measure`, `circuits.gradient.small_signal.transfer`, or names, as
         `spike_time(spike,0)`, or `db(v_out,v_plus,1kHz)` of small signals; or metrics, as
         `load_metric("best_delay")`.
     silicon

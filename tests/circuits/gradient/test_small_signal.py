@@ -13,8 +13,9 @@ from circuits.devices.source import Constant
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.gradient.every import every_gradient
 from circuits.gradient.measure import Voltage
-from circuits.gradient.small_signal import small_signal_gradients
-from circuits.gradient.transfer import Corner, OfSpectrum, Spectrum, Transfer
+from circuits.gradient.small_signal.small_signal import small_signal_gradients
+from circuits.gradient.small_signal.transfer import Corner, OfSpectrum, Spectrum, Transfer
+from circuits.gradient.stimulus import own_moves
 from circuits.lowering.kernel import to_kernel
 from circuits.registry import load_block
 from circuits.silicon.die import NOMINAL, Die
@@ -207,6 +208,30 @@ def test_of_biases_is_that_of_differences(name):
         assert (0.01 * np.abs(difference(at, 1e-3) - own) < 1e-4 * found.spread).all(), label
 
 
+@pytest.mark.parametrize("name", ["wide-range-transamp", "photoreceptor", "envelope-detector"])
+def test_of_what_sources_give_is_that_of_differences(name):
+    measures, machine = measures_of(name), lowered(name)
+    bench, moves = machine.testbench, own_moves(machine)
+    found = small_signal_gradients(machine, measures, moves=moves)
+    assert [label for label in found.labels if label.startswith("source.")] == [m.step.label for m in moves]
+    for source in bench.sources:
+        value = np.interp(0.0, *machine.polylines[bench.sources.index(source)])
+        scale = 1e-6 if source.quantity == "voltage" else 1e-3 * abs(value)
+
+        def at(step, source=source, value=value):
+            moved = replace(source, waveform=Constant(float(value + step)))
+            sources = tuple(moved if s is source else s for s in bench.sources)
+            return read(to_kernel(replace(bench, sources=sources), machine.silicon), measures)
+
+        wanted = difference(at, scale)
+        own = found.by[:, found.labels.index(f"source.{source.name}.value")]
+        # 1 mV moves a measure by less than 1e-6 of its sigma more or less
+        least = 1e-3 * found.spread * (1.0 if source.quantity == "voltage" else 1e-6 / scale)
+        assert (np.abs(own - wanted) < 1e-4 * np.abs(wanted) + least).all(), source.name
+        if f"source.{source.name}.time" in found.labels:  # it begins to move at 0 s, or later
+            assert not found.by[:, found.labels.index(f"source.{source.name}.time")].any()
+
+
 @pytest.mark.parametrize("size", ["width", "length"])
 def test_of_sizes_is_that_of_differences(size):
     # biases are held at their voltages
@@ -354,12 +379,13 @@ def test_what_cannot_be_asked_is_refused():
 
 def test_measures_of_a_run_and_of_small_signals_keep_their_order():
     machine = lowered("photoreceptor")
+    moves = own_moves(machine)
     asked = (Voltage("v_sf"), Corner("v_sf", "v_pd"), Voltage("v_pr"), Transfer("db", "v_sf", "v_pd", 1e3))
-    found = every_gradient(machine, asked)
+    found = every_gradient(machine, asked, moves=moves)
     assert found.measures == tuple(each.name for each in asked)
     assert found.units == ("V", "Hz", "V", "dB")
     for k, each in enumerate(asked):
-        alone = every_gradient(machine, (each,))
+        alone = every_gradient(machine, (each,), moves=moves)
         assert alone.labels == found.labels
         np.testing.assert_allclose(alone.by[0], found.by[k], rtol=1e-9, atol=1e-12 * np.abs(alone.by).max())
         assert alone.values[0] == found.values[k]

@@ -6,7 +6,7 @@ import pytest
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.gradient.gradient import gradients_of
 from circuits.gradient.measure import Crossing, Current, Energy, Extreme, Integral, SpikeTime, Voltage
-from circuits.gradient.transfer import Corner, Transfer
+from circuits.gradient.small_signal.transfer import Corner, Transfer
 from circuits.lowering.kernel import to_kernel
 from system.options.block import choose
 from system.study.metrics.gradient import gradients, measure_of, measures_of, shares

@@ -2,7 +2,7 @@
 
 A transfer H to a node n solves `Y u = 0` at the unknown nodes, with Y = G + j w C over all columns, u the
 voltages, and 1 at the source that moves. With the transposed equations `Y^T lambda = c e_n`, a measure that
-reads H with the weight c (`circuits.gradient.transfer`) moves by
+reads H with the weight c (`circuits.gradient.small_signal.transfer`) moves by
 
     dM = Re(c dH) = - Re(lambda^T dY u)
 
@@ -30,12 +30,14 @@ from numpy.typing import NDArray
 
 from circuits.arrays import C128, F64, I64, T
 from circuits.compiled import compiled
+from circuits.devices.source import Polyline
 from circuits.errors import ParameterError, SolverError
-from circuits.gradient.backwards import Adjoint, add_rows, no_sums
+from circuits.gradient.backwards import Adjoint, add_rows, contracted, no_sums
 from circuits.gradient.ends import ends_of
 from circuits.gradient.gradient import SAFE, Gradients
 from circuits.gradient.parameters import Rows, rows_of
-from circuits.gradient.transfer import Edge, Part, Reading, SmallSignal, Spectrum
+from circuits.gradient.small_signal.transfer import Edge, Part, Reading, SmallSignal, Spectrum
+from circuits.gradient.stimulus import Move
 from circuits.lowering.kernel import Kernel, Machine
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian
 from circuits.solver.operating_point import OperatingPoint, linearised, operating_point
@@ -50,6 +52,7 @@ MATTERS = 1e-3  # share of what a measure reads most of, below which a transfer 
 RESOLVED = 1e-8
 """Share of a transfer, below which 1 % of what moves it is not resolved; ours."""
 _FAR = 0.01  # V, most that they are moved
+PROBE = 1e-5  # V, by which sources move currents for a derivative; ours
 
 
 class _Asked(NamedTuple):
@@ -59,7 +62,9 @@ class _Asked(NamedTuple):
     measure: SmallSignal
 
 
-def small_signal_gradients(machine: Machine, measures: Sequence[SmallSignal]) -> Gradients:
+def small_signal_gradients(
+    machine: Machine, measures: Sequence[SmallSignal], *, moves: Sequence[Move] = ()
+) -> Gradients:
     """Return the gradients of some measures of small signals.
 
     Parameters
@@ -68,6 +73,8 @@ def small_signal_gradients(machine: Machine, measures: Sequence[SmallSignal]) ->
         Lowered testbench on its silicon.
     measures
         What is measured.
+    moves
+        Parameters of the testbench that have a derivative too, as `own_moves` of its sources.
 
     Raises
     ------
@@ -86,7 +93,8 @@ def small_signal_gradients(machine: Machine, measures: Sequence[SmallSignal]) ->
     asked = [_Asked(found.parts, each) for found, each in zip(read, measures, strict=True)]
     edges = [(k, edge) for k, found in enumerate(read) for edge in found.edges]
     asked += [_Asked(edge.parts, measures[k]) for k, edge in edges]
-    rows = rows_of(machine, _solved(spectrum, asked))
+    solved = _solved(spectrum, asked)
+    rows = [*rows_of(machine, solved), *_rows_by_moves(machine, solved, moves)]
     by = np.concatenate([each.by for each in rows], axis=1)
     sigma = np.concatenate([each.sigma * each.varies for each in rows])
     spread = np.sqrt(((by * sigma) ** 2).sum(axis=1))
@@ -183,6 +191,40 @@ def _solved(spectrum: Spectrum, asked: Sequence[_Asked]) -> Adjoint:
     sums.conductance[:] -= _apart(_over(every[:, -1], k), across) * _apart(v, across)
     add_rows(k, voltage, every, allocate(k), sums)
     return Adjoint(voltage, every, sums)
+
+
+def _rows_by_moves(machine: Machine, found: Adjoint, moves: Sequence[Move]) -> list[Rows]:
+    """What parameters of a testbench move measures by, as of a run, by what its sources give at rest."""
+    rows = []
+    for move in moves:
+        lines = list(zip(machine.polylines, move.more, move.less, strict=True))
+        if all(own[0].size == more[0].size == less[0].size for own, more, less in lines):
+            by = np.array([_at_rest(*line) for line in lines]) / move.step.size
+            by[[k for k, direct in enumerate(machine.direct) if direct is not None]] = 0.0
+            rows.append(
+                Rows([move.step.label], move.step.unit, np.zeros(1), _by_sources(machine, found, by)[:, None])
+            )
+    return rows
+
+
+def _at_rest(own: Polyline, more: Polyline, less: Polyline) -> float:
+    """What a step moves the value of a source at rest by; where it bends there, what a later one does."""
+    here, above, below = (float(np.interp(0.0, *line)) for line in (own, more, less))
+    middle = 0.5 * (above - below)
+    return middle if abs(above - here - middle) <= BEND * abs(middle) else above - here
+
+
+def _by_sources(machine: Machine, found: Adjoint, by: F64) -> F64:
+    """What sources whose values move by `by` move the measures by, float64[measures]."""
+    k, ends = machine.kernel, []
+    if not by.any():
+        return np.zeros(found.moved.shape[0])
+    step = PROBE / float(np.abs(by).max())
+    for sign in (1.0, -1.0):
+        voltage = found.voltage.copy()
+        voltage[:, k.unknowns : k.columns - 1] += sign * step * by
+        ends.append(contracted(k, voltage, found.moved))
+    return np.asarray((ends[0] - ends[1]) / (2.0 * step))
 
 
 def _backwards(spectrum: Spectrum, frequency: float, parts: Sequence[Part]) -> C128:
