@@ -120,7 +120,7 @@ def gradients_of(
     guards = [_guards(each, found, result, way) for each, found in zip(measures, read, strict=True)]
     every = [*read, *(guard.reading for own in guards for guard in own)]
     way = _until(way, every)
-    asked = [k for k, each in enumerate(every) if each.slopes or each.taps]
+    asked = [k for k, each in enumerate(every) if each.slopes or each.taps or each.whole]
     run = _solved(machine, way, [every[k] for k in asked])
     solved = [*rows_of(machine, run), *rows_by_moves(machine, way, run, moves)]
     by = np.full((len(every), sum(len(rows.labels) for rows in solved)), np.nan)
@@ -252,8 +252,9 @@ def _kicked(machine: Machine, way: Way) -> str:
 def _until(way: Way, read: Sequence[Reading]) -> Way:
     """The way up to the last point that is measured."""
     rows = [row for found in read for row, _, _ in found.slopes]
-    for _, *weights in (tap for found in read for tap in found.taps):
-        rows += [int(row) for weight in weights for row in np.flatnonzero(weight)[-1:]]
+    weights = [weight for found in read for tap in found.taps for weight in tap[1:]]
+    weights += [weight for found in read for _, weight in found.whole]
+    rows += [int(row) for weight in weights for row in np.flatnonzero(weight)[-1:]]
     end = 1 + max(rows, default=0)
     return Way(
         way.time[:end], way.voltage[:end], way.share[:end], way.order[:end], way.drive[:end], way.free[:end]
@@ -269,8 +270,12 @@ def _solved(machine: Machine, way: Way, read: Sequence[Reading]) -> Adjoint:
     for m, each in enumerate(read):
         for row, slope in each.timing:
             into.timing[m, row] += slope
+        if each.along is not None:
+            into.timing[m] += each.along[:rows]
         for row, column, slope in each.slopes:
             into.slopes[m, row, column] += slope
+        for column, weight in each.whole:
+            into.slopes[m, :, column] += weight[:rows]
     taps = tuple(
         (m, Tap(tap.name, *(part[:rows] for part in tap[1:])))
         for m, each in enumerate(read)

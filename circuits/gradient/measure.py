@@ -14,13 +14,14 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.errors import ParameterError, unknown_name
-from circuits.gradient.reading import Reading, crossing, passed, rates, read_at, top_of
+from circuits.gradient.reading import Reading, crossing, passed, read_at, top_of
 from circuits.gradient.tap import (
     at_rows,
     course_of,
     current_at,
     current_at_beginning,
     current_in,
+    moving_along,
     through,
     unit_of,
     weights_between,
@@ -264,12 +265,9 @@ class Integral(Measure):
         if (current := current_in(self.node)) is not None:
             return through(result.machine, way, current, (begin, end))
         column, weight = result.machine.column_of(self.node), at_rows(*weights_between(way, begin, end))
-        rows = np.flatnonzero(weight)
-        value = float(weight @ way.voltage[:, column])
-        slopes = tuple((int(r), column, float(weight[r])) for r in rows)
-        inside = rows[(rows > 0) & (rows < way.time.size - 1)]
-        moved = -weight[inside] * rates(way, inside, column)
-        return Reading(value, slopes, timing=tuple(zip(inside.tolist(), moved.tolist(), strict=True)))
+        y = way.voltage[:, column]
+        along = moving_along(way, ((weight, y),))
+        return Reading(float(weight @ y), (), whole=((column, weight),), along=along)
 
 
 @final

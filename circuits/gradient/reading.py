@@ -30,6 +30,8 @@ class Reading(NamedTuple):
     note : why it has no value, or where it is not smooth; empty else.
     timing : its derivatives by the times of steps: (row, slope) each, in its unit a second.
     taps : what it reads of currents.
+    whole : slopes by a column over all rows, (column, float64[rows]) each.
+    along : its derivatives by the times of all rows, float64[rows]; None where `timing` has all.
     """
 
     value: float
@@ -37,6 +39,8 @@ class Reading(NamedTuple):
     note: str = ""
     timing: Timing = ()
     taps: tuple[Tap, ...] = ()
+    whole: tuple[tuple[int, F64], ...] = ()
+    along: F64 | None = None
 
 
 def top_of(way: Way, row: int, column: int) -> Reading:

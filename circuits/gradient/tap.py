@@ -123,10 +123,10 @@ def through(
     mean = 0.5 * (price[1:] + price[:-1])
     weight, stored = at_rows(mean * before, mean * after), at_rows(-mean * share, mean * share)
     by_price = np.zeros(way.time.size) if column is None else 0.5 * at_rows(passed, passed)
-    timing = _moving_along(way, ((weight, plain), (stored, charge), (by_price, price)))
-    slopes = tuple((int(row), column, -float(by_price[row])) for row in np.flatnonzero(by_price) if column)
+    along = moving_along(way, ((weight, plain), (stored, charge), (by_price, price)))
     tap = Tap(name, weight, np.zeros(weight.size), stored)
-    return Reading(float(mean @ passed), slopes, timing=timing, taps=(tap,))
+    whole = () if column is None else ((column, -by_price),)
+    return Reading(float(mean @ passed), (), taps=(tap,), whole=whole, along=along)
 
 
 def at_rows(before: F64, after: F64) -> F64:
@@ -134,12 +134,15 @@ def at_rows(before: F64, after: F64) -> F64:
     return np.asarray(np.append(before, 0.0) + np.append(0.0, after))
 
 
-def _moving_along(way: Way, parts: Sequence[tuple[F64, F64]]) -> tuple[tuple[int, float], ...]:
-    """Slopes by the times of rows of sums of weights and waveforms, whose points move along the waveforms."""
+def moving_along(way: Way, parts: Sequence[tuple[F64, F64]]) -> F64:
+    """Return the slopes by the times of rows of weighted sums of waveforms, whose points move along them.
+
+    parts: weights and waveform of each, float64[rows].
+    """
     found, between = np.zeros(way.time.size), slice(1, -1)
     for weight, y in parts:
         found[between] -= weight[between] * (y[2:] - y[:-2]) / (way.time[2:] - way.time[:-2])
-    return tuple((int(row), float(found[row])) for row in np.flatnonzero(found))
+    return found
 
 
 def weights_between(way: Way, begin: float, end: float) -> tuple[F64, F64]:
