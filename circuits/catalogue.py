@@ -95,13 +95,13 @@ class Catalogue(Generic[T]):
 
 def entry_points(group: str) -> EntryPoints:
     """Entry points of all packages in a group, looked for again where a package came or went."""
-    return _entry_points(group, tuple((path, _changed(path)) for path in sys.path))
+    return _entry_points(tuple((path, _changed(path)) for path in sys.path)).select(group=group)
 
 
-@lru_cache(maxsize=64)
-def _entry_points(group: str, folders: tuple[tuple[str, int], ...]) -> EntryPoints:
-    """Entry points in a group; what finds them is slow to import, and reads every package."""
-    found: EntryPoints = loaded("importlib.metadata:entry_points")(group=group)
+@lru_cache(maxsize=4)
+def _entry_points(folders: tuple[tuple[str, int], ...]) -> EntryPoints:
+    """Entry points of all groups; what finds them is slow to import, and reads every package."""
+    found: EntryPoints = loaded("importlib.metadata:entry_points")()
     return found
 
 

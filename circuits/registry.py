@@ -89,6 +89,14 @@ METRIC_LINES: dict[str, str] = {
     "inl": "integral non-linearity of the axonal delay, a share of full scale",
 }
 
+# The circuits that each is of, as it says itself: of one block's metrics the others are not loaded.
+METRIC_CIRCUITS: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(
+        ("best_delay", "width", "t_inh", "t_reb", "spikes_per_echo", "class"), ("rebound_neuron",)
+    ),
+    **dict.fromkeys(("delay", "unit_delay", "delay_offset", "inl"), ("axon_delay",)),
+}
+
 _blocks: Catalogue[Block] = Catalogue(
     "block", BLOCKS, "noctule.blocks", ("circuits.blocks.block:Block",), SUMMARIES
 )
@@ -98,6 +106,12 @@ _metrics: Catalogue[Metric] = Catalogue(
 
 load_block, block_line = _blocks.load, _blocks.line
 metric_names, load_metric, metric_line = _metrics.names, _metrics.load, _metrics.line
+
+
+def metrics_of_circuit(name: str) -> list[Metric]:
+    """Metrics of the circuits of a name, the users' own included."""
+    possible = [each for each in metric_names() if name in METRIC_CIRCUITS.get(each, (name,))]
+    return [metric for metric in map(load_metric, possible) if name in metric.circuits]
 
 
 def block_names() -> list[str]:

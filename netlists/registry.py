@@ -37,6 +37,8 @@ DIALECT_LINES: dict[str, str] = {
     "verilog-a": "the laws as modules, circuits structural; not run here",
 }
 
+SUFFIXES = (".cir", ".ckt", ".sp", ".spi", ".spice", ".net", ".scs", ".cdl")  # of files that are netlists
+
 Method = Literal["gear", "trap"]
 Analysis = Literal["tran", "op"]
 

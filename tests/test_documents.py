@@ -86,7 +86,7 @@ DRY = {
 @lru_cache
 def verbs() -> tuple[tuple[str, ...], ...]:
     """Words by which commands are called, those of systems among them."""
-    group = typer.main.get_command(app)
+    group = typer.main.get_command(app())
     groups = {name: command for name, command in group.commands.items() if hasattr(command, "list_commands")}  # type: ignore[attr-defined]
     inner = {name: each.list_commands(typer.Context(each)) for name, each in groups.items()}
     found = ((name, *rest) for name in group.commands for rest in [(), *((n,) for n in inner.get(name, ()))])  # type: ignore[attr-defined]
@@ -96,7 +96,7 @@ def verbs() -> tuple[tuple[str, ...], ...]:
 @lru_cache
 def help_of(verb: tuple[str, ...]) -> str:
     """Help of a command, without line breaks."""
-    found = CliRunner().invoke(app, [*verb, "--help"], terminal_width=200)
+    found = CliRunner().invoke(app(), [*verb, "--help"], terminal_width=200)
     assert found.exit_code == 0
     return " ".join(found.output.split())
 

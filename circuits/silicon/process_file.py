@@ -20,8 +20,7 @@ from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
-import tomli_w
-
+from circuits.catalogue import later
 from circuits.checks import require_real
 from circuits.errors import DataError, ParameterError, meant
 from circuits.silicon.components import Components
@@ -36,6 +35,8 @@ from circuits.silicon.process import (
 )
 from circuits.silicon.size import SizeTerms
 from circuits.silicon.toml_file import read_toml
+
+tomli_w = later("tomli_w")  # many a run writes no file
 
 _PARTS: Mapping[str, type] = {"n": TransistorModel, "p": TransistorModel, "variation": Variation}
 _EXTRACTED = Path(__file__).parent / "extracted"
@@ -128,7 +129,7 @@ def format_process(process: Process, head: str = "") -> str:
         Lines of comment that come first.
     """
     comment = "".join(f"# {line}".rstrip() + "\n" for line in head.splitlines())
-    return comment + tomli_w.dumps(_stated(asdict(process)))
+    return f"{comment}{tomli_w.dumps(_stated(asdict(process)))}"
 
 
 def _stated(table: Mapping[str, Any]) -> dict[str, Any]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
+from circuits.catalogue import later
 from circuits.errors import DataError
+
+tomllib = later("tomllib")  # many a run reads no file
 
 
 def read_toml(path: Path, wanted: str) -> dict[str, Any]:
@@ -16,8 +18,9 @@ def read_toml(path: Path, wanted: str) -> dict[str, Any]:
     file that cannot be read, or is no TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        found: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise DataError(f"{path}: {error.strerror}; name {wanted}") from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise DataError(f"{path}: no TOML ({error}); correct it") from None
+    return found

@@ -23,7 +23,7 @@ WIDTH = 100  # columns of help; ours
 
 def verbs() -> list[tuple[str, ...]]:
     """Words by which every command is called, in the order of the help."""
-    group = typer.main.get_command(command_line)
+    group = typer.main.get_command(command_line())
     found: list[tuple[str, ...]] = []
     for name, command in group.commands.items():  # type: ignore[attr-defined]
         found.append((name,))
@@ -41,7 +41,9 @@ class HelpDirective(SphinxDirective):
 
     def _section(self, verb: tuple[str, ...]) -> nodes.Node:
         """Section of a command."""
-        said = CliRunner().invoke(command_line, [*verb, "--help"], terminal_width=WIDTH, prog_name="noctule")
+        said = CliRunner().invoke(
+            command_line(), [*verb, "--help"], terminal_width=WIDTH, prog_name="noctule"
+        )
         if said.exit_code != 0:
             raise self.error(f"noctule {' '.join(verb)} --help: status {said.exit_code}")
         title = f"noctule {' '.join(verb)}"

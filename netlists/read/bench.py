@@ -11,8 +11,6 @@ from circuits.testbench import Testbench
 from netlists.read.netlist import Imported, read_netlist
 from netlists.read.text.name import circuit_name
 
-SUFFIXES = (".cir", ".ckt", ".sp", ".spi", ".spice", ".net", ".scs", ".cdl")  # of files that are netlists
-
 
 def read_bench(
     path: Path, subcircuit: str = "", parameters: Mapping[str, float] | None = None

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
+from circuits.catalogue import loaded
 from circuits.checks import implausible_allowed
 from circuits.errors import DataError, ParameterError
 from circuits.lowering.coupling import coupled
 from circuits.silicon.process import AMI_1500, PROCESSES
 from circuits.silicon.process_file import foundry_names, measured_names
-from netlists.read import Imported, read_netlist
-from netlists.read.analysis import Stepped
 from system.cli.shared_options import BlockValues
 from system.options.begin import FREE, BeginChoice
 from system.options.block import Choice, choose
 from system.options.code import Code
 from system.options.silicon import SiliconChoice
 from system.options.target import deck_of, driven
+
+if TYPE_CHECKING:
+    from netlists.read import Imported
+    from netlists.read.analysis import Stepped
 
 
 def choose_block(
@@ -76,7 +79,8 @@ def steps_of(name: str) -> tuple[Stepped, ...]:
     if deck is None or deck.name or not deck.path.is_file():
         return ()
     with implausible_allowed():
-        return read_netlist(deck.path, foreign="kept").steps
+        steps: tuple[Stepped, ...] = _read_netlist()(deck.path, foreign="kept").steps
+        return steps
 
 
 def whole_deck(name: str, choice: Choice) -> Imported | None:
@@ -89,9 +93,14 @@ def read_with(deck: Code, choice: Choice, moved: Mapping[str, float] | None = No
     """Read a deck with the values that its parameters have in a choice of it, or with other ones."""
     given = {f.name: getattr(choice.params, f.name) for f in fields(choice.params)} | dict(moved or {})
     with implausible_allowed(choice.allow_implausible):
-        usual = read_netlist(deck.path)
+        usual: Imported = _read_netlist()(deck.path)
         changed = {name: value for name, value in given.items() if value != usual.parameters.get(name, value)}
-        return read_netlist(deck.path, parameters=changed) if changed else usual
+        return _read_netlist()(deck.path, parameters=changed) if changed else usual
+
+
+def _read_netlist() -> Any:
+    """What reads netlists, which is slow to import."""
+    return loaded("netlists.read:read_netlist")
 
 
 def target_of(name: str, values: BlockValues) -> str:

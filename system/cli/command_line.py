@@ -1,10 +1,10 @@
 """The command `noctule`: its arguments, and one line on stderr for whatever goes wrong.
 
 What a command does is in `system/cli/`, loaded when it is called, so that `noctule --help` does not wait
-for numerical libraries. Exit status (`system.cli.exit_status`): 0 done; 1 done, and the answer is no: an
-experiment disagrees, netlists differ, no die of a study could be measured or passes, a sample is not the one
-that was kept, a piece is missing; also where the output's reader went away; 2 bad input, or a file, simulator
-or solver that fails; 130 interrupted.
+for numerical libraries; where a verb is named, the options of others are not made either. Exit status
+(`system.cli.exit_status`): 0 done; 1 done, and the answer is no: an experiment disagrees, netlists differ, no
+die of a study could be measured or passes, a sample is not the one that was kept, a piece is missing; also
+where the output's reader went away; 2 bad input, or a file, simulator or solver that fails; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Annotated, Any
 
@@ -20,42 +20,13 @@ import typer
 
 from circuits.catalogue import loaded
 from circuits.errors import CircuitError, meant
-from system.cli import run_command_line
-from system.cli.certify_verb import Certify
 from system.cli.completion import VARIABLE, Shell, answer, install, script_of
 from system.cli.examples import epilog_of
 from system.cli.exit_status import BAD_INPUT, DONE, INTERRUPTED, NO
-from system.cli.given_once import App
+from system.cli.given_once import App, Commands
 from system.cli.guide import guide
-from system.cli.labs_verb import Labs
-from system.cli.map_verb import Map
-from system.cli.match_verb import Corners, Match, Size, Worst
 from system.cli.mend import measured_again
-from system.cli.mission_verb import Merge, Mission
-from system.cli.run_command_line import names_in_study
-from system.cli.serve_verb import Serve
-from system.cli.simulate_verb import Simulate
-from system.cli.study_verbs import Centre, Gradient, Montecarlo, Replay
-from system.cli.sweep_verb import Sweep
-from system.cli.train_verb import Train
 from system.cli.verb import verb
-from system.cli.verbs import (
-    Calibrate,
-    Characterise,
-    Compare,
-    Doctor,
-    Export,
-    Extract,
-    Identify,
-    Import,
-    List,
-    New,
-    Op,
-    Predict,
-    Reproduce,
-    Show,
-    View,
-)
 from system.notice import say, warnings_in_a_line
 
 # What typer raises for a wrong option: click's ClickException, which some releases of typer carry inside.
@@ -68,74 +39,43 @@ _SUGGESTED = re.compile(
 _ONE_OF = re.compile(r"(?P<said>.*'(?P<name>[^']*)' is not one of (?P<known>.*))")
 _WORD = re.compile(r"[\w-]+")
 
-app = App(
-    name="noctule",
-    help="Model mixed-signal neuromorphic hardware at circuit level: from transistors to robots.",
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-)
+_ABOUT = "Model mixed-signal neuromorphic hardware at circuit level: from transistors to robots."
 
-
-@app.callback(invoke_without_command=True)
-def noctule(
-    context: typer.Context,
-    *,
-    show_version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
-    install_completion: Annotated[
-        Shell | None, typer.Option(help="Let a shell complete noctule's commands, options and names.")
-    ] = None,
-    show_completion: Annotated[Shell | None, typer.Option(help="Print the script that does so.")] = None,
-) -> None:
-    """Model mixed-signal neuromorphic hardware at circuit level: from transistors to robots."""
-    if show_version:
-        typer.echo(f"noctule {_version()}")
-    elif install_completion is not None:
-        typer.echo(install(install_completion))
-    elif show_completion is not None:
-        typer.echo(script_of(show_completion))
-    elif context.invoked_subcommand is None:
-        typer.echo(context.get_help())
-
-
-_VERBS = {
-    "list": verb("listing:list_command", List),
-    "show": verb("show:show_command", Show),
-    "op": verb("op:op_command", Op),
-    "simulate": verb("simulate:simulate_command", Simulate),
-    "export": verb("export:export_command", Export),
-    "import": verb("import_netlist:import_command", Import),
-    "compare": verb("compare:compare_command", Compare),
-    "view": verb("view:view_command", View),
-    "map": verb("map:map_command", Map),
-    "sweep": verb("sweep:sweep_command", Sweep),
-    "montecarlo": verb("montecarlo:montecarlo_command", Montecarlo),
-    "gradient": verb("gradient:gradient_command", Gradient),
-    "match": verb("match:match_command", Match),
-    "worst": verb("worst:worst_command", Worst),
-    "corners": verb("corners:corners_command", Corners),
-    "certify": verb("certify:certify_command", Certify),
-    "train": verb("train:train_command", Train),
-    "mission": verb("mission:mission_command", Mission),
-    "merge": verb("mission:merge_command", Merge),
-    "replay": verb("replay:replay_command", Replay),
-    "centre": verb("centre:centre_command", Centre),
-    "size": verb("size:size_command", Size),
-    "characterise": verb("characterise:characterise_command", Characterise),
-    "extract": verb("extract:extract_command", Extract),
-    "identify": verb("identify:identify_command", Identify),
-    "predict": verb("predict:predict_command", Predict),
-    "calibrate": verb("calibrate:calibrate_command", Calibrate),
-    "reproduce": verb("reproduce:reproduce_command", Reproduce),
-    "serve": verb("serve:serve_command", Serve),
-    "labs": verb("labs:labs_command", Labs),
-    "new": verb("new:new_command", New),
-    "doctor": verb("doctor:doctor_command", Doctor),
+_VERBS: dict[str, Callable[[], Any]] = {
+    "list": lambda: verb("listing:list_command", "verbs:List"),
+    "show": lambda: verb("show:show_command", "verbs:Show"),
+    "op": lambda: verb("op:op_command", "verbs:Op"),
+    "simulate": lambda: verb("simulate:simulate_command", "simulate_verb:Simulate"),
+    "export": lambda: verb("export:export_command", "verbs:Export"),
+    "import": lambda: verb("import_netlist:import_command", "verbs:Import"),
+    "compare": lambda: verb("compare:compare_command", "verbs:Compare"),
+    "view": lambda: verb("view:view_command", "verbs:View"),
+    "map": lambda: verb("map:map_command", "map_verb:Map"),
+    "sweep": lambda: verb("sweep:sweep_command", "sweep_verb:Sweep"),
+    "montecarlo": lambda: _of_study(verb("montecarlo:montecarlo_command", "study_verbs:Montecarlo")),
+    "gradient": lambda: verb("gradient:gradient_command", "study_verbs:Gradient"),
+    "match": lambda: verb("match:match_command", "match_verb:Match"),
+    "worst": lambda: verb("worst:worst_command", "match_verb:Worst"),
+    "corners": lambda: verb("corners:corners_command", "match_verb:Corners"),
+    "certify": lambda: verb("certify:certify_command", "certify_verb:Certify"),
+    "train": lambda: verb("train:train_command", "train_verb:Train"),
+    "mission": lambda: verb("mission:mission_command", "mission_verb:Mission"),
+    "merge": lambda: verb("mission:merge_command", "mission_verb:Merge"),
+    "replay": lambda: verb("replay:replay_command", "study_verbs:Replay"),
+    "centre": lambda: verb("centre:centre_command", "study_verbs:Centre"),
+    "size": lambda: verb("size:size_command", "match_verb:Size"),
+    "characterise": lambda: verb("characterise:characterise_command", "verbs:Characterise"),
+    "extract": lambda: verb("extract:extract_command", "verbs:Extract"),
+    "identify": lambda: verb("identify:identify_command", "verbs:Identify"),
+    "predict": lambda: verb("predict:predict_command", "verbs:Predict"),
+    "calibrate": lambda: verb("calibrate:calibrate_command", "verbs:Calibrate"),
+    "reproduce": lambda: verb("reproduce:reproduce_command", "verbs:Reproduce"),
+    "serve": lambda: verb("serve:serve_command", "serve_verb:Serve"),
+    "labs": lambda: verb("labs:labs_command", "labs_verb:Labs"),
+    "new": lambda: verb("new:new_command", "verbs:New"),
+    "doctor": lambda: verb("doctor:doctor_command", "verbs:Doctor"),
 }
-_VERBS["montecarlo"].said = names_in_study  # type: ignore[attr-defined]
-for _name, _verb in _VERBS.items():
-    app.command(_name, epilog=epilog_of(_name))(_verb)
-run_command_line.add_to(app)
+_OF_SYSTEMS = ("run", "blame")  # verbs with a command for each system
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -143,7 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with warnings_in_a_line():
             if os.environ.get(VARIABLE):
-                answer(app)
+                answer(app())
             status = _run(sys.argv[1:] if arguments is None else list(arguments))
         sys.stdout.flush()
     except CircuitError as error:
@@ -167,7 +107,7 @@ def _run(arguments: list[str]) -> int:
         typer.echo(guide())
         return DONE
     try:
-        command = _commands()
+        command = _commands(arguments[0] if arguments[0] in {*_VERBS, *_OF_SYSTEMS} else None)
         with command.make_context("noctule", arguments) as context:
             command.invoke(context)
     except typer.Exit as done:
@@ -177,10 +117,61 @@ def _run(arguments: list[str]) -> int:
     return DONE
 
 
+def _of_study(command: Any) -> Any:
+    """A verb whose errors name the fields of a study's system as its options say them."""
+    command.said = _names_in_study
+    return command
+
+
+def _names_in_study(given: Mapping[str, Any]) -> dict[str, str]:
+    found: dict[str, str] = loaded("system.cli.run_command_line:names_in_study")(given)
+    return found
+
+
 @cache
-def _commands() -> Any:
-    """All commands, made once a process; those of systems are found when they are called."""
-    return typer.main.get_command(app)
+def app(alone: str | None = None) -> App:
+    """Give all commands, or that of one verb alone; the options of others are not made then."""
+    found = App(
+        cls=Commands,
+        name="noctule",
+        help=_ABOUT,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+    )
+    found.callback(invoke_without_command=True, help=_ABOUT)(_noctule)
+    for name in [name for name in _VERBS if alone in {name, None}]:
+        found.command(name, epilog=epilog_of(name))(_VERBS[name]())
+    if alone not in _VERBS:
+        add_systems: Any = loaded("system.cli.run_command_line:add_to")
+        add_systems(found)
+    return found
+
+
+@cache
+def _commands(alone: str | None) -> Any:
+    """What typer makes of them, once a process; those of systems are found when they are called."""
+    return typer.main.get_command(app(alone))
+
+
+def _noctule(
+    context: typer.Context,
+    *,
+    show_version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+    install_completion: Annotated[
+        Shell | None, typer.Option(help="Let a shell complete noctule's commands, options and names.")
+    ] = None,
+    show_completion: Annotated[Shell | None, typer.Option(help="Print the script that does so.")] = None,
+) -> None:
+    """Answer the options of `noctule` itself."""
+    if show_version:
+        typer.echo(f"noctule {_version()}")
+    elif install_completion is not None:
+        typer.echo(install(install_completion))
+    elif show_completion is not None:
+        typer.echo(script_of(show_completion))
+    elif context.invoked_subcommand is None:
+        typer.echo(context.get_help())
 
 
 def _told(error: Any) -> str:

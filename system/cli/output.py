@@ -5,19 +5,25 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from itertools import zip_longest
+from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
-from rich.text import Text
 
+from circuits.catalogue import later
 from circuits.units import format_quantity
 
+if TYPE_CHECKING:
+    from rich import console, progress, table, text
+else:  # what is piped, and fits, is written without
+    console, progress, table, text = (later(f"rich.{n}") for n in ("console", "progress", "table", "text"))
+
 _PIPED_WIDTH = 160  # columns of a table that no terminal limits
+_NARROW = frozenset(map(chr, range(32, 127))) | set("×±·°µ²→")  # letters that take one column
+_TERMINAL = ("FORCE_COLOR", "TTY_COMPATIBLE")  # variables by which rich takes a file for a terminal
 
 
 def print_json(document: Mapping[str, Any]) -> None:
@@ -62,24 +68,51 @@ def plain(value: Any) -> Any:
     return value
 
 
-def print_line(text: str) -> None:
+def print_line(line: str) -> None:
     """Print a line in its full width, whatever the width of the terminal."""
-    sys.stdout.write(f"{text}\n")
+    sys.stdout.write(f"{line}\n")
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Print a table with a title; columns whose heading ends with `:` stand to the right."""
-    table = Table(box=None, pad_edge=False)
+    cells = [["" if cell is None else str(cell) for cell in row] for row in rows]
+    lines = None if _is_terminal(sys.stdout) else _table_lines(columns, cells)
+    if lines is None:
+        _print_styled(title, columns, cells)
+    else:
+        sys.stdout.write("\n".join([title, *lines, "\n"]))
+
+
+def _is_terminal(file: TextIO) -> bool:
+    """Whether a person may read what is written; what asks more closely is slow to import."""
+    return file.isatty() or any(name in os.environ for name in _TERMINAL)
+
+
+def _table_lines(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str] | None:
+    """Lines of a table that stands as it is; None for one too wide, or with letters that may be wide."""
+    whole = [[column.removesuffix(":") for column in columns], *rows]
+    widths = [max(map(len, cells)) for cells in zip_longest(*whole, fillvalue="")]
+    plain = all(cell.isprintable() and set(cell) <= _NARROW for row in whole for cell in row)
+    if not plain or len(widths) != len(columns) or sum(widths) + 2 * (len(widths) - 1) > _PIPED_WIDTH:
+        return None
+    signs = [">" if column.endswith(":") else "<" for column in columns]
+    given = [(*row, *[""] * (len(columns) - len(row))) for row in whole]
+    return ["  ".join(map(format, row, map("{}{}".format, signs, widths))) for row in given]
+
+
+def _print_styled(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table as rich does, for a terminal of any width and in any letters."""
+    shown = table.Table(box=None, pad_edge=False)
     for column in columns:
-        table.add_column(column.removesuffix(":"), justify="right" if column.endswith(":") else "left")
+        shown.add_column(column.removesuffix(":"), justify="right" if column.endswith(":") else "left")
     for row in rows:
-        table.add_row(*(Text("" if cell is None else str(cell)) for cell in row))
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=_PIPED_WIDTH)
-    console.print(Text(title, style="bold"))
-    console.print(table)
-    console.print()
+        shown.add_row(*map(text.Text, row))
+    to = console.Console()
+    if not to.is_terminal:
+        to = console.Console(width=_PIPED_WIDTH)
+    to.print(text.Text(title, style="bold"))
+    to.print(shown)
+    to.print()
 
 
 def quantity_cell(value: Any, unit: str) -> str:
@@ -96,21 +129,25 @@ def quantity_cell(value: Any, unit: str) -> str:
 
 
 @contextlib.contextmanager
-def working(text: str) -> Iterator[None]:
-    """Show `text` with a spinner on stderr during a `with` statement, if stderr is a terminal."""
-    console = Console(stderr=True)
-    with console.status(text) if console.is_terminal else contextlib.nullcontext():
+def working(said: str) -> Iterator[None]:
+    """Show `said` with a spinner on stderr during a `with` statement, if stderr is a terminal."""
+    with console.Console(stderr=True).status(said) if _is_terminal(sys.stderr) else contextlib.nullcontext():
         yield
 
 
 @contextlib.contextmanager
-def progress_bar(text: str) -> Iterator[Callable[[float], None]]:
+def progress_bar(said: str) -> Iterator[Callable[[float], None]]:
     """Show a bar on stderr during a `with` statement, if stderr is a terminal.
 
     The statement gets a function that takes the fraction done, from 0 to 1.
     """
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
-        task = bars.add_task(text, total=1.0)
+    if not _is_terminal(sys.stderr):
+        yield lambda _: None
+        return
+    to = console.Console(stderr=True)
+    shown = (
+        progress.TextColumn("{task.description}"), progress.BarColumn(), progress.TimeRemainingColumn()
+    )  # fmt: skip
+    with progress.Progress(*shown, console=to, transient=True, disable=not to.is_terminal) as bars:
+        task = bars.add_task(said, total=1.0)
         yield lambda fraction: bars.update(task, completed=fraction)

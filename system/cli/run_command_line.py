@@ -18,7 +18,7 @@ from circuits.catalogue import loaded
 from circuits.errors import CircuitError
 from system.cli import bench_verb, map_verb
 from system.cli.examples import epilog_of
-from system.cli.given_once import App
+from system.cli.given_once import App, take_as_they_are
 from system.cli.option_names import PARAM, option_of
 from system.cli.scenario_file import read_scenario_file
 from system.cli.study_verbs import Blame
@@ -79,6 +79,11 @@ class Systems(TyperGroup):
     def list_commands(self, ctx: Any) -> list[str]:
         """Give the names of all systems, with the users' own."""
         return [*system_names(), bench_verb.NAME] if self.verb is RUN else system_names()
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments."""
+        take_as_they_are(self, ctx)
+        return super().parse_args(ctx, args)
 
     def shell_complete(self, ctx: Any, incomplete: str) -> Any:
         """Give what completes the name of a system, without loading one."""
@@ -176,7 +181,7 @@ def command_of(system: System[Any, Any], name: str, verb: SystemVerb = RUN) -> A
 def _bench() -> Any:
     """Give the command that measures the teaching chip by a script."""
     alone = App(rich_markup_mode=None, add_completion=False)
-    made = verb("bench:bench_command", bench_verb.Bench)
+    made = verb("bench:bench_command", "bench_verb:Bench")
     alone.command(bench_verb.NAME, epilog=epilog_of("run", bench_verb.NAME))(made)
     return typer.main.get_command(alone)
 

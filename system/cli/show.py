@@ -27,8 +27,7 @@ from system.options.block import (
 )
 from system.options.silicon import SiliconChoice
 from system.options.target import load_target
-from system.plot import check_picture, draw_circuit, save_picture
-from system.study.metrics.metric import Listed, listed
+from system.study.metrics.listed import Listed, listed
 
 _SIZE_UNITS = {
     "capacitance": "F",
@@ -46,21 +45,13 @@ def show_command(asked: Show) -> None:
     if asked.block.endswith(".toml"):
         _show_program(asked)
         return
-    if asked.block == ROLLS and asked.metrics:
-        raise ParameterError(f"--metrics: {ROLLS} has no testbench as one circuit; leave it out")
-    if asked.op and asked.schematic is None:
-        raise ParameterError("--op: no schematic to write into; add --schematic FILE, or see noctule op")
-    if asked.stimulus and not (asked.op or asked.metrics):
-        raise ParameterError("--stimulus: nothing is solved; add --op with --schematic FILE, or --metrics")
-    if asked.block == ROLLS and asked.schematic is not None:
-        raise ParameterError(f"--schematic: {ROLLS} is no single circuit; name a block, as rolls-neuron")
+    _check(asked)
     if asked.block == ROLLS:
         loaded("system.cli.show_rolls:show_rolls")(asked)
         return
     values, silicon = asked.values, asked.silicon
     refuse_bias_file(asked.block, values.bias_file)
-    check_picture(asked.plot)
-    check_picture(asked.schematic)
+    _check_pictures(asked)
     found = load_target(asked.block)
     if isinstance(found, Chip):
         given = {
@@ -74,7 +65,9 @@ def show_command(asked: Show) -> None:
         return
     choice = choose_block(asked.block, values, silicon, asked.stimulus)
     document = _describe(choice, listed(choice, run=asked.metrics))
-    save_picture(asked.plot, lambda figure: draw_circuit(choice.circuit, figure))
+    if asked.plot is not None:
+        draw = loaded("system.plot:draw_circuit")
+        loaded("system.plot:save_picture")(asked.plot, lambda figure: draw(choice.circuit, figure))
     if asked.schematic is not None:
         save_schematic = loaded("system.cli.schematic_file:save_schematic")
         save_schematic(asked.schematic, asked.block, choice, solved=asked.op)
@@ -82,6 +75,24 @@ def show_command(asked: Show) -> None:
         print_json(document)
     else:
         _print(choice, document)
+
+
+def _check(asked: Show) -> None:
+    """Raise `ParameterError` for options that do not go together."""
+    if asked.block == ROLLS and asked.metrics:
+        raise ParameterError(f"--metrics: {ROLLS} has no testbench as one circuit; leave it out")
+    if asked.op and asked.schematic is None:
+        raise ParameterError("--op: no schematic to write into; add --schematic FILE, or see noctule op")
+    if asked.stimulus and not (asked.op or asked.metrics):
+        raise ParameterError("--stimulus: nothing is solved; add --op with --schematic FILE, or --metrics")
+    if asked.block == ROLLS and asked.schematic is not None:
+        raise ParameterError(f"--schematic: {ROLLS} is no single circuit; name a block, as rolls-neuron")
+
+
+def _check_pictures(asked: Show) -> None:
+    for picture in (asked.plot, asked.schematic):
+        if picture is not None:  # what draws is slow to import
+            loaded("system.plot:check_picture")(picture)
 
 
 def _show_program(asked: Show) -> None:

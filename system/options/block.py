@@ -19,6 +19,7 @@ import numpy as np
 from chips.registry import Chip, chip_names
 from circuits.bias import rebias
 from circuits.blocks.block import Block, Stimulus
+from circuits.catalogue import loaded
 from circuits.checks import implausible_allowed
 from circuits.circuit import Bias, BiasKind, Circuit, Shape, split_reference
 from circuits.errors import ParameterError, TopologyError, unknown_name
@@ -26,6 +27,7 @@ from circuits.generator.code import COARSE, CODES, currents_of
 from circuits.place import circuit_at, instance_names
 from circuits.silicon.course import Course
 from circuits.silicon.die import Die, Place
+from circuits.silicon.edit import Edit
 from circuits.silicon.process_file import process_under
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
@@ -35,7 +37,6 @@ from system.options.assignment import split_assignment
 from system.options.begin import FREE, BeginChoice
 from system.options.begun import begun
 from system.options.die.edited import check_edits
-from system.options.die.file import edits_of
 from system.options.on_silicon import OnSilicon
 from system.options.silicon import SiliconChoice
 from system.options.target import Target, file_of, load_target, own_silicon, split_place
@@ -159,7 +160,8 @@ def block_of_target(target: Target) -> Block:
 
 def read_die(silicon: SiliconChoice) -> Die:
     """The die that was asked for, a study's where it is one of a plan."""
-    edits = edits_of(silicon.only, silicon.heal, silicon.deviate)
+    asked = silicon.only, silicon.heal, silicon.deviate
+    edits: tuple[Edit, ...] = loaded("system.options.die.file:edits_of")(*asked) if any(asked) else ()
     if silicon.study is None:
         return Die(
             silicon.lot, silicon.die, silicon.corner, silicon.mismatch, silicon.process_variation,

@@ -26,15 +26,13 @@ from chips.registry import Chip
 from circuits.blocks.arguments import Arguments, arguments_of, no_arguments, numbers_as_arguments
 from circuits.blocks.block import Block, Values
 from circuits.blocks.plain import Made, block_of
+from circuits.catalogue import loaded
 from circuits.circuit import Circuit
 from circuits.errors import DataError, ParameterError
 from circuits.silicon.process import AMI_1500, Process
 from circuits.silicon.silicon import Silicon
 from circuits.testbench import Testbench
-from netlists.pyspice.read import from_pyspice
-from netlists.read.bench import SUFFIXES, bench_in, read_bench
-from netlists.read.bench_file import read_bench_file
-from netlists.read.netlist import read_netlist
+from netlists.registry import SUFFIXES
 from system.options.code import Code, code_of, guarded, load_code, process_of, told_in_a_line
 from system.registry import load_block_or_chip
 
@@ -42,6 +40,7 @@ Found = Block | Chip
 Target = Any  # a text as above, a block, chip, circuit or testbench, one of PySpice, or a function of one
 
 _DECK = re.compile(rf"(?P<path>.+(?:{'|'.join(map(re.escape, SUFFIXES))}))(?::(?P<name>.*))?", re.IGNORECASE)
+_READ = "netlists.read.netlist:read_netlist"  # what reads netlists is slow to import
 _BENCH = "@"  # before a testbench's file
 _OURS = (Block, Chip, Circuit, Testbench)
 _WANTED = "must be a Circuit, Testbench, Block or PySpice circuit, or a function that returns one"
@@ -102,7 +101,7 @@ def own_silicon(target: Target) -> tuple[float | None, Silicon | None]:
     deck = deck_of(target) if isinstance(target, str) else None
     if deck is None:
         return None, None
-    found = read_netlist(deck.path)
+    found = loaded(_READ)(deck.path)
     return found.temperature_c, found.silicon
 
 
@@ -150,16 +149,17 @@ def _of_deck(deck: Code) -> Found:
     if not deck.path.is_file():
         raise DataError(f"{deck.path}: no such file; name a netlist that is there")
     part, testbench = bench_of(deck)
-    imported = read_netlist(deck.path)
+    imported = loaded(_READ)(deck.path)
     usual = {
         name: v for name, v in imported.parameters.items() if name.isidentifier() and not iskeyword(name)
     }
-    first = _driven_part(bench_in(imported, deck.path, part), testbench)
+    first = _driven_part(loaded("netlists.read.bench:bench_in")(imported, deck.path, part), testbench)
     name = f"{deck.path.name}:{part}" if part else deck.path.name
 
     @lru_cache(1)
     def other(changed: tuple[tuple[str, float], ...]) -> Made:
-        return _driven_part(read_bench(deck.path, part, dict(changed)), testbench)
+        made: Made = loaded("netlists.read.bench:read_bench")(deck.path, part, dict(changed))
+        return _driven_part(made, testbench)
 
     def make(params: Any, knobs: Values, v_dd: float) -> Made:
         changed = tuple(
@@ -172,7 +172,10 @@ def _of_deck(deck: Code) -> Found:
 
 def _driven_part(made: Made, testbench: Path | None) -> Made:
     """A sub-circuit under the file of its testbench, where it has one."""
-    return made if testbench is None or not isinstance(made, Circuit) else read_bench_file(testbench, made)
+    if testbench is None or not isinstance(made, Circuit):
+        return made
+    driven_by: Made = loaded("netlists.read.bench_file:read_bench_file")(testbench, made)
+    return driven_by
 
 
 def _name_of(thing: Any) -> str:
@@ -212,7 +215,7 @@ def _read(read: Callable[[], Arguments], where: str) -> Arguments:
 def _ours(made: Any, where: str, *, chips: bool = False) -> Any:
     """A circuit or testbench that was made, one of PySpice taken over; with `chips` a block or chip too."""
     if type(made).__module__.partition(".")[0] == "PySpice":
-        return from_pyspice(made)
+        return loaded("netlists.pyspice.read:from_pyspice")(made)
     if not isinstance(made, _OURS if chips else (Circuit, Testbench)):
         raise ParameterError(f"{where}: is of type {type(made).__name__}, {_WANTED}")
     return made

@@ -9,14 +9,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from circuits.bias import bias_voltages, die_current, gate_voltage, rebias
+from circuits.bias import (
+    bias_voltages,
+    closed_current,
+    die_current,
+    gate_voltage,
+    rebias,
+    saturation_current,
+)
 from circuits.blocks.sonar import rebound_neuron
 from circuits.circuit import Bias, BiasKind, Circuit, Port
 from circuits.devices import Resistor, Transistor
 from circuits.devices.transistor import drain_current
 from circuits.errors import ParameterError, TopologyError, UnknownNameError
+from circuits.registry import BLOCKS, load_block
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500_IDEAL, PROCESSES, Law, Polarity, at_temperature
+from circuits.silicon.process import AMI_1500_IDEAL, PROCESSES, Effects, Law, Polarity, at_temperature
 from circuits.silicon.silicon import Silicon
 
 UM = 1e-6
@@ -202,3 +210,19 @@ def test_a_gate_is_found_where_rounding_moves_the_last_digits() -> None:
     device = Transistor("m", "p", "d", "g", "s", "b", width, length)
     gate, near = (gate_voltage(law, device, i) for i in (current, current * (1.0 + 1e-6)))
     assert 0.0 < near - gate < 1e-6
+
+
+@pytest.mark.parametrize("law", ["ideal", "full"])
+def test_a_current_of_arrays_is_that_of_the_kernel(law: Effects) -> None:
+    compared = []
+    for block in map(load_block, BLOCKS):
+        circuit = block.build()
+        for bias in circuit.biases:
+            if bias.kind != "voltage" and circuit.port(bias.port).shape == ():
+                for celsius in (0.0, 27.0, 85.0):
+                    silicon = Silicon(block.process.under(law), celsius)
+                    found = closed_current(circuit, bias, silicon)
+                    compared.append((found, float(saturation_current(circuit, bias, silicon))))
+    found, kernel = np.transpose(compared)
+    assert found.size > 300
+    np.testing.assert_allclose(found, kernel, rtol=1e-13)

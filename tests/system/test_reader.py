@@ -86,7 +86,7 @@ def test_every_number_of_every_system_states_its_unit(name: str) -> None:
 
 def test_no_option_of_the_command_line_is_read_without_its_unit() -> None:
     """A number that click itself reads has no unit: only ratios may be such."""
-    found = {option for command in commands(get_command(app)) for option in plain_numbers(command)}
+    found = {option for command in commands(get_command(app())) for option in plain_numbers(command)}
     assert found == {"rtol", "reach", "sigma", "pace"}
 
 

@@ -7,7 +7,7 @@ import pytest
 from chips.registry import CHIP_LINES, CHIPS, load_chip
 from circuits.blocks.summary import SUMMARIES
 from circuits.errors import UnknownNameError
-from circuits.registry import BLOCKS, METRIC_LINES, METRICS, load_block, load_metric
+from circuits.registry import BLOCKS, METRIC_CIRCUITS, METRIC_LINES, METRICS, load_block, load_metric
 from netlists.registry import DIALECT_LINES, DIALECTS, load_dialect
 from system.registry import (
     EXPERIMENT_LINES,
@@ -34,6 +34,10 @@ def test_the_line_of_each_is_its_own_summary(title: str) -> None:
     table, lines, load = TABLES[title]
     assert list(lines) == list(table)
     assert {name: load(name).summary for name in table} == lines  # type: ignore[attr-defined]
+
+
+def test_the_circuits_of_each_metric_are_those_that_it_says() -> None:
+    assert {name: load_metric(name).circuits for name in METRICS} == METRIC_CIRCUITS
 
 
 def test_a_name_of_the_other_kind_is_told_with_what_takes_it() -> None:

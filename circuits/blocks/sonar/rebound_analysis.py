@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from circuits.bias import bias_voltages, saturation_current
+from circuits.bias import bias_voltages, closed_current
 from circuits.blocks.block import ClosedForm
 from circuits.blocks.sonar import rebound_equations as eq
 from circuits.circuit import Circuit
@@ -36,7 +36,7 @@ def analyse(circuit: Circuit, silicon: Silicon) -> Analysis:
     """Parameters of the closed forms for a rebound neuron on the nominal die."""
     flat = flatten(circuit)
     currents = {
-        name: float(saturation_current(circuit, circuit.bias(name), silicon))
+        name: closed_current(circuit, circuit.bias(name), silicon)
         for name in ("i_rslope", "i_rtau", "i_inh_tau", "i_ex_tau", "i_lim")
     }
     voltages = {

@@ -14,8 +14,8 @@ import inspect
 import math
 import sys
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -24,10 +24,9 @@ from circuits.catalogue import loaded
 from circuits.circuit import Circuit
 from circuits.errors import ParameterError, unknown_name
 from circuits.lowering.kernel import Machine, to_kernel
-from circuits.registry import load_metric, metric_names
+from circuits.registry import metrics_of_circuit
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
-from circuits.units import unit_of_name
 from system.options.block import Choice
 from system.options.code import code_of, load_code
 from system.study.metrics.measure import is_measure, measure_metrics, measure_name
@@ -44,7 +43,7 @@ def metrics_of(choice: Choice, names: Sequence[str]) -> tuple[Metric, ...]:
     """
     measures = measure_metrics(choice, [n for n in dict.fromkeys(names) if is_measure(n)])
     wanted = list(dict.fromkeys(n if is_own(n) or n in measures else n.replace("-", "_") for n in names))
-    own = {m.name: m for m in map(load_metric, metric_names()) if choice.circuit.name in m.circuits}
+    own = {m.name: m for m in metrics_of_circuit(choice.circuit.name)}
     plain = [n for n in wanted if not (is_own(n) or n in measures)]
     if any(name not in own for name in plain):
         measured = _measured(choice)
@@ -91,36 +90,13 @@ def default_metrics(choice: Choice) -> tuple[str, ...]:
 
     These are the first metric that is registered for its circuit, else all that its testbench measures.
     """
-    own = [m.name for m in map(load_metric, metric_names()) if choice.circuit.name in m.circuits]
+    own = [m.name for m in metrics_of_circuit(choice.circuit.name)]
     return tuple(own[:1] or _measured(choice))
 
 
-@dataclass(frozen=True, slots=True)
-class Listed:
-    """A metric as a list shows it.
-
-    name, unit, summary : what studies call it, its SI unit where its name has none, and a line about it.
-    nominal : its value on the nominal die; None where it was not measured or is not defined.
-    """
-
-    name: str
-    unit: str
-    summary: str
-    nominal: float | None = None
-
-
-def listed(choice: Choice, *, run: bool) -> list[Listed]:
-    """List the metrics that are registered for a block's circuit.
-
-    run: whether also what its testbench measures, with the values of a run on the nominal die.
-    """
-    own = [m for m in map(load_metric, metric_names()) if choice.circuit.name in m.circuits]
-    found = [Listed(m.name, m.unit, m.summary) for m in own]
-    if run:
-        numbers = choice.block.measured(simulate(choice.testbench(), _nominal(choice)))
-        about = "of the testbench's run"
-        found += [Listed(name, unit_of_name(name), about, value) for name, value in numbers.items()]
-    return found
+def nominal_numbers(choice: Choice) -> Mapping[str, float | None]:
+    """Give what a block's testbench measures in a run on the nominal die."""
+    return choice.block.measured(simulate(choice.testbench(), _nominal(choice)))
 
 
 def _nominal(choice: Choice) -> Silicon:

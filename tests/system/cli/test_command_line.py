@@ -48,7 +48,11 @@ def test_help_imports_nothing_heavy(arguments: str) -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "own"),
-    [("show dpi-synapse", []), ("simulate nef-neuron --stimulus duration=1us", ["numba", "scipy"])],
+    [
+        ("show dpi-synapse", []),
+        ("show rebound-neuron", []),
+        ("simulate nef-neuron --stimulus duration=1us", ["numba", "scipy"]),
+    ],
 )
 def test_a_command_imports_what_it_reaches_alone(arguments: str, own: list[str]) -> None:
     imported = heavy_of(arguments)[1]

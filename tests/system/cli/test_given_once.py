@@ -45,6 +45,6 @@ def test_every_command_refuses() -> None:
         inner = [commands(c) if hasattr(c, "commands") else [c] for c in each]
         return [command for part in inner for command in part]
 
-    found = commands(typer.main.get_command(app))
+    found = commands(typer.main.get_command(app()))
     assert len(found) > 15
     assert {type(command) for command in found} == {given_once.OnceCommand}

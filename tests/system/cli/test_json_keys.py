@@ -194,7 +194,7 @@ def test_every_key_of_a_document_is_told(
 def test_every_command_and_system_has_words_and_a_table_on_the_page() -> None:
     assert set(FORMS) == {*DOCUMENTS, *(f"run {name}" for name in system_names())}
     assert {form for form in FORMS if not FORMS[form] and form not in MORE} == set()
-    verbs = {command.name for command in app.registered_commands}
+    verbs = {command.name for command in app().registered_commands}
     assert verbs <= {form.split()[0] for form in FORMS}
     page = (ROOT / "docs" / "reference" / "json.md").read_text(encoding="utf-8")
     assert sorted(re.findall(r"^```\{document-keys\} (.*)$", page, re.MULTILINE)) == sorted(DOCUMENTS)

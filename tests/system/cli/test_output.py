@@ -1,13 +1,17 @@
 """What commands print: JSON that is short to read, and the same document."""
 
+import io
 import json
 import math
+from contextlib import redirect_stdout
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from system.cli.output import json_text, plain
+from system.cli import output
+from system.cli.output import json_text, plain, print_table
 
 NAMES = st.text(max_size=3)
 LEAVES = st.none() | st.booleans() | st.integers() | st.floats() | NAMES
@@ -34,3 +38,36 @@ def test_arrays_of_numbers_stand_on_one_line() -> None:
     text = json_text(document)
     assert len(text.splitlines()) == 12
     assert json.loads(text)["path"] == path.tolist()
+
+
+CELLS = st.none() | st.integers() | st.text("ab :.×±µ-_=", max_size=20) | st.text(max_size=3)
+ROWS = st.lists(st.lists(CELLS, min_size=3, max_size=3), max_size=4)
+
+
+def table_of(columns: tuple[str, ...], rows: list[list[object]]) -> str:
+    to = io.StringIO()
+    with redirect_stdout(to):
+        print_table("a table", columns, rows)
+    return to.getvalue()
+
+
+@settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
+@given(st.tuples(*[st.sampled_from(("name", "value:", "", "summary of it"))] * 3), ROWS)
+def test_a_piped_table_is_what_rich_prints(columns: tuple[str, ...], rows: list[list[object]]) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        own = table_of(columns, rows)
+        patch.setattr(output, "_table_lines", lambda *_: None)
+        assert own == table_of(columns, rows)
+
+
+def test_a_plain_table_is_written_without_rich(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(output, "_print_styled", lambda *_: pytest.fail("rich was asked for"))
+    assert table_of(("name", "value:"), [["v_th", "2.5V"], ["c", None]]) == (
+        "a table\nname  value\nv_th   2.5V\nc          \n\n"
+    )
+
+
+def test_a_table_that_is_too_wide_is_wrapped() -> None:
+    lines = table_of(("name", "summary"), [["a", "word " * 80]]).splitlines()
+    assert len(lines) > 4
+    assert max(map(len, lines)) <= 160
