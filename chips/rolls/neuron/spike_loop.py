@@ -49,7 +49,7 @@ def _fill(c: _Ideal, w: _Whole, count: int, s: F64) -> None:
     if c is not None:
         fill_rates(c, count, s)
     if w is not None:
-        fill_whole_rates(w.v_dd, count, s)
+        fill_whole_rates(w.v_dd, s)
 
 
 @_allocating

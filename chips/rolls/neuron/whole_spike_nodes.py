@@ -53,7 +53,7 @@ def take_whole_lanes(c: WholeSpike, first: int, count: int, w: F64) -> None:
 
 
 @compiled()
-def fill_whole_rates(v_dd: float, count: int, w: F64) -> None:
+def fill_whole_rates(v_dd: float, w: F64) -> None:
     """Fill how fast all nodes of the lanes move, and how fast where the node itself is lanes.NUDGE higher."""
     lanes.put_drains(w, v_dd)
     for j in range(lanes.LANES):
@@ -67,11 +67,12 @@ def fill_whole_rates(v_dd: float, count: int, w: F64) -> None:
             more = min(w[lanes.STEEP + j] * max(v - w[lanes.START + j], 0.0), STEEPEST)
             into = w[lanes.DRIVE + j] * even_exp(max(more, -LIMIT))
             w[lanes.INTO + row * lanes.LANES + j] = 0.0 if resets else into
-    for j in range(min(_ROW, _ROW * count)):
+    for j in range(_ROW):  # of which that many are there, or the loop is not packed
         t, gate = terms_in(w, j, lanes.OWN, _ROW), w[_GATE + j]
-        for drain, takes in ((lanes.DRAIN, lanes.TAKES), (lanes.DRAIN_NUDGED, lanes.TAKES_NUDGED)):
-            v = w[drain + j]
-            w[takes + j] = even_channel(t, v, gate, 0.0)[0] + even_leaked(t, v, gate)[0]
+        v, nudged = w[lanes.DRAIN + j], w[lanes.DRAIN_NUDGED + j]
+        takes = even_channel(t, v, gate, 0.0)[0] + even_leaked(t, v, gate)[0]
+        more = even_channel(t, nudged, gate, 0.0)[0] + even_leaked(t, nudged, gate)[0]
+        w[lanes.TAKES + j], w[lanes.TAKES_NUDGED + j] = takes, more
     for j in range(lanes.LANES):
         # first of all that flows into v_mem
         w[lanes.TAKES + lanes.MC4 * lanes.LANES + j] += w[lanes.INTO + j]
