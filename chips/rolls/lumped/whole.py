@@ -32,7 +32,7 @@ from circuits.arrays import F64, in_rows
 from circuits.compiled import compiled
 from circuits.devices.channel import Terms, channel, leaked, pinched, terms_of
 from circuits.devices.ekv import argument_of_root, root
-from circuits.devices.packable import even_channel, even_leaked
+from circuits.devices.packable import even_channel, even_interpolation, even_leaked
 from circuits.lowering.on_die import DieDevices, Fet
 
 TERMS = len(Terms._fields)
@@ -114,6 +114,25 @@ def first_between(lower: Terms, upper: Terms, gates: tuple[float, float], ends: 
     if a < b:
         return q - 0.5 / upper.half * argument_of_root(math.sqrt(end + current / upper.specific))
     return p - 0.5 / lower.half * argument_of_root(math.sqrt(max(begin - current / lower.specific, 0.0)))
+
+
+@compiled(forceinline=True)
+def even_first_between(
+    lower: Terms, upper: Terms, gates: tuple[float, float], ends: tuple[float, float]
+) -> tuple[float, float, float]:
+    """Return base, factor and root of what `first_between` gives, without a branch.
+
+    That is base less factor times `argument_of_root` of the root, in the same bits.
+    """
+    p, q = pinched(lower, gates[0])[0], pinched(upper, gates[1])[0]
+    begin = even_interpolation(2.0 * lower.half * (p - ends[0]))
+    end = even_interpolation(2.0 * upper.half * (q - ends[1]))
+    a = lower.specific * begin
+    b = upper.specific * even_interpolation(2.0 * upper.half * (q - ends[0]))
+    current = a * (b - upper.specific * end) / (a + b)
+    first = a < b
+    square = end + current / upper.specific if first else max(begin - current / lower.specific, 0.0)
+    return q if first else p, 0.5 / (upper.half if first else lower.half), math.sqrt(square)
 
 
 @compiled()

@@ -7,20 +7,29 @@ loop of the next one.
 
 from __future__ import annotations
 
-import math
+import numpy as np
 
-from chips.rolls.lumped.whole import diode_from, first_between, guess, terms_at
+from chips.rolls.lumped.whole import diode_from, guess, terms_at
+from chips.rolls.lumped.whole_sum_lanes import (
+    CLOSE,
+    GATE,
+    LANES,
+    LEFT,
+    ROOM,
+    SOURCE,
+    TOGETHER,
+    TOTAL,
+    begin,
+    step_together,
+    take,
+)
 from circuits.arrays import F64
 from circuits.compiled import compiled
-from circuits.devices.channel import Terms, channel, leaked, pinched
+from circuits.devices.channel import Terms, channel, pinched
 
 _ITERATIONS = 80
 _EXACT = 1e-9  # V, last update of a voltage by Newton's method, which leaves its square over U_T
-_CLOSE = 1e-9  # V, that of one which others depend on
 _SETTLED = 1e-6  # V, of a diode's gate, 3e-5 of its current; ours
-_WIDEST = 0.1  # V, ours: of a step of a node
-_LEAST = 1e-18  # A, ours: below every current of a diode
-_TOGETHER = 30  # steps of all nodes of a network together, after which each is sought by itself
 _ROUNDS = 12  # of a mirror and what feeds it, each of which leaves less than a tenth of the error; ours
 
 _Summed = tuple[Terms, Terms, Terms, Terms, Terms, Terms, Terms]
@@ -55,7 +64,7 @@ def _between(
             low = y
         step = -f / (by_below - by_above)
         new = guess(y + step, low, high)
-        if abs(new - y) < _CLOSE:
+        if abs(new - y) < CLOSE:
             return new
         y = new
     return y
@@ -78,28 +87,6 @@ def _branch(
 
 
 @compiled(forceinline=True)
-def _nearer(
-    lower: Terms, upper: Terms, gates: tuple[float, float], ends: tuple[float, float], e: float
-) -> tuple[float, float, float, float]:
-    """One step of Newton's method for two devices in series, with `e` V between them.
-
-    Returns their current, A, its derivative by the lower source, S, the step of `e`, V, and its derivative by
-    the lower source; ends: as in `_between`.
-    """
-    below, by_below, _, by_source = channel(lower, e, gates[0], ends[0])
-    above, _, _, by_above = channel(upper, ends[1], gates[1], e)
-    both = by_below - by_above
-    current = (above * by_below - below * by_above) / both
-    return current, -by_source * by_above / both, (above - below) / both, -by_source / both
-
-
-@compiled(forceinline=True)
-def _widest(x: float) -> float:
-    """A step within its bounds, V."""
-    return min(max(x, -_WIDEST), _WIDEST)
-
-
-@compiled(forceinline=True)
 def _placed(rows: tuple[F64, F64, F64], k: int) -> _Summed:
     """The devices of `mirrored_sum` at place k: the switch, the five of the lines, and the mirror."""
     top, lines, mirror = rows
@@ -107,43 +94,6 @@ def _placed(rows: tuple[F64, F64, F64], k: int) -> _Summed:
         terms_at(top, k), terms_at(lines[0], k), terms_at(lines[1], k), terms_at(lines[2], k),
         terms_at(lines[3], k), terms_at(lines[4], k), terms_at(mirror, k),
     )  # fmt: skip
-
-
-@compiled()
-def _mirrored(c: _Summed, gates: F64, k: int, at: tuple[float, float]) -> tuple[float, float, float, float]:
-    """What `mirrored_sum` fills, all nodes stepped together, and the last step, V."""
-    (top, first, second, behind, third, last, mirror), (switch, supply) = c, at
-    gate, total, left = 0.3 * supply, 0.0, supply
-    drain = supply - gate
-    y = guess(first_between(top, first, (switch, gates[0, k]), (0.0, drain)), 0.0, supply)
-    e0 = guess(first_between(second, behind, (gates[1, k], gates[2, k]), (y, drain)), 0.0, supply)
-    e1 = guess(first_between(third, last, (gates[3, k], gates[4, k]), (y, drain)), 0.0, supply)
-    for _ in range(_TOGETHER):
-        drain = supply - gate
-        given, by_given, _, _ = channel(top, y, switch, 0.0)
-        a, _, _, by_a = channel(first, drain, gates[0, k], y)
-        b, by_b, move0, with0 = _nearer(second, behind, (gates[1, k], gates[2, k]), (y, drain), e0)
-        d, by_d, move1, with1 = _nearer(third, last, (gates[3, k], gates[4, k]), (y, drain), e1)
-        total, by_total = a + b + d, by_a + by_b + by_d
-        if given > 0.0 and total > 0.0:
-            # on the logarithm, as either side is a power or an exponential
-            up = -math.log(given / total) / (by_given / given - by_total / total)
-        else:
-            up = (total - given) / (by_given - by_total)
-        up = max(_widest(up), -0.9 * y)
-        total += by_total * up
-        held, by_drain, by_gate, _ = channel(mirror, gate, gate, 0.0)
-        leak, by_junction, by_induced = leaked(mirror, gate, gate)
-        held += leak
-        by_held = by_drain + by_gate + by_junction + by_induced
-        more = math.log(max(total, _LEAST) / held) * held / by_held
-        more = max(min(more, 3.0 * _WIDEST), -3.0 * _WIDEST, -0.9 * gate)
-        move0, move1 = _widest(move0 + with0 * up), _widest(move1 + with1 * up)
-        y, e0, e1, gate = y + up, e0 + move0, e1 + move1, gate + more
-        left = abs(up) + abs(move0) + abs(move1) + abs(more)
-        if not left >= _CLOSE:
-            break
-    return total, gate, y, left
 
 
 @compiled()
@@ -169,7 +119,7 @@ def _mirrored_surely(c: _Summed, gates: F64, k: int, at: tuple[float, float]) ->
                 low = y
             new = y - f / (by_given - by_a - by_b - by_d)
             new = new if low <= new <= high else 0.5 * (low + high)
-            if abs(new - y) < _CLOSE:
+            if abs(new - y) < CLOSE:
                 break
             y = new
         new = diode_from(n, total, supply, gate)
@@ -179,7 +129,7 @@ def _mirrored_surely(c: _Summed, gates: F64, k: int, at: tuple[float, float]) ->
     return total, gate, y
 
 
-@compiled()
+@compiled(_nrt=True)
 def mirrored_sum(top: F64, lines: F64, gates: F64, mirror: F64, at: tuple[float, float], out: F64) -> None:
     """Fill `out` with the sum of three currents whose common source hangs on a switch, and their diode.
 
@@ -188,12 +138,20 @@ def mirrored_sum(top: F64, lines: F64, gates: F64, mirror: F64, at: tuple[float,
     supply, V, float64[5, n]; mirror: the nFET that they feed; at[1]: the supply, V; out: float64[3, n], the
     current, A, the voltage across the diode, and that of the common source below the supply, V.
     """
-    for k in range(out.shape[1]):
-        devices = _placed((top, lines, mirror), k)
-        total, gate, y, left = _mirrored(devices, gates, k, at)
-        if not left < _CLOSE:
-            total, gate, y = _mirrored_surely(devices, gates, k, at)
-        out[0, k], out[1, k], out[2, k] = total, gate, y
+    w, rows, count = np.zeros(ROOM), (top, lines, mirror), out.shape[1]
+    for first in range(0, count, LANES):
+        few = min(LANES, count - first)
+        take(rows, gates, first, few, w)
+        begin(w, at[0], at[1])
+        going, steps = few, 0
+        while going > 0 and steps < TOGETHER:
+            going = step_together(w, at[0], at[1])
+            steps += 1
+        for j in range(few):
+            k, total, gate, y = first + j, w[TOTAL + j], w[GATE + j], w[SOURCE + j]
+            if not w[LEFT + j] < CLOSE:
+                total, gate, y = _mirrored_surely(_placed(rows, k), gates, k, at)
+            out[0, k], out[1, k], out[2, k] = total, gate, y
 
 
 @compiled()
