@@ -49,7 +49,7 @@ from circuits.arrays import F64, I8
 from circuits.blocks.rolls import dpi_synapse
 from circuits.blocks.rolls import neuron as rolls_neuron
 from circuits.blocks.rolls.neuron import RESTING
-from circuits.circuit import BiasKind
+from circuits.circuit import BiasKind, Circuit
 from circuits.lowering.capacitance import capacitance_matrix
 from circuits.lowering.on_die import DieDevices
 from circuits.silicon.die import Path
@@ -140,7 +140,7 @@ def build_tables(params: Params, program: Program, kind: BiasKind, silicon: Sili
 @lru_cache(maxsize=1)  # 15 MiB, which mostly a chip has too
 def _built(params: Params, written: _Written, kind: BiasKind, silicon: Silicon, step: float) -> Built:
     ready = prepare(params, silicon.process)
-    gates = gate_voltages(chip(params, written.biases, kind), silicon)
+    gates = gate_voltages(_chip(params, written.biases, kind), silicon)
     neurons, membranes, unit = _neurons(params, silicon, _gates_of("neuron", gates), written.latches)
     filters = _filters(params, silicon, gates)
     levels = np.frombuffer(written.levels, dtype=np.int8)
@@ -177,9 +177,15 @@ def _built(params: Params, written: _Written, kind: BiasKind, silicon: Silicon, 
     )
 
 
+@lru_cache(maxsize=4)
+def _chip(params: Params, biases: BiasTable, kind: BiasKind) -> Circuit:
+    """The chip's circuit, which is that of every die."""
+    return chip(params, biases, kind)
+
+
 def filters_of(params: Params, biases: BiasTable, kind: BiasKind, silicon: Silicon) -> list[Filter]:
     """Return the filters of a chip's tables by kind, in the order of `FILTERS`, without the other tables."""
-    return _filters(params, silicon, gate_voltages(chip(params, biases, kind), silicon))
+    return _filters(params, silicon, gate_voltages(_chip(params, biases, kind), silicon))
 
 
 def _filters(params: Params, silicon: Silicon, gates: Mapping[str, float]) -> list[Filter]:

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from circuits.arrays import C128, F64, I64
+from circuits.arrays import C128, F64, I32, I64, Bools
 from circuits.devices import Device, Resistor, Transistor
 from circuits.devices.noise import channel_noise, resistor_noise
 from circuits.devices.transistor import (
@@ -32,12 +34,13 @@ from circuits.silicon.silicon import Deviation, Silicon
 _TOLERANCE = 1e-9  # V, last update of a solve
 _LARGEST = 0.2  # V, of a node in one iteration
 _ITERATIONS = 600
+_KEPT = 256  # networks whose layout is kept
 _SHIFT = 1e-5  # V, of a derivative by a given node; ours
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Network:
-    """Copies of a network.
+    """Copies of a network, whose layout is worked out once.
 
     copies : the devices of each, alike but for the nodes at their gates and their sizes.
     given : names of the nodes whose voltages are given, ground `0` among them.
@@ -61,8 +64,7 @@ class Network:
 
     def unknown(self) -> list[str]:
         """The nodes that are solved for."""
-        nodes = dict.fromkeys(node for device in self.copies[0] for node in device.terminals())
-        return [node for node in nodes if node not in self.given]
+        return list(_unknown(self))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -269,24 +271,58 @@ def _charge(
     return found
 
 
-def _made(network: Network, silicon: Silicon, deviation: Deviation, voltages: Mapping[str, F64]) -> _Made:
+@lru_cache(maxsize=_KEPT)
+def _unknown(network: Network) -> tuple[str, ...]:
+    nodes = dict.fromkeys(node for device in network.copies[0] for node in device.terminals())
+    return tuple(node for node in nodes if node not in network.given)
+
+
+@lru_cache(maxsize=_KEPT)
+def _columns(network: Network) -> Mapping[str, int]:
+    """Place of each node among the voltages of a copy, the unknown ones first."""
+    return {name: k for k, name in enumerate([*_unknown(network), *network.given])}
+
+
+class _Layout(NamedTuple):
+    """What is of a network whatever the die.
+
+    at : nodes of the terminals of each copy's first transistor, then each copy's next one, int32[4, count].
+    is_n : whether each is an nFET. sizes : width, length (m) and multiplicity of each.
+    """
+
+    flow: _Flow
+    at: I32
+    is_n: Bools
+    sizes: tuple[F64, F64, F64]
+
+
+@lru_cache(maxsize=_KEPT)
+def _layout(network: Network) -> _Layout:
     column, copies = _columns(network), len(network.copies)
     terminals = np.array(
         [[[column[n] for n in d.terminals()] for d in copy if isinstance(d, Transistor)]
          for copy in network.copies]
     )  # fmt: skip
-    every = len(column)
-    v = np.zeros((copies, every))
+    flow = _Flow(terminals, len(_unknown(network)), _conductance(network, column))
+    apart = terminals + len(column) * np.arange(copies)[:, None, None]
+    width, length, multiplicity = (
+        network.of_transistors(name).ravel() for name in ("width", "length", "multiplicity")
+    )
+    return _Layout(
+        flow,
+        apart.transpose(2, 1, 0).reshape(4, -1).astype(np.int32),
+        np.repeat([d.polarity == "n" for d in network.transistors()], copies),
+        (width, length, multiplicity),
+    )
+
+
+def _made(network: Network, silicon: Silicon, deviation: Deviation, voltages: Mapping[str, F64]) -> _Made:
+    column, layout = _columns(network), _layout(network)
+    v = np.zeros((len(network.copies), len(column)))
     for name, value in voltages.items():
         v[:, column[name]] = value
-    arrays = _arrays(network, silicon, deviation, terminals + every * np.arange(copies)[:, None, None])
-    flow = _Flow(terminals, len(network.unknown()), _conductance(network, column))
-    return _Made(arrays, transistor_work(arrays.sign.size), flow, v)
-
-
-def _columns(network: Network) -> dict[str, int]:
-    """Place of each node among the voltages of a copy, the unknown ones first."""
-    return {name: k for k, name in enumerate([*network.unknown(), *network.given])}
+    arrays = _arrays(network, layout, silicon, deviation)
+    return _Made(arrays, transistor_work(arrays.sign.size), layout.flow, v)
 
 
 def no_room(silicon: Silicon) -> SolverError:
@@ -297,23 +333,14 @@ def no_room(silicon: Silicon) -> SolverError:
     )
 
 
-def _arrays(network: Network, silicon: Silicon, deviation: Deviation, terminals: I64) -> TransistorArrays:
+def _arrays(network: Network, layout: _Layout, silicon: Silicon, deviation: Deviation) -> TransistorArrays:
     """Coefficients of the transistors: each copy's first one, then each copy's next one."""
-    copies, devices = len(network.copies), network.transistors()
-    is_n = np.repeat([d.polarity == "n" for d in devices], copies)
-    width, length, multiplicity = (
-        network.of_transistors(name).ravel() for name in ("width", "length", "multiplicity")
-    )
-    for device in devices:
+    for device in network.transistors():
         size = silicon.process.model(device.polarity).size
         if size is not None:
             size.check(device.width, device.length, f"bias generator.{device.name}")
-    at = terminals.transpose(2, 1, 0).reshape(4, -1).astype(np.int32)
-    each = {
-        p: transistor_arrays(at, p, silicon.law(p), width, length, multiplicity, *deviation)
-        for p in POLARITIES
-    }
-    return merge_arrays(is_n, each["n"], each["p"])
+    each = {p: transistor_arrays(layout.at, p, silicon.law(p), *layout.sizes, *deviation) for p in POLARITIES}
+    return merge_arrays(layout.is_n, each["n"], each["p"])
 
 
 def _conductance(network: Network, column: Mapping[str, int]) -> F64:

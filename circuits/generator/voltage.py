@@ -90,6 +90,7 @@ def coded(current: F64) -> Codes:
     return tuple((int(coarse), int(fine)) for coarse, fine in codes_of(current).reshape(-1, 2))
 
 
+@lru_cache(maxsize=128)
 def line_network(lines: Line, codes: Codes, process: Process) -> Network:
     """Lines at codes in a process."""
     sizes = line_sizes(process)
@@ -97,6 +98,7 @@ def line_network(lines: Line, codes: Codes, process: Process) -> Network:
     return Network(own, ("0", "vdd", "range_n", OFF))
 
 
+@lru_cache(maxsize=32)
 def masters_network(resistance: float, process: Process) -> Network:
     """What lines share in a process; resistance: of the core's resistor, Ohm."""
     return Network([masters(resistance, line_sizes(process))], ("0", "vdd"))

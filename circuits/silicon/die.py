@@ -546,7 +546,12 @@ def _shares(process: Process) -> tuple[float, float, float]:
 
 def _own(die: Die, kind: str, parameter: str, place: Place = SHARED_PLACE) -> float:
     drawn = replace(die, edits=()) if die.edits else die  # edits are of what is shared, not of its draws
-    return float(standard_normals(drawn, place, [((kind, ()),)], _SHARED + parameter)[0])
+    return _own_drawn(drawn, kind, parameter, place)
+
+
+@lru_cache(maxsize=1024)  # asked for with every law of a die
+def _own_drawn(die: Die, kind: str, parameter: str, place: Place) -> float:
+    return float(standard_normals(die, place, [((kind, ()),)], _SHARED + parameter)[0])
 
 
 def _key(die: Die, place: Place, parameter: str) -> str:

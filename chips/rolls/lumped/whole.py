@@ -31,7 +31,7 @@ from chips.rolls.lumped.team import (
 from circuits.arrays import F64, in_rows
 from circuits.compiled import compiled
 from circuits.devices.channel import Terms, channel, leaked, pinched, terms_of
-from circuits.devices.ekv import argument_of_root, root
+from circuits.devices.ekv import argument_of_root
 from circuits.devices.packable import even_channel, even_interpolation, even_leaked
 from circuits.lowering.on_die import DieDevices, Fet
 
@@ -41,6 +41,7 @@ _EXACT = 1e-9  # V, last update of a voltage by Newton's method, which leaves it
 _NUDGE = 1e-3  # V, of a numerical slope
 _WIDEST = 0.1  # V, ours: of a step of a pair's common source
 _A, _B, _C, _D, _E = (LANES * k for k in range(GIVEN, GIVEN + 5))  # what lanes are given of a point
+_TERMS = 7 * LANES  # of both devices, behind what is of a first guess
 
 
 def rows_of(fet: Fet) -> F64:
@@ -101,28 +102,14 @@ def guess(new: float, low: float, high: float) -> float:
 
 
 @compiled(forceinline=True)
-def first_between(lower: Terms, upper: Terms, gates: tuple[float, float], ends: tuple[float, float]) -> float:
+def first_between(
+    lower: Terms, upper: Terms, gates: tuple[float, float], ends: tuple[float, float]
+) -> tuple[float, float, float]:
     """Return what is between two devices in series without second-order effects, V, by what either carries.
 
     In weak inversion that is exact: `I = A B / (A + B)`, of which the end of the device that does not limit
-    is made. ends: of the lower source and the upper drain.
-    """
-    p, q = pinched(lower, gates[0])[0], pinched(upper, gates[1])[0]
-    begin, end = root(2.0 * lower.half * (p - ends[0])) ** 2, root(2.0 * upper.half * (q - ends[1])) ** 2
-    a, b = lower.specific * begin, upper.specific * root(2.0 * upper.half * (q - ends[0])) ** 2
-    current = a * (b - upper.specific * end) / (a + b)
-    if a < b:
-        return q - 0.5 / upper.half * argument_of_root(math.sqrt(end + current / upper.specific))
-    return p - 0.5 / lower.half * argument_of_root(math.sqrt(max(begin - current / lower.specific, 0.0)))
-
-
-@compiled(forceinline=True)
-def even_first_between(
-    lower: Terms, upper: Terms, gates: tuple[float, float], ends: tuple[float, float]
-) -> tuple[float, float, float]:
-    """Return base, factor and root of what `first_between` gives, without a branch.
-
-    That is base less factor times `argument_of_root` of the root, in the same bits.
+    is made. It is the first number less the second times `argument_of_root` of the third. ends: of the lower
+    source and the upper drain.
     """
     p, q = pinched(lower, gates[0])[0], pinched(upper, gates[1])[0]
     begin = even_interpolation(2.0 * lower.half * (p - ends[0]))
@@ -153,26 +140,49 @@ def _series_moves(w: F64, active: int) -> None:
         settled(w, j, y + moved, abs(moved) < _EXACT)
 
 
+@compiled()
+def _first_series(w: F64) -> None:
+    """Fill the parts of the first guess of `series` in all lanes, and what the upper junction takes."""
+    for j in range(LANES):
+        lower, upper = terms_in(w, j, _TERMS), terms_in(w, j, _TERMS + TERMS * LANES)
+        low_gate, high_gate, drain = w[j], w[LANES + j], w[2 * LANES + j]
+        base, factor, square_root = first_between(lower, upper, (low_gate, high_gate), (0.0, drain))
+        w[3 * LANES + j], w[4 * LANES + j], w[5 * LANES + j] = base, factor, square_root
+        w[6 * LANES + j] = even_leaked(upper, drain, high_gate)[0]
+
+
 @compiled(_nrt=True)
 def series(lower: F64, upper: F64, low_gate: F64, high_gate: F64, drain: F64, out: F64) -> None:
     """Fill `out` with what flows into the drain of the upper of two transistors in series, A."""
-    rows, points = np.concatenate((lower, upper)), np.empty((START + 3, *out.shape))
-    for k in range(out.shape[0]):
-        a, b = terms_at(lower, k), terms_at(upper, k)
-        for j in range(out.shape[1]):
-            end, gates = drain[k, j], (low_gate[k, j], high_gate[k, j])
+    rows, points, leak = (
+        np.concatenate((lower, upper)),
+        np.empty((START + 3, *out.shape)),
+        np.empty(out.shape),
+    )
+    w = np.zeros((_TERMS // LANES + 2 * TERMS) * LANES)
+    for begin in range(0, out.size, LANES):
+        count = min(LANES, out.size - begin)
+        for j in range(count):
+            k, at = divmod(begin + j, out.shape[1])
+            w[j], w[LANES + j], w[2 * LANES + j] = low_gate[k, at], high_gate[k, at], drain[k, at]
+            for term in range(2 * TERMS):
+                w[_TERMS + term * LANES + j] = rows[term, k]
+        _first_series(w)
+        for j in range(count):
+            k, at = divmod(begin + j, out.shape[1])
+            end, root_of = w[2 * LANES + j], w[5 * LANES + j]
             low, high = min(end, 0.0), max(end, 0.0)
-            y = guess(first_between(a, b, gates, (0.0, end)), low, high)
-            points[0, k, j], points[1, k, j], points[2, k, j] = y, low, high
-            points[START, k, j], points[START + 1, k, j], points[START + 2, k, j] = gates[0], gates[1], end
+            y = guess(w[3 * LANES + j] - w[4 * LANES + j] * argument_of_root(root_of), low, high)
+            points[0, k, at], points[1, k, at], points[2, k, at] = y, low, high
+            points[START, k, at], points[START + 1, k, at] = w[j], w[LANES + j]
+            points[START + 2, k, at], leak[k, at] = end, w[6 * LANES + j]
     w, who, active, following = team_of(rows, points)
     while active > 0:
         _series_moves(w, active)
         active, following = exchanged(w, who, rows, points, out, active, following, FIRST)
     for k in range(out.shape[0]):
-        b = terms_at(upper, k)
-        for j in range(out.shape[1]):
-            out[k, j] += leaked(b, drain[k, j], high_gate[k, j])[0]
+        for at in range(out.shape[1]):
+            out[k, at] += leak[k, at]
 
 
 @compiled()

@@ -13,11 +13,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.rolls.lumped.whole import coupling, middle_of, pair, terms_at
-from chips.rolls.synapse.whole_kernel import MD1, MD2, MD3, TAU, THR, output
+from chips.rolls.lumped.whole import coupling, diode, middle_of, pair, terms_at
+from chips.rolls.synapse.whole_kernel import (
+    FIRST_GATE,
+    MD1,
+    MD2,
+    MD3,
+    MD5,
+    MD6,
+    MD7,
+    ROUNDS,
+    SAME_GATE,
+    TAU,
+    THR,
+)
 from circuits.arrays import F64
 from circuits.compiled import compiled
-from circuits.devices.channel import channel, pinched
+from circuits.devices.channel import pinched
+from circuits.devices.packable import even_channel, even_leaked
 from circuits.lowering.on_die import DieDevices
 
 INPUT, MEMBRANE = 0.75, 0.3  # V, ours: of the nodes into which excitatory and inhibitory filters flow
@@ -113,14 +126,15 @@ class Curves(NamedTuple):
 
 def curves_of(f: WholeFilter, drawn: float, x: F64) -> Curves:
     """Return the curves of a filter whose synapses draw `drawn`, A, in their pulses, over x."""
-    found, shape = np.empty((4, x.size)), (1, x.size)
+    found, shape = np.empty((3, x.size)), (1, x.size)
     depth = f.fold * (x - f.start)
     inside, source = np.reshape(f.ends[0] - depth, shape), np.empty(shape)
     gates = np.full(shape, f.gates[THR, 0]), inside
     drains = np.full(shape, f.ends[0]), inside
     pair(f.rows[MD1], f.rows[MD2], gates, drains, np.full(shape, drawn), source)
-    _fill(f, depth, source[0], found)
-    ratio, leak, kappa, current = found
+    ratio, leak, kappa = found
+    _fill(f, depth, source[0], ratio, leak, kappa)
+    current = _outputs(f, depth)
     # deeper, v_syn would be below its line: no charge brings it there
     end = int(np.argmax(ratio > DEEPEST)) if (ratio > DEEPEST).any() else x.size
     ratio[end:] = DEEPEST * np.exp(x[end:] - x[min(end, x.size - 1)])
@@ -141,18 +155,49 @@ def output_at(f: WholeFilter, drawn: float, ratio: F64) -> F64:
 
 
 @compiled()
-def _fill(f: WholeFilter, depth: F64, source: F64, found: F64) -> None:
-    """Fill I_1 / I_2, I_tau over that at v_thr but for its triode region, kappa_n, and the output, A."""
+def _fill(f: WholeFilter, depth: F64, source: F64, ratio: F64, leak: F64, kappa: F64) -> None:
+    """Fill I_1 / I_2, I_tau over that at v_thr but for its triode region, and kappa_n."""
     md1, md2, md3 = terms_at(f.rows[MD1], 0), terms_at(f.rows[MD2], 0), terms_at(f.rows[MD3], 0)
+    supply, gate, own, leaking = f.ends[0], f.gates[THR, 0], f.gates[TAU, 0], f.leak
     for j in range(depth.size):
-        v = f.ends[0] - depth[j]
-        first = channel(md1, f.ends[0], f.gates[THR, 0], source[j])[0]
-        second = channel(md2, v, v, source[j])[0]
-        found[0, j] = first / second if second * DEEPEST > first else 2.0 * DEEPEST
-        leak = channel(md3, max(depth[j], SATURATED), f.gates[TAU, 0], 0.0)[0]
-        found[1, j] = leak / f.leak
-        found[2, j] = pinched(md2, v)[1]
-        found[3, j] = output(f.rows, 0, depth[j], f.ends, f.mirrored)
+        v = supply - depth[j]
+        first = even_channel(md1, supply, gate, source[j])[0]
+        second = even_channel(md2, v, v, source[j])[0]
+        ratio[j] = first / second if second * DEEPEST > first else 2.0 * DEEPEST
+        leak[j] = even_channel(md3, max(depth[j], SATURATED), own, 0.0)[0] / leaking
+        kappa[j] = pinched(md2, v)[1]
+
+
+@compiled()
+def _fill_drained(rows: F64, drain: F64, gate: F64, out: F64) -> None:
+    """Fill the current into a drain, A, with the source at the bulk; rows: of one device."""
+    t = terms_at(rows, 0)
+    for j in range(out.size):
+        out[j] = even_channel(t, drain[j], gate[j], 0.0)[0] + even_leaked(t, drain[j], gate[j])[0]
+
+
+def _drained(rows: F64, drain: F64 | float, gate: F64) -> F64:
+    out = np.empty(gate.size)
+    _fill_drained(rows, np.broadcast_to(drain, gate.shape).copy(), gate, out)
+    return out
+
+
+def _outputs(f: WholeFilter, depth: F64) -> F64:
+    """The output's current at each depth, A: `chips.rolls.synapse.whole_kernel.output` of all at once."""
+    supply, held = f.ends
+    if not f.mirrored:
+        return _drained(f.rows[MD5], supply - held, depth)
+    gate, left = np.full(depth.size, FIRST_GATE * supply), np.arange(depth.size)
+    for _ in range(ROUNDS):
+        drawn = _drained(f.rows[MD5], supply - gate[left], depth[left])
+        new = np.empty((left.size, 1))
+        diode(np.repeat(f.rows[MD6], left.size, axis=1), drawn[:, None], supply, new)
+        moved = ~(np.abs(new[:, 0] - gate[left]) < SAME_GATE)
+        left = left[moved]
+        if left.size == 0:
+            break
+        gate[left] = new[moved, 0]
+    return _drained(f.rows[MD7], held, gate)
 
 
 def whole_line_voltage(f: WholeFilter, current: float) -> float:

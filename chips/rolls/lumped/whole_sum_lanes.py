@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from chips.rolls.lumped.whole import TERMS, even_first_between, guess, terms_in
+from chips.rolls.lumped.whole import TERMS, first_between, guess, terms_in
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.channel import Terms
@@ -61,9 +61,7 @@ def begin(w: F64, switch: float, supply: float) -> None:
     """Put the nodes where either device of each pair would have them without second-order effects."""
     gate, drain = 0.3 * supply, supply - 0.3 * supply
     for j in range(LANES):
-        found = even_first_between(
-            _terms(w, j, _TOP), _terms(w, j, _FIRST), (switch, w[_GATES + j]), (0.0, drain)
-        )
+        found = first_between(_terms(w, j, _TOP), _terms(w, j, _FIRST), (switch, w[_GATES + j]), (0.0, drain))
         w[_GIVEN + j], w[_MOVE0 + j], w[_WITH0 + j] = found
     for j in range(LANES):
         between = w[_GIVEN + j] - w[_MOVE0 + j] * argument_of_root(w[_WITH0 + j])
@@ -71,10 +69,10 @@ def begin(w: F64, switch: float, supply: float) -> None:
     for j in range(LANES):
         y = w[SOURCE + j]
         gates = w[_GATES + LANES + j], w[_GATES + 2 * LANES + j]
-        found = even_first_between(_terms(w, j, _SECOND), _terms(w, j, _BEHIND), gates, (y, drain))
+        found = first_between(_terms(w, j, _SECOND), _terms(w, j, _BEHIND), gates, (y, drain))
         w[_GIVEN + j], w[_MOVE0 + j], w[_WITH0 + j] = found
         gates = w[_GATES + 3 * LANES + j], w[_GATES + 4 * LANES + j]
-        found = even_first_between(_terms(w, j, _THIRD), _terms(w, j, _LAST), gates, (y, drain))
+        found = first_between(_terms(w, j, _THIRD), _terms(w, j, _LAST), gates, (y, drain))
         w[_BY_GIVEN + j], w[_MOVE1 + j], w[_WITH1 + j] = found
     for j in range(LANES):
         between = w[_GIVEN + j] - w[_MOVE0 + j] * argument_of_root(w[_WITH0 + j])

@@ -13,7 +13,8 @@ from circuits.devices.channel import Terms, channel, leaked
 
 MD1, MD2, MD3, MD5, MD6, MD7 = range(6)  # rows of devices
 THR, TAU = range(2)  # rows of gates: V, and V below the supply
-_ROUNDS = 12
+ROUNDS = 12  # of a mirror and what draws on it
+FIRST_GATE, SAME_GATE = 0.25, 1e-9  # of the supply, where a mirror is begun; V, of its last move
 _compiled = compiled(fastmath={"contract"})
 _Six = tuple[float, float, float, float, float, float]
 
@@ -63,10 +64,10 @@ def output(
     if not mirrored:
         return _into(md5, supply - held, depth)
     md6 = terms_at(rows[MD6], k)
-    gate = 0.25 * supply
-    for _ in range(_ROUNDS):
+    gate = FIRST_GATE * supply
+    for _ in range(ROUNDS):
         new = diode_voltage(md6, _into(md5, supply - gate, depth), supply)
-        if abs(new - gate) < 1e-9:
+        if abs(new - gate) < SAME_GATE:
             break
         gate = new
     return _into(terms_at(rows[MD7], k), held, gate)
