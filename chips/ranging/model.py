@@ -18,10 +18,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from chips.measured.interpolation import lagrange_weights
 from chips.ranging.law import Effects, Neurons, Pull, pull_low
@@ -38,6 +37,7 @@ from chips.validity import require_inside
 from circuits.arrays import F64
 from circuits.bias import bias_voltages, rebias, saturation_current
 from circuits.blocks.sonar import rebound_neuron
+from circuits.catalogue import later
 from circuits.circuit import Circuit, InstanceArray
 from circuits.devices import Source, Transistor
 from circuits.devices.channel import mobility
@@ -54,6 +54,11 @@ from circuits.silicon.process import POLARITIES, Process, TransistorAtTemperatur
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
 from circuits.testbench import Testbench
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
+
+interpolate = later("scipy.interpolate")  # slow to import
 
 RESETS = ("inhibition.mi12", "axon.ma8")  # which pull v_mem low, and are off else
 _HALVINGS = 40  # of v_rest: far below a nanovolt
@@ -364,7 +369,7 @@ def _over_current(table: F64, share: F64) -> F64:
 @lru_cache(maxsize=16)
 def _cardinal_splines(grid: tuple[float, ...]) -> CubicSpline:
     """Splines over ln(current), each one at one current of the grid and zero at the others."""
-    return CubicSpline(np.log(grid), np.eye(len(grid)))
+    return interpolate.CubicSpline(np.log(grid), np.eye(len(grid)))
 
 
 def _deviation(model: ReboundModel, d: Devices, parameter: str, v_th: F64) -> F64:

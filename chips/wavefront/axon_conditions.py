@@ -12,10 +12,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from chips.measured.interpolation import lagrange_weights
 from chips.record import Record
@@ -31,6 +30,7 @@ from chips.wavefront.axon_record import (
 from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.blocks.wavefront.axon_delay import BITS, HIGHEST, parasitic_capacitance
+from circuits.catalogue import later
 from circuits.circuit import Circuit
 from circuits.compiled import compiled
 from circuits.devices.channel import Terms, channel, terms_of
@@ -42,6 +42,11 @@ from circuits.lowering.on_die import transistor_of
 from circuits.silicon.die import Shift, shared
 from circuits.silicon.process import POLARITIES, Polarity, Process, TransistorAtTemperature
 from circuits.silicon.silicon import Silicon
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
+
+interpolate = later("scipy.interpolate")  # slow to import
 
 Shifts = Mapping[Polarity, Shift]
 
@@ -246,7 +251,7 @@ def _gates(circuit: Circuit, silicon: Silicon) -> dict[str, float]:
 
 def _basis(grid: Sequence[float]) -> CubicSpline:
     x = np.log(np.array(grid))
-    return CubicSpline(x, np.eye(x.size))
+    return interpolate.CubicSpline(x, np.eye(x.size))
 
 
 def _saturated(

@@ -26,7 +26,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from chips.measured.interpolation import lagrange_weights
 from chips.measured.table_record import tables_of, temperature_weights
@@ -63,6 +62,7 @@ from circuits.blocks.wavefront import axon_delay
 from circuits.blocks.wavefront import cell as wavefront_cell
 from circuits.blocks.wavefront import grid as wavefront_grid
 from circuits.blocks.wavefront.axon_delay import HIGHEST, UNIT
+from circuits.catalogue import later
 from circuits.circuit import BiasKind, Circuit
 from circuits.compiled import compiled
 from circuits.errors import ParameterError
@@ -71,6 +71,8 @@ from circuits.lowering.on_die import on_die
 from circuits.silicon.die import Die, Path
 from circuits.silicon.process import AMI_1500_IDEAL, POLARITIES, Process
 from circuits.silicon.silicon import Silicon
+
+interpolate = later("scipy.interpolate")  # slow to import
 
 
 class AxonDraws(NamedTuple):
@@ -243,10 +245,10 @@ def _unit_current(record: Record, unit: float) -> float:
     """Sink's current, A, at which the unit is `unit` (s) at 27 degC and the comparator's usual current."""
     comparator = float(np.asarray(axon_delay.build().bias("i_cmp").value))
     charge = np.tensordot(lagrange_weights(record.numbers(TEMPERATURE), 27.0), record["log_charge"], (0, 0))
-    charge = CubicSpline(np.log(record[COMPARATOR_CURRENT]), charge, axis=1)(np.log(comparator))
+    charge = interpolate.CubicSpline(np.log(record[COMPARATOR_CURRENT]), charge, axis=1)(np.log(comparator))
     units = (np.exp(charge[:, -1]) - np.exp(charge[:, 0])) / (HIGHEST - 1) / record[CURRENT]
     require_inside("wavefront_chip.unit", unit, (float(units[-1]), float(units[0])), "s")
-    spline = CubicSpline(np.log(units[::-1]), np.log(record[CURRENT][::-1]))
+    spline = interpolate.CubicSpline(np.log(units[::-1]), np.log(record[CURRENT][::-1]))
     return float(np.exp(spline(np.log(unit))))
 
 

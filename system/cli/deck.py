@@ -89,7 +89,19 @@ def _refuse_varied(foreign: Sequence[Foreign]) -> None:
             raise DataError(f"{card.place}: {card.reason}")
 
 
-def simulate_deck(asked: Simulate) -> None:
+def simulated_as_deck(asked: Simulate) -> bool:
+    """Say whether a target was run as a deck, as it is for `.dc`, and in ngspice where only that can.
+
+    Raises `DataError` for a deck that only ngspice can run, of which another engine is asked for.
+    """
+    if asked.analysis == "dc" or is_foreign(asked.block, asked.engine):
+        _simulate_deck(asked)
+        return True
+    refuse_foreign(asked.block)
+    return False
+
+
+def _simulate_deck(asked: Simulate) -> None:
     """Run a deck's `.tran` or `.dc` in ngspice as it stands, or its `.dc` in the native solver."""
     check_picture(asked.plot)
     if asked.spikes is not None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from circuits.checks import implausible_allowed
 from circuits.errors import ParameterError
 from circuits.measure.measure import read_measures
 from circuits.measure.scope import Scope
-from netlists.read import Imported
 from system.cli.block_choice import read_with
 from system.notice import say
 from system.options.block import Choice
@@ -16,6 +16,9 @@ from system.options.code import Code
 from system.options.silicon import SiliconChoice
 from system.options.target import deck_of
 from system.study.metrics.measure import measurable
+
+if TYPE_CHECKING:
+    from netlists.read import Imported
 
 
 def own_measures(

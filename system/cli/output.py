@@ -123,8 +123,10 @@ def quantity_cell(value: Any, unit: str) -> str:
     if value is None:
         return "off"
     if isinstance(value, np.ndarray | tuple | list):
-        values = [quantity_cell(float(v), unit) for v in np.ravel(value)]
-        return values[0] if len(set(values)) == 1 else f"{values[0]} .. {values[-1]}"
+        flat = np.ravel(value)
+        first, last = (quantity_cell(float(v), unit) for v in (flat[0], flat[-1]))
+        same = all(quantity_cell(float(v), unit) == first for v in np.unique(flat))
+        return first if same else f"{first} .. {last}"
     return format_quantity(float(value), unit)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from chips.registry import Chip
 from circuits.bias import bias_voltages
 from circuits.catalogue import loaded
-from circuits.circuit import Bias, Port
+from circuits.circuit import Bias, Circuit, Port
 from circuits.errors import ParameterError
 from circuits.lowering.flatten import DeviceGroup, flatten
 from circuits.lowering.graph import describe_device
@@ -72,7 +72,7 @@ def show_command(asked: Show) -> None:
         save_schematic = loaded("system.cli.schematic_file:save_schematic")
         save_schematic(asked.schematic, asked.block, choice, solved=asked.op)
     if asked.as_json:
-        print_json(document)
+        print_json({**document, "devices": _devices(choice.circuit)})
     else:
         _print(choice, document)
 
@@ -111,7 +111,6 @@ def _show_program(asked: Show) -> None:
 
 def _describe(choice: Choice, metrics: Sequence[Listed]) -> dict[str, Any]:
     flat = flatten(choice.circuit)
-    names = flat.node_names()
     return {
         "block": choice.block.name,
         "summary": choice.block.summary,
@@ -125,8 +124,14 @@ def _describe(choice: Choice, metrics: Sequence[Listed]) -> dict[str, Any]:
         "metrics": [asdict(m) for m in metrics],
         "closed_forms": _closed_forms(choice),
         "equations": [asdict(e) for e in choice.block.equations],
-        "devices": [_device(g, k, names) for g in flat.groups for k in range(g.nodes.shape[1])],
     }
+
+
+def _devices(circuit: Circuit) -> list[dict[str, Any]]:
+    """Every device, which JSON alone has one by one."""
+    flat = flatten(circuit)
+    names = flat.node_names()
+    return [_device(g, k, names) for g in flat.groups for k in range(g.nodes.shape[1])]
 
 
 def _closed_forms(choice: Choice) -> list[dict[str, Any]]:

@@ -19,14 +19,9 @@ from circuits.measure.unit import value_text
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
 from circuits.testbench import Testbench
-from netlists.ngspice.raw import write_raw
-from netlists.verilog_a.host.engine import RTOL
-from netlists.verilog_a.host.engine import simulate as simulate_models
-from netlists.verilog_a.host.models import read_models
 from system.cli.beginning_output import told, told_lines
 from system.cli.block_choice import choose_block
 from system.cli.deadline import deadline_of
-from system.cli.deck import is_foreign, refuse_foreign, simulate_deck, with_own_spectrum
 from system.cli.deck_measures import own_measures
 from system.cli.measure_output import measured_document
 from system.cli.output import plain, print_json, print_line, print_table, quantity_cell, working
@@ -35,6 +30,7 @@ from system.cli.study_verbs import Replay
 from system.files.writing import replace_atomic, write_text_atomic
 from system.options.block import Choice, describe_silicon, law_text, silicon_line
 from system.options.cards import cards_lines, describe_cards
+from system.options.target import deck_of
 from system.plot import check_picture, draw_waveforms, save_picture, silicon_text
 from system.spikes.file import check_spikes, write_spikes
 from system.study.metrics.measure import measures_of
@@ -51,12 +47,12 @@ def simulate_command(asked: Simulate) -> None:
     """Simulate a block, print its outcome, and write the waveforms and the picture that are asked for."""
     deadline_s = deadline_of(asked.deadline, asked.engine)
     check_options(asked)
-    if asked.analysis == "dc" or is_foreign(asked.block, asked.engine):
-        simulate_deck(asked)
-        return
-    refuse_foreign(asked.block)
+    if asked.analysis == "dc" or deck_of(asked.block) is not None:
+        if loaded("system.cli.deck:simulated_as_deck")(asked):
+            return
+        asked = loaded("system.cli.deck:with_own_spectrum")(asked)
     if asked.analysis != "tran":
-        loaded(_COMMANDS[asked.analysis])(with_own_spectrum(asked))
+        loaded(_COMMANDS[asked.analysis])(asked)
         return
     check_picture(asked.plot)
     viewed = asked.view is not None or asked.output is not None
@@ -95,9 +91,10 @@ def _engine(asked: Simulate, deadline_s: float) -> Callable[[Testbench, Silicon]
         return engine_named(asked.engine, asked.rtol, deadline_s)
     if asked.engine != "native":
         raise ParameterError(f"--verilog-a: of the native engine, not of {asked.engine}; leave one out")
-    models = read_models(Path(asked.verilog_a))
-    tolerance = RTOL if asked.rtol is None else asked.rtol
-    return lambda testbench, silicon: simulate_models(testbench, models, silicon, tolerance)
+    models = loaded("netlists.verilog_a.host.models:read_models")(Path(asked.verilog_a))
+    run: Callable[..., Result] = loaded("netlists.verilog_a.host.engine:simulate")
+    tolerance = {} if asked.rtol is None else {"rtol": asked.rtol}
+    return lambda testbench, silicon: run(testbench, models, silicon, **tolerance)
 
 
 def write_run(asked: Simulate | Replay, choice: Choice, result: Result) -> None:
@@ -107,7 +104,7 @@ def write_run(asked: Simulate | Replay, choice: Choice, result: Result) -> None:
         write_text_atomic(asked.csv, _waveform_table(result, names))
     if asked.raw is not None:
         with replace_atomic(asked.raw) as temporary:
-            write_raw(result, temporary)
+            loaded("netlists.ngspice.raw:write_raw")(result, temporary)
     if asked.spikes is not None:
         write_spikes(asked.spikes, result.spikes, float(result.time[-1]))
     shown = choice.block.plotted or tuple(result.spikes) or result.nodes[1:5]

@@ -11,13 +11,19 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import Delaunay
 
 from circuits.arrays import F64, I64
+from circuits.catalogue import later
 from system.openspace.law import Arcs, arc_point
 from system.openspace.map import SIDE, Forest
+
+if TYPE_CHECKING:
+    from scipy.spatial import Delaunay
+
+spatial = later("scipy.spatial")  # slow to import
 
 Gap = tuple[int, int]  # obstacles on its sides, the lower number first
 
@@ -76,7 +82,7 @@ def _mesh(forest: Forest) -> tuple[Delaunay, I64]:
     shifts = SIDE * np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)])
     points = (forest.place[None] + shifts[:, None]).reshape(-1, 2)
     near = np.flatnonzero(((points >= -_BEYOND) & (points < SIDE + _BEYOND)).all(axis=1))
-    return Delaunay(points[near]), near % len(forest.place)
+    return spatial.Delaunay(points[near]), near % len(forest.place)
 
 
 def _inside(point: F64) -> bool:

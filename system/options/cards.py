@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from circuits.catalogue import loaded
 from circuits.silicon.silicon import Silicon
-from netlists.foundry.die import statistics_text
-from netlists.foundry.process import read_foundry
 from system.meaning import meanings
 
 NGSPICE = "ngspice"
@@ -29,7 +28,8 @@ def describe_cards(silicon: Silicon, engine: str) -> dict[str, str | None]:
     cards = silicon.process.cards
     if not cards or engine != NGSPICE:
         return {"cards": None, "statistics": None}
-    return {"cards": cards, "statistics": statistics_text(read_foundry(cards))}
+    foundry = loaded("netlists.foundry.process:read_foundry")(cards)
+    return {"cards": cards, "statistics": loaded("netlists.foundry.die:statistics_text")(foundry)}
 
 
 def cards_lines(silicon: Silicon, engine: str) -> list[str]:

@@ -38,9 +38,9 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from circuits.arrays import F64, I64
+from circuits.catalogue import later
 from circuits.compiled import compiled
 from circuits.devices.noise import NoiseModel, gate_flicker, noise_model
 from circuits.errors import ParameterError
@@ -52,6 +52,8 @@ from circuits.solver.noise.steps import moving_densities
 from circuits.solver.noise.transient import relaxations
 from circuits.solver.operating_point import OperatingPoint, operating_point, solve_dense, write_dense
 from circuits.solver.transient import DEFAULT_RTOL, Result, simulate
+
+interpolate = later("scipy.interpolate")  # slow to import
 
 DRIVEN = 0.01  # share of an event that sources made, from which on the way is taken as it is; ours
 LONGEST = 0.05  # of the time to the event, of a step; ours
@@ -185,7 +187,7 @@ def _way(result: Result, event: float, rest: float) -> _Way:
     time = result.time[kept]
     own = _grid(time[time < event], event, rest)
     volts = result.voltage[kept]
-    path = CubicHermiteSpline(time, volts, np.gradient(volts, time, axis=0))
+    path = interpolate.CubicHermiteSpline(time, volts, np.gradient(volts, time, axis=0))
     slope = path.derivative()
     voltage, rate = (np.zeros((own.size, machine.kernel.columns)) for _ in range(2))
     columns = [machine.column_of(n) for n in result.nodes]
