@@ -295,7 +295,7 @@ class DieDevices(NamedTuple):
 
     def taken(self, index: I64) -> DieDevices:
         """The copies numbered `index`, int64[n], of flat devices; a copy may be taken more than once."""
-        return self._each(lambda x: x[index])._replace(copies=index.size)
+        return self._each(lambda x: x.take(index))._replace(copies=index.size)
 
     def columns(self) -> DieDevices:
         """Flat devices and gates as columns, [copies, 1], to be evaluated at several voltages, [points]."""

@@ -10,6 +10,7 @@ float64[n, points], at so many points of each place; out: the same.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -49,11 +50,12 @@ def rows_of(fet: Fet) -> F64:
     lone = terms_of(fet.law, 1.0, 1.0, 0.0, 0.0)
     n = fet.current.size
     found = np.empty((TERMS, n))
+    own: Mapping[str, F64] = {
+        "specific": fet.current, "threshold": fet.threshold, "early": lone.early / fet.length,
+        "leakage": lone.leakage * fet.width, "induced": lone.induced * fet.width,
+    }  # fmt: skip
     for k, (name, value) in enumerate(zip(Terms._fields, lone, strict=True)):
-        found[k] = {
-            "specific": fet.current, "threshold": fet.threshold, "early": value / fet.length,
-            "leakage": value * fet.width, "induced": value * fet.width,
-        }.get(name, value)  # fmt: skip
+        found[k] = own.get(name, value)
     return found
 
 
