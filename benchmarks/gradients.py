@@ -4,7 +4,8 @@ The first spike of each block that spikes, else a port's voltage at 70 % of the 
 dies 1000 to 1002. `ours` is the CPU time of the gradients, their run included, `peer` that of the run alone
 at the same tolerance, best of three. The accuracy is the largest difference to a central difference at rtol
 1e-9, times the sigma of what is moved, in the metric's sigma over dies: of the two devices that move it most
-and of three others.
+and of three others. The energy of the supply reads every step, and is not claimed. Of the search for the best
+delay `ours` is what its gradient takes beyond the search, and `peer` a run at each of its edges.
 """
 
 from __future__ import annotations
@@ -18,8 +19,11 @@ import numpy as np
 
 from _report import Row, parser_of, report
 from circuits.blocks.block import Block
+from circuits.blocks.sonar.tuning import tuning_machine
+from circuits.blocks.sonar.tuning_metrics import BEST_DELAY
+from circuits.gradient.every import Searched, gradients_of_search
 from circuits.gradient.gradient import GRADIENT_RTOL, Gradients, gradients_of
-from circuits.gradient.measure import Measure, SpikeTime, Voltage
+from circuits.gradient.measure import Energy, Measure, SpikeTime, Voltage
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.registry import block_names, load_block
 from circuits.silicon.die import Die
@@ -57,6 +61,31 @@ def rows(names: tuple[str, ...] | list[str], dies: tuple[int | None, ...]) -> It
             label = f"{name}, die {'nominal' if number is None else number}, {measure.name}"
             most = 3.0 if name in CLAIMED else float("inf")
             yield Row(label, ours, peer, ours / peer, accuracy(machine, measure, found), most=most)
+            if name in CLAIMED:
+                die = label.split(", spike", maxsplit=1)[0]
+                yield energy(die, machine, peer)
+                yield edges(die, machine)
+
+
+def energy(label: str, machine: Machine, peer: float) -> Row:
+    """What the supply delivers."""
+    measure = Energy("vdd")
+    ours = best_of(lambda: gradients_of(machine, (measure,)))
+    told = accuracy(machine, measure, gradients_of(machine, (measure,)))
+    return Row(f"{label}, {measure.name}", ours, peer, ours / peer, told)
+
+
+def edges(label: str, machine: Machine) -> Row:
+    """The best delay, on the die of a machine."""
+    searched = Searched(BEST_DELAY, tuning_machine(machine.testbench.circuit, machine.silicon))
+    found = BEST_DELAY.edges(searched.machine, BEST_DELAY.measure(searched.machine))
+    name = f"{label}, best_delay, an edge"
+    if not found:
+        return Row(name, float("nan"), float("nan"), float("nan"), "the neuron has none")
+    search = best_of(lambda: BEST_DELAY.measure(searched.machine))
+    ours = best_of(lambda: gradients_of_search(searched)) - search
+    peer = sum(best_of(lambda e=e: simulate(e.beside(e.resolution), rtol=GRADIENT_RTOL)) for e in found)
+    return Row(name, ours, peer, ours / peer, f"beyond a search of {search:.3g} s")
 
 
 def measure_of(block: Block, machine: Machine) -> Measure | None:

@@ -264,33 +264,45 @@ def _until(way: Way, read: Sequence[Reading]) -> Way:
 def _solved(machine: Machine, way: Way, read: Sequence[Reading]) -> Adjoint:
     """The adjoint run of some readings."""
     k, rows, ends = machine.kernel, way.time.size, ends_of(machine)
-    into = Into(
-        np.zeros((len(read), rows, k.columns)), np.zeros((len(read), rows)), no_sums(k, len(read), ends)
-    )
+    last, sums = k.columns - 1, no_sums(k, len(read), ends)  # the last is ground
+    slopes, given = (np.zeros((len(read), rows, n)) for n in (k.unknowns, last - k.unknowns))
+    timing = np.zeros((len(read), rows))
     for m, each in enumerate(read):
-        for row, slope in each.timing:
-            into.timing[m, row] += slope
-        if each.along is not None:
-            into.timing[m] += each.along[:rows]
-        for row, column, slope in each.slopes:
-            into.slopes[m, row, column] += slope
-        for column, weight in each.whole:
-            into.slopes[m, :, column] += weight[:rows]
+        _lay_out(each, slopes[m], given[m], timing[m])
     taps = tuple(
         (m, Tap(tap.name, *(part[:rows] for part in tap[1:])))
         for m, each in enumerate(read)
         for tap in each.taps
     )
-    add_taps(machine, way, taps, ends, into)
+    if taps:
+        into = Into(np.zeros((len(read), rows, k.columns)), timing, sums)
+        add_taps(machine, way, taps, ends, into)
+        slopes += into.slopes[:, :, : k.unknowns]
+        given += into.slopes[:, :, k.unknowns : last]
     # sources move with the time alone
-    given = into.slopes[:, :, k.unknowns : -1]
-    into.timing[:] += (given * way.drive).sum(axis=2)
-    slopes = np.ascontiguousarray(into.slopes[:, :, : k.unknowns])
-    solved = backwards(k, way, slopes, into.timing, _held(machine), ends, into.sums)
+    timing += (given * way.drive).sum(axis=2)
+    solved = backwards(k, way, slopes, timing, _held(machine), ends, sums)
     if solved is None:
         title = machine.testbench.title
         raise SolverError(f"{title}: singular at its beginning; look for a node that floats")
     return solved._replace(taps=taps, given=given)
+
+
+def _lay_out(found: Reading, slopes: F64, given: F64, timing: F64) -> None:
+    """Write the slopes of a reading: by unknowns and by sources, float64[rows, n], and by times."""
+    rows, unknowns = slopes.shape
+    last = unknowns + given.shape[1]
+    for row, slope in found.timing:
+        timing[row] += slope
+    if found.along is not None:
+        timing += found.along[:rows]
+    every: list[tuple[int | slice, int, float | F64]] = [*found.slopes]
+    every += [(slice(None), column, weight[:rows]) for column, weight in found.whole]
+    for at, column, by in every:
+        if column < unknowns:
+            slopes[at, column] += by
+        elif column < last:
+            given[at, column - unknowns] += by
 
 
 def _held(machine: Machine) -> Bools:

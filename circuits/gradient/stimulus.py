@@ -101,16 +101,18 @@ def _own(machine: Machine, number: int, by: tuple[F64, F64], step: Step) -> Move
 
 def rows_by_moves(machine: Machine, way: Way, found: Adjoint, moves: Sequence[Move]) -> list[Rows]:
     """Return what parameters of a testbench move measures by; not those that add or take corners away."""
-    rows: list[Rows] = []
-    if not moves:
-        return rows
+    known = [
+        (move.step, moved) for move in moves if (moved := _sources_moved(machine, way, move)) is not None
+    ]
+    if not known:
+        return []
+    wanted = np.flatnonzero(np.any([by_value.any(axis=1) for _, (_, by_value) in known], axis=0))
     by_sources = np.zeros(found.given.shape)
-    _by_sources(machine.kernel, way.voltage, found.moved, allocate(machine.kernel), by_sources)
-    for move in moves:
-        moved = _sources_moved(machine, way, move)
-        if moved is not None:
-            by = _by(machine, way, found, by_sources, moved)
-            rows.append(Rows([move.step.label], move.step.unit, np.zeros(1), by[:, None]))
+    _by_sources(machine.kernel, way.voltage, wanted, found.moved, allocate(machine.kernel), by_sources)
+    rows = []
+    for step, moved in known:
+        by = _by(machine, way, found, by_sources, moved)
+        rows.append(Rows([step.label], step.unit, np.zeros(1), by[:, None]))
     return rows
 
 
@@ -181,9 +183,12 @@ def _charged(machine: Machine, way: Way, moved: F64, by_value: F64) -> F64:
 
 
 @compiled()
-def _by_sources(k: Kernel, voltage: F64, moved: F64, w: Work, out: F64) -> None:
-    """Fill in what sources do without charge by their values, float64[measures, rows, sources]."""
-    for row in range(voltage.shape[0]):
+def _by_sources(k: Kernel, voltage: F64, wanted: I64, moved: F64, w: Work, out: F64) -> None:
+    """Fill in what sources do without charge by their values.
+
+    wanted: rows, int64. out: float64[measures, rows, sources].
+    """
+    for row in wanted:
         evaluate(k, voltage[row], w)
         for m in range(moved.shape[0]):
             own, found = moved[m, row], out[m, row]
