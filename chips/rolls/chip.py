@@ -94,7 +94,7 @@ ROOM = 1 << 16  # spikes that one call of the kernel writes
 LOOK = 10e-3  # s, ours: how often a temperature that changes is looked at
 WHOLE = 1e-3  # of a step: by how much a run's duration may miss whole steps
 KEPT = 4  # temperatures whose tables are kept, 15 MiB each
-TEMPERATURE_STEP = 0.25  # K, ours: in which a temperature that changes is followed; tables take 2 s each
+TEMPERATURE_STEP = 0.25  # K, ours: in which a temperature that changes is followed; tables take 0.8 s each
 
 
 @dataclass(frozen=True, slots=True)

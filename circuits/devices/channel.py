@@ -115,7 +115,26 @@ def channel_between(
     ends: v_d and v_s, V. pinch: as of `pinched`. at_source, at_drain: `ln(1 + e^x)`, x being
     `(v_p - v) / (2 U_T)`, and its derivative by x.
     """
-    (v_d, v_s), (v_p, kappa) = ends, pinch
+    return channel_in(t, ends, pinch, field_at(t, pinch[0]), at_source, at_drain)
+
+
+@compiled(forceinline=True)
+def field_at(t: Terms, v_p: float) -> tuple[float, float, float]:
+    """M at v_p (V), and of what it is made: v_m and the root in it, V."""
+    # (v_p + root) / 2 without the loss of digits where v_p is far below zero
+    two = 2.0 * (0.5 / t.half) ** 2  # 2 U_T^2
+    root = math.sqrt(v_p * v_p + two)
+    v_m = 0.5 * (v_p + root) if v_p >= 0.0 else 0.5 * two / (root - v_p)
+    return 1.0 / (1.0 + t.reduction * v_m), v_m, root
+
+
+@compiled(forceinline=True)
+def channel_in(
+    t: Terms, ends: tuple[float, float], pinch: tuple[float, float], field: tuple[float, float, float],
+    at_source: tuple[float, float], at_drain: tuple[float, float],
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """What `channel_between` gives; field: as of `field_at`, which stays where the gate does."""
+    (v_d, v_s), (_, kappa), (moved, v_m, root) = ends, pinch, field
     (forward, forward_slope), (reverse, reverse_slope) = at_source, at_drain
     plain = t.specific * (forward - reverse) * (forward + reverse)
     by_forward = 2.0 * t.specific * t.half * forward * forward_slope
@@ -127,11 +146,6 @@ def channel_between(
     rise = 1.0 + t.early_rise * (forward + reverse)
     effect = 1.0 + t.early * v_ds / rise
     effect_by_q = -t.early * t.early_rise * v_ds / (rise * rise)
-    # (v_p + root) / 2 without the loss of digits where v_p is far below zero
-    two = 2.0 * (0.5 / t.half) ** 2  # 2 U_T^2
-    root = math.sqrt(v_p * v_p + two)
-    v_m = 0.5 * (v_p + root) if v_p >= 0.0 else 0.5 * two / (root - v_p)
-    moved = 1.0 / (1.0 + t.reduction * v_m)
     scale = effect * moved
     forward_q, reverse_q = t.half * forward_slope, t.half * reverse_slope
     by_vp = -effect * moved * moved * t.reduction * v_m / root

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from circuits.arrays import F64, I64
 from circuits.catalogue import later
 from circuits.compiled import compiled, instructions
-from circuits.devices.channel import Terms, channel_between, junction_at, leaked_at, pinched
+from circuits.devices.channel import Terms, channel_between, channel_in, junction_at, leaked_at, pinched
 from circuits.devices.ekv import interpolation
 from circuits.devices.transistor import INDUCED_LIMIT
 
@@ -189,6 +189,18 @@ def even_channel(t: Terms, v_d: float, v_g: float, v_s: float) -> tuple[float, f
     pinch = pinched(t, v_g)
     forward, reverse = _root((pinch[0] - v_s) * t.half), _root((pinch[0] - v_d) * t.half)
     return channel_between(t, (v_d, v_s), pinch, forward, reverse)
+
+
+@compiled(forceinline=True)
+def even_channel_in(
+    t: Terms, ends: tuple[float, float], pinch: tuple[float, float], field: tuple[float, float, float]
+) -> tuple[float, float, float, float]:
+    """What `even_channel` gives, of what holds while its gate stays: `pinched` and `field_at`.
+
+    ends: v_d and v_s, V.
+    """
+    forward, reverse = _root((pinch[0] - ends[1]) * t.half), _root((pinch[0] - ends[0]) * t.half)
+    return channel_in(t, ends, pinch, field, forward, reverse)
 
 
 @compiled(forceinline=True)

@@ -145,7 +145,7 @@ def mirrored_sum(top: F64, lines: F64, gates: F64, mirror: F64, at: tuple[float,
         begin(w, at[0], at[1])
         going, steps = few, 0
         while going > 0 and steps < TOGETHER:
-            going = step_together(w, at[0], at[1])
+            going = step_together(w, at[1])
             steps += 1
         for j in range(few):
             k, total, gate, y = first + j, w[TOTAL + j], w[GATE + j], w[SOURCE + j]

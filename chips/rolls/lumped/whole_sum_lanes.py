@@ -11,9 +11,9 @@ import math
 from chips.rolls.lumped.whole import TERMS, first_between, guess, terms_in
 from circuits.arrays import F64
 from circuits.compiled import compiled
-from circuits.devices.channel import Terms
+from circuits.devices.channel import Terms, field_at, pinched
 from circuits.devices.ekv import argument_of_root
-from circuits.devices.packable import even_channel, even_leaked
+from circuits.devices.packable import even_channel, even_channel_in, even_leaked
 
 LANES = 32
 CLOSE = 1e-9  # V, last step of a network whose nodes have settled
@@ -28,7 +28,11 @@ _GOES, _GIVEN, _BY_GIVEN, _BY_TOTAL, _MOVE0, _WITH0, _MOVE1, _WITH1, _HELD, _BY_
     LANES * k for k in range(6, 16)
 )
 _GATES = 16 * LANES  # of the lines, V
-_TERMS = _GATES + 5 * LANES  # of the switch, the five of the lines, and the mirror
+_HELD_ROWS = (
+    5  # what holds of a device while its gate stays: pinch-off voltage and its slope, M and its parts
+)
+_STAYS = _GATES + 5 * LANES  # of the switch and the five of the lines
+_TERMS = _STAYS + 6 * _HELD_ROWS * LANES  # of the switch, the five of the lines, and the mirror
 ROOM = _TERMS + 7 * TERMS * LANES
 _TOP, _FIRST, _SECOND, _BEHIND, _THIRD, _LAST, _MIRROR = (_TERMS + k * TERMS * LANES for k in range(7))
 
@@ -56,9 +60,42 @@ def _terms(w: F64, j: int, first: int) -> Terms:
     return terms_in(w, j, first, LANES)
 
 
+@compiled(forceinline=True)
+def _held(w: F64, j: int, device: int, gate: float) -> None:
+    """Put what holds of a device while its gate stays, V."""
+    at, t = _STAYS + device * _HELD_ROWS * LANES + j, _terms(w, j, _TERMS + device * TERMS * LANES)
+    v_p, kappa = pinched(t, gate)
+    w[at], w[at + LANES] = v_p, kappa
+    w[at + 2 * LANES], w[at + 3 * LANES], w[at + 4 * LANES] = field_at(t, v_p)
+
+
+@compiled(forceinline=True)
+def _carried(w: F64, j: int, device: int, drain: float, source: float) -> tuple[float, float, float]:
+    """Current of a device whose gate stays, A, and its derivatives by drain and source, S."""
+    at, t = _STAYS + device * _HELD_ROWS * LANES + j, _terms(w, j, _TERMS + device * TERMS * LANES)
+    field = w[at + 2 * LANES], w[at + 3 * LANES], w[at + 4 * LANES]
+    current, by_drain, _, by_source = even_channel_in(t, (drain, source), (w[at], w[at + LANES]), field)
+    return current, by_drain, by_source
+
+
+@compiled()
+def _hold(w: F64, switch: float) -> None:
+    """Put what holds of all devices whose gates stay."""
+    for j in range(LANES):
+        _held(w, j, 0, switch)
+        _held(w, j, 1, w[_GATES + j])
+    for j in range(LANES):
+        _held(w, j, 2, w[_GATES + LANES + j])
+        _held(w, j, 3, w[_GATES + 2 * LANES + j])
+    for j in range(LANES):
+        _held(w, j, 4, w[_GATES + 3 * LANES + j])
+        _held(w, j, 5, w[_GATES + 4 * LANES + j])
+
+
 @compiled()
 def begin(w: F64, switch: float, supply: float) -> None:
     """Put the nodes where either device of each pair would have them without second-order effects."""
+    _hold(w, switch)
     gate, drain = 0.3 * supply, supply - 0.3 * supply
     for j in range(LANES):
         found = first_between(_terms(w, j, _TOP), _terms(w, j, _FIRST), (switch, w[_GATES + j]), (0.0, drain))
@@ -83,42 +120,36 @@ def begin(w: F64, switch: float, supply: float) -> None:
 
 @compiled(forceinline=True)
 def _nearer(
-    lower: Terms, upper: Terms, gates: tuple[float, float], ends: tuple[float, float], e: float
+    w: F64, j: int, device: int, ends: tuple[float, float], e: float
 ) -> tuple[float, float, float, float]:
-    """One step of Newton's method for two devices in series, with `e` V between them.
+    """One step of Newton's method for two devices in series, `device` and the next, with `e` V between them.
 
     Returns their current, A, its derivative by the lower source, S, the step of `e`, V, and its derivative by
-    the lower source; gates: V; ends: of the lower source and the upper drain.
+    the lower source; ends: of the lower source and the upper drain, V.
     """
-    below, by_below, _, by_source = even_channel(lower, e, gates[0], ends[0])
-    above, _, _, by_above = even_channel(upper, ends[1], gates[1], e)
+    below, by_below, by_source = _carried(w, j, device, e, ends[0])
+    above, _, by_above = _carried(w, j, device + 1, ends[1], e)
     both = by_below - by_above
     current = (above * by_below - below * by_above) / both
     return current, -by_source * by_above / both, (above - below) / both, -by_source / both
 
 
 @compiled()
-def _balance(w: F64, switch: float, supply: float) -> None:
+def _balance(w: F64, supply: float) -> None:
     """Fill the currents of all lanes, and how they change."""
     for j in range(LANES):
-        y, drain = w[SOURCE + j], supply - w[GATE + j]
-        given, by_given, _, _ = even_channel(_terms(w, j, _TOP), y, switch, 0.0)
-        a, _, _, by_a = even_channel(_terms(w, j, _FIRST), drain, w[_GATES + j], y)
+        y = w[SOURCE + j]
+        given, by_given, _ = _carried(w, j, 0, y, 0.0)
+        a, _, by_a = _carried(w, j, 1, supply - w[GATE + j], y)
         w[_GIVEN + j], w[_BY_GIVEN + j], w[_HELD + j], w[_BY_HELD + j] = given, by_given, a, by_a
     for j in range(LANES):
         ends = w[SOURCE + j], supply - w[GATE + j]
-        gates = w[_GATES + LANES + j], w[_GATES + 2 * LANES + j]
-        b, by_b, move, along = _nearer(
-            _terms(w, j, _SECOND), _terms(w, j, _BEHIND), gates, ends, w[FIRST_MIDDLE + j]
-        )
+        b, by_b, move, along = _nearer(w, j, 2, ends, w[FIRST_MIDDLE + j])
         w[_MOVE0 + j], w[_WITH0 + j] = move, along
         w[_HELD + j], w[_BY_HELD + j] = w[_HELD + j] + b, w[_BY_HELD + j] + by_b
     for j in range(LANES):
         ends = w[SOURCE + j], supply - w[GATE + j]
-        gates = w[_GATES + 3 * LANES + j], w[_GATES + 4 * LANES + j]
-        d, by_d, move, along = _nearer(
-            _terms(w, j, _THIRD), _terms(w, j, _LAST), gates, ends, w[LAST_MIDDLE + j]
-        )
+        d, by_d, move, along = _nearer(w, j, 4, ends, w[LAST_MIDDLE + j])
         w[_MOVE1 + j], w[_WITH1 + j] = move, along
         w[TOTAL + j] = w[_HELD + j] + d if w[_GOES + j] > 0.0 else w[TOTAL + j]
         w[_BY_TOTAL + j] = w[_BY_HELD + j] + by_d
@@ -136,9 +167,9 @@ def _widest(x: float) -> float:
 
 
 @compiled()
-def step_together(w: F64, switch: float, supply: float) -> int:
+def step_together(w: F64, supply: float) -> int:
     """Step all nodes of the lanes that go on; how many do so still."""
-    _balance(w, switch, supply)
+    _balance(w, supply)
     going = 0
     for j in range(LANES):
         if not w[_GOES + j] > 0.0:

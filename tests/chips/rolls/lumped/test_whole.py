@@ -108,7 +108,7 @@ def settles(rows, gates, at) -> bool:
     w = np.zeros(lanes.ROOM)
     lanes.take(rows, gates, 0, 1, w)
     lanes.begin(w, *at)
-    return any(lanes.step_together(w, *at) == 0 for _ in range(lanes.TOGETHER))
+    return any(lanes.step_together(w, at[1]) == 0 for _ in range(lanes.TOGETHER))
 
 
 @pytest.mark.parametrize("switch", [1.8, 0.0], ids=["on", "off"])
