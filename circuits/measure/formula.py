@@ -188,7 +188,8 @@ class Reader:
                 key: part.word if part.typed is None else part.typed.run(record)
                 for key, part in parts.items()
             }
-            return function.find(Arguments(record, axis, values, texts, unit))
+            given = Arguments(record, axis, values, texts, unit)
+            return record.call(name, given, function.find(given))
 
         return Typed(function.result, result, run)
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -82,6 +82,10 @@ class Record(ABC):
     @abstractmethod
     def spikes(self, node: str) -> F64:
         """Times of the spikes at a watched node, float64[n], s."""
+
+    def call(self, name: str, given: Any, found: Any) -> Any:
+        """Return what a function is to give that was called with some `Arguments`: what it found."""
+        return found
 
 
 def scope_of(machine: Machine) -> Scope:

@@ -15,7 +15,7 @@ from circuits.gradient.every import AnyMeasure, every_gradient
 from circuits.gradient.gradient import Gradients
 from circuits.gradient.measure import SpikeTime
 from circuits.lowering.kernel import Machine, to_kernel
-from circuits.units import format_quantity
+from circuits.measure.unit import value_text
 from system.cli.block_choice import choose_block
 from system.cli.deck_measures import own_cards, own_measures
 from system.cli.output import print_json, print_line, print_table, working
@@ -27,7 +27,7 @@ from system.files.writing import write_text_atomic
 from system.options.block import Choice, describe_silicon, silicon_line
 from system.plot import check_picture, save_picture
 from system.study.metrics.gradient import FORMS, draw_gradients, is_form, measures_of, moves_of
-from system.study.metrics.measure import measure_name
+from system.study.metrics.measure import is_measure, measure_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,7 +56,10 @@ def gradient_command(asked: Gradient) -> None:
 
 def _measures(asked: Gradient, choice: Choice, machine: Machine) -> list[AnyMeasure]:
     """What is asked for, of a deck's cards too; the first spike of each watched port unless something is."""
-    names = [name if is_form(name) or ":" in name else name.replace("-", "_") for name in asked.metric]
+    names = [
+        name if is_form(name) or is_measure(name) or ":" in name else name.replace("-", "_")
+        for name in asked.metric
+    ]
     watched = [machine.names[n] for w in machine.testbench.watch for n in machine.flat.port_nodes(w)]
     if not (names or watched):
         raise ParameterError(f"--metric: none, and {choice.block.name} has no spikes; name one of {FORMS}")
@@ -152,7 +155,7 @@ def _print(found: Gradients, k: int, choice: Choice) -> None:
     if not math.isfinite(value):
         print_line(f"{name}: {found.notes[k]}")
         return
-    told, spread = (format_quantity(x, unit) for x in (value, float(found.spread[k])))
+    told, spread = (value_text(x, unit) for x in (value, float(found.spread[k])))
     if not np.isfinite(found.by[k]).any():
         print_line(f"{name} {told}, at {silicon_line(choice.silicon)}; no gradient: {found.notes[k]}")
         return
@@ -175,7 +178,7 @@ def _slope(found: Gradients, k: int, i: int) -> str:
 
 def _moved(found: Gradients, k: int, i: int) -> str:
     moved = float(found.by[k, i] * found.sigma[i])
-    return format_quantity(moved, found.units[k]) if found.sigma[i] > 0.0 else ""
+    return value_text(moved, found.units[k]) if found.sigma[i] > 0.0 else ""
 
 
 def _unmoved(found: Gradients, k: int) -> str:

@@ -14,6 +14,7 @@ from circuits.blocks.metric import Metric
 from circuits.catalogue import later
 from circuits.errors import CircuitError, ParameterError, UnknownNameError
 from circuits.gradient.every import AnyMeasure, Searched, every_gradient
+from circuits.gradient.expression import Expression
 from circuits.gradient.gradient import GRADIENT_RTOL, Gradients
 from circuits.gradient.measure import (
     Crossing,
@@ -36,7 +37,7 @@ from circuits.testbench import Testbench
 from circuits.units import parse_quantity, unit_of_name
 from system.options.block import Choice
 from system.plot import COLOURS
-from system.study.metrics.measure import measure_name
+from system.study.metrics.measure import Told, measure_name
 from system.study.metrics.metric import metrics_of, with_named
 
 if TYPE_CHECKING:
@@ -297,6 +298,8 @@ def measured_by(metric: Metric) -> Measure:
             " so that it has no gradient; name one that the testbench measures"
         )
     value = metric.value
+    if isinstance(value, Told):
+        return Expression(value.measure)
 
     def read(result: Result) -> float:
         return value(result)

@@ -7,6 +7,7 @@ its text, and a replay needs no code.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 
 from circuits.blocks.metric import Metric
@@ -19,6 +20,17 @@ from circuits.solver.transient import Result, simulate
 from system.options.block import Choice
 
 _SIGN = "="
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """Gives what an expression tells of a run; measure: the expression."""
+
+    measure: Measure
+
+    def __call__(self, result: Result) -> float:
+        """Return its value, NaN where it has none."""
+        return _reading(self.measure, result).value
 
 
 def is_measure(name: str) -> bool:
@@ -64,16 +76,12 @@ def _metric(choice: Choice, each: Measure) -> Metric:
 
     return Metric(
         each.name, each.unit, each.text, (choice.circuit.name,), prepare, simulate, choice.block.outcome,
-        _no_reason, partial(_value, each), missing=partial(_missing, each),
+        _no_reason, Told(each), missing=partial(_missing, each),
     )  # fmt: skip
 
 
 def _reading(each: Measure, result: Result) -> Reading:
     return each.of(TransientRecord(result))
-
-
-def _value(each: Measure, result: Result) -> float:
-    return _reading(each, result).value
 
 
 def _missing(each: Measure, result: Result) -> str:
