@@ -125,7 +125,7 @@ def quantity_cell(value: Any, unit: str) -> str:
     if isinstance(value, np.ndarray | tuple | list):
         flat = np.ravel(value)
         first, last = (quantity_cell(float(v), unit) for v in (flat[0], flat[-1]))
-        same = all(quantity_cell(float(v), unit) == first for v in np.unique(flat))
+        same = all(quantity_cell(v, unit) == first for v in set(flat.astype(float).tolist()))
         return first if same else f"{first} .. {last}"
     return format_quantity(float(value), unit)
 
