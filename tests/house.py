@@ -97,10 +97,10 @@ def _dotted(function: ast.expr) -> str:
 
 
 def _named(node: ast.Call) -> Iterator[str]:
-    """The modules of `import_module("module")`, `loaded("module:name")` or `verb("a:f", "b:Options")`."""
-    for place in node.args:
-        if isinstance(place, ast.Constant) and isinstance(place.value, str):
-            yield (NAMING[called(node)] + place.value).partition(":")[0]
+    """The module of `import_module("module")` or `loaded("module:attribute")`."""
+    place = node.args[0]
+    if isinstance(place, ast.Constant) and isinstance(place.value, str):
+        yield (NAMING[called(node)] + place.value).partition(":")[0]
 
 
 def _statements(node: ast.AST) -> Iterator[ast.AST]:

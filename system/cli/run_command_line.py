@@ -181,7 +181,7 @@ def command_of(system: System[Any, Any], name: str, verb: SystemVerb = RUN) -> A
 def _bench() -> Any:
     """Give the command that measures the teaching chip by a script."""
     alone = App(rich_markup_mode=None, add_completion=False)
-    made = verb("bench:bench_command", "bench_verb:Bench")
+    made = verb("bench:bench_command", bench_verb.Bench)
     alone.command(bench_verb.NAME, epilog=epilog_of("run", bench_verb.NAME))(made)
     return typer.main.get_command(alone)
 

@@ -77,16 +77,15 @@ def part(kind: type, *without: str, made: Callable[[Any], Any] = _itself) -> Any
     return field(default_factory=lambda: made(kind()), metadata={PART: Part(kind, without, made)})
 
 
-def verb(place: str, stated: str) -> Command:
+def verb(place: str, options: type) -> Command:
     """Make the command of a verb.
 
     Parameters
     ----------
     place : function of the verb in `system.cli`, as `"module:function"`; it is loaded when it is called, and
         returns an exit status, None for that of success.
-    stated : dataclass of its options, likewise, of which the function takes one value.
+    options : dataclass of the verb, of which the function takes one value.
     """
-    options: Any = loaded(f"system.cli.{stated}")
 
     def command(**given: Any) -> None:
         function, asked = loaded(f"system.cli.{place}"), made_of(options, given)
