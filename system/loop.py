@@ -8,10 +8,12 @@ next round starts, so that feedback within a cycle takes effect at the instant o
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from contextvars import copy_context
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any, final
 
 from chips.part import Advanced, Event, Part
@@ -152,9 +154,15 @@ class Loop:
 
         if self.executor is None or len(names) < 2:
             return {n: one(n) for n in names}
-        here = [copy_context() for _ in names]  # a thread has none of this one's context variables
-        found = self.executor.map(lambda context, name: context.run(one, name), here, names)
-        return dict(zip(names, found, strict=True))
+        waiting = iter(names)  # each thread takes the next one: to hand over every part by itself takes long
+
+        def some() -> list[tuple[str, tuple[Any, float, Advanced]]]:
+            return [(name, one(name)) for name in waiting]
+
+        # a thread has none of this one's context variables
+        here = [copy_context() for _ in range(min(len(names), os.cpu_count() or 1))]
+        found = dict(chain(*self.executor.map(lambda context: context.run(some), here)))
+        return {name: found[name] for name in names}
 
     def _polyline(self, wire: AnalogWire, output: Advanced) -> Polyline:
         column = self.parts[wire.source].analog.index(wire.port)
