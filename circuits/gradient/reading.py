@@ -54,7 +54,7 @@ def top_of(way: Way, row: int, column: int) -> Reading:
         rate = float(rates(way, np.array([row]), column)[0])
         return Reading(float(y[1]), ((row, column, 1.0),), timing=((row, -rate),))
     vertex = 0.5 * (t[1] - t[0] - first * (t[2] - t[0]) / (second - first))  # after the first
-    return _on_parabola(way, rows, column, float(vertex), 1.0)._replace(value=float(y[1]))
+    return _on_parabola(way, rows, column, float(vertex), 1.0)
 
 
 def rates(way: Way, rows: I64, column: int) -> F64:
