@@ -28,7 +28,13 @@ from chips.record_file import shipped_file
 from circuits.compiled import Kernel
 from circuits.devices import transistor
 from circuits.errors import DataError
-from circuits.generator.voltage import lines_at_rest, masters_at_rest, resistor_of
+from circuits.generator.voltage import (
+    line_network,
+    lines_at_rest,
+    masters_at_rest,
+    masters_network,
+    resistor_of,
+)
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
@@ -134,7 +140,7 @@ def in_python(
         monkeypatch.setattr(transistor, name, _python(getattr(transistor, name)))
     caches = (
         law_of, law_key, kept_record, _kept, shipped_model, find._usable,
-        lines_at_rest, masters_at_rest, resistor_of,
+        line_network, lines_at_rest, masters_at_rest, masters_network, resistor_of,
     )  # fmt: skip
     for each in caches:
         each.cache_clear()
