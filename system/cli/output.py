@@ -89,10 +89,13 @@ def _is_terminal(file: TextIO) -> bool:
 
 
 def _table_lines(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str] | None:
-    """Lines of a table that stands as it is; None for one too wide, or with letters that may be wide."""
+    """Lines of a table that stands as it is.
+
+    None for one too wide, with letters that may be wide, or with spaces around a cell, which rich may drop.
+    """
     whole = [[column.removesuffix(":") for column in columns], *rows]
     widths = [max(map(len, cells)) for cells in zip_longest(*whole, fillvalue="")]
-    plain = all(cell.isprintable() and set(cell) <= _NARROW for row in whole for cell in row)
+    plain = all(cell == cell.strip() and set(cell) <= _NARROW for row in whole for cell in row)
     if not plain or len(widths) != len(columns) or sum(widths) + 2 * (len(widths) - 1) > _PIPED_WIDTH:
         return None
     signs = [">" if column.endswith(":") else "<" for column in columns]

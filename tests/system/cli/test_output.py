@@ -7,7 +7,7 @@ from contextlib import redirect_stdout
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from system.cli import output
@@ -53,6 +53,7 @@ def table_of(columns: tuple[str, ...], rows: list[list[object]]) -> str:
 
 @settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(st.tuples(*[st.sampled_from(("name", "value:", "", "summary of it"))] * 3), ROWS)
+@example(("name", "name", "value:"), [[None, None, ": "]])
 def test_a_piped_table_is_what_rich_prints(columns: tuple[str, ...], rows: list[list[object]]) -> None:
     with pytest.MonkeyPatch.context() as patch:
         own = table_of(columns, rows)
