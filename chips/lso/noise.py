@@ -235,13 +235,14 @@ def noisy_spikes(
     for begin, end, exc, taken, rate in zip(edges[:-1], edges[1:], given, takes.tolist(), rates, strict=True):
         now = max(begin, free)
         while now < end:
-            reached = now + rise_time(membrane, volts, exc, taken)
+            # noise may have held it back beyond the reference
+            reached = now if volts >= membrane.reference else now + rise_time(membrane, volts, exc, taken)
             if reached == math.inf:  # it rests, and forgets
                 volts, variance = moved(membrane, volts, exc, taken, end - now), emptied
                 break
             moved_by = normal * math.sqrt(variance + rate * (reached - now)) / membrane.capacitance
             other = membrane._replace(reference=membrane.reference + moved_by)
-            reached = max(now, now + rise_time(other, volts, exc, taken))
+            reached = now if volts >= other.reference else now + rise_time(other, volts, exc, taken)
             if reached > end:
                 volts, variance = moved(membrane, volts, exc, taken, end - now), variance + rate * (end - now)
                 break

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from chips.lso.law import Membrane, Steps, lso_spikes
 from chips.lso.measure import LEVELS, crossing, ramp_bench
 from chips.lso.model import SIDES, head_on, level_delays, side_spikes
-from chips.lso.noise import head_of_ping, level_spread, noise_of, noisy_side_spikes
+from chips.lso.noise import Grain, head_of_ping, level_spread, noise_of, noisy_side_spikes, noisy_spikes
 from chips.lso.rest import THRESHOLD
 from chips.noise import SiliconNoise
 from circuits.bias import rebias
@@ -14,6 +15,7 @@ from circuits.blocks.lso import lso_neuron
 from circuits.blocks.sonar import high_threshold_neuron
 from circuits.devices.noise import WHITE_ONLY
 from circuits.lowering.kernel import to_kernel
+from circuits.lowering.on_die import Mirror
 from circuits.silicon.process import AMI_1500_IDEAL, ELEMENTARY_CHARGE
 from circuits.silicon.silicon import Silicon
 from circuits.solver.noise.transient import NoiseRun, map_trials
@@ -43,6 +45,22 @@ def test_a_membrane_jitters_by_the_root_of_its_charge():
     assert found[:, 0].std() == pytest.approx(shot, rel=0.08)
     assert np.diff(found)[:, 0].std() == pytest.approx(shot, rel=0.08)
     assert found.mean(axis=0) == pytest.approx(side_spikes(HEAD, 0, heard([0.5e-3]))[:2], abs=0.2 * shot)
+
+
+def test_a_membrane_that_noise_holds_back_goes_on_beyond_its_reference():
+    """Three sigma hold the spike back until 2.06 V; inhibition of 10 us before that takes 14 mV."""
+    membrane, mirror = Membrane(5e-12, 2.0, 20e-6, 26e-3), Mirror(1e-7, 1e-7, 0.0)
+
+    def steps(*given):
+        return Steps(*(np.array(column) for column in zip(*given, strict=True)))
+
+    excited, inhibited = steps((0.0, 4e-3, 6e-9)), steps((1.70e-3, 1e-5, 7e-9))
+    without = lso_spikes(excited, inhibited, membrane, mirror)
+    assert without[0] == pytest.approx(2.0 * 5e-12 / 6e-9)
+    found = noisy_spikes(excited, inhibited, membrane, mirror, Grain(1e-15, 0.0), lambda _: 3.0)
+    sigma = np.sqrt(1e-15 * 6e-9 * 1.71e-3) / 5e-12
+    assert found[0] == pytest.approx((2.0 + 3.0 * sigma) * 5e-12 / 6e-9 + 7.0 / 6.0 * 1e-5, rel=1e-3)
+    assert (np.diff(found) > 20e-6).all()
 
 
 def test_inhibition_adds_noise_and_takes_current():
