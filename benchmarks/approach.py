@@ -24,6 +24,7 @@ import numpy as np
 from _report import Row, parser_of, report
 from circuits.silicon.die import NOMINAL, Die
 from system.approach import behavioural as behavioural_approach
+from system.approach import loop
 from system.approach import run as approach
 from system.approach.scenario import Scenario
 from system.approach.trace import Trace
@@ -81,11 +82,11 @@ def _behavioural(scenario: Scenario, reference: Trace) -> Iterator[Row]:
 def _cpu(scenario: Scenario) -> tuple[list[float], list[float]]:
     """CPU seconds of the compiled loop, and of the whole run, a number a repeat."""
     loops, wholes = [], []
-    loop = behavioural_approach.fly
+    fly = behavioural_approach.fly
 
     def watched(*arguments: object) -> float:
         start = time.process_time()
-        reached = loop(*arguments)
+        reached = fly(*arguments)
         loops[-1] += time.process_time() - start
         return reached
 
@@ -97,17 +98,17 @@ def _cpu(scenario: Scenario) -> tuple[list[float], list[float]]:
             approach.run(scenario, workers=1)
             wholes.append(time.process_time() - start)
     finally:
-        behavioural_approach.fly = loop
+        behavioural_approach.fly = fly
     return loops, wholes
 
 
 def _converged(scenario: Scenario) -> Trace:
-    chip, board = approach.CHIP_RTOL, approach.BOARD_RTOL
-    approach.CHIP_RTOL, approach.BOARD_RTOL = 0.1 * chip, 0.1 * board
+    chip, board = loop.CHIP_RTOL, loop.BOARD_RTOL
+    loop.CHIP_RTOL, loop.BOARD_RTOL = 0.1 * chip, 0.1 * board
     try:
         return approach.run(scenario)
     finally:
-        approach.CHIP_RTOL, approach.BOARD_RTOL = chip, board
+        loop.CHIP_RTOL, loop.BOARD_RTOL = chip, board
 
 
 if __name__ == "__main__":

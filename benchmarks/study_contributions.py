@@ -46,7 +46,7 @@ def main() -> int:
 
 def compare(biases: str | None, dies: int) -> Iterator[Row]:
     """Rows of one set of biases: the largest devices, the worst difference, and the sum of variances."""
-    subject = Subject(TARGET, (METRIC,), bias_set=biases, silicon=SiliconChoice(process=False))
+    subject = Subject(TARGET, (METRIC,), bias_set=biases, silicon=SiliconChoice(process_variation=False))
     study = Study(subject, Plan("random", 0, FIRST, dies), (CONDITION,), 10)
     target = open_target(subject)
     table, ours = whole(study, target)
@@ -89,7 +89,7 @@ def whole(study: Study, target: Target) -> tuple[Table, Breakdown]:
 def one_at_a_time(study: Study, target: Target) -> tuple[dict[str, float], float]:
     """Variance of ln t_inh with only one device varied, by device; and the share of dies that define it."""
     labels = target.labels()
-    draws = np.array([target.draws(die) for die in dies_of(study, target, study.dies)])
+    draws = np.array([target.draws(die) for die in dies_of(study, study.dies)])
     owner = np.array([device(label) for label in labels])
     variance, defined = {}, []
     for name in dict.fromkeys(owner.tolist()):

@@ -22,7 +22,7 @@ from _report import Row, parser_of, report
 from circuits.blocks.sonar import rebound_neuron, tuning
 from circuits.lowering.kernel import Machine
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500_IDEAL
+from circuits.silicon.process import AMI_1500
 from circuits.silicon.silicon import Silicon
 from circuits.solver.batch import map_dies
 from system.options.silicon import SiliconChoice
@@ -45,7 +45,7 @@ def threshold(machine: Machine) -> float:
 
 def study(metric: str, count: int, chunk: int = 32) -> Study:
     """Dies with mismatch only."""
-    subject = Subject("rebound-neuron", (metric,), silicon=SiliconChoice(process=False))
+    subject = Subject("rebound-neuron", (metric,), silicon=SiliconChoice(process_variation=False))
     return Study(subject, Plan("random", 0, FIRST, count), (Condition("random", 27.0, 0),), chunk)
 
 
@@ -60,7 +60,7 @@ def timed_study(wanted: Study, threads: int) -> tuple[float, Table]:
 
 def bare(count: int) -> tuple[float, list[float]]:
     """Wall seconds of the batch alone on one thread, and its best delays."""
-    machine = tuning.tuning_machine(rebound_neuron.build(), Silicon(AMI_1500_IDEAL, die=Die(process=False)))
+    machine = tuning.tuning_machine(rebound_neuron.build(), Silicon(AMI_1500, die=Die(process=False)))
     dies = [Die(number=k, process=False) for k in range(FIRST, FIRST + count)]
     start = time.perf_counter()
     found = map_dies(tuning.tune, machine, dies, 1)
