@@ -123,9 +123,11 @@ def make_kernels(folder: Path, tree: Path, *, few: bool) -> None:
     environment = {**os.environ, "NOCTULE_SHIP_KERNELS": "1", "PYTHONPATH": str(tree)}
     named = [{"NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""} for kind in kinds_here()]
     runs = product(named or [{}], KERNELS)
-    for target, command in islice(runs, 1) if few else runs:
+    for number, (target, command) in enumerate(islice(runs, 1) if few else runs):
+        own = work / str(number)  # a study goes on in no folder of another
+        own.mkdir()
         words = [str(noctule), *command.split()]
-        subprocess.run(words, check=True, capture_output=True, cwd=work, env=environment | target)
+        subprocess.run(words, check=True, capture_output=True, cwd=own, env=environment | target)
 
 
 def built(folder: Path, tree: Path) -> Path:

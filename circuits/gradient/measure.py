@@ -33,6 +33,7 @@ from circuits.silicon.die import Die
 from circuits.solver.transient import Result
 
 _STEP = 1e-6  # V and us, by which a measured number's slopes are found; ours
+_EVEN, _SMALLER = 0.01, 5  # how even both ways are, and how often a step is made a tenth until then; ours
 MOST_POINTS = 64  # pieces of a waveform, above which a number is one of the whole run; ours
 
 
@@ -483,11 +484,16 @@ class _Search:
         return (ends[0] - ends[1]) / (2.0 * step)
 
     def _note(self, node: int, sample: int) -> None:
-        one = slice(sample, sample + 1)
-        up, down = (self._moved(node, one, np.array([s])) for s in (1.0, -1.0))
+        """Remember a sample's slope; an extreme takes the next sample for one that is raised above it."""
+        one, step, smaller, rise, fall = slice(sample, sample + 1), 10.0 * _STEP, 0, 1.0, 0.0
+        while abs(rise - fall) > _EVEN * max(abs(rise), abs(fall)) and smaller < _SMALLER:
+            step, smaller = 0.1 * step, smaller + 1
+            up, down = (self._moved(node, one, np.array([s]), step) for s in (1.0, -1.0))
+            rise, fall = up - self.value, self.value - down
         row = int(np.searchsorted(self.kept, sample))
         column = self.result.machine.column_of(self.result.nodes[node])
-        self.found[row, column] = self.found.get((row, column), 0.0) + (up - down) / (2.0 * _STEP)
+        if rise + fall != 0.0:
+            self.found[row, column] = self.found.get((row, column), 0.0) + (rise + fall) / (2.0 * step)
 
     def _by_spike(self, port: str, k: int) -> float:
         step = 1e-6 * _STEP
@@ -498,9 +504,9 @@ class _Search:
             ends.append(self._value(self._with(spikes={**self.result.spikes, port: times})))
         return (ends[0] - ends[1]) / (2.0 * step)
 
-    def _moved(self, node: int, rows: slice, sign: F64) -> float:
+    def _moved(self, node: int, rows: slice, sign: F64, step: float = _STEP) -> float:
         voltage = self.result.voltage.copy()
-        voltage[rows, node] += _STEP * sign
+        voltage[rows, node] += step * sign
         return self._value(self._with(voltage=voltage))
 
     def _value(self, result: Result) -> float:

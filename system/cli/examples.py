@@ -67,7 +67,7 @@ EXAMPLES: dict[tuple[str, ...], tuple[str, ...]] = {
     ("doctor",): ("noctule doctor",),
     ("blame",): ("noctule blame approach --codes default --die 1003 --report why.html",),
     ("blame", "approach"): ("noctule blame approach --bias-kind gate --die 1001 --report why.html",),
-    ("blame", "rover"): ("noctule blame rover --codes default --die 1003 --report why.html",),
+    ("blame", "rover"): ('noctule blame rover --codes default --die 1003 --success "frechet_m < 9"',),
     ("blame", "forest"): ("noctule blame forest --codes default --die 1003 --report why.html",),
     ("blame", "spiking-bat"): ("noctule blame spiking-bat --die 5004 --report why.html",),
     ("blame", "car"): ("noctule blame car --codes default --die 5003 --report why.html",),

@@ -167,6 +167,16 @@ def test_number_of_a_run_has_the_gradient_of_what_it_reads():
     np.testing.assert_allclose(found.by[2] + found.by[3], found.by[1], rtol=1e-5, atol=1e-12)
 
 
+def test_a_number_that_is_an_extreme_has_the_gradient_of_one():
+    """Its neighbours are within a millionth of a volt of it: the spread was told 2,600 times too large."""
+    peak = Measured("peak", lambda result: load_block("rebound-neuron").measures(result)["v_mem_peak_V"], "V")
+    found = gradients_of(neuron(), (peak, Extreme("v_mem")))
+    assert found.spread[0] == pytest.approx(found.spread[1], rel=1e-4)
+    np.testing.assert_allclose(
+        found.by[0] * found.sigma, found.by[1] * found.sigma, atol=1e-4 * found.spread[1]
+    )
+
+
 def test_measures_without_a_gradient_say_why():
     machine = neuron(echo=None)
     whole = Measured("mean", lambda result: float(result.voltage.mean()), "V")
