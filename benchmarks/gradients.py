@@ -11,13 +11,12 @@ delay `ours` is what its gradient takes beyond the search, and `peer` a run at e
 from __future__ import annotations
 
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from _report import Row, parser_of, report
+from _report import Row, best_of, parser_of, report
 from circuits.blocks.block import Block
 from circuits.blocks.sonar.tuning import tuning_machine
 from circuits.blocks.sonar.tuning_metrics import BEST_DELAY
@@ -81,7 +80,7 @@ def edges(label: str, machine: Machine) -> Row:
     found = BEST_DELAY.edges(searched.machine, BEST_DELAY.measure(searched.machine))
     name = f"{label}, best_delay, an edge"
     if not found:
-        return Row(name, float("nan"), float("nan"), float("nan"), "the neuron has none")
+        return Row(name, 0.0, None, None, "the neuron has no interval, and so no edge")
     search = best_of(lambda: BEST_DELAY.measure(searched.machine))
     ours = best_of(lambda: gradients_of_search(searched)) - search
     peer = sum(best_of(lambda e=e: simulate(e.beside(e.resolution), rtol=GRADIENT_RTOL)) for e in found)
@@ -97,16 +96,6 @@ def measure_of(block: Block, machine: Machine) -> Measure | None:
     ports = [p.elements()[0] for p in machine.testbench.circuit.ports if p.kind in ("analog", "event")]
     free = [node for node in ports if machine.column_of(node) < machine.kernel.unknowns]
     return Voltage(free[0], 0.7 * block.bench().stop) if free else None
-
-
-def best_of(work: Callable[[], object]) -> float:
-    """CPU time, s, least of three."""
-    taken = []
-    for _ in range(3):
-        start = time.process_time()
-        work()
-        taken.append(time.process_time() - start)
-    return min(taken)
 
 
 def accuracy(machine: Machine, measure: Measure, found: Gradients) -> str:

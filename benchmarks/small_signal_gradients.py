@@ -12,13 +12,12 @@ shares.
 from __future__ import annotations
 
 import sys
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from _report import Row, parser_of, report
+from _report import Row, best_of, parser_of, report
 from circuits.blocks.block import Block
 from circuits.errors import SolverError
 from circuits.gradient.gradient import Gradients
@@ -92,16 +91,6 @@ def measures_of(pairs: Sequence[tuple[str, str]]) -> Iterator[tuple[str, float, 
     """What is measured of transfers, in words, with what is claimed of its cost."""
     yield "10 kHz", MOST, [Transfer(kind, *pair, 1e4) for pair in pairs for kind in ("db", "phase")]
     yield "bandwidths", float("inf"), [Corner(*pair) for pair in pairs]
-
-
-def best_of(work: Callable[[], object]) -> float:
-    """CPU time, s, least of three."""
-    taken = []
-    for _ in range(3):
-        start = time.process_time()
-        work()
-        taken.append(time.process_time() - start)
-    return min(taken)
 
 
 def accuracy(point: OperatingPoint, measures: Sequence[SmallSignal], found: Gradients) -> str:

@@ -21,8 +21,8 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.gradient.measure import Crossing, Current, Energy, Extreme, Integral, Measure, Measured, Voltage
 from circuits.gradient.reading import Reading
-from circuits.gradient.tap import current_in
 from circuits.gradient.way import Way
+from circuits.measure.current import current_in
 from circuits.measure.function import Arguments
 from circuits.measure.grammar import parse
 from circuits.measure.measure import Measure as Text

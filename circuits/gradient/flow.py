@@ -34,7 +34,7 @@ class Flow(NamedTuple):
     channel : float64[transistors]. junction : float64[2, transistors], at drain and source.
     amplifier : float64[5, amplifiers]. diode : float64[diodes].
     linear : float64[columns], S. charge : float64[columns], F.
-    resistors, pairs : float64 of each pair of `circuits.gradient.parameters`.
+    resistors, pairs : float64 of each pair of `circuits.gradient.ends`.
     """
 
     channel: F64
@@ -57,7 +57,7 @@ def flow_of(machine: Machine, name: str, ends: Ends) -> Flow:
     name
         Path of a device, or name of a source.
     ends
-        Columns of pairs, as `circuits.gradient.parameters` has them.
+        Columns of pairs (`circuits.gradient.ends`).
 
     Raises
     ------

@@ -20,7 +20,6 @@ from circuits.gradient.tap import (
     course_of,
     current_at,
     current_at_beginning,
-    current_in,
     moving_along,
     through,
     unit_of,
@@ -29,6 +28,7 @@ from circuits.gradient.tap import (
 from circuits.gradient.way import Way
 from circuits.lowering.kernel import on_die
 from circuits.lowering.supply import spike_levels
+from circuits.measure.current import current_in
 from circuits.silicon.die import Die
 from circuits.solver.transient import Result
 

@@ -20,7 +20,7 @@ from circuits.compiled import compiled
 from circuits.devices.source import Polyline, polyline
 from circuits.gradient.backwards import Adjoint, apart
 from circuits.gradient.parameters import Rows
-from circuits.gradient.way import SAME_TIME, Way
+from circuits.gradient.way import SAME_TIME, Way, nearest
 from circuits.lowering.kernel import Kernel, Machine
 from circuits.solver.newton import Work, allocate, evaluate
 from circuits.testbench import Testbench
@@ -147,11 +147,7 @@ def _sources_moved(machine: Machine, way: Way, move: Move) -> tuple[F64, F64] | 
 
 def _at_corners(way: Way, corner: F64) -> tuple[I64, I64]:
     """Rows at corners of a source, and their numbers; not the first and the last row, whose times stay."""
-    near = np.clip(np.searchsorted(corner, way.time), 1, max(corner.size - 1, 1)) if corner.size > 1 else None
-    if near is None:
-        near = np.zeros(way.time.size, np.int64)
-    else:
-        near = np.where(np.abs(corner[near] - way.time) < np.abs(corner[near - 1] - way.time), near, near - 1)
+    near = nearest(corner, way.time)
     rows = np.flatnonzero((np.abs(corner[near] - way.time) <= SAME_TIME) & ~way.free)
     rows = rows[(rows > 0) & (rows < way.time.size - 1)]
     return rows, near[rows]

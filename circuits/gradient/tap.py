@@ -18,7 +18,7 @@ from circuits.gradient.flow import carried, conducted, flow_of, gather
 from circuits.gradient.reading import Reading, read_at
 from circuits.gradient.way import Way
 from circuits.lowering.kernel import Machine
-from circuits.measure.current import rate
+from circuits.measure.current import current_in, rate
 from circuits.solver.newton import allocate
 from circuits.solver.transient import Result
 
@@ -60,11 +60,6 @@ class Course(NamedTuple):
         rate[1:2] += rate[:1]
         rate[0] = 0.0
         return found._replace(slopes=(), taps=(Tap(self.name, weight, rate, np.zeros(weight.size)),))
-
-
-def current_in(node: str) -> str | None:
-    """Return the name in `i(NAME)`, None of a node."""
-    return node[2:-1] if node.startswith("i(") and node.endswith(")") else None
 
 
 def unit_of(node: str) -> str:

@@ -81,15 +81,18 @@ def _orders(machine: Machine, time: F64) -> I64:
     """0 for the beginning, 1 for the first step and for each after a bend of a stimulus, 2 for the others."""
     bends = [t for (t, _), sampled in zip(machine.polylines, machine.sampled, strict=True) if not sampled]
     every = np.unique(np.concatenate([np.zeros(1), *bends]))
-    near = np.clip(np.searchsorted(every, time), 1, max(every.size - 1, 1)) if every.size > 1 else None
-    if near is None:
-        at_bend = np.abs(time - every[0]) <= SAME_TIME
-    else:
-        at_bend = np.minimum(np.abs(every[near] - time), np.abs(every[near - 1] - time)) <= SAME_TIME
+    at_bend = np.abs(every[nearest(every, time)] - time) <= SAME_TIME
     order = np.full(time.size, 2, dtype=np.int64)
     order[1:][at_bend[:-1]] = 1
     order[:2] = [0, 1][: time.size]
     return order
+
+
+def nearest(times: F64, time: F64) -> I64:
+    """Return which of some rising times is nearest to each of others, int64[time]; all in s."""
+    after = np.minimum(np.searchsorted(times, time), times.size - 1)
+    before = np.maximum(after - 1, 0)
+    return np.where(np.abs(times[after] - time) < np.abs(times[before] - time), after, before)
 
 
 def _moving(machine: Machine, time: F64, order: I64) -> tuple[F64, Bools]:

@@ -31,6 +31,11 @@ from circuits.solver.power import conduction_and_channels, linear
 _OTHERS: tuple[type[Device], ...] = (Resistor, ControlledSource, Capacitor, Diode)  # with a current by name
 
 
+def current_in(text: str) -> str | None:
+    """Return the name in `i(NAME)`, None of another text, as of a node."""
+    return text[2:-1] if text.startswith("i(") and text.endswith(")") else None
+
+
 def current_names(machine: Machine) -> tuple[str, ...]:
     """Names of devices and sources whose currents are known: devices by path, then sources by name.
 

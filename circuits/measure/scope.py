@@ -19,7 +19,13 @@ from circuits.arrays import F64, Bools
 from circuits.errors import unknown_name
 from circuits.lowering.kernel import Machine
 from circuits.measure.branch import branches
-from circuits.measure.current import course_currents, current_names, device_current, static_currents
+from circuits.measure.current import (
+    course_currents,
+    current_in,
+    current_names,
+    device_current,
+    static_currents,
+)
 from circuits.measure.signal import Signal
 from circuits.measure.unit import SECOND, VOLT, Unit
 from circuits.solver.operating_point import OperatingPoint
@@ -221,7 +227,7 @@ def device_currents(
     """
     machine = found.machine
     known = current_names(machine)
-    wanted = {name: _bare(name) for name in (known if names is None else names)}
+    wanted = {name: current_in(name) or name for name in (known if names is None else names)}
     for name in wanted.values():
         if name not in known:
             raise unknown_name(f"{machine.flat.circuit.name} current", name, known)
@@ -232,11 +238,6 @@ def device_currents(
         return {name: record.current(bare).value for name, bare in wanted.items()}
     still = static_currents(machine, _at_rest(found))
     return {name: still[bare] for name, bare in wanted.items()}
-
-
-def _bare(name: str) -> str:
-    """The name in `i(NAME)`."""
-    return name[2:-1] if name.startswith("i(") and name.endswith(")") else name
 
 
 def _at_rest(found: OperatingPoint | Sweep) -> F64:

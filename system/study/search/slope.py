@@ -25,7 +25,7 @@ from system.study.search.sensitivity import STEP, measure_rows, varying_labels
 from system.study.table import Condition
 from system.study.target import BlockTarget
 
-BACKWARDS = 3  # runs of the testbench that one run and one run backwards cost at most
+BACKWARDS = 3  # runs of the testbench that one run and one run backwards count as; ours
 EDGES = 2  # of a search, each of which has such a pair
 
 
