@@ -187,32 +187,57 @@ def _here(v: F64, f: Flow, w: Work) -> float:
 
 @compiled()
 def _gather_transistors(k: Kernel, v: F64, z: float, f: Flow, w: Work, m: int, slopes: F64, s: Sums) -> None:
-    t, x = k.transistors.terminal, w.transistor
     for i in range(f.channel.size):
         by = z * f.channel[i]
         if by != 0.0:
             add_channel(k, v, w, i, -by, m, s)
-            for end in range(3):
-                slopes[t[end, i]] += by * x.conductance[end, i]
-                slopes[t[3, i]] -= by * x.conductance[end, i]
+            slope_channel(k, w, i, by, slopes)
         if k.transistors.leaks:
             for side in range(2):
                 by = z * f.junction[side, i]
                 add_junction(w, i, side, -by, m, s)
-                own, gate = x.junction_conductance[side, i], x.junction_conductance[2 + side, i]
-                slopes[t[2 * side, i]] += by * own
-                slopes[t[1, i]] += by * gate
-                slopes[t[3, i]] -= by * (own + gate)
+                slope_junction(k, w, i, side, by, slopes)
 
 
 @compiled()
 def _gather_others(k: Kernel, z: float, f: Flow, w: Work, slopes: F64) -> None:
     for j in range(f.amplifier.shape[1]):
         for i in range(5):
-            for c in range(5):
-                slopes[k.amplifier_terminal[c, j]] += z * f.amplifier[i, j] * w.amplifier_slope[i, c, j]
+            slope_amplifier(k, w, j, i, z * f.amplifier[i, j], slopes)
     for d in range(f.diode.size):
-        slopes[k.diodes.terminal[0, d]] += z * f.diode[d] * w.diode_slope[0, d]
-        slopes[k.diodes.terminal[1, d]] -= z * f.diode[d] * w.diode_slope[0, d]
+        slope_diode(k, w, d, z * f.diode[d] * w.diode_slope[0, d], slopes)
     for c in range(f.linear.size):
         slopes[c] += z * f.linear[c]
+
+
+@compiled(forceinline=True)
+def slope_channel(k: Kernel, w: Work, i: int, by: float, slopes: F64) -> None:
+    """Add what voltages do to the current of channel i, times `by`; slopes: float64[columns], as below."""
+    t, g = k.transistors.terminal, w.transistor.conductance
+    for end in range(3):
+        slopes[t[end, i]] += by * g[end, i]
+        slopes[t[3, i]] -= by * g[end, i]
+
+
+@compiled(forceinline=True)
+def slope_junction(k: Kernel, w: Work, i: int, side: int, by: float, slopes: F64) -> None:
+    """Add what voltages do to the current of the junction at drain, 0, or source, 1, of transistor i."""
+    t, g = k.transistors.terminal, w.transistor.junction_conductance
+    own, gate = by * g[side, i], by * g[2 + side, i]
+    slopes[t[2 * side, i]] += own
+    slopes[t[1, i]] += gate
+    slopes[t[3, i]] -= own + gate
+
+
+@compiled(forceinline=True)
+def slope_amplifier(k: Kernel, w: Work, j: int, i: int, by: float, slopes: F64) -> None:
+    """Add what voltages do to the current into terminal i of amplifier j."""
+    for c in range(5):
+        slopes[k.amplifier_terminal[c, j]] += by * w.amplifier_slope[i, c, j]
+
+
+@compiled(forceinline=True)
+def slope_diode(k: Kernel, w: Work, d: int, by: float, slopes: F64) -> None:
+    """Add what the voltage across diode d does; by: its slope included."""
+    slopes[k.diodes.terminal[0, d]] += by
+    slopes[k.diodes.terminal[1, d]] -= by

@@ -19,6 +19,7 @@ from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from circuits.devices.source import Polyline, polyline
 from circuits.gradient.backwards import Adjoint, apart
+from circuits.gradient.flow import slope_amplifier, slope_channel, slope_diode, slope_junction
 from circuits.gradient.parameters import Rows
 from circuits.gradient.way import SAME_TIME, Way, nearest
 from circuits.lowering.kernel import Kernel, Machine
@@ -184,48 +185,33 @@ def _by_sources(k: Kernel, voltage: F64, wanted: I64, moved: F64, w: Work, out: 
 
     wanted: rows, int64. out: float64[measures, rows, sources].
     """
+    slopes = w.rate
     for row in wanted:
         evaluate(k, voltage[row], w)
         for m in range(moved.shape[0]):
-            own, found = moved[m, row], out[m, row]
-            _by_transistors(k, own, w, found)
-            for j in range(k.amplifier_terminal.shape[1]):
-                for i in range(5):
-                    at = apart(own, k.amplifier_terminal[i, j], k.columns)
-                    for c in range(5):
-                        _add(k, k.amplifier_terminal[c, j], -at * w.amplifier_slope[i, c, j], found)
-            for d in range(k.diodes.saturation.size):
-                a, b, charge = k.diodes.terminal[0, d], k.diodes.terminal[1, d], k.diodes.charge[d]
-                by = -apart(own, a, b) * w.diode_slope[0, d]
-                if charge >= 0:
-                    by += own[charge] * w.diode_slope[1, d]
-                _add(k, a, by, found)
-                _add(k, b, -by, found)
-            for i in range(k.unknowns):
-                for p in range(k.conductance.start[i], k.conductance.start[i + 1]):
-                    _add(k, k.conductance.column[p], -own[i] * k.conductance.value[p], found)
+            slopes[:] = 0.0
+            _slope(k, moved[m, row], w, slopes)
+            for q in range(out.shape[2]):
+                out[m, row, q] = slopes[k.unknowns + q]
 
 
 @compiled()
-def _by_transistors(k: Kernel, own: F64, w: Work, found: F64) -> None:
-    t, x = k.transistors.terminal, w.transistor
+def _slope(k: Kernel, own: F64, w: Work, slopes: F64) -> None:
+    """Add `- m R` by all voltages; own: m, float64[unknowns]; slopes: float64[columns]."""
+    t = k.transistors.terminal
     for i in range(k.transistors.sign.size):
-        channel = apart(own, t[0, i], t[2, i])
-        for end in range(3):
-            by = channel * x.conductance[end, i]
-            _add(k, t[end, i], -by, found)
-            _add(k, t[3, i], by, found)
+        slope_channel(k, w, i, -apart(own, t[0, i], t[2, i]), slopes)
         if k.transistors.leaks:
             for side in range(2):
-                across = apart(own, t[2 * side, i], t[3, i])
-                a, b = across * x.junction_conductance[side, i], across * x.junction_conductance[2 + side, i]
-                _add(k, t[2 * side, i], -a, found)
-                _add(k, t[1, i], -b, found)
-                _add(k, t[3, i], a + b, found)
-
-
-@compiled(forceinline=True)
-def _add(k: Kernel, column: int, by: float, found: F64) -> None:
-    """Add what a voltage does where a source fixes it."""
-    if k.unknowns <= column < k.columns - 1:
-        found[column - k.unknowns] += by
+                slope_junction(k, w, i, side, -apart(own, t[2 * side, i], t[3, i]), slopes)
+    for j in range(k.amplifier_terminal.shape[1]):
+        for i in range(5):
+            slope_amplifier(k, w, j, i, -apart(own, k.amplifier_terminal[i, j], k.columns), slopes)
+    for d in range(k.diodes.saturation.size):
+        by = -apart(own, k.diodes.terminal[0, d], k.diodes.terminal[1, d]) * w.diode_slope[0, d]
+        if k.diodes.charge[d] >= 0:
+            by += own[k.diodes.charge[d]] * w.diode_slope[1, d]
+        slope_diode(k, w, d, by, slopes)
+    for i in range(k.unknowns):
+        for p in range(k.conductance.start[i], k.conductance.start[i + 1]):
+            slopes[k.conductance.column[p]] -= own[i] * k.conductance.value[p]
