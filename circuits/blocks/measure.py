@@ -11,6 +11,8 @@ from functools import partial
 from circuits.arrays import F64
 from circuits.event import falling_crossing, rising_crossing
 from circuits.lowering.supply import half_supply
+from circuits.measure.scope import TransientRecord
+from circuits.measure.signal import extreme
 from circuits.solver.transient import Result
 
 Measures = Callable[[Result], Mapping[str, float | None]]
@@ -24,6 +26,12 @@ def rise(result: Result, node: str) -> float | None:
 def fall(result: Result, node: str) -> float | None:
     """First time at which a node falls through half the supply, s; None where it never does."""
     return falling_crossing(result.time, result[node], half_supply(result.machine))
+
+
+def peak(result: Result, node: str, begin: float = 0.0) -> tuple[float, float]:
+    """Time (s) and voltage (V) of a node's peak from `begin` (s) on: between steps where it is there."""
+    signal = TransientRecord(result).voltage(node)
+    return extreme(signal, begin, signal.ends[1], 1.0)
 
 
 def between(begin: float | None, end: float | None) -> float | None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.errors import ParameterError, unknown_name
-from circuits.gradient.reading import Reading, crossing, passed, read_at, top_of
+from circuits.gradient.reading import Reading, crossing, passed, read_at, top_of, uneven
 from circuits.gradient.tap import (
     at_rows,
     course_of,
@@ -420,7 +420,7 @@ class _Search:
                 slope = self._by_spike(port, k)
                 if slope:
                     self.spikes.append((slope, crossing(self.way, column, float(time))))
-        sign = np.random.default_rng(0).choice([-1.0, 1.0], self.result.voltage.shape[0])  # of no consequence
+        sign = uneven(self.result.voltage.shape[0])
         for node in range(len(self.result.nodes)):
             pending = [(0, self.result.voltage.shape[0])]
             while pending:

@@ -43,6 +43,15 @@ class Reading(NamedTuple):
     along: F64 | None = None
 
 
+def uneven(samples: int) -> F64:
+    """By what each of some samples is moved to see which a number reads, float64[samples] within 1.
+
+    No two are moved alike: a time of a peak, or a ratio, stays where all that it reads is.
+    """
+    draw = np.random.default_rng(0)  # of no consequence
+    return np.asarray(draw.uniform(0.5, 1.0, samples) * draw.choice([-1.0, 1.0], samples))
+
+
 def top_of(way: Way, row: int, column: int) -> Reading:
     """Read an extreme at a row: at the vertex of the parabola through its neighbours, else at its time."""
     if not 0 < row < way.time.size - 1:

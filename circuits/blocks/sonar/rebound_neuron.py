@@ -15,7 +15,7 @@ import numpy as np
 
 from circuits.blocks.block import DURATION, EquationText, Stimulus, Values, catalogued
 from circuits.blocks.drive import powered
-from circuits.blocks.measure import between, fall, rise, spike_outcome
+from circuits.blocks.measure import between, fall, peak, rise, spike_outcome
 from circuits.blocks.mos import current_mirror, mos
 from circuits.blocks.ports import (
     SUPPLY,
@@ -247,15 +247,13 @@ def measures(result: Result) -> dict[str, float | None]:
     without a call. v_mem_peak: the largest v_mem after the release, or over the whole run without a call.
     """
     call, release = rise(result, "call"), fall(result, "inhibition.b")
-    v_mem = result["v_mem"]
-    after = result.time >= (release or 0.0)
-    peak = int(np.argmax(np.where(after, v_mem, -np.inf)))
+    time, height = peak(result, "v_mem", release or 0.0)
     ends = [float(time) for time in result.spikes["spike"] if time > (release or 0.0)]
-    top = ends[0] if ends else float(result.time[peak])
+    top = ends[0] if ends else time
     return {
         "t_inh_s": between(call, release),
         "t_reb_s": None if call is None else between(release, top),
-        "v_mem_peak_V": float(v_mem[peak]),
+        "v_mem_peak_V": height,
     }
 
 

@@ -22,6 +22,7 @@ import numpy as np
 from circuits.arrays import C128, F64, Bools
 from circuits.catalogue import later
 from circuits.errors import ParameterError
+from circuits.gradient.reading import uneven
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.small_signal import Linear, linearise, source_column
 
@@ -368,8 +369,7 @@ class OfSpectrum(SmallSignal):
 
     def _read_places(self, grid: F64, transfer: C128, value: float) -> list[tuple[int, int]]:
         """Rows and nodes of the transfers that the number depends on, found by halving."""
-        sign = np.random.default_rng(0).choice([-1.0, 1.0], transfer.shape[0])  # of no consequence
-        turn = 1.0 + _STEP * (1.0 + 1j) * sign
+        turn = 1.0 + _STEP * (1.0 + 1j) * uneven(transfer.shape[0])
         found: list[tuple[int, int]] = []
         for node in range(len(self.nodes)):
             pending = [(0, transfer.shape[0])]

@@ -12,6 +12,7 @@ from circuits.blocks.measure import (
     last_rate,
     latency,
     low_time,
+    peak,
     rise,
     spiked,
     whether,
@@ -49,6 +50,21 @@ def test_half_the_supply_is_passed_after_ln_2_time_constants(result: Result) -> 
     assert high_time(result, "spike") == pytest.approx(DOWN - UP, abs=2e-6)
     assert latency(result, UP) == pytest.approx(R * C * math.log(2.0), abs=2e-6)
     assert spiked(result)
+
+
+def test_a_peak_lies_between_the_steps() -> None:
+    """A ramp of 1 V/ms goes up for 5 ms, and down: what follows it is highest ln(2 - e^-5) ms after that."""
+    ports = (SUPPLY, Port("drive", "analog"), *event_out("out"))
+    load = Resistor("r_load", "vdd", "0", R)
+    devices = (Resistor("r", "drive", "out", R), Capacitor("c", "out", "0", C), load)
+    ramp = PiecewiseLinear((0.0, 5e-3, 10e-3), (0.0, 5.0, 0.0))
+    bench = Testbench("rc", Circuit("rc", ports, devices), powered(5.0, {"drive": ramp}), 10e-3)
+    run, after = simulate(bench), R * C * math.log(2.0 - math.exp(-5.0))
+    when, height = peak(run, "out")
+    assert when == pytest.approx(5e-3 + after, abs=3e-7)
+    assert height == pytest.approx(5.0 - after * 1e3, abs=1e-4)
+    assert abs(run.time - when).min() > 1e-6
+    assert peak(run, "out", 7e-3)[0] == 7e-3
 
 
 def test_what_is_not_in_the_run_is_none(result: Result) -> None:

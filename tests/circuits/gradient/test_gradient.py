@@ -34,6 +34,7 @@ from circuits.testbench import Testbench
 from tests.circuits.gradient.differences import by_deviation, by_deviations, by_temperature, read
 
 OWN = "rebound_neuron.inhibition.mi5.v_t0"  # the device that sets the first spike's time
+RATE = "rebound_neuron.membrane.mr2.v_t0"  # of the device by whose current the rebound ends
 R, C, V, STOP = 1e6, 1e-12, 2.0, 4e-6
 
 
@@ -45,7 +46,7 @@ def neuron(die=NOMINAL, kind=None, **stimuli):
 
 
 def measured(name):
-    return Measured(name, lambda result: load_block("rebound-neuron").measures(result)[name], "s")
+    return Measured(name, lambda result: load_block("rebound-neuron").measures(result)[name], name[-1])
 
 
 def low_pass():
@@ -169,7 +170,7 @@ def test_number_of_a_run_has_the_gradient_of_what_it_reads():
 
 def test_a_number_that_is_an_extreme_has_the_gradient_of_one():
     """Its neighbours are within a millionth of a volt of it: the spread was told 2,600 times too large."""
-    peak = Measured("peak", lambda result: load_block("rebound-neuron").measures(result)["v_mem_peak_V"], "V")
+    peak = Measured("peak", lambda result: float(result["v_mem"].max()), "V")
     found = gradients_of(neuron(), (peak, Extreme("v_mem")))
     assert found.spread[0] == pytest.approx(found.spread[1], rel=1e-4)
     np.testing.assert_allclose(
@@ -177,16 +178,26 @@ def test_a_number_that_is_an_extreme_has_the_gradient_of_one():
     )
 
 
+@pytest.mark.parametrize("off", [5e-3, 6e-3, 7e-3])
+def test_the_time_of_a_peak_and_its_height_have_gradients(off):
+    """Where no spike ends the rise. Samples that are moved alike leave the time of a peak where it is."""
+    die = NOMINAL.with_("rebound_neuron.membrane.mr1", "v_t0", off)
+    machine = neuron(die, echo=None)
+    measures = (measured("t_reb_s"), measured("v_mem_peak_V"))
+    assert (off_by(machine, measures, (OWN, RATE), 0.1) <= 0.01).all()
+
+
 def test_measures_without_a_gradient_say_why():
     machine = neuron(echo=None)
     whole = Measured("mean", lambda result: float(result.voltage.mean()), "V")
-    wanted = (SpikeTime("spike"), SpikeTime("spike", 5), whole, Voltage("v_mem", 1.0), measured("t_reb_s"))
+    step = Measured("step", lambda result: float(result.time[np.argmax(result["v_mem"])]), "s")
+    wanted = (SpikeTime("spike"), SpikeTime("spike", 5), whole, Voltage("v_mem", 1.0), step)
     found = gradients_of(machine, wanted)
     assert np.isnan(found.by).all()
     assert "spikes; spike comes to" in found.notes[1]
     assert "depends on the whole run" in found.notes[2]
     assert "the run ends at" in found.notes[3]
-    assert "reads the time of a step" in found.notes[4]  # of the peak, where no spike ends the rise
+    assert "reads the time of a step" in found.notes[4]
     with pytest.raises(ParameterError, match="no measure"):
         gradients_of(machine, ())
 
