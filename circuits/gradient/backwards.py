@@ -21,42 +21,17 @@ import numpy as np
 
 from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
-from circuits.gradient.ends import Ends
 from circuits.gradient.section import OWN, Section, drive, lay, new_section, shift
+from circuits.gradient.sums import Ends, Heap, Sums, add_direct, add_heap, heap_up, new_heap
 from circuits.gradient.way import Way
 from circuits.lowering.factor import factor_and_solve
 from circuits.lowering.kernel import Kernel
-from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian, set_base
+from circuits.solver.lanes.sheet import Sheet, fill, new_sheet, take
+from circuits.solver.newton import Work, allocate, fill_jacobian, set_base
 from circuits.solver.operating_point import solve_dense, write_dense
+from circuits.vectors.vector import WIDTH
 
 _NONE = np.zeros((0, 0))
-
-
-class Sums(NamedTuple):
-    """Sums over the steps of a measure, each `- sum m dR`, by device.
-
-    by_drain, by_gate, by_source : float64[measures, transistors], by the voltages at the channel, unit/V.
-    current : float64[measures, transistors], by ln of the channel's current, unit.
-    early : float64[measures, transistors], by ln of what the Early effect divides by the length, unit.
-    junction : float64[measures, transistors], by ln of the junctions' leakage, unit.
-    junction_own : float64[measures, 2, transistors], by drain and source at their junctions, unit/V.
-    junction_gate : float64[measures, 2, transistors], by the gate at those junctions, unit/V.
-    charge : float64[measures, pairs], by a capacitance between two columns, unit/F.
-    conductance : float64[measures, pairs], by a conductance between two columns, unit/S.
-    direct : float64[measures], `- sum m (G v + i)`, in the measure's unit.
-    """
-
-    by_drain: F64
-    by_gate: F64
-    by_source: F64
-    current: F64
-    early: F64
-    junction: F64
-    junction_own: F64
-    junction_gate: F64
-    charge: F64
-    conductance: F64
-    direct: F64
 
 
 class Tap(NamedTuple):
@@ -93,21 +68,24 @@ class Adjoint(NamedTuple):
     given: F64 = _NONE
 
 
+class _Rows(NamedTuple):
+    """Working memory of what devices do at rows; every: int64[transistors], all of them."""
+
+    work: Work
+    sheet: Sheet
+    every: I64
+
+
 class _Room(NamedTuple):
     """Working memory of one run; matrix: float64[unknowns, unknowns]."""
 
-    work: Work
+    rows: _Rows
     matrix: F64
     section: Section
 
 
-def no_sums(k: Kernel, measures: int, ends: Ends) -> Sums:
-    """Return the sums of some measures over no step; ends: of resistors, and of what has a capacitance."""
-    m, t = measures, k.transistors.sign.size
-    a, b, c, d, e, f = (np.zeros((m, t)) for _ in range(6))
-    own, gate = np.zeros((m, 2, t)), np.zeros((m, 2, t))
-    conductance, charge = (np.zeros((m, pairs.shape[1])) for pairs in ends)
-    return Sums(a, b, c, d, e, f, own, gate, charge, conductance, np.zeros(m))
+def _new_rows(k: Kernel) -> _Rows:
+    return _Rows(allocate(k), new_sheet(k), np.arange(k.transistors.sign.size))
 
 
 def backwards(
@@ -139,11 +117,12 @@ def backwards(
         m and the sums; None where the equations are singular.
     """
     moved, n = slopes, k.unknowns
-    room = _Room(allocate(k), np.zeros((n, n)), new_section(k))
-    if not _backwards(k, way, moved, timing, held, room, sums):
+    room, heap = _Room(_new_rows(k), np.zeros((n, n)), new_section(k)), new_heap(k, len(slopes))
+    if not _backwards(k, way, moved, timing, held, room, heap):
         return None
     if not np.isfinite(moved).all():
         return None
+    add_heap(heap, sums)
     _pairs(way.voltage, way.share, moved, ends[1], ends[0], np.zeros(k.columns), sums)
     return Adjoint(way.voltage, moved, sums, timing=timing)
 
@@ -154,8 +133,16 @@ def contracted(k: Kernel, voltage: F64, moved: F64) -> F64:
     k: a kernel of the same pattern; voltage: float64[rows, columns], V, with its own sources' values.
     """
     found = np.zeros(moved.shape[0])
-    _contract(k, voltage, moved, allocate(k), found)
+    _contract(k, voltage, moved, _new_rows(k), found)
     return found
+
+
+def add_rows(k: Kernel, voltage: F64, moved: F64, sums: Sums) -> None:
+    """Add what the transistors do at rows, float64[rows, columns], V, to the sums of measures."""
+    heap, room = new_heap(k, moved.shape[0]), _new_rows(k)
+    _contract(k, voltage, moved, room, heap.direct)
+    _add_rows(k, voltage, moved, room, heap)
+    add_heap(heap, sums)
 
 
 @compiled(forceinline=True)
@@ -197,34 +184,53 @@ def _owe(k: Kernel, share: F64, row: int, moved: F64) -> None:
 
 
 @compiled()
-def _backwards(k: Kernel, way: Way, moved: F64, owed: F64, held: Bools, room: _Room, s: Sums) -> bool:
-    w, section, voltage, share = room.work, room.section, way.voltage, way.share
-    unused = w.rate[: k.unknowns]
-    for row in range(voltage.shape[0] - 1, 0, -1):
-        drive(k, way, row, section, w)
-        set_base(k, share[row, 0], w)
-        evaluate(k, voltage[row], w)
-        fill_jacobian(k, w)
-        unused[:] = 0.0
-        factor_and_solve(k.factor, w.jacobian, unused)
-        own = lay(k, way, row, section)
-        through = _across(k, section, w) if own else 0.0
+def _backwards(k: Kernel, way: Way, moved: F64, owed: F64, held: Bools, room: _Room, heap: Heap) -> bool:
+    own, last = room.rows, way.voltage.shape[0] - 1
+    for first in range(last // WIDTH * WIDTH, -1, -WIDTH):
+        fill(k, own.every, way.voltage, first, own.sheet)
+        for row in range(min(first + WIDTH - 1, last), first - 1, -1):
+            take(k, own.sheet, row - first, way.voltage[row], own.work)
+            if row > 0:
+                _step(k, way, row, moved, owed, room)
+            elif not _begin(k, way, moved, held, room):
+                return False
+            for m in range(moved.shape[0]):
+                add_direct(k, moved[m, row], own.work, m, heap.direct)
         for m in range(moved.shape[0]):
-            _owe(k, share, row, moved[m])
-            _solve_transposed(k, w.jacobian, moved[m, row])
-            shift(own and abs(through) > OWN, through, row, way, moved[m, row], owed[m], section)
-            _sum_up(k, voltage[row], moved[m, row], w, m, s)
-    set_base(k, 0.0, w)
-    evaluate(k, voltage[0], w)
+            heap_up(k, moved[m], first, room.rows.sheet, m, heap)
+    return True
+
+
+@compiled()
+def _step(k: Kernel, way: Way, row: int, moved: F64, owed: F64, room: _Room) -> None:
+    """Solve the equations of a step; the working memory is as evaluated there."""
+    w, section = room.rows.work, room.section
+    set_base(k, way.share[row, 0], w)
     fill_jacobian(k, w)
+    drive(k, way, row, section, w)
+    unused = w.rate[: k.unknowns]
+    unused[:] = 0.0
+    factor_and_solve(k.factor, w.jacobian, unused)
+    own = lay(k, way, row, section)
+    through = _across(k, section, w) if own else 0.0
     for m in range(moved.shape[0]):
-        _owe(k, share, 0, moved[m])
-        _write_transposed(k, held, w, room.matrix)
+        _owe(k, way.share, row, moved[m])
+        _solve_transposed(k, w.jacobian, moved[m, row])
+        shift(own and abs(through) > OWN, through, row, way, moved[m, row], owed[m], section)
+
+
+@compiled()
+def _begin(k: Kernel, way: Way, moved: F64, held: Bools, room: _Room) -> bool:
+    """Solve the equations of the beginning; the working memory is as evaluated there."""
+    set_base(k, 0.0, room.rows.work)
+    fill_jacobian(k, room.rows.work)
+    for m in range(moved.shape[0]):
+        _owe(k, way.share, 0, moved[m])
+        _write_transposed(k, held, room.rows.work, room.matrix)
         for i in range(k.unknowns):
             moved[m, 0, i] = 0.0 if held[i] else moved[m, 0, i]
         if not solve_dense(room.matrix, moved[m, 0]):
             return False
-        _sum_up(k, voltage[0], moved[m, 0], w, m, s)
     return True
 
 
@@ -274,60 +280,20 @@ def _pairs(voltage: F64, share: F64, moved: F64, capacitors: I64, resistors: I64
 
 
 @compiled()
-def _sum_up(k: Kernel, v: F64, own: F64, w: Work, m: int, s: Sums) -> None:
-    """Add what the transistors do at a row to the sums of a measure; w: as evaluated there; own: its m."""
-    terminal = k.transistors.terminal
-    for i in range(k.unknowns):
-        s.direct[m] -= own[i] * w.residual[i]
-    for i in range(k.transistors.sign.size):
-        channel = apart(own, terminal[0, i], terminal[2, i])
-        if channel != 0.0:
-            add_channel(k, v, w, i, channel, m, s)
-        if k.transistors.leaks:
-            for side in range(2):
-                across = apart(own, terminal[2 * side, i], terminal[3, i])
-                add_junction(w, i, side, across, m, s)
-
-
-@compiled(forceinline=True)
-def add_channel(k: Kernel, v: F64, w: Work, i: int, channel: float, m: int, s: Sums) -> None:
-    """Add what the channel of transistor i does to the sums of measure m; channel: m across it."""
-    t, x = k.transistors, w.transistor
-    s.by_drain[m, i] -= channel * x.conductance[0, i]
-    s.by_gate[m, i] -= channel * x.conductance[1, i]
-    s.by_source[m, i] -= channel * x.conductance[2, i]
-    s.current[m, i] -= channel * x.current[i]
-    # E is 1 + rest; ln of the Early voltage moves the rest alone
-    rest = t.early[i] * abs(v[t.terminal[0, i]] - v[t.terminal[2, i]])
-    if t.reduces:
-        rest /= 1.0 + t.early_rise[i] * (x.value[i] + x.value[t.sign.size + i])
-    s.early[m, i] -= channel * x.current[i] * rest / (1.0 + rest)
-
-
-@compiled(forceinline=True)
-def add_junction(w: Work, i: int, side: int, across: float, m: int, s: Sums) -> None:
-    """Add what the junction at drain, 0, or source, 1, of transistor i does; across: m across it."""
-    x = w.transistor
-    s.junction[m, i] -= across * x.junction[side, i]
-    s.junction_own[m, side, i] -= across * x.junction_conductance[side, i]
-    s.junction_gate[m, side, i] -= across * x.junction_conductance[2 + side, i]
+def _contract(k: Kernel, voltage: F64, moved: F64, room: _Rows, out: F64) -> None:
+    """Add what the direct currents at rows do to measures, float64[measures]."""
+    for first in range(0, voltage.shape[0], WIDTH):
+        fill(k, room.every, voltage, first, room.sheet)
+        for row in range(first, min(first + WIDTH, voltage.shape[0])):
+            take(k, room.sheet, row - first, voltage[row], room.work)
+            for m in range(moved.shape[0]):
+                add_direct(k, moved[m, row], room.work, m, out)
 
 
 @compiled()
-def _contract(k: Kernel, voltage: F64, moved: F64, w: Work, out: F64) -> None:
-    for row in range(voltage.shape[0]):
-        evaluate(k, voltage[row], w)
+def _add_rows(k: Kernel, voltage: F64, moved: F64, room: _Rows, heap: Heap) -> None:
+    """Add what transistors do at rows, float64[rows, columns], V, to the heaps of measures."""
+    for first in range(0, voltage.shape[0], WIDTH):
+        fill(k, room.every, voltage, first, room.sheet)
         for m in range(moved.shape[0]):
-            total = 0.0
-            for i in range(k.unknowns):
-                total += moved[m, row, i] * w.residual[i]
-            out[m] -= total
-
-
-@compiled()
-def add_rows(k: Kernel, voltage: F64, moved: F64, w: Work, s: Sums) -> None:
-    """Add what the transistors do at rows, float64[rows, columns], V, to the sums of measures."""
-    for row in range(voltage.shape[0]):
-        evaluate(k, voltage[row], w)
-        for m in range(moved.shape[0]):
-            _sum_up(k, voltage[row], moved[m, row], w, m, s)
+            heap_up(k, moved[m], first, room.sheet, m, heap)

@@ -18,8 +18,8 @@ from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.diode import DiodeArrays, diode_arrays, diode_currents
 from circuits.gradient.backwards import Adjoint, apart
-from circuits.gradient.ends import ends_of
 from circuits.gradient.flow import flow_of
+from circuits.gradient.sums import ends_of
 from circuits.lowering.kernel import Machine
 
 FIGURES = {

@@ -15,17 +15,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from circuits.arrays import F64
+from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 from circuits.devices import Capacitor, ControlledSource, Diode, Resistor, Transistor
 from circuits.devices.device import Device
 from circuits.errors import unknown_name
-from circuits.gradient.backwards import Sums, add_channel, add_junction
-from circuits.gradient.ends import Ends
+from circuits.gradient.sums import Ends, Heap, Sums, add_channel, add_heap, add_junction, new_heap
 from circuits.lowering.kernel import Kernel, Machine
 from circuits.lowering.made import made
 from circuits.measure.current import current_names
-from circuits.solver.newton import Work, evaluate
+from circuits.solver.lanes.sheet import Sheet, fill, new_sheet
+from circuits.solver.newton import Work, add_others, allocate
+from circuits.vectors import vector
+from circuits.vectors.vector import WIDTH, Lanes, rows
+
+every, load, store = vector.every, vector.load, vector.store
 
 
 class Flow(NamedTuple):
@@ -34,7 +38,7 @@ class Flow(NamedTuple):
     channel : float64[transistors]. junction : float64[2, transistors], at drain and source.
     amplifier : float64[5, amplifiers]. diode : float64[diodes].
     linear : float64[columns], S. charge : float64[columns], F.
-    resistors, pairs : float64 of each pair of `circuits.gradient.ends`.
+    resistors, pairs : float64 of each pair of `circuits.gradient.sums`.
     """
 
     channel: F64
@@ -57,7 +61,7 @@ def flow_of(machine: Machine, name: str, ends: Ends) -> Flow:
     name
         Path of a device, or name of a source.
     ends
-        Columns of pairs (`circuits.gradient.ends`).
+        Columns of pairs (`circuits.gradient.sums`).
 
     Raises
     ------
@@ -134,47 +138,87 @@ def _fill_source(machine: Machine, name: str, ends: Ends, f: Flow) -> None:
         into[:] = (b == column).astype(float) - (a == column)
 
 
-@compiled()
-def conducted(k: Kernel, voltage: F64, f: Flow, w: Work, out: F64) -> None:
-    """Fill in what flows without charge at each row, A, float64[rows]; voltage: float64[rows, columns], V."""
-    for row in range(voltage.shape[0]):
-        evaluate(k, voltage[row], w)
-        out[row] = _here(voltage[row], f, w)
+class _Room(NamedTuple):
+    """Working memory: which transistors a current has a weight of, int64, and float64[columns, WIDTH]."""
+
+    work: Work
+    sheet: Sheet
+    which: I64
+    slopes: F64
+    here: F64
 
 
-@compiled()
-def carried(k: Kernel, voltage: F64, weight: F64, f: Flow, w: Work) -> float:
-    """Return the weighted sum over the rows of what flows without charge."""
-    total = 0.0
-    for row in range(voltage.shape[0]):
-        if weight[row] != 0.0:
-            evaluate(k, voltage[row], w)
-            total += weight[row] * _here(voltage[row], f, w)
-    return total
+def _room(k: Kernel, f: Flow) -> _Room:
+    which = np.flatnonzero((f.channel != 0.0) | (f.junction != 0.0).any(axis=0))
+    return _Room(allocate(k), new_sheet(k), which, rows(k.columns), rows(1))
 
 
-@compiled()
-def gather(k: Kernel, voltage: F64, weight: F64, f: Flow, w: Work, m: int, slopes: F64, s: Sums) -> None:
-    """Add what a current without charge does to measure m; slopes: of it by voltages, float64[rows, columns].
+def conducted(k: Kernel, voltage: F64, f: Flow, wanted: Bools) -> F64:
+    """Return what flows without charge, A, float64[rows], at rows that are wanted, bool[rows].
 
-    weight: slope of the measure by the current at each row, float64[rows].
+    voltage: float64[rows, columns], V.
     """
-    for row in range(voltage.shape[0]):
-        if weight[row] != 0.0:
-            evaluate(k, voltage[row], w)
-            s.direct[m] += weight[row] * _here(voltage[row], f, w)
-            _gather_transistors(k, voltage[row], weight[row], f, w, m, slopes[row], s)
-            _gather_others(k, weight[row], f, w, slopes[row])
+    found = np.zeros(len(voltage))
+    _conduct(k, voltage, f, wanted, _room(k, f), found)
+    return found
+
+
+def gather(k: Kernel, voltage: F64, weight: F64, f: Flow, m: int, slopes: F64, s: Sums) -> None:
+    """Add what a current without charge does to measure m.
+
+    Parameters
+    ----------
+    k
+        The kernel.
+    voltage
+        float64[rows, columns], V.
+    weight
+        Slope of the measure by the current at each row, float64[rows].
+    f
+        The current.
+    m
+        Number of the measure.
+    slopes
+        Of it by voltages, float64[rows, columns], to which those of the current are added.
+    s
+        The sums of measures, to which the devices' are added.
+    """
+    heap = new_heap(k, len(s.direct))
+    _gather(k, voltage, weight, f, _room(k, f), slopes, heap._replace(direct=heap.direct[m : m + 1]), m)
+    add_heap(heap, s)
 
 
 @compiled()
-def _here(v: F64, f: Flow, w: Work) -> float:
-    """What flows without charge where w is evaluated, A."""
-    total, x = 0.0, w.transistor
-    for i in range(f.channel.size):
-        total += f.channel[i] * x.current[i]
+def _conduct(k: Kernel, voltage: F64, f: Flow, wanted: Bools, room: _Room, out: F64) -> None:
+    for first in range(0, voltage.shape[0], WIDTH):
+        end, some = min(first + WIDTH, voltage.shape[0]), False
+        for row in range(first, end):
+            some = some or wanted[row]
+        if some:
+            fill(k, room.which, voltage, first, room.sheet)
+            _through_transistors(k, f, room)
+            for row in range(first, end):
+                out[row] = room.here[0, row - first] + _through_others(k, voltage[row], f, room.work)
+
+
+@compiled()
+def _through_transistors(k: Kernel, f: Flow, room: _Room) -> None:
+    """Fill in what flows through transistors at the rows of the sheet, A."""
+    total, n, x = every(0.0), f.channel.size, room.sheet
+    for p in range(room.which.size):
+        i = room.which[p]
+        total = total + f.channel[i] * load(x.current, i)
         for side in range(2):
-            total += f.junction[side, i] * x.junction[side, i]
+            total = total + f.junction[side, i] * load(x.current, (1 + side) * n + i)
+    store(room.here, 0, total)
+
+
+@compiled()
+def _through_others(k: Kernel, v: F64, f: Flow, w: Work) -> float:
+    """What flows without charge through other devices at voltages v, A; w becomes as evaluated there."""
+    total = 0.0
+    if f.amplifier.shape[1] + f.diode.size > 0:
+        add_others(k, v, w)
     for j in range(f.amplifier.shape[1]):
         for i in range(5):
             total += f.amplifier[i, j] * w.amplifier_current[i, j]
@@ -186,17 +230,56 @@ def _here(v: F64, f: Flow, w: Work) -> float:
 
 
 @compiled()
-def _gather_transistors(k: Kernel, v: F64, z: float, f: Flow, w: Work, m: int, slopes: F64, s: Sums) -> None:
-    for i in range(f.channel.size):
-        by = z * f.channel[i]
-        if by != 0.0:
-            add_channel(k, v, w, i, -by, m, s)
-            slope_channel(k, w, i, by, slopes)
-        if k.transistors.leaks:
-            for side in range(2):
+def _gather(
+    k: Kernel, voltage: F64, weight: F64, f: Flow, room: _Room, slopes: F64, heap: Heap, m: int
+) -> None:
+    for first in range(0, voltage.shape[0], WIDTH):
+        end, some = min(first + WIDTH, voltage.shape[0]), False
+        for row in range(first, end):
+            some = some or weight[row] != 0.0
+        if some:
+            fill(k, room.which, voltage, first, room.sheet)
+            _through_transistors(k, f, room)
+            for lane in range(WIDTH):
+                heap.own[0, lane] = weight[first + lane] if first + lane < end else 0.0
+            _gather_transistors(k, f, room, load(heap.own, 0), m, heap)
+            for row in range(first, end):
+                lane, z = row - first, weight[row]
+                here = room.here[0, lane] + _through_others(k, voltage[row], f, room.work)
+                heap.direct[0] += z * here
+                _gather_others(k, z, f, room.work, slopes[row])
+                for c in range(k.columns):
+                    slopes[row, c] += room.slopes[c, lane]
+
+
+@compiled()
+def _gather_transistors(k: Kernel, f: Flow, room: _Room, z: Lanes, m: int, heap: Heap) -> None:
+    """Put what transistors do on the heap, and fill in what the voltages do by them; z: weights of rows."""
+    t, x, n = k.transistors.terminal, room.sheet, f.channel.size
+    for c in range(k.columns):
+        store(room.slopes, c, every(0.0))
+    for p in range(room.which.size):
+        i = room.which[p]
+        drain, gate, source, bulk = t[0, i], t[1, i], t[2, i], t[3, i]
+        if f.channel[i] != 0.0:
+            by = z * f.channel[i]
+            add_channel(x, i, 0.0 - by, m, heap)
+            _slope(room.slopes, drain, bulk, by * load(x.slope, i))
+            _slope(room.slopes, gate, bulk, by * load(x.slope, n + i))
+            _slope(room.slopes, source, bulk, by * load(x.slope, 2 * n + i))
+        for side in range(2 if k.transistors.leaks else 0):
+            end = source if side else drain
+            if f.junction[side, i] != 0.0 and end != bulk:
                 by = z * f.junction[side, i]
-                add_junction(w, i, side, -by, m, s)
-                slope_junction(k, w, i, side, by, slopes)
+                add_junction(x, i, side, 0.0 - by, m, heap)
+                _slope(room.slopes, end, bulk, by * load(x.slope, (3 + side) * n + i))
+                _slope(room.slopes, gate, bulk, by * load(x.slope, (5 + side) * n + i))
+
+
+@compiled(forceinline=True)
+def _slope(slopes: F64, at: int, bulk: int, by: Lanes) -> None:
+    store(slopes, at, load(slopes, at) + by)
+    store(slopes, bulk, load(slopes, bulk) - by)
 
 
 @compiled()

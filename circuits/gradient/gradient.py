@@ -16,12 +16,12 @@ import numpy as np
 
 from circuits.arrays import F64, Bools
 from circuits.errors import ParameterError, SolverError
-from circuits.gradient.backwards import Adjoint, Tap, backwards, no_sums
-from circuits.gradient.ends import ends_of
+from circuits.gradient.backwards import Adjoint, Tap, backwards
 from circuits.gradient.measure import Current, Measure, SpikeTime, Voltage
 from circuits.gradient.parameters import VOLT, rows_of
 from circuits.gradient.reading import Reading
 from circuits.gradient.stimulus import Move, rows_by_moves
+from circuits.gradient.sums import ends_of, no_sums
 from circuits.gradient.tap import Into, add_taps
 from circuits.gradient.way import Way, way_of
 from circuits.lowering.kernel import Machine

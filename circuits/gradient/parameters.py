@@ -31,10 +31,10 @@ from circuits.arrays import F64, Bools
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Capacitor, Diode, Resistor, Transistor
 from circuits.devices.transistor import capacitances
-from circuits.gradient.backwards import Adjoint, Sums, contracted
+from circuits.gradient.backwards import Adjoint, contracted
 from circuits.gradient.diode import FIGURES, by_figures
-from circuits.gradient.ends import OVERLAPS, ends_of, groups_of
 from circuits.gradient.flow import flow_of
+from circuits.gradient.sums import OVERLAPS, Sums, ends_of, groups_of
 from circuits.gradient.tap import carried_by
 from circuits.lowering.bias_moves import bias_moves, voltages_at
 from circuits.lowering.flatten import DeviceGroup

@@ -35,11 +35,10 @@ from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.gradient.way import Way
 from circuits.lowering.kernel import Kernel
-from circuits.solver.newton import Work, evaluate
+from circuits.solver.newton import Work
 
 SEEN = 1e-4  # V in a step, from which on rates are more than errors of the step; ours
 OWN = 0.1  # share of a state that is kept from the step before, from which on its own time is known; ours
-PROBE = 1e-5  # V, by which sources move currents for a derivative; ours
 
 
 class Section(NamedTuple):
@@ -51,7 +50,7 @@ class Section(NamedTuple):
     driven : float64[unknowns], A/s, what sources add to that by the currents.
     rate : float64[columns], V/s, of the line from the row before.
     bend : float64[columns], V/s^2, of the step's parabola.
-    probe : float64[columns], V, scratch.
+    probe : float64[columns], V/s, of the sources.
     """
 
     across: F64
@@ -72,20 +71,45 @@ def new_section(k: Kernel) -> Section:
 
 @compiled()
 def drive(k: Kernel, way: Way, row: int, s: Section, w: Work) -> None:
-    """Fill in how fast direct currents change at a row as sources move; w is evaluated elsewhere by it."""
-    fastest = fastest_source(way, row)
+    """Fill in how fast direct currents change at a row as sources move.
+
+    w: as evaluated there; its currents become their rates, A/s.
+    """
     s.driven[:] = 0.0
-    if not way.free[row] or fastest == 0.0:
+    if not way.free[row] or fastest_source(way, row) == 0.0:
         return
-    step = PROBE / fastest
-    for side in (1.0, -1.0):
-        for c in range(k.columns):
-            s.probe[c] = way.voltage[row, c]
-        for q in range(way.drive.shape[1]):
-            s.probe[k.unknowns + q] += side * step * way.drive[row, q]
-        evaluate(k, s.probe, w)
-        for i in range(k.unknowns):
-            s.driven[i] += side * w.residual[i] / (2.0 * step)
+    s.probe[:] = 0.0
+    for q in range(way.drive.shape[1]):
+        s.probe[k.unknowns + q] = way.drive[row, q]
+    _rates(k, s.probe, w)
+    for i in range(k.unknowns):
+        for p in range(k.conductance.start[i], k.conductance.start[i + 1]):
+            s.driven[i] += k.conductance.value[p] * s.probe[k.conductance.column[p]]
+    for p in range(k.stamps.row.size):
+        s.driven[k.stamps.row[p]] += k.stamps.current_sign[p] * w.current[k.stamps.current[p]]
+
+
+@compiled()
+def _rates(k: Kernel, rate: F64, w: Work) -> None:
+    """Write into the currents of all devices how fast they change; rate: of the voltages, V/s."""
+    t, x = k.transistors.terminal, w.transistor
+    for i in range(t.shape[1]):
+        bulk = rate[t[3, i]]
+        by_gate = rate[t[1, i]] - bulk
+        drain, source = rate[t[0, i]] - bulk, rate[t[2, i]] - bulk
+        g, own = x.conductance, x.junction_conductance
+        x.current[i] = g[0, i] * drain + g[1, i] * by_gate + g[2, i] * source
+        x.junction[0, i] = own[0, i] * drain + own[2, i] * by_gate
+        x.junction[1, i] = own[1, i] * source + own[3, i] * by_gate
+    for j in range(k.amplifier_terminal.shape[1]):
+        for i in range(5):
+            w.amplifier_current[i, j] = 0.0
+            for c in range(5):
+                w.amplifier_current[i, j] += w.amplifier_slope[i, c, j] * rate[k.amplifier_terminal[c, j]]
+    for d in range(k.diodes.saturation.size):
+        across = rate[k.diodes.terminal[0, d]] - rate[k.diodes.terminal[1, d]]
+        for part in range(2):
+            w.diode_current[part, d] = w.diode_slope[part, d] * across
 
 
 @compiled()

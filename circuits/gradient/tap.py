@@ -12,14 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from circuits.arrays import F64, Bools
-from circuits.gradient.backwards import Sums, Tap
-from circuits.gradient.ends import Ends, ends_of
-from circuits.gradient.flow import carried, conducted, flow_of, gather
+from circuits.gradient.backwards import Tap
+from circuits.gradient.flow import conducted, flow_of, gather
 from circuits.gradient.reading import Reading, read_at
+from circuits.gradient.sums import Ends, Sums, ends_of
 from circuits.gradient.way import Way
 from circuits.lowering.kernel import Machine
 from circuits.measure.current import current_in, rate
-from circuits.solver.newton import allocate
 from circuits.solver.transient import Result
 
 
@@ -158,8 +157,8 @@ def _current(machine: Machine, way: Way, name: str) -> F64:
 
 def _parts(machine: Machine, way: Way, name: str) -> tuple[F64, F64]:
     """What flows without charge over the rows of a run, A, and the charge whose rate flows too, C."""
-    flow, plain = flow_of(machine, name, ends_of(machine)), np.empty(way.time.size)
-    conducted(machine.kernel, way.voltage, flow, allocate(machine.kernel), plain)
+    flow = flow_of(machine, name, ends_of(machine))
+    plain = conducted(machine.kernel, way.voltage, flow, np.ones(way.time.size, np.bool_))
     return plain, way.voltage @ flow.charge
 
 
@@ -182,10 +181,10 @@ def add_taps(machine: Machine, way: Way, taps: Sequence[tuple[int, Tap]], ends: 
     into
         To what it is added.
     """
-    work, v, sums = allocate(machine.kernel), way.voltage, into.sums
+    v, sums = way.voltage, into.sums
     for m, tap in taps:
         flow, slopes = flow_of(machine, tap.name, ends), into.slopes[m]
-        gather(machine.kernel, v, tap.conducted, flow, work, m, slopes, sums)
+        gather(machine.kernel, v, tap.conducted, flow, m, slopes, sums)
         # what a charge at each row counts, its rate at that row and the next ones included
         counts = tap.stored.copy()
         for j in range(3):
@@ -231,8 +230,8 @@ def carried_by(
 
     machine: perhaps on another silicon; voltage: float64[rows, columns], V.
     """
-    found, work = np.zeros(count), allocate(machine.kernel)
+    found = np.zeros(count)
     for own, tap in taps:
         flow = flow_of(machine, tap.name, ends)
-        found[own] += carried(machine.kernel, voltage, tap.conducted, flow, work)
+        found[own] += tap.conducted @ conducted(machine.kernel, voltage, flow, tap.conducted != 0.0)
     return found

@@ -70,6 +70,12 @@ def allocate(kernel: Kernel) -> Work:
 def evaluate(k: Kernel, v: F64, w: Work) -> None:
     """Fill in the residual `G v + i(v)` (A, leaving each node) and the slopes of the devices."""
     drain_currents(k.transistors, v, w.transistor)
+    add_others(k, v, w)
+
+
+@compiled(forceinline=True)
+def add_others(k: Kernel, v: F64, w: Work) -> None:
+    """Do the same where currents and slopes of the transistors are there already."""
     if k.amplifier_terminal.shape[1] > 0:
         amplifier_currents(k.amplifier_terminal, k.amplifier_value, v, w.amplifier_current, w.amplifier_slope)
     if k.diodes.saturation.size > 0:

@@ -32,12 +32,12 @@ from circuits.arrays import C128, F64, I64, T
 from circuits.compiled import compiled
 from circuits.devices.source import Polyline
 from circuits.errors import ParameterError, SolverError
-from circuits.gradient.backwards import Adjoint, add_rows, contracted, no_sums
-from circuits.gradient.ends import ends_of
+from circuits.gradient.backwards import Adjoint, add_rows, contracted
 from circuits.gradient.gradient import SAFE, Gradients
 from circuits.gradient.parameters import Rows, rows_of
 from circuits.gradient.small_signal.transfer import Edge, Part, Reading, SmallSignal, Spectrum
 from circuits.gradient.stimulus import Move
+from circuits.gradient.sums import ends_of, no_sums
 from circuits.lowering.kernel import Kernel, Machine
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian
 from circuits.solver.operating_point import OperatingPoint, linearised, operating_point
@@ -189,7 +189,7 @@ def _solved(spectrum: Spectrum, asked: Sequence[_Asked]) -> Adjoint:
         every[:, :-1] = np.stack(moved, axis=1)
     _end(machine, voltage, every)
     sums.conductance[:] -= _apart(_over(every[:, -1], k), across) * _apart(v, across)
-    add_rows(k, voltage, every, allocate(k), sums)
+    add_rows(k, voltage, every, sums)
     return Adjoint(voltage, every, sums)
 
 

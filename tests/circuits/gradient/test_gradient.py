@@ -316,3 +316,16 @@ def test_extreme_of_a_window_is_that_of_its_end_where_it_goes_on_beyond():
     found = gradients_of(low_pass(), (Extreme("v", end=1.5e-6), Voltage("v", 1.5e-6)))
     assert found.values[0] == found.values[1]
     np.testing.assert_allclose(found.by[0], found.by[1], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "label", ["process.n.shared.v_t0", "process.p.shared.v_t0", "onset_neuron.generator.comparator.mc7.v_t0"]
+)
+def test_energy_beside_an_amplifier_that_sources_drive_is_that_of_differences(label):
+    # its gain is 1e4, so that 1e-5 V at its inputs is no small step
+    block, measure = load_block("onset-neuron"), Energy("vdd")
+    machine = to_kernel(block.bench(), Silicon(block.process))
+    found = gradients_of(machine, (measure,))
+    k = found.labels.index(label)
+    other = by_deviation(machine, measure, label, 0.01 * found.sigma[k])
+    assert abs(other - found.by[0, k]) * found.sigma[k] < 1e-4 * found.spread[0]
