@@ -22,14 +22,26 @@ import numpy as np
 from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 from circuits.gradient.section import OWN, Section, drive, lay, new_section, shift
-from circuits.gradient.sums import Ends, Heap, Sums, add_direct, add_heap, heap_up, new_heap
+from circuits.gradient.sums import (
+    Ends,
+    Heap,
+    Sums,
+    add_direct,
+    add_heap,
+    heap_up,
+    heap_up_pairs,
+    lay_moved,
+    lay_rates,
+    new_heap,
+    through,
+)
 from circuits.gradient.way import Way
 from circuits.lowering.factor import factor_and_solve
 from circuits.lowering.kernel import Kernel
-from circuits.solver.lanes.sheet import Sheet, fill, new_sheet, take
-from circuits.solver.newton import Work, allocate, fill_jacobian, set_base
+from circuits.solver.lanes.sheet import Sheet, fill, has_others, new_sheet, take
+from circuits.solver.newton import Work, add_others, allocate, fill_jacobian, set_base
 from circuits.solver.operating_point import solve_dense, write_dense
-from circuits.vectors.vector import WIDTH
+from circuits.vectors.vector import WIDTH, store
 
 _NONE = np.zeros((0, 0))
 
@@ -117,13 +129,15 @@ def backwards(
         m and the sums; None where the equations are singular.
     """
     moved, n = slopes, k.unknowns
-    room, heap = _Room(_new_rows(k), np.zeros((n, n)), new_section(k)), new_heap(k, len(slopes))
-    if not _backwards(k, way, moved, timing, held, room, heap):
+    room, heap = (
+        _Room(_new_rows(k), np.zeros((n, n)), new_section(k)),
+        new_heap(k, len(slopes), (ends[0].shape[1], ends[1].shape[1])),
+    )
+    if not _backwards(k, way, (moved, timing), held, ends, room, heap):
         return None
     if not np.isfinite(moved).all():
         return None
     add_heap(heap, sums)
-    _pairs(way.voltage, way.share, moved, ends[1], ends[0], np.zeros(k.columns), sums)
     return Adjoint(way.voltage, moved, sums, timing=timing)
 
 
@@ -132,16 +146,15 @@ def contracted(k: Kernel, voltage: F64, moved: F64) -> F64:
 
     k: a kernel of the same pattern; voltage: float64[rows, columns], V, with its own sources' values.
     """
-    found = np.zeros(moved.shape[0])
-    _contract(k, voltage, moved, _new_rows(k), found)
-    return found
+    heap = new_heap(k, moved.shape[0])
+    _contract(k, voltage, moved, _new_rows(k), heap)
+    return heap.direct
 
 
 def add_rows(k: Kernel, voltage: F64, moved: F64, sums: Sums) -> None:
     """Add what the transistors do at rows, float64[rows, columns], V, to the sums of measures."""
-    heap, room = new_heap(k, moved.shape[0]), _new_rows(k)
-    _contract(k, voltage, moved, room, heap.direct)
-    _add_rows(k, voltage, moved, room, heap)
+    heap = new_heap(k, moved.shape[0])
+    _add_rows(k, voltage, moved, _new_rows(k), heap)
     add_heap(heap, sums)
 
 
@@ -184,8 +197,11 @@ def _owe(k: Kernel, share: F64, row: int, moved: F64) -> None:
 
 
 @compiled()
-def _backwards(k: Kernel, way: Way, moved: F64, owed: F64, held: Bools, room: _Room, heap: Heap) -> bool:
-    own, last = room.rows, way.voltage.shape[0] - 1
+def _backwards(
+    k: Kernel, way: Way, solved: tuple[F64, F64], held: Bools, ends: Ends, room: _Room, heap: Heap
+) -> bool:
+    """Go backwards; solved: of each measure by the voltages and by the times, to become as of `backwards`."""
+    (moved, owed), own, last = solved, room.rows, way.voltage.shape[0] - 1
     for first in range(last // WIDTH * WIDTH, -1, -WIDTH):
         fill(k, own.every, way.voltage, first, own.sheet)
         for row in range(min(first + WIDTH - 1, last), first - 1, -1):
@@ -194,10 +210,12 @@ def _backwards(k: Kernel, way: Way, moved: F64, owed: F64, held: Bools, room: _R
                 _step(k, way, row, moved, owed, room)
             elif not _begin(k, way, moved, held, room):
                 return False
-            for m in range(moved.shape[0]):
+            for m in range(moved.shape[0] if has_others(k) else 0):
                 add_direct(k, moved[m, row], own.work, m, heap.direct)
+        lay_rates(way, first, heap)
         for m in range(moved.shape[0]):
-            heap_up(k, moved[m], first, room.rows.sheet, m, heap)
+            heap_up(k, moved[m], first, own.sheet, m, heap)
+            heap_up_pairs(ends, own.sheet, m, heap)
     return True
 
 
@@ -261,39 +279,29 @@ def _write_transposed(k: Kernel, held: Bools, w: Work, matrix: F64) -> None:
 
 
 @compiled()
-def _pairs(voltage: F64, share: F64, moved: F64, capacitors: I64, resistors: I64, rate: F64, s: Sums) -> None:
-    """Sum over the rows of the difference of m across each pair, times that of the rate or of the voltage."""
-    for row in range(voltage.shape[0]):
-        for c in range(voltage.shape[1]):
-            rate[c] = share[row, 0] * voltage[row, c]
-            if row > 0:
-                rate[c] += share[row, 1] * voltage[row - 1, c]
-            if row > 1:
-                rate[c] += share[row, 2] * voltage[row - 2, c]
-        for m in range(moved.shape[0]):
-            for q in range(capacitors.shape[1]):
-                a, b = capacitors[0, q], capacitors[1, q]
-                s.charge[m, q] -= apart(moved[m, row], a, b) * (rate[a] - rate[b])
-            for q in range(resistors.shape[1]):
-                a, b = resistors[0, q], resistors[1, q]
-                s.conductance[m, q] -= apart(moved[m, row], a, b) * (voltage[row, a] - voltage[row, b])
-
-
-@compiled()
-def _contract(k: Kernel, voltage: F64, moved: F64, room: _Rows, out: F64) -> None:
-    """Add what the direct currents at rows do to measures, float64[measures]."""
+def _contract(k: Kernel, voltage: F64, moved: F64, room: _Rows, heap: Heap) -> None:
+    """Add what the direct currents at rows do to measures, to the heap's `direct`."""
     for first in range(0, voltage.shape[0], WIDTH):
         fill(k, room.every, voltage, first, room.sheet)
-        for row in range(first, min(first + WIDTH, voltage.shape[0])):
-            take(k, room.sheet, row - first, voltage[row], room.work)
+        for m in range(moved.shape[0]):
+            lay_moved(moved[m], first, heap)
+            store(heap.rate, 0, through(k, room.sheet, heap))
+            for lane in range(WIDTH):
+                heap.direct[m] -= heap.rate[0, lane]
+        for row in range(first, min(first + WIDTH, voltage.shape[0]) if has_others(k) else first):
+            add_others(k, voltage[row], room.work)
             for m in range(moved.shape[0]):
-                add_direct(k, moved[m, row], room.work, m, out)
+                add_direct(k, moved[m, row], room.work, m, heap.direct)
 
 
 @compiled()
 def _add_rows(k: Kernel, voltage: F64, moved: F64, room: _Rows, heap: Heap) -> None:
-    """Add what transistors do at rows, float64[rows, columns], V, to the heaps of measures."""
+    """Add what devices do at rows to the heap, but for the currents of transistors, which are there."""
     for first in range(0, voltage.shape[0], WIDTH):
         fill(k, room.every, voltage, first, room.sheet)
         for m in range(moved.shape[0]):
             heap_up(k, moved[m], first, room.sheet, m, heap)
+        for row in range(first, min(first + WIDTH, voltage.shape[0]) if has_others(k) else first):
+            add_others(k, voltage[row], room.work)
+            for m in range(moved.shape[0]):
+                add_direct(k, moved[m, row], room.work, m, heap.direct)

@@ -74,9 +74,9 @@ def flow_of(machine: Machine, name: str, ends: Ends) -> Flow:
         np.zeros(fets), np.zeros((2, fets)), np.zeros((5, amplifiers)), np.zeros(k.diodes.saturation.size),
         np.zeros(k.columns), np.zeros(k.columns), *(np.zeros(pair.shape[1]) for pair in ends),
     )  # fmt: skip
-    if name not in current_names(machine):
-        raise unknown_name(f"{machine.flat.circuit.name} current", name, current_names(machine))
     labels = {kind: machine.flat.labels(kind) for kind in _KINDS}
+    if name not in machine.source_names and not any(name in own for own in labels.values()):
+        raise unknown_name(f"{machine.flat.circuit.name} current", name, current_names(machine))
     if name in labels[Transistor]:
         found.channel[labels[Transistor].index(name)] = 1.0
     elif name in labels[Diode]:
@@ -239,14 +239,12 @@ def _gather(
             some = some or weight[row] != 0.0
         if some:
             fill(k, room.which, voltage, first, room.sheet)
-            _through_transistors(k, f, room)
             for lane in range(WIDTH):
                 heap.own[0, lane] = weight[first + lane] if first + lane < end else 0.0
             _gather_transistors(k, f, room, load(heap.own, 0), m, heap)
             for row in range(first, end):
                 lane, z = row - first, weight[row]
-                here = room.here[0, lane] + _through_others(k, voltage[row], f, room.work)
-                heap.direct[0] += z * here
+                heap.direct[0] += z * _through_others(k, voltage[row], f, room.work)
                 _gather_others(k, z, f, room.work, slopes[row])
                 for c in range(k.columns):
                     slopes[row, c] += room.slopes[c, lane]

@@ -186,19 +186,20 @@ def _lines(machine: Machine, found: Adjoint) -> dict[int, F64]:
     """What the voltage of each bias line moves the readings by, unit/V, by the number of its source."""
     given, lines, k, sums = len(machine.testbench.sources), {}, machine.kernel, found.sums
     ends = ends_of(machine)
+    taken = [(m, tap.conducted.sum() * flow_of(machine, tap.name, ends).linear) for m, tap in found.taps]
     total, row_of = found.moved.sum(axis=1), np.repeat(np.arange(k.unknowns), np.diff(k.conductance.start))
     for number in range(given, len(machine.source_names)):
         column = k.unknowns + number
         by = _at_terminals(k.transistors.terminal == column, sums)
-        linear = k.conductance.column == column
-        by = by - total[:, row_of[linear]] @ k.conductance.value[linear]
+        own = k.conductance.column == column
+        by = by - total[:, row_of[own]] @ k.conductance.value[own]
         if (k.amplifier_terminal == column).any() or (k.diodes.terminal == column).any():
             voltage = found.voltage.copy()
             voltage[:, column] += VOLT
             by = (_direct(machine, voltage, found) - sums.direct) / VOLT
         else:
-            for m, tap in found.taps:
-                by[m] += tap.conducted.sum() * flow_of(machine, tap.name, ends).linear[column]
+            for m, linear in taken:
+                by[m] += linear[column]
         lines[number] = by
     return lines
 

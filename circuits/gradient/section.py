@@ -73,7 +73,7 @@ def new_section(k: Kernel) -> Section:
 def drive(k: Kernel, way: Way, row: int, s: Section, w: Work) -> None:
     """Fill in how fast direct currents change at a row as sources move.
 
-    w: as evaluated there; its currents become their rates, A/s.
+    w: as evaluated there; its currents become 0.
     """
     s.driven[:] = 0.0
     if not way.free[row] or fastest_source(way, row) == 0.0:
@@ -87,6 +87,7 @@ def drive(k: Kernel, way: Way, row: int, s: Section, w: Work) -> None:
             s.driven[i] += k.conductance.value[p] * s.probe[k.conductance.column[p]]
     for p in range(k.stamps.row.size):
         s.driven[k.stamps.row[p]] += k.stamps.current_sign[p] * w.current[k.stamps.current[p]]
+    w.current[:] = 0.0
 
 
 @compiled()

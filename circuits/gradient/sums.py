@@ -13,6 +13,7 @@ import numpy as np
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from circuits.devices import Capacitor, Resistor, Transistor
+from circuits.gradient.way import Way
 from circuits.lowering.flatten import DeviceGroup
 from circuits.lowering.kernel import Kernel, Machine
 from circuits.solver.lanes.sheet import Sheet
@@ -20,7 +21,7 @@ from circuits.solver.newton import Work
 from circuits.vectors import vector
 from circuits.vectors.vector import WIDTH, Lanes, rows
 
-load, store = vector.load, vector.store
+every, load, store = vector.every, vector.load, vector.store
 
 Ends = tuple[I64, I64]
 """Columns of the ends of resistors, and of what has a capacitance, int64[2, pairs] each."""
@@ -77,12 +78,17 @@ class Heap(NamedTuple):
     """Sums of measures before they are added up.
 
     own : float64[columns, WIDTH], m of a measure at the rows of a sheet, 0 where sources fix the voltage.
+    rate : float64[columns, WIDTH], V/s, of the voltages at those rows.
     parts : float64[measures PARTS transistors, WIDTH].
-    direct : float64[measures], as of `Sums`.
+    charge, conductance : float64[measures pairs, WIDTH].
+    direct : float64[measures], as of `Sums`, of all but transistors.
     """
 
     own: F64
+    rate: F64
     parts: F64
+    charge: F64
+    conductance: F64
     direct: F64
 
 
@@ -98,9 +104,11 @@ def no_sums(k: Kernel, measures: int, ends: Ends) -> Sums:
     return Sums(a, b, c, d, e, f, own, gate, charge, conductance, np.zeros(m))
 
 
-def new_heap(k: Kernel, measures: int) -> Heap:
-    """An empty heap."""
-    return Heap(rows(k.columns), rows(measures * PARTS * k.transistors.sign.size), np.zeros(measures))
+def new_heap(k: Kernel, measures: int, pairs: tuple[int, int] = (0, 0)) -> Heap:
+    """An empty heap; pairs: how many, of resistors and of what has a capacitance."""
+    parts, conductance, charge = (measures * n for n in (PARTS * k.transistors.sign.size, *pairs))
+    own, rate = rows(k.columns), rows(k.columns)
+    return Heap(own, rate, rows(parts), rows(charge), rows(conductance), np.zeros(measures))
 
 
 def add_heap(heap: Heap, s: Sums) -> None:
@@ -111,7 +119,61 @@ def add_heap(heap: Heap, s: Sums) -> None:
         each[:] += parts[:, part]
     s.junction_own[:] += parts[:, 6:8]
     s.junction_gate[:] += parts[:, 8:10]
-    s.direct[:] += heap.direct
+    s.direct[:] += heap.direct + parts[:, 3].sum(axis=1) + parts[:, 5].sum(axis=1)
+    for each, own in ((s.charge, heap.charge), (s.conductance, heap.conductance)):
+        if own.size:
+            each[:] += own.sum(axis=1).reshape(each.shape)
+
+
+@compiled()
+def lay_rates(way: Way, first: int, heap: Heap) -> None:
+    """Fill in the rates of the voltages at the rows from `first` on, and none behind the last."""
+    voltage, share = way.voltage, way.share
+    for lane in range(WIDTH):
+        row = first + lane
+        for c in range(voltage.shape[1]):
+            rate = share[row, 0] * voltage[row, c] if row < voltage.shape[0] else 0.0
+            for j in range(1, min(row + 1, 3) if row < voltage.shape[0] else 1):
+                rate += share[row, j] * voltage[row - j, c]
+            heap.rate[c, lane] = rate
+
+
+@compiled()
+def heap_up_pairs(ends: Ends, x: Sheet, m: int, heap: Heap) -> None:
+    """Put what resistors and capacitances do at the rows of a sheet to measure m on the heap.
+
+    `heap_up` has laid m there, and `lay_rates` the rates.
+    """
+    across, charged = ends
+    for q in range(across.shape[1]):
+        a, b = across[0, q], across[1, q]
+        drop = load(x.v, a) - load(x.v, b)
+        _put(heap.conductance, m * across.shape[1] + q, (load(heap.own, a) - load(heap.own, b)) * drop)
+    for q in range(charged.shape[1]):
+        a, b = charged[0, q], charged[1, q]
+        rate = load(heap.rate, a) - load(heap.rate, b)
+        _put(heap.charge, m * charged.shape[1] + q, (load(heap.own, a) - load(heap.own, b)) * rate)
+
+
+@compiled()
+def lay_moved(moved: F64, first: int, heap: Heap) -> None:
+    """Lay m of a measure at the rows from `first` on, and none behind the last; moved: as of `heap_up`."""
+    for lane in range(WIDTH):
+        for i in range(moved.shape[1]):
+            heap.own[i, lane] = moved[first + lane, i] if first + lane < moved.shape[0] else 0.0
+
+
+@compiled(forceinline=True)
+def through(k: Kernel, x: Sheet, heap: Heap) -> Lanes:
+    """Return the sum of what all transistors take, A, times m across them, at the rows of a sheet."""
+    t, n, total = k.transistors, k.transistors.sign.size, every(0.0)
+    for i in range(n):
+        at_bulk, ends = load(heap.own, t.terminal[3, i]), (t.terminal[0, i], t.terminal[2, i])
+        total = total + (load(heap.own, ends[0]) - load(heap.own, ends[1])) * load(x.current, i)
+        for side in range(2 if t.leaks else 0):
+            across = load(heap.own, ends[side]) - at_bulk
+            total = total + across * load(x.current, (1 + side) * n + i)
+    return total
 
 
 @compiled()
@@ -121,9 +183,7 @@ def heap_up(k: Kernel, moved: F64, first: int, x: Sheet, m: int, heap: Heap) -> 
     moved: float64[rows, unknowns], m of the measure.
     """
     t = k.transistors
-    for lane in range(WIDTH):
-        for i in range(k.unknowns):
-            heap.own[i, lane] = moved[first + lane, i] if first + lane < moved.shape[0] else 0.0
+    lay_moved(moved, first, heap)
     for i in range(t.sign.size):
         at_bulk, ends = load(heap.own, t.terminal[3, i]), (t.terminal[0, i], t.terminal[2, i])
         add_channel(x, i, load(heap.own, ends[0]) - load(heap.own, ends[1]), m, heap)
@@ -160,7 +220,7 @@ def _put(parts: F64, row: int, value: Lanes) -> None:
 
 @compiled(forceinline=True)
 def add_direct(k: Kernel, own: F64, w: Work, m: int, direct: F64) -> None:
-    """Add what the direct currents at a row do to measure m; w: as evaluated there; own: its m."""
+    """Add what the direct currents of a row's residual do to measure m; own: its m, float64[unknowns]."""
     total = 0.0
     for i in range(k.unknowns):
         total += own[i] * w.residual[i]

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.bias import bias_voltages, copies_of, lines_of, rebias
+from circuits.bias import bias_voltages, copies_of, lines_of
 from circuits.circuit import Bias, Circuit
 from circuits.devices import Transistor
 from circuits.generator.moves import Family, Moves, line_families, line_moves
@@ -88,5 +88,4 @@ def voltages_at(circuit: Circuit, bias: Bias, scale: float, silicon: Silicon) ->
     """Voltages of a bias's port at `scale` times its currents, V, as `bias_voltages` has them."""
     value = scale * np.broadcast_to(np.asarray(bias.value, np.float64), circuit.port(bias.port).shape)
     plain = float(value) if value.ndim == 0 else tuple(map(float, value.ravel()))
-    moved = rebias(circuit, {bias.name: plain})
-    return bias_voltages(moved, moved.bias(bias.name), silicon)
+    return bias_voltages(circuit, replace(bias, value=plain), silicon)

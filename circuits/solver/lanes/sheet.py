@@ -69,12 +69,21 @@ def fill(k: Kernel, which: I64, voltage: F64, first: int, x: Sheet) -> None:
 
 @compiled()
 def take(k: Kernel, x: Sheet, lane: int, v: F64, w: Work) -> None:
-    """Do what `circuits.solver.newton.evaluate` does, with what a lane has of all transistors."""
-    for p in range(x.current.shape[0]):
-        w.current[p] = x.current[p, lane]
+    """Do what `circuits.solver.newton.evaluate` does, but leave the currents of transistors out.
+
+    lane: where the slopes of all transistors at voltages v are.
+    """
     for p in range(x.slope.shape[0]):
         w.slope[p] = x.slope[p, lane]
-    add_others(k, v, w)
+    if has_others(k):
+        add_others(k, v, w)
+
+
+@compiled(forceinline=True)
+def has_others(k: Kernel) -> bool:
+    """Whether direct current flows through anything but transistors."""
+    others = k.amplifier_terminal.shape[1] + k.diodes.saturation.size + k.conductance.column.size
+    return bool(others > 0)
 
 
 @compiled(forceinline=True)
