@@ -76,7 +76,7 @@ def drive(k: Kernel, way: Way, row: int, s: Section, w: Work) -> None:
     w: as evaluated there; its currents become 0.
     """
     s.driven[:] = 0.0
-    if not way.free[row] or fastest_source(way, row) == 0.0:
+    if not way.free[row] or way.fastest[row] == 0.0:
         return
     s.probe[:] = 0.0
     for q in range(way.drive.shape[1]):
@@ -114,15 +114,6 @@ def _rates(k: Kernel, rate: F64, w: Work) -> None:
 
 
 @compiled()
-def fastest_source(way: Way, row: int) -> float:
-    """Rate of the source that moves fastest at a row, V/s or A/s."""
-    fastest = 0.0
-    for q in range(way.drive.shape[1]):
-        fastest = max(fastest, abs(way.drive[row, q]))
-    return fastest
-
-
-@compiled()
 def lay(k: Kernel, way: Way, row: int, s: Section) -> bool:
     """Fill in what the times of a row's points move, and r; returns whether its own time may follow from r.
 
@@ -141,8 +132,8 @@ def lay(k: Kernel, way: Way, row: int, s: Section) -> bool:
         s.moves[0, i] = by_bend - share[0] * (by_rate + 0.5 * h * by_bend) + s.driven[i]
         s.moves[1, i] = -share[1] * (by_rate - 0.5 * h * by_bend)
         s.moves[2, i] = -share[2] * (by_rate - (0.5 * h + before) * by_bend)
-    moving = fastest_source(way, row) + fastest_source(way, row - 1)
-    if moving + fastest_source(way, max(row - 2, 0)) > 0.0:
+    moving = way.fastest[row] + way.fastest[row - 1]
+    if moving + way.fastest[max(row - 2, 0)] > 0.0:
         _add_sources(k, way, row, (0.5 * h, -0.5 * h, -0.5 * h - before), s)
     return way.free[row] and _lay_across(k, way, row, h, s)
 
@@ -180,7 +171,7 @@ def _lay_across(k: Kernel, way: Way, row: int, h: float, s: Section) -> bool:
             s.across[i] = s.rate[i] + 0.5 * h * s.bend[i]
             total += s.across[i] ** 2
             fastest = max(fastest, abs(s.across[i]))
-    if fastest * h <= SEEN or fastest <= fastest_source(way, row):
+    if fastest * h <= SEEN or fastest <= way.fastest[row]:
         return False
     for i in range(k.unknowns):
         s.across[i] /= total
@@ -203,7 +194,7 @@ def shift(own: bool, through: float, row: int, way: Way, moved: F64, owed: F64, 
         for i in range(moved.size):
             moved[i] -= by * s.solved[i]
         owed[row] = 0.0
-    elif way.free[row] and fastest_source(way, row) == 0.0:
+    elif way.free[row] and way.fastest[row] == 0.0:
         owed[row - 1] += owed[row] - by_time
         owed[row] = 0.0
     else:

@@ -32,6 +32,7 @@ class Way(NamedTuple):
     share : float64[rows, 3], 1/s.
     order : int64[rows], how many rows before it the parabola through a row's step takes, 1 or 2.
     drive : float64[rows, sources], how fast each source moves after a row, V/s or A/s.
+    fastest : float64[rows], rate of the source that moves fastest there.
     free : bool[rows], whether no source bends at a row, and it is neither the first nor the last.
     """
 
@@ -40,6 +41,7 @@ class Way(NamedTuple):
     share: F64
     order: I64
     drive: F64
+    fastest: F64
     free: Bools
 
 
@@ -95,7 +97,7 @@ def nearest(times: F64, time: F64) -> I64:
     return np.where(np.abs(times[after] - time) < np.abs(times[before] - time), after, before)
 
 
-def _moving(machine: Machine, time: F64, order: I64) -> tuple[F64, Bools]:
+def _moving(machine: Machine, time: F64, order: I64) -> tuple[F64, F64, Bools]:
     """How fast sources move at each row, and which rows are at no bend of one."""
     drive, free = np.zeros((time.size, len(machine.polylines))), np.zeros(time.size, np.bool_)
     free[1:-1] = order[2:] != 1
@@ -105,7 +107,7 @@ def _moving(machine: Machine, time: F64, order: I64) -> tuple[F64, Bools]:
             before, after = (slope[np.searchsorted(at, time + apart)] for apart in (-SAME_TIME, SAME_TIME))
             drive[:, source] = after
             free &= before == after
-    return drive, free
+    return drive, np.abs(drive).max(axis=1, initial=0.0), free
 
 
 def _shares(time: F64, order: I64) -> F64:
