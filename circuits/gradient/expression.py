@@ -1,7 +1,7 @@
 """Gradients of measures that are expressions: of what they read of waveforms, by the chain rule.
 
-An expression F of readings x - an energy, an integral, an extreme, a value at a time, a crossing, each of one
-waveform (`circuits.gradient.measure`) - moves by
+An expression F of readings x - an energy, an integral, a root mean square, an extreme, a value at a time, a
+crossing, each of one waveform (`circuits.gradient.measure`) - moves by
 
     dF = sum over j of dF/dx_j dx_j
 
@@ -21,6 +21,7 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.gradient.measure import Crossing, Current, Energy, Extreme, Integral, Measure, Measured, Voltage
 from circuits.gradient.reading import Reading
+from circuits.gradient.tap import squared, unit_of
 from circuits.gradient.way import Way
 from circuits.measure.current import current_in
 from circuits.measure.function import Arguments
@@ -80,6 +81,35 @@ class Expression(Measure):
                     return None
             parts.append((measure, (ends[0] - ends[1]) / (2.0 * size)))
         return parts
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _RootMeanSquare(Measure):
+    """Root of the mean square of a node's voltage, V, or of `i(NAME)`, A, between two times, s."""
+
+    node: str
+    begin: float
+    end: float
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return f"rms({self.node})"
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+        return unit_of(self.node)
+
+    def read(self, result: Result, way: Way) -> Reading:
+        """Read it; `d rms = d(integral of the square) / (2 rms T)`."""
+        begin, end = self.begin, min(self.end, float(way.time[-1]))
+        found = squared(result, way, self.node, (begin, end))
+        value = float(np.sqrt(found.value / (end - begin)))
+        if not value:
+            return Reading(0.0, (), f"{self.name} is 0, from where it can but rise")
+        return _sum([(1.0 / (2.0 * value * (end - begin)), found)], value, way)
 
 
 class _Calls(Record):
@@ -153,7 +183,7 @@ def _measure(name: str, given: Arguments) -> tuple[Measure | None, float]:
 
 _WINDOW = frozenset({"signal", "from", "to"})
 _TAKEN: Mapping[str, frozenset[str]] = {
-    **dict.fromkeys(("max", "min", "integral", "mean"), _WINDOW),
+    **dict.fromkeys(("max", "min", "integral", "mean", "rms"), _WINDOW),
     "value": frozenset({"signal", "at"}),
     "cross": frozenset({"signal", "level", "direction", "n"}),
 }
@@ -182,6 +212,8 @@ def _of_node(name: str, node: str, given: Arguments, span: tuple[float, float]) 
         return Extreme(node, name == "max", *span)
     if name in {"integral", "mean"}:
         return Integral(node, *span)
+    if name == "rms":
+        return _RootMeanSquare(node, *span)
     if name == "value":
         at, current = float(given.values["at"]), current_in(node)
         return Voltage(node, at) if current is None else Current(current, at)

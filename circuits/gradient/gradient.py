@@ -256,7 +256,10 @@ def _until(way: Way, read: Sequence[Reading]) -> Way:
     weights += [weight for found in read for _, weight in found.whole]
     rows += [int(row) for weight in weights for row in np.flatnonzero(weight)[-1:]]
     end = 1 + max(rows, default=0)
-    return Way(*(part[:end] for part in way))
+    return Way(
+        way.time[:end], way.voltage[:end], way.share[:end], way.order[:end], way.drive[:end],
+        way.fastest[:end], way.free[:end],
+    )  # fmt: skip
 
 
 def _solved(machine: Machine, way: Way, read: Sequence[Reading]) -> Adjoint:

@@ -54,11 +54,16 @@ class Course(NamedTuple):
         weight = np.zeros(self.way.time.size)
         for row, _, slope in found.slopes:
             weight[row] += slope
-        rate = weight.copy()
-        # before the first step charge flows as in it
-        rate[1:2] += rate[:1]
-        rate[0] = 0.0
-        return found._replace(slopes=(), taps=(Tap(self.name, weight, rate, np.zeros(weight.size)),))
+        return found._replace(slopes=(), taps=(_tap(self.name, weight),))
+
+
+def _tap(name: str, weight: F64) -> Tap:
+    """What reads a current by some weights of the rows."""
+    rate = weight.copy()
+    # before the first step charge flows as in it
+    rate[1:2] += rate[:1]
+    rate[0] = 0.0
+    return Tap(name, weight, rate, np.zeros(weight.size))
 
 
 def unit_of(node: str) -> str:
@@ -121,6 +126,62 @@ def through(
     tap = Tap(name, weight, np.zeros(weight.size), stored)
     whole = () if column is None else ((column, -by_price),)
     return Reading(float(mean @ passed), (), taps=(tap,), whole=whole, along=along)
+
+
+def squared(result: Result, way: Way, node: str, span: tuple[float, float]) -> Reading:
+    """Read the integral of the square of a node's voltage, or of `i(NAME)`, between two times.
+
+    In V^2 s or A^2 s, of the parabolas of the steps, as measures read it.
+    """
+    course = course_of(result, way, node)
+    value, by, along = _squares(way, course.values, span)
+    along[[0, -1]] = 0.0
+    found = Reading(value, (), along=along)
+    if course.name is None:
+        return found._replace(whole=((course.column, by),))
+    return found._replace(taps=(_tap(course.name, by),))
+
+
+def _squares(way: Way, y: F64, span: tuple[float, float]) -> tuple[float, F64, F64]:
+    """Integral of a waveform's square, and what it moves by with its points: by values and by times.
+
+    In a step to t_k, with x from 0 to 1, `y = y_k-1 + x d_k + x (x - 1) b`, where d are the differences
+    of points, r the ratio of the step to the one before it, and `b = r (d_k - r d_k-1) / (1 + r)`, 0 where
+    the solver begins anew.
+    """
+    t, h, d = way.time, np.diff(way.time), np.diff(y)
+    low, high = np.clip(t[:-1], *span), np.clip(t[1:], *span)
+    length, bends = high - low, way.order[1:] == 2
+    shorter, before = np.append(1.0, h)[: h.size], np.append(0.0, d)[: d.size]  # the step before each
+    r = np.where(bends, h / shorter, 0.0)
+    share = r / (1.0 + r)
+    b = share * (d - r * before)
+    by_ratio = np.where(bends, (d - r * before) / (1.0 + r) ** 2 - share * before, 0.0)
+    value, by_start, by_d, by_before, first, last, ratio = 0.0, *np.zeros((6, h.size))
+    for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+        x = (low + node * length - t[:-1]) / h
+        bow, there = x * (x - 1.0), y[:-1] + x * d + x * (x - 1.0) * b
+        own = 2.0 * weight * length * there
+        value += 0.5 * float(own @ there)
+        slope = own * (d + (2.0 * x - 1.0) * b) / h
+        by_start, by_d, by_before = (
+            by_start + own,
+            by_d + own * (x + bow * share),
+            by_before - own * bow * share * r,
+        )
+        first, last, ratio = first + slope * (x - 1.0), last - slope * x, ratio + own * bow * by_ratio
+    # ends that move with their points
+    first -= np.where((length > 0.0) & (low == t[:-1]), y[:-1] ** 2, 0.0)
+    last += np.where((length > 0.0) & (high == t[1:]), y[1:] ** 2, 0.0)
+    ratio /= shorter
+    by = at_rows(by_start - by_d + by_before, by_d)
+    by[:-2] -= by_before[1:]
+    along = at_rows(first - ratio * (1.0 + r), last + ratio)
+    along[:-2] += (ratio * r)[1:]
+    return value, by, along
+
+
+_NODES, _WEIGHTS = (0.5 - 0.15**0.5, 0.5, 0.5 + 0.15**0.5), (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)  # Gauss
 
 
 def at_rows(before: F64, after: F64) -> F64:

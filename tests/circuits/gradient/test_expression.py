@@ -12,7 +12,7 @@ from circuits.measure.scope import scope_of
 from circuits.registry import load_block
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
-from tests.circuits.gradient.differences import by_deviations
+from tests.circuits.gradient.differences import by_deviations, by_temperature
 
 
 @pytest.fixture(scope="module")
@@ -52,9 +52,35 @@ def test_arithmetic_goes_by_the_chain_rule(machine):
     assert (np.abs(own.by[:, at] - wanted) * own.sigma[at] < 0.01 * own.spread).all()
 
 
+@pytest.mark.parametrize("label", ["process.n.shared.v_t0", "process.p.shared.v_t0", "temperature"])
+def test_root_mean_squares_have_the_gradients_of_differences(machine, label):
+    asked = expressions(
+        machine, "rms(i(vdd))", "rms(i(axon.ma8), from=2ms)", "rms(i(inhibition.c_inh), to=9ms)",
+        "rms(v_mem, from=1ms)", "rms(i(vdd))^2 / rms(v_mem)",
+    )  # fmt: skip
+    own = gradients_of(machine, asked)
+    assert own.notes == ("",) * len(asked)
+    at = own.labels.index(label)
+    if label == "temperature":
+        size, wanted = 1.0, np.array([by_temperature(machine, each, 0.1) for each in asked])
+    else:
+        size = own.sigma[at]
+        wanted = by_deviations(machine, asked, label, 0.005 * size)
+    assert (np.abs(own.by[:, at] - wanted) * size < 0.01 * own.spread).all()
+    assert (np.abs(wanted) * size > 0.01 * own.spread).any()
+
+
+def test_root_mean_square_of_what_is_not_there_has_none(machine):
+    (asked,) = expressions(machine, "rms(call, to=1us)")
+    own = gradients_of(machine, (asked,))
+    assert own.values[0] == 0.0
+    assert np.isnan(own.by[0]).all()
+    assert "can but rise" in own.notes[0]
+
+
 def test_what_is_read_otherwise_is_a_number_of_the_voltages(machine):
     asked = expressions(
-        machine, "max(v_mem * v_ax)", "rms(i(vdd))", "mean(i(vdd), from=cross(call, 2.5, rise))"
+        machine, "max(v_mem * v_ax)", "slope(i(vdd))", "mean(i(vdd), from=cross(call, 2.5, rise))"
     )
     own = gradients_of(machine, asked)
     assert np.isfinite(own.by[0]).all()
