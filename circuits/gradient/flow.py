@@ -20,12 +20,13 @@ from circuits.compiled import compiled
 from circuits.devices import Capacitor, ControlledSource, Diode, Resistor, Transistor
 from circuits.devices.device import Device
 from circuits.errors import unknown_name
+from circuits.gradient.backwards import apart
 from circuits.gradient.sums import Ends, Heap, Sums, add_channel, add_heap, add_junction, new_heap
 from circuits.lowering.kernel import Kernel, Machine
 from circuits.lowering.made import made
 from circuits.measure.current import current_names
 from circuits.solver.lanes.sheet import Sheet, fill, new_sheet
-from circuits.solver.newton import Work, add_others, allocate
+from circuits.solver.newton import Work, add_others, allocate, evaluate
 from circuits.vectors import vector
 from circuits.vectors.vector import WIDTH, Lanes, rows
 
@@ -322,3 +323,44 @@ def slope_diode(k: Kernel, w: Work, d: int, by: float, slopes: F64) -> None:
     """Add what the voltage across diode d does; by: its slope included."""
     slopes[k.diodes.terminal[0, d]] += by
     slopes[k.diodes.terminal[1, d]] -= by
+
+
+@compiled()
+def slope_residual(k: Kernel, own: F64, w: Work, slopes: F64) -> None:
+    """Add `- m R` by all voltages; own: m, float64[unknowns]; slopes: float64[columns]."""
+    t = k.transistors.terminal
+    for i in range(k.transistors.sign.size):
+        slope_channel(k, w, i, -apart(own, t[0, i], t[2, i]), slopes)
+        if k.transistors.leaks:
+            for side in range(2):
+                slope_junction(k, w, i, side, -apart(own, t[2 * side, i], t[3, i]), slopes)
+    for j in range(k.amplifier_terminal.shape[1]):
+        for i in range(5):
+            slope_amplifier(k, w, j, i, -apart(own, k.amplifier_terminal[i, j], k.columns), slopes)
+    for d in range(k.diodes.saturation.size):
+        by = -apart(own, k.diodes.terminal[0, d], k.diodes.terminal[1, d]) * w.diode_slope[0, d]
+        if k.diodes.charge[d] >= 0:
+            by += own[k.diodes.charge[d]] * w.diode_slope[1, d]
+        slope_diode(k, w, d, by, slopes)
+    for i in range(k.unknowns):
+        for p in range(k.conductance.start[i], k.conductance.start[i + 1]):
+            slopes[k.conductance.column[p]] -= own[i] * k.conductance.value[p]
+
+
+def sloped(k: Kernel, voltage: F64, moved: F64) -> F64:
+    """Return `- sum m dR/dv` over rows by the voltages of all columns, float64[measures, columns].
+
+    R is without what stores charge. voltage: float64[rows, columns], V; moved: m, float64[measures, rows,
+    unknowns].
+    """
+    found = np.zeros((len(moved), k.columns))
+    _sloped(k, voltage, moved, allocate(k), found)
+    return found
+
+
+@compiled()
+def _sloped(k: Kernel, voltage: F64, moved: F64, w: Work, out: F64) -> None:
+    for row in range(voltage.shape[0]):
+        evaluate(k, voltage[row], w)
+        for m in range(moved.shape[0]):
+            slope_residual(k, moved[m, row], w, out[m])

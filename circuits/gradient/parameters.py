@@ -33,7 +33,7 @@ from circuits.devices import Capacitor, Diode, Resistor, Transistor
 from circuits.devices.transistor import capacitances
 from circuits.gradient.backwards import Adjoint, contracted
 from circuits.gradient.diode import FIGURES, by_figures
-from circuits.gradient.flow import flow_of
+from circuits.gradient.flow import flow_of, sloped
 from circuits.gradient.sums import OVERLAPS, Sums, ends_of, groups_of
 from circuits.gradient.tap import carried_by
 from circuits.lowering.bias_moves import bias_moves, voltages_at
@@ -187,6 +187,7 @@ def _lines(machine: Machine, found: Adjoint) -> dict[int, F64]:
     given, lines, k, sums = len(machine.testbench.sources), {}, machine.kernel, found.sums
     ends = ends_of(machine)
     taken = [(m, tap.conducted.sum() * flow_of(machine, tap.name, ends).linear) for m, tap in found.taps]
+    slopes: F64 | None = None
     total, row_of = found.moved.sum(axis=1), np.repeat(np.arange(k.unknowns), np.diff(k.conductance.start))
     for number in range(given, len(machine.source_names)):
         column = k.unknowns + number
@@ -194,9 +195,9 @@ def _lines(machine: Machine, found: Adjoint) -> dict[int, F64]:
         own = k.conductance.column == column
         by = by - total[:, row_of[own]] @ k.conductance.value[own]
         if (k.amplifier_terminal == column).any() or (k.diodes.terminal == column).any():
-            voltage = found.voltage.copy()
-            voltage[:, column] += VOLT
-            by = (_direct(machine, voltage, found) - sums.direct) / VOLT
+            if slopes is None:
+                slopes = sloped(k, found.voltage, found.moved)
+            by = slopes[:, column] + (found.given[:, :, number].sum(axis=1) if found.given.size else 0.0)
         else:
             for m, linear in taken:
                 by[m] += linear[column]

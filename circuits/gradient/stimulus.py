@@ -18,8 +18,8 @@ import numpy as np
 from circuits.arrays import F64, I64
 from circuits.compiled import compiled
 from circuits.devices.source import Polyline, polyline
-from circuits.gradient.backwards import Adjoint, apart
-from circuits.gradient.flow import slope_amplifier, slope_channel, slope_diode, slope_junction
+from circuits.gradient.backwards import Adjoint
+from circuits.gradient.flow import slope_residual
 from circuits.gradient.parameters import Rows
 from circuits.gradient.way import SAME_TIME, Way, nearest
 from circuits.lowering.kernel import Kernel, Machine
@@ -190,28 +190,6 @@ def _by_sources(k: Kernel, voltage: F64, wanted: I64, moved: F64, w: Work, out: 
         evaluate(k, voltage[row], w)
         for m in range(moved.shape[0]):
             slopes[:] = 0.0
-            _slope(k, moved[m, row], w, slopes)
+            slope_residual(k, moved[m, row], w, slopes)
             for q in range(out.shape[2]):
                 out[m, row, q] = slopes[k.unknowns + q]
-
-
-@compiled()
-def _slope(k: Kernel, own: F64, w: Work, slopes: F64) -> None:
-    """Add `- m R` by all voltages; own: m, float64[unknowns]; slopes: float64[columns]."""
-    t = k.transistors.terminal
-    for i in range(k.transistors.sign.size):
-        slope_channel(k, w, i, -apart(own, t[0, i], t[2, i]), slopes)
-        if k.transistors.leaks:
-            for side in range(2):
-                slope_junction(k, w, i, side, -apart(own, t[2 * side, i], t[3, i]), slopes)
-    for j in range(k.amplifier_terminal.shape[1]):
-        for i in range(5):
-            slope_amplifier(k, w, j, i, -apart(own, k.amplifier_terminal[i, j], k.columns), slopes)
-    for d in range(k.diodes.saturation.size):
-        by = -apart(own, k.diodes.terminal[0, d], k.diodes.terminal[1, d]) * w.diode_slope[0, d]
-        if k.diodes.charge[d] >= 0:
-            by += own[k.diodes.charge[d]] * w.diode_slope[1, d]
-        slope_diode(k, w, d, by, slopes)
-    for i in range(k.unknowns):
-        for p in range(k.conductance.start[i], k.conductance.start[i + 1]):
-            slopes[k.conductance.column[p]] -= own[i] * k.conductance.value[p]

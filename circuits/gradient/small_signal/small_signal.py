@@ -32,7 +32,8 @@ from circuits.arrays import C128, F64, I64, T
 from circuits.compiled import compiled
 from circuits.devices.source import Polyline
 from circuits.errors import ParameterError, SolverError
-from circuits.gradient.backwards import Adjoint, add_rows, contracted
+from circuits.gradient.backwards import Adjoint, add_rows
+from circuits.gradient.flow import sloped
 from circuits.gradient.gradient import SAFE, Gradients
 from circuits.gradient.parameters import Rows, rows_of
 from circuits.gradient.small_signal.transfer import Edge, Part, Reading, SmallSignal, Spectrum
@@ -52,7 +53,6 @@ MATTERS = 1e-3  # share of what a measure reads most of, below which a transfer 
 RESOLVED = 1e-8
 """Share of a transfer, below which 1 % of what moves it is not resolved; ours."""
 _FAR = 0.01  # V, most that they are moved
-PROBE = 1e-5  # V, by which sources move currents for a derivative; ours
 
 
 class _Asked(NamedTuple):
@@ -216,15 +216,10 @@ def _at_rest(own: Polyline, more: Polyline, less: Polyline) -> float:
 
 def _by_sources(machine: Machine, found: Adjoint, by: F64) -> F64:
     """What sources whose values move by `by` move the measures by, float64[measures]."""
-    k, ends = machine.kernel, []
+    k = machine.kernel
     if not by.any():
         return np.zeros(found.moved.shape[0])
-    step = PROBE / float(np.abs(by).max())
-    for sign in (1.0, -1.0):
-        voltage = found.voltage.copy()
-        voltage[:, k.unknowns : k.columns - 1] += sign * step * by
-        ends.append(contracted(k, voltage, found.moved))
-    return np.asarray((ends[0] - ends[1]) / (2.0 * step))
+    return np.asarray(sloped(k, found.voltage, found.moved)[:, k.unknowns : k.columns - 1] @ by)
 
 
 def _backwards(spectrum: Spectrum, frequency: float, parts: Sequence[Part]) -> C128:

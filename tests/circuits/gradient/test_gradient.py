@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from circuits.bias import rebias
-from circuits.circuit import Circuit, Port
-from circuits.devices import Capacitor, Resistor, Source
+from circuits.circuit import Bias, Circuit, Port
+from circuits.devices import Capacitor, OperationalAmplifier, Resistor, Source
 from circuits.devices.source import Constant, PiecewiseLinear
 from circuits.errors import ParameterError, UnknownNameError
 from circuits.gradient.gradient import gradients_of
@@ -25,11 +25,15 @@ from circuits.gradient.measure import (
     SpikeTime,
     Voltage,
 )
+from circuits.gradient.small_signal.small_signal import small_signal_gradients
+from circuits.gradient.small_signal.transfer import Spectrum, Transfer
+from circuits.gradient.stimulus import own_moves
 from circuits.lowering.bias_moves import behind_bias
 from circuits.lowering.kernel import on_die, to_kernel
 from circuits.registry import load_block
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
+from circuits.solver.operating_point import operating_point
 from circuits.testbench import Testbench
 from tests.circuits.gradient.differences import by_deviation, by_deviations, by_temperature, read
 
@@ -329,3 +333,41 @@ def test_energy_beside_an_amplifier_that_sources_drive_is_that_of_differences(la
     k = found.labels.index(label)
     other = by_deviation(machine, measure, label, 0.01 * found.sigma[k])
     assert abs(other - found.by[0, k]) * found.sigma[k] < 1e-4 * found.spread[0]
+
+
+def comparator(v_ref=0.6, ramp=1e-4):
+    """An amplifier of a gain of 1e4 without feedback, whose reference is a bias's line."""
+    parts = (
+        OperationalAmplifier("a", "v_in", "v_ref", "out", "v_dd", gain=1e4, output_resistance=1e4),
+        Capacitor("c", "out", "0", 1e-9),
+    )
+    ports = (
+        Port("v_dd", "supply"), Port("v_in", "analog"), Port("v_ref", "bias"), Port("out", "analog", "out")
+    )  # fmt: skip
+    biases = (Bias("v_ref", "v_ref", "voltage", v_ref),)
+    rising = PiecewiseLinear((0.0, 1e-3), (0.6 + 4e-5 - ramp, 0.6 + 4e-5 + ramp))
+    sources = (Source("v_dd", "v_dd", Constant(1.8)), Source("v_in", "v_in", rising))
+    return to_kernel(
+        Testbench("comparator", Circuit("comparator", ports, parts, biases=biases), sources, 1e-3)
+    )
+
+
+def test_bias_at_an_amplifier_moves_a_run_as_differences_do():
+    measures = (Voltage("out", 0.4e-3), Voltage("out", 0.2e-3), Integral("out"), Energy("v_dd", 0.0, 0.5e-3))
+    found = gradients_of(comparator(), measures)
+    for k, measure in enumerate(measures):
+        wanted = (read(comparator(0.6 + 1e-7), measure) - read(comparator(0.6 - 1e-7), measure)) / 2e-7
+        assert by(found, k, "bias.v_ref") == pytest.approx(wanted, rel=2e-3)
+
+
+def test_source_and_bias_at_an_amplifier_move_small_signals_as_differences_do():
+    measure = Transfer("mag", "out", "v_in", 100.0)
+
+    def at(v_ref):
+        return measure.read(Spectrum(operating_point(comparator(v_ref, ramp=0.0)))).value
+
+    machine = comparator(ramp=0.0)
+    found = small_signal_gradients(machine, (measure,), moves=own_moves(machine))
+    wanted = (at(0.6 + 1e-7) - at(0.6 - 1e-7)) / 2e-7
+    assert by(found, 0, "bias.v_ref") == pytest.approx(wanted, rel=1e-4)
+    assert by(found, 0, "source.v_in.value") == pytest.approx(-wanted, rel=1e-4)
