@@ -70,6 +70,7 @@ class Adjoint(NamedTuple):
     taps : number of a measure and what it reads of a current, whose devices are in `sums` too.
     timing : float64[measures, rows], by the times of rows that sources fix, in its unit a second.
     given : float64[measures, rows, sources], slopes by the sources' values that a measure has of its own.
+    beside : float64[measures, sources], what of these is no current's, over all rows.
     """
 
     voltage: F64
@@ -78,6 +79,7 @@ class Adjoint(NamedTuple):
     taps: tuple[tuple[int, Tap], ...] = ()
     timing: F64 = _NONE
     given: F64 = _NONE
+    beside: F64 = _NONE
 
 
 class _Rows(NamedTuple):

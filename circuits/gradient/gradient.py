@@ -270,6 +270,7 @@ def _solved(machine: Machine, way: Way, read: Sequence[Reading]) -> Adjoint:
     timing = np.zeros((len(read), rows))
     for m, each in enumerate(read):
         _lay_out(each, slopes[m], given[m], timing[m])
+    beside = given.sum(axis=1)
     taps = tuple(
         (m, Tap(tap.name, *(part[:rows] for part in tap[1:])))
         for m, each in enumerate(read)
@@ -286,7 +287,7 @@ def _solved(machine: Machine, way: Way, read: Sequence[Reading]) -> Adjoint:
     if solved is None:
         title = machine.testbench.title
         raise SolverError(f"{title}: singular at its beginning; look for a node that floats")
-    return solved._replace(taps=taps, given=given)
+    return solved._replace(taps=taps, given=given, beside=beside)
 
 
 def _lay_out(found: Reading, slopes: F64, given: F64, timing: F64) -> None:

@@ -201,6 +201,7 @@ def _lines(machine: Machine, found: Adjoint) -> dict[int, F64]:
         else:
             for m, linear in taken:
                 by[m] += linear[column]
+            by = by + (found.beside[:, number] if found.beside.size else 0.0)
         lines[number] = by
     return lines
 
@@ -321,9 +322,12 @@ def _temperature(machine: Machine, found: Adjoint) -> Rows:
         other = replace(silicon, temperature_c=silicon.temperature_c + step)
         there = on_die(replace(machine, silicon=other), silicon.die)
         voltage = found.voltage.copy()
+        beside = np.zeros(found.moved.shape[0])
         for number, value in _line_voltages(there).items():
             voltage[:, machine.kernel.unknowns + number] += value - before[number]
-        ends.append(_direct(there, voltage, found))
+            if found.beside.size:
+                beside += (value - before[number]) * found.beside[:, number]
+        ends.append(_direct(there, voltage, found) + beside)
     by = (ends[0] - ends[1]) / (2.0 * size) if both else (ends[0] - found.sums.direct) / size
     return Rows([TEMPERATURE], "degC", np.zeros(1), by[:, None])
 

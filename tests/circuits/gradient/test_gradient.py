@@ -371,3 +371,30 @@ def test_source_and_bias_at_an_amplifier_move_small_signals_as_differences_do():
     wanted = (at(0.6 + 1e-7) - at(0.6 - 1e-7)) / 2e-7
     assert by(found, 0, "bias.v_ref") == pytest.approx(wanted, rel=1e-4)
     assert by(found, 0, "source.v_in.value") == pytest.approx(-wanted, rel=1e-4)
+
+
+def test_voltage_of_a_bias_line_is_moved_by_what_sets_it():
+    machine = neuron(kind="ideal")
+    measures = (Voltage("v_inh_tau", 5e-3), Integral("v_inh_tau"))
+    found, stop = gradients_of(machine, measures), machine.testbench.stop
+    value = machine.testbench.circuit.bias("i_inh_tau").value
+    share = 1e-3 * value
+    wanted = difference_of_bias(share) / (2.0 * share)
+    assert by(found, 0, "bias.i_inh_tau") == pytest.approx(wanted, rel=1e-4)
+    assert by(found, 1, "bias.i_inh_tau") == pytest.approx(wanted * stop, rel=1e-4)
+    kelvin = by_temperature(machine, measures[0], 0.1)
+    assert by(found, 0, "temperature") == pytest.approx(kelvin, rel=1e-3)
+    assert by(found, 0, "process.n.shared.v_t0") == pytest.approx(
+        by_deviation(machine, measures[0], "process.n.shared.v_t0", 1e-4), rel=1e-3
+    )
+
+
+def difference_of_bias(step):
+    block = load_block("rebound-neuron")
+    circuit, stimuli = block.build(), {s.name: s.default for s in block.stimuli}
+    ends = []
+    for value in (circuit.bias("i_inh_tau").value + s for s in (step, -step)):
+        moved = rebias(circuit, {"i_inh_tau": value}, kind="ideal")
+        machine = to_kernel(block.testbench(moved, stimuli, block.process.v_dd), Silicon(block.process))
+        ends.append(read(machine, Voltage("v_inh_tau", 5e-3)))
+    return ends[0] - ends[1]
