@@ -8,21 +8,19 @@ import math
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
 from circuits.catalogue import later
 from circuits.units import format_quantity
+from system.cli.table_text import WIDTH, table_lines
 
 if TYPE_CHECKING:
     from rich import console, progress, table, text
-else:  # what is piped, and fits, is written without
+else:  # what is piped is written without
     console, progress, table, text = (later(f"rich.{n}") for n in ("console", "progress", "table", "text"))
 
-_PIPED_WIDTH = 160  # columns of a table that no terminal limits
-_NARROW = frozenset(map(chr, range(32, 127))) | set("×±·°µ²→")  # letters that take one column
 _TERMINAL = ("FORCE_COLOR", "TTY_COMPATIBLE")  # variables by which rich takes a file for a terminal
 
 
@@ -76,7 +74,7 @@ def print_line(line: str) -> None:
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Print a table with a title; columns whose heading ends with `:` stand to the right."""
     cells = [["" if cell is None else str(cell) for cell in row] for row in rows]
-    lines = None if _is_terminal(sys.stdout) else _table_lines(columns, cells)
+    lines = None if _is_terminal(sys.stdout) else table_lines(columns, cells)
     if lines is None:
         _print_styled(title, columns, cells)
     else:
@@ -88,21 +86,6 @@ def _is_terminal(file: TextIO) -> bool:
     return file.isatty() or any(name in os.environ for name in _TERMINAL)
 
 
-def _table_lines(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str] | None:
-    """Lines of a table that stands as it is.
-
-    None for one too wide, with letters that may be wide, or with spaces around a cell, which rich may drop.
-    """
-    whole = [[column.removesuffix(":") for column in columns], *rows]
-    widths = [max(map(len, cells)) for cells in zip_longest(*whole, fillvalue="")]
-    plain = all(cell == cell.strip() and set(cell) <= _NARROW for row in whole for cell in row)
-    if not plain or len(widths) != len(columns) or sum(widths) + 2 * (len(widths) - 1) > _PIPED_WIDTH:
-        return None
-    signs = [">" if column.endswith(":") else "<" for column in columns]
-    given = [(*row, *[""] * (len(columns) - len(row))) for row in whole]
-    return ["  ".join(map(format, row, map("{}{}".format, signs, widths))) for row in given]
-
-
 def _print_styled(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table as rich does, for a terminal of any width and in any letters."""
     shown = table.Table(box=None, pad_edge=False)
@@ -112,7 +95,7 @@ def _print_styled(title: str, columns: Sequence[str], rows: Sequence[Sequence[st
         shown.add_row(*map(text.Text, row))
     to = console.Console()
     if not to.is_terminal:
-        to = console.Console(width=_PIPED_WIDTH)
+        to = console.Console(width=WIDTH)
     to.print(text.Text(title, style="bold"))
     to.print(shown)
     to.print()

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
+from chips.record import content
 from chips.registry import Chip
+from circuits.arrays import F64
 from circuits.bias import bias_voltages
 from circuits.catalogue import loaded
 from circuits.circuit import Bias, Circuit, Port
@@ -16,6 +20,7 @@ from circuits.lowering.graph import describe_device
 from system.cli.block_choice import choose_block
 from system.cli.output import print_json, print_line, print_table, quantity_cell
 from system.cli.verbs import Show
+from system.files.kept import kept
 from system.options.block import (
     ROLLS,
     Choice,
@@ -119,7 +124,7 @@ def _describe(choice: Choice, metrics: Sequence[Listed]) -> dict[str, Any]:
         "device_count": sum(g.nodes.shape[1] for g in flat.groups),
         "ports": [_port(p) for p in choice.circuit.ports],
         "parameters": [asdict(p) for p in parameters(choice.params)],
-        "biases": [_bias(b, choice) for b in choice.circuit.biases],
+        "biases": [_bias(b, v) for b, v in zip(choice.circuit.biases, _voltages(choice).values, strict=True)],
         "stimuli": [asdict(s) for s in choice.block.stimuli],
         "metrics": [asdict(m) for m in metrics],
         "closed_forms": _closed_forms(choice),
@@ -143,7 +148,26 @@ def _port(port: Port) -> dict[str, Any]:
     return {"name": port.name, "kind": port.kind, "direction": port.direction, "shape": port.shape}
 
 
-def _bias(bias: Bias, choice: Choice) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class _Voltages:
+    """values: gate voltages of each bias, V."""
+
+    values: tuple[F64, ...]
+
+
+def _voltages(choice: Choice) -> _Voltages:
+    """Voltages of all biases, V; those that the generator's circuit gives are kept."""
+    circuit, silicon = choice.circuit, choice.silicon
+
+    def solved() -> _Voltages:
+        return _Voltages(tuple(np.asarray(bias_voltages(circuit, b, silicon)) for b in circuit.biases))
+
+    if all(bias.kind != "generator" for bias in circuit.biases):
+        return solved()
+    return kept("bias-voltages", (content(circuit), silicon), _Voltages, solved)
+
+
+def _bias(bias: Bias, voltages: F64) -> dict[str, Any]:
     return {
         "name": bias.name,
         "port": bias.port,
@@ -152,7 +176,7 @@ def _bias(bias: Bias, choice: Choice) -> dict[str, Any]:
         "unit": bias_unit(bias),
         "device": bias.device,
         "reference_temperature_C": bias.reference_temperature_c,
-        "voltage_V": bias_voltages(choice.circuit, bias, choice.silicon),
+        "voltage_V": voltages,
     }
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from chips.rolls.circuit import CHIP
-from chips.rolls.depression.power import depression_energies
+from chips.rolls.depression.power import DepressionEnergies, depression_energies
 from chips.rolls.depression.program import STEP_BIAS, ShortTermDepression
 from chips.rolls.plastic.power import PlasticEnergies, lacking, plastic_energies
 from chips.rolls.portrait import MULTIPLES, Portrait, portrait
@@ -15,6 +16,8 @@ from chips.rolls.power import TYPICAL, Activity, Energies, chip_power, energies
 from chips.rolls.program.address import NEURONS
 from chips.rolls.program.bias_file import BiasTable
 from circuits.arrays import F64
+from circuits.circuit import BiasKind
+from circuits.silicon.silicon import Silicon
 from system.cli.output import print_json, print_line, print_table, quantity_cell, working
 from system.cli.show_rolls_power import (
     RATES,
@@ -26,6 +29,7 @@ from system.cli.show_rolls_power import (
     watts_cell,
 )
 from system.cli.verbs import Show
+from system.files.kept import kept
 from system.options.block import describe_silicon
 from system.plot import check_picture, save_picture
 from system.rolls.options import NAME, bias_table, refuse_block_options, silicon_of
@@ -41,12 +45,8 @@ def show_rolls(asked: Show) -> None:
     refuse_block_options(values.param, values.bias, values.bias_set)
     table, on, kind = bias_table(values.bias_file), silicon_of(asked.silicon), values.bias_kind or "generator"
     with working("measuring the die"):
-        found = portrait(table, on, kind)
-        power = energies(table, on, float(found.currents[0] / MULTIPLES[0]), kind)
-        plastic = None if lacking(table) else plastic_energies(table, on, kind)
-        cells = ShortTermDepression()
-        has_cells = STEP_BIAS in table.names
-        depression = depression_energies(cells, table, on, kind) if has_cells else None
+        found = _portrait(table, on, kind)
+        power, plastic, depression = _energies(table, on, kind, float(found.currents[0] / MULTIPLES[0]))
     save_picture(asked.plot, lambda figure: draw_portrait(found, figure))
     document = _document(found, power, plastic, values.bias_file)
     document["depression_power"] = depression_document(depression, table)
@@ -56,6 +56,39 @@ def show_rolls(asked: Show) -> None:
         _print(found, power, table, document)
         print_plastic(plastic, document["plastic_power"], table)
         print_depression(depression, table)
+
+
+def _portrait(table: BiasTable, on: Silicon, kind: BiasKind) -> Portrait:
+    """The portrait of a die, which is kept without the die: a plan of many dies may be behind it."""
+
+    def measured() -> Portrait:
+        return replace(portrait(table, on, kind), silicon=Silicon(on.process))
+
+    return replace(kept("rolls-portrait", (table, on, kind), Portrait, measured), silicon=on)
+
+
+def _energies(
+    table: BiasTable, silicon: Silicon, kind: BiasKind, rheobase: float
+) -> tuple[Energies, PlasticEnergies | None, DepressionEnergies | None]:
+    """Energies of the parts, of the plastic array and of cells of depression; None of what the biases lack.
+
+    rheobase: A, of a neuron without I_dc. They are kept for all dies that share what devices share.
+    """
+    on, cells = replace(silicon, die=silicon.die.without_mismatch()), ShortTermDepression()
+    plastic = depression = None
+    power = kept(
+        "rolls-parts", (table, on, kind, rheobase), Energies, lambda: energies(table, on, rheobase, kind)
+    )
+    if not lacking(table):
+        plastic = kept(
+            "rolls-plastic", (table, on, kind), PlasticEnergies, lambda: plastic_energies(table, on, kind)
+        )
+    if STEP_BIAS in table.names:
+        depression = kept(
+            "rolls-depression", (table, on, kind, cells), DepressionEnergies,
+            lambda: depression_energies(cells, table, on, kind),
+        )  # fmt: skip
+    return power, plastic, depression
 
 
 def _document(

@@ -15,7 +15,7 @@ from collections.abc import Hashable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import replace
-from functools import cache, lru_cache
+from functools import lru_cache
 from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
@@ -31,6 +31,7 @@ from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
 from system.codes.file import read_codes, write_codes
 from system.files.claim import alone
+from system.files.kept import sources_of
 from system.notice import say
 from system.registry import load_calibration
 
@@ -181,15 +182,7 @@ def _keep(path: Path, codes: Codes) -> None:
         write_codes(path, codes)
 
 
-@cache
 def _sources(name: str) -> str:
     """Hash of all sources and records that codes of a calibration follow from."""
     module = modules[load_calibration(name).calibrate.__module__]
-    roots = {Path(str(files(package))) for package in ("circuits", "chips")}
-    roots.add(Path(module.__file__ or os.devnull).parent)
-    found = sha256()
-    for root in sorted(roots):
-        for path in sorted([*root.rglob("*.py"), *root.rglob("*.nc"), *root.rglob("*.csv")]):
-            found.update(path.name.encode())
-            found.update(path.read_bytes())
-    return found.hexdigest()
+    return sources_of(Path(module.__file__ or os.devnull).parent)

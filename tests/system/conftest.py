@@ -12,6 +12,7 @@ import pytest
 from circuits.errors import ParameterError
 from system.cli.command_line import main
 from system.codes import find
+from system.files import kept
 from system.options.rolls import power as rolls_power
 
 CALIBRATING = "noctule: calibrating "  # begins the line that tells of a chip whose codes are not known yet
@@ -21,11 +22,12 @@ RunJson = Callable[..., Any]
 
 @pytest.fixture(autouse=True, scope="session")
 def codes_kept(pytestconfig: pytest.Config) -> Iterator[None]:
-    """Codes of chips that tests need are kept from one session to the next, by all that they follow from."""
+    """Codes of chips and answers are kept from one session to the next, by all that they follow from."""
     with pytest.MonkeyPatch.context() as patch:
         if pytestconfig.pluginmanager.hasplugin("cacheprovider"):
-            folder = Path(pytestconfig.cache.mkdir("codes"))
-            patch.setattr(find, "codes_folder", lambda: folder)
+            codes, answers = (Path(pytestconfig.cache.mkdir(name)) for name in ("codes", "answers"))
+            patch.setattr(find, "codes_folder", lambda: codes)
+            patch.setattr(kept, "answers_folder", lambda: answers)
         yield
 
 

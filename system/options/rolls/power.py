@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from chips.rolls.chip import RollsChip
-from chips.rolls.power import Power, activity_of, chip_power, energies_of
+from chips.rolls.power import Energies, Power, activity_of, chip_power, energies_of
 from circuits.arrays import I64
 from circuits.errors import CircuitError
+from system.files.kept import kept
 
 TABLE = """
 static_power_mW   number?  mW  leakage and rest currents of neurons, filters and synapses; null with the
@@ -25,7 +27,14 @@ def run_power(chip: RollsChip, spikes: I64, virtual: Mapping[int, int], duration
     `chip` is without plastic synapses and cells of depression; `spikes` (int64[m]), `virtual` and `duration`
     (s) are those of `activity_of`. Raises `CircuitError` where the energies of its parts cannot be measured.
     """
-    return chip_power(energies_of(chip), activity_of(chip.program, spikes, virtual, duration))
+    return chip_power(kept_energies(chip), activity_of(chip.program, spikes, virtual, duration))
+
+
+def kept_energies(chip: RollsChip) -> Energies:
+    """Return the energies of a chip's parts (`energies_of`), which are measured once a machine."""
+    on = replace(chip.silicon, die=chip.silicon.die.without_mismatch())
+    asked = chip.program.biases, on, chip.kind, chip.params
+    return kept("rolls-energies", asked, Energies, lambda: energies_of(chip))
 
 
 def power_numbers(

@@ -55,20 +55,40 @@ def table_of(columns: tuple[str, ...], rows: list[list[object]]) -> str:
 @given(st.tuples(*[st.sampled_from(("name", "value:", "", "summary of it"))] * 3), ROWS)
 @example(("name", "name", "value:"), [[None, None, ": "]])
 def test_a_piped_table_is_what_rich_prints(columns: tuple[str, ...], rows: list[list[object]]) -> None:
+    assert table_of(columns, rows) == richly(columns, rows)
+
+
+def richly(columns: tuple[str, ...], rows: list[list[object]]) -> str:
     with pytest.MonkeyPatch.context() as patch:
-        own = table_of(columns, rows)
-        patch.setattr(output, "_table_lines", lambda *_: None)
-        assert own == table_of(columns, rows)
+        patch.setattr(output, "table_lines", lambda *_: None)
+        return table_of(columns, rows)
 
 
-def test_a_plain_table_is_written_without_rich(monkeypatch: pytest.MonkeyPatch) -> None:
+LONG = st.lists(st.text("ab:.×", min_size=1, max_size=60) | st.just("of its"), max_size=30).map(" ".join)
+
+
+@settings(suppress_health_check=list(HealthCheck), max_examples=60, deadline=None)
+@given(st.data(), st.integers(1, 6))
+def test_a_piped_table_that_is_too_wide_is_folded_as_rich_does(data: st.DataObject, count: int) -> None:
+    columns = data.draw(st.tuples(*[st.sampled_from(("name", "value:"))] * count))
+    rows = data.draw(st.lists(st.lists(LONG, min_size=count, max_size=count), max_size=3))
+    assert table_of(columns, rows) == richly(columns, rows)
+
+
+@pytest.fixture
+def without_rich(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(output, "_print_styled", lambda *_: pytest.fail("rich was asked for"))
+
+
+@pytest.mark.usefixtures("without_rich")
+def test_a_plain_table_is_written_without_rich() -> None:
     assert table_of(("name", "value:"), [["v_th", "2.5V"], ["c", None]]) == (
         "a table\nname  value\nv_th   2.5V\nc          \n\n"
     )
 
 
+@pytest.mark.usefixtures("without_rich")
 def test_a_table_that_is_too_wide_is_wrapped() -> None:
-    lines = table_of(("name", "summary"), [["a", "word " * 80]]).splitlines()
+    lines = table_of(("name", "summary"), [["a", " ".join(["word"] * 80)]]).splitlines()
     assert len(lines) > 4
     assert max(map(len, lines)) <= 160

@@ -15,18 +15,23 @@ from chips.rolls.plastic import power as plastic_power
 from chips.rolls.program.bias_file import BiasTable, default_biases, write_biases
 from system.cli import show_rolls
 from system.cli.command_line import main
+from system.files import kept
 from tests.refusals import command_refusals
+
+MEASURED = ("portrait", "energies", "plastic_energies", "depression_energies")
 
 
 @pytest.fixture(scope="module", autouse=True)
-def once() -> Iterator[None]:
+def once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Two points of each curve, and each die measured once."""
     with pytest.MonkeyPatch.context() as patch:
+        folder = tmp_path_factory.mktemp("answers")  # of fewer points than others keep
+        patch.setattr(kept, "answers_folder", lambda: folder)
         for module in (rolls_portrait, show_rolls):
             patch.setattr(module, "MULTIPLES", np.array([3.0, 9.0]))
         patch.setattr(power, "MULTIPLES", (3.0, 40.0))
         patch.setattr(plastic_power, "SPIKE_RATES", (5.0, 300.0))
-        for name in ("portrait", "energies", "plastic_energies", "depression_energies"):
+        for name in MEASURED:
             patch.setattr(show_rolls, name, cache(getattr(show_rolls, name)))
         yield
 
@@ -89,6 +94,17 @@ def test_print_has_a_table_of_each(capsys: pytest.CaptureFixture[str]) -> None:
     assert "energy of an event: of a column " in printed
     assert "cells of depression, where a program has them: rest " in printed
     assert "256 of 256 neurons fire by the bias I_dc of 87.5nA alone" in printed
+
+
+def test_a_die_is_measured_once_a_machine(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert main([*OPTIONS, "--json"]) == 0
+    first = capsys.readouterr().out
+    for name in MEASURED:
+        monkeypatch.setattr(show_rolls, name, lambda *_: pytest.fail("measured again"))
+    assert main([*OPTIONS, "--json"]) == 0
+    assert capsys.readouterr().out == first
 
 
 def without_plastic_biases() -> BiasTable:

@@ -17,6 +17,8 @@ from circuits.silicon.die import Die
 from circuits.silicon.process import ROLLS_180
 from circuits.silicon.silicon import Silicon
 from system.cli.command_line import main
+from system.files import kept
+from system.options.rolls import power as options_power
 from system.rolls import run as rolls_run
 from system.rolls.drive import program_of, regular_events
 from system.rolls.run import SYSTEM, Trace, run, summarise
@@ -73,6 +75,17 @@ def test_power_of_a_run_is_at_least_that_at_rest_and_its_parts_add_up(trace: Tra
     assert power["dynamic"] > 0.0
     silent = replace(trace, spikes=Spikes(np.empty(0), np.empty(0, np.int64)), given=0)
     assert summarise(silent)["total_power_mW"] == pytest.approx(1e3 * still.total, rel=1e-12)
+
+
+def test_energies_are_measured_once_for_all_dies_that_share_them(
+    trace: Trace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kept, "answers_folder", lambda: tmp_path)
+    first = options_power.kept_energies(trace.chip)
+    monkeypatch.setattr(options_power, "energies_of", lambda *_: pytest.fail("measured again"))
+    again = options_power.kept_energies(trace.chip)
+    assert (again.rates.tolist(), again.spike.tolist()) == (first.rates.tolist(), first.spike.tolist())
+    assert (again.event, again.still, again.column) == (first.event, first.still, first.column)
 
 
 def test_power_is_not_told_where_a_neuron_alone_never_fires(trace: Trace) -> None:
