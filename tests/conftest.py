@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import gc
 import os
+from functools import lru_cache
 
 import pytest
 from hypothesis import settings
 
 from chips.record_file import ENVIRONMENT
+from chips.rolls import tables
 from netlists.ngspice import run as ngspice
 from netlists.ngspice.library import find_library
 from tests.agreement.kept import KeptRuns
@@ -27,6 +29,10 @@ def pytest_collection_finish() -> None:
     gc.freeze()
     gc.set_threshold(*RARELY)
     gc.enable()
+
+
+# Tests of a chip alternate between some of its dies and programs: the tables of the last four are kept.
+tables._built = lru_cache(maxsize=4)(tables._built.__wrapped__)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -278,8 +278,9 @@ def neurons_of(silicon: Silicon, count: int, biases: Biases) -> Neurons:
     return Neurons(float(charge), float(zero / charge), float(period[2] - charge / (c - zero)))
 
 
+@lru_cache(maxsize=4)
 def signals_of(silicon: Silicon, biases: Biases) -> Signals:
-    """Scan lines and filters, and what a stage of code 64 gives."""
+    """Scan lines and filters, and what a stage of code 64 gives; a calibration looks where it was before."""
     stages = column_on(silicon, BIAS_COLUMN, SAMPLED, biases)
     one = stages.bias(slice(0, SAMPLED), np.full(SAMPLED, COUNTED[-1]))[0].mean() / COUNTED[-1]
     unit = unit_of(silicon, biases) / one  # of what the model counts in, in stages

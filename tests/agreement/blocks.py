@@ -88,7 +88,12 @@ CASES: Mapping[str, Case] = {
         why="two excitations, which just suffice at 27 degC and no longer at -20 degC: near the margin the"
         " spike's time hangs on ngspice's tolerances; its first spike tells",
     ),
-    "delay-tap": Case(reltol=2e-4, points=250, why=f"{_COARSER} 0.24 of what may differ"),
+    "delay-tap": Case(
+        Form(kind="ideal", stop=0.0064),
+        reltol=2e-4,
+        points=180,
+        why=f"both spikes tell; {_COARSER} 0.24 of what may differ",
+    ),
     "depressing-synapse": Case(
         Form(kind="ideal", stop=0.0065),
         reltol=8e-4,
@@ -185,7 +190,12 @@ CASES: Mapping[str, Case] = {
     "ddi-synapse": Case(
         Form(kind="ideal", stop=0.04), reltol=4e-5, points=500, why="a pulse of a millisecond in a long run"
     ),
-    "wavefront-cell": Case(reltol=2e-4, points=250, why=f"{_COARSER} 0.24 of what may differ"),
+    "wavefront-cell": Case(
+        Form(kind="ideal", stop=25e-6),
+        reltol=2e-4,
+        points=125,
+        why=f"its firing tells; {_COARSER} 0.24 of what may differ",
+    ),
     "winner-take-all-ring": Case(
         Form({"cells": 4}, {"duration": 0.4}, "ideal"),
         points=600,

@@ -118,21 +118,28 @@ def pulsed(circuit: Circuit, stop: float = 1e-6) -> Testbench:
     return Testbench("pulsed", circuit, (SUPPLY, drive), stop, watch=("y",))
 
 
+COLD, HOT = -20.0, 85.0  # degC
+
+
 @pytest.mark.parametrize(
-    "process",
+    ("process", "temperature"),  # each effect by itself at one, and what has several at both
     [
-        AMI_1500_IDEAL,
-        varied(law="ekv-gamma"),
-        varied(early_field=5e6),
-        varied(junction_leakage=1e-3),  # far above silicon's: 3 nA a junction, so that it matters here
-        varied(law="ekv-gamma", early_field=10e6, junction_leakage=1e-4),
-        varied(early_field=2e6, early_rise=0.5, mobility_reduction=1.0),
-        varied(junction_leakage=1e-6, gate_induced_leakage=1e-4, gate_induced_slope=1.0),
-        AMI_1500,
+        (AMI_1500_IDEAL, COLD),
+        (AMI_1500_IDEAL, HOT),
+        (varied(law="ekv-gamma"), HOT),
+        (varied(early_field=5e6), COLD),
+        (varied(junction_leakage=1e-3), HOT),  # far above silicon's: 3 nA a junction, so that it matters here
+        (varied(law="ekv-gamma", early_field=10e6, junction_leakage=1e-4), COLD),
+        (varied(early_field=2e6, early_rise=0.5, mobility_reduction=1.0), HOT),
+        (varied(junction_leakage=1e-6, gate_induced_leakage=1e-4, gate_induced_slope=1.0), COLD),
+        (AMI_1500, COLD),
+        (AMI_1500, HOT),
     ],
-    ids=["ekv", "ekv-gamma", "early", "leakage", "all", "reduced", "induced", "full"],
-)
-@pytest.mark.parametrize("temperature", [-20.0, 85.0])
+    ids=[
+        "ekv-cold", "ekv-hot", "ekv-gamma", "early", "leakage", "all", "reduced", "induced", "full-cold",
+        "full-hot",
+    ],
+)  # fmt: skip
 def test_transistors_agree_under_every_law(process: Process, temperature: float) -> None:
     found = compare(pulsed(inverter_chain()), Silicon(process, temperature))
     assert found.agrees, found

@@ -51,7 +51,6 @@ def rises(time: F64, volts: F64) -> list[float]:
         (AMI_1500_IDEAL, "gate", 47.0, 27.0),
         (AMI_1500, "gate", 27.0, 47.0),
         (AMI_1500, "generator", 27.0, 7.0),
-        (AMI_1500, "generator", 27.0, 47.0),
     ],
 )
 def test_a_silence_goes_on_at_another_temperature_as_the_model_says(

@@ -111,8 +111,9 @@ def test_impedance_falls_to_an_ohm_where_its_closed_form_does():
     assert by(found, 1, "low_pass.r.resistance") == pytest.approx(1.0, rel=1e-9)
 
 
-@pytest.mark.parametrize("die", [NOMINAL, FULL], ids=("nominal", "full"))
-@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize(
+    ("name", "die"), [("differential-pair", NOMINAL), *((name, FULL) for name in PAIRS)], ids=str
+)
 def test_of_every_deviation_is_that_of_differences(name, die):
     machine, measures = lowered(name, die), measures_of(name)
     found = small_signal_gradients(machine, measures)

@@ -114,7 +114,7 @@ def test_a_mission_ends_where_its_yield_is_known(robot: str, run_json: RunJson) 
 
 
 def test_parts_workers_and_a_kill_give_the_bytes_of_one_run(robot: str, run: Run, run_json: RunJson) -> None:
-    words = ("mission", robot, "--dies", "24", "--chunk", "4", "--change", "area=4")
+    words = ("mission", robot, "--dies", "12", "--chunk", "2", "--change", "area=4")
     assert run(*words, "--threads", "1", "-o", "one")[0] == 0
     for k in (1, 2):
         assert run(*words, "--threads", "1", "--shard", f"{k}/2", "-o", f"part{k}")[0] == 0
