@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import tempfile
 from contextlib import nullcontext
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -54,16 +55,22 @@ def _asarray(x: Any, order: Any = None) -> Any:
     return np.asarray(x, order=order).view(Array)  # in whatever order its elements are, unless told
 
 
+@cache
+def _library_of(code: str, options: tuple[str, ...]) -> ctypes.CDLL:
+    """A text's library: several tests have the same, as runs of one process have on a device."""
+    with tempfile.TemporaryDirectory() as folder:
+        source, made = Path(folder, "text.cpp"), Path(folder, "text.so")
+        source.write_text(_HEAD + code)
+        command = [str(COMPILER), "-O1", "-w", "-shared", "-fPIC", "-o", str(made), str(source)]
+        subprocess.run([*command, *(_OPTIONS[o] for o in options)], check=True)
+        return ctypes.CDLL(str(made))
+
+
 class RawModule:
     """A text, compiled."""
 
     def __init__(self, code: str, options: tuple[str, ...]) -> None:
-        with tempfile.TemporaryDirectory() as folder:
-            source, made = Path(folder, "text.cpp"), Path(folder, "text.so")
-            source.write_text(_HEAD + code)
-            command = [str(COMPILER), "-O1", "-w", "-shared", "-fPIC", "-o", str(made), str(source)]
-            subprocess.run([*command, *(_OPTIONS[o] for o in options)], check=True)
-            self._library = ctypes.CDLL(str(made))
+        self._library = _library_of(code, tuple(options))
 
     def get_function(self, name: str) -> Any:
         """A function that is called with numbers of blocks and threads, and with what it takes."""

@@ -10,6 +10,7 @@ import pytest
 from chips.rolls import portrait
 from chips.rolls.program.bias_file import write_biases
 from system.cli import mend, show_rolls
+from system.files import kept
 from tests.refusals import command_refusals
 from tests.system.cli.test_show_rolls import without_plastic_biases
 from tests.system.conftest import Run, RunJson
@@ -39,6 +40,7 @@ def test_rolls_is_shown_under_the_full_law(
 ) -> None:
     for module in (portrait, show_rolls):
         monkeypatch.setattr(module, "MULTIPLES", np.array([3.0]))
+    monkeypatch.setattr(kept, "answers_folder", lambda: tmp_path / "answers")  # it is of fewer points
     write_biases(tmp_path / "few.csv", without_plastic_biases())
     shown = run_json("show", "rolls", "--law", "full", "--bias-file", str(tmp_path / "few.csv"))
     assert shown["law"] == "full"

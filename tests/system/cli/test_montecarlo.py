@@ -199,7 +199,7 @@ def test_a_folder_keeps_a_study_and_resumes_it(run_json: RunJson, tmp_path: Path
 
 
 def test_a_system_is_a_target(run_json: RunJson) -> None:
-    options = ("--duration", "500ms", "--metric", "calls", "--temperature", "20", "--temperature", "27")
+    options = ("--duration", "400ms", "--metric", "calls", "--temperature", "20", "--temperature", "27")
     found = run_json("montecarlo", "approach", "-n", "2", *options)
     assert found["samples"] == 4
     assert [c["temperature_C"] for c in found["conditions"]] == [20.0, 27.0]

@@ -51,7 +51,7 @@ def test_a_study_has_one_course_and_no_other_temperature(run: Run, run_json: Run
 
 
 def test_a_study_along_a_course_goes_on_and_its_dies_come_again(run_json: RunJson, tmp_path: Path) -> None:
-    options = ("montecarlo", "head", "--param", "duration=1s", "--temperature", WARMING)
+    options = ("montecarlo", "head", "--param", "duration=0.5s", "--temperature", WARMING)
     options += ("--chunk", "1", "-o", str(tmp_path))
     run_json(*options, "--samples", "2")
     found = run_json(*options, "--samples", "3", "--resume")

@@ -89,7 +89,7 @@ def test_the_head_writes_as_many_as_it_counts(run_json: RunJson, tmp_path: Path)
 
 def test_the_approach_writes_its_spikes(run_json: RunJson, tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
-    words = ("run", "approach", "--codes", "default", "--duration", "0.5s")
+    words = ("run", "approach", "--codes", "default", "--duration", "0.3s")
     found = run_json(*words, "--spikes", str(path))
     trains = _trains(path)
     assert trains["onset"] == sorted(found["echoes_s"])
