@@ -23,7 +23,17 @@ import numpy as np
 from chips.nef.network import kernel as nef_kernel
 from chips.nef.network.kernel import DT, Net, State
 from chips.nef.noise_kernel import NefNoise, begin_noise, disturb_filters, disturb_neurons
-from chips.nef.whole.kernel import Bends, add_bent, bent, position, read, risen, since, until
+from chips.nef.whole.kernel import (
+    Bends,
+    add_bent,
+    bent,
+    position,
+    read,
+    risen,
+    risen_little,
+    since,
+    until,
+)
 from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 
@@ -159,7 +169,7 @@ def draw(c: ChipNet, s: ChipState, p: int, bends: Bends | None) -> None:
     for i in range(count):
         current[i] = bias[i]
     if bends is not None:
-        sunk = bends.sunk[begin : begin + count]
+        sunk = bends.draws[begin : begin + count]
         for i in range(count):
             sunk[i] = c.sunk[begin + i]
     for k in range(n.slot[p], n.slot[p + 1]):
@@ -171,13 +181,32 @@ def draw(c: ChipNet, s: ChipState, p: int, bends: Bends | None) -> None:
         if bends is None:
             add_scaled(current, row, x)
         else:
-            add_bent(current, bends.sunk[begin : begin + count], row, x)
+            add_bent(current, bends.draws[begin : begin + count], row, x)
 
 
 @_compiled
-def fall(bends: Bends, speed: F64, first: int, i: int) -> float:
-    """Return the rise of what draws from neuron i of a population, 1/s, as of `chips.nef.whole.kernel`."""
-    return float((bends.rise[first + i] + bends.mirrored * bends.sunk[first + i]) * speed[i])
+def fall(rise: F64, mirrored: float, speed: F64, draws: F64) -> int:
+    """Make of what mirrors draw how all that draws rises, 1/s; return of how many g t may be above 1."""
+    steep = 0
+    for i in range(draws.size):
+        draws[i] = (rise[i] + mirrored * draws[i]) * speed[i]
+        steep += draws[i] * DT > 1.0
+    return steep
+
+
+@_compiled
+def climb(v: F64, r: F64, given: tuple[F64, F64, F64, F64], g: F64, steep: int) -> None:
+    """Step membranes and what is left of refractory periods.
+
+    given: currents, leaks, speeds and floors; steep: of how many `risen_little` may not be asked.
+    """
+    current, leak, speed, floor = given
+    for i in range(v.size):
+        free = min(max(DT - r[i], 0.0), DT)
+        slope = (current[i] - leak[i]) * speed[i] - g[i] * (v[i] - 0.5)
+        more = risen(slope, g[i], free) if steep else risen_little(slope, g[i], free)
+        v[i] = max(v[i] + more, floor[i])
+        r[i] -= DT
 
 
 @_compiled
@@ -206,15 +235,15 @@ def fire(c: ChipNet, s: ChipState, p: int, left: int, bends: Bends | None) -> in
     count = last - first
     v, r, j = b.u[first:last], b.rest[first:last], b.current[first:last]
     leak, speed, floor = c.leak[first:last], c.speed[first:last], c.floor[first:last]
-    for i in range(count):
-        free = min(max(DT - r[i], 0.0), DT)
-        slope = (j[i] - leak[i]) * speed[i]
-        if bends is None:
-            v[i] = max(v[i] + slope * free, floor[i])
-        else:
-            g = fall(bends, speed, first, i)
-            v[i] = max(v[i] + risen(slope - g * (v[i] - 0.5), g, free), floor[i])
-        r[i] -= DT
+    if bends is None:
+        for i in range(count):
+            free = min(max(DT - r[i], 0.0), DT)
+            v[i] = max(v[i] + (j[i] - leak[i]) * speed[i] * free, floor[i])
+            r[i] -= DT
+    else:
+        draws = bends.draws[first:last]
+        steep = fall(bends.rise[first:last], bends.mirrored, speed, draws)
+        climb(v, r, (j, leak, speed, floor), draws, steep)
     found = 0
     for i in range(count):
         if v[i] >= 1.0:
@@ -226,15 +255,14 @@ def fire(c: ChipNet, s: ChipState, p: int, left: int, bends: Bends | None) -> in
         g = 0.0
         if bends is None:
             over = (v[i] - 1.0) / slope  # s since the spike, at the end of the step
-            rising = 1.0 / slope
         else:
-            g = fall(bends, speed, first, i)
+            g = bends.draws[first + i]
             over = since(max(slope - g * (v[i] - 0.5), _SLOWEST), g, v[i] - 1.0)
             slope += 0.5 * g
-            rising = until(slope, g)
         left = send(c, s, first + i, left)
         while over >= c.refractory[first + i]:
             over -= c.refractory[first + i]
+            rising = 1.0 / slope if bends is None else until(slope, g)
             if over < rising:
                 break
             over -= rising

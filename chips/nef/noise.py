@@ -63,6 +63,7 @@ def noise_of(chip: ChipNet, where: Conditions) -> NefNoise | None:
         # what a step adds fades with the filter before it is read
         np.sqrt(np.where(analog, filters * (1.0 / np.where(analog, keep, 1.0) ** 2 - 1.0), 0.0)),
         np.zeros(neurons),
+        np.zeros(neurons),
         _slow(noise, where, neurons),
         new_draws(noise.seed, noise.trial, f"{name}, neurons", neurons),
         new_draws(noise.seed, noise.trial, f"{name}, filters", keep.size),
@@ -90,6 +91,7 @@ def copied(noise: NefNoise) -> NefNoise:
              for d in (noise.neurons, noise.filters)]  # fmt: skip
     return noise._replace(
         slow=copied_slow(noise.slow), neurons=draws[0], filters=draws[1], total=noise.total.copy(),
+        late=noise.late.copy(),
         step=np.zeros(1, np.int64), lines=copied_steps(noise.lines),
     )  # fmt: skip
 

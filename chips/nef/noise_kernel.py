@@ -13,7 +13,7 @@ from typing import NamedTuple
 from chips.lines.steps import LineSteps, bring_lines
 from chips.nef.network.kernel import DT, Net, State
 from chips.noise_draw import Draws, Slow, bring, draw
-from circuits.arrays import F64, I64
+from circuits.arrays import F32, F64, I64
 from circuits.compiled import compiled
 
 SLOW_LEAK, SLOW_REFRACTORY = range(2)  # slow processes, relative
@@ -29,7 +29,8 @@ class NefNoise(NamedTuple):
     above, below, bias: currents of the stages as `ChipNet` has them, each as often as its noise is that of an
     electron's; grain: charge of an electron, thresholds s; dead: `q t_ref / I_rfr`, s^2, float64[neurons];
     reset: `k T C`, (thresholds s)^2; lanes: relative deviation that a step adds to a filter, float64[lanes];
-    total: working space, float64[neurons]; slow: flicker; neurons, filters: draws; step: how many steps were
+    total, late: working space, what flows in total, then the noise, and what a period by a share longer takes
+    of a step's current, float64[neurons]; slow: flicker; neurons, filters: draws; step: how many steps were
     taken, int64[1]; lines: of the chip's generator, none where they do not wander.
     """
 
@@ -41,6 +42,7 @@ class NefNoise(NamedTuple):
     reset: float
     lanes: F64
     total: F64
+    late: F64
     slow: Slow
     neurons: Draws
     filters: Draws
@@ -81,25 +83,51 @@ def disturb_neurons(
         x = lines[1, k] * y if y > 0.0 else -lines[2, k] * y
         for i in range(count):
             total[i] += x * rows[i]
+    given = b.rest[begin : begin + count], b.u[begin : begin + count], b.current[begin : begin + count]
+    own = leak[begin : begin + count], speed[begin : begin + count], refractory[begin : begin + count]
+    late, normal = t.late[begin : begin + count], t.neurons.normal[begin : begin + count]
+    shake(given, own, (t.grain, t.reset), t.dead[begin : begin + count], normal, total, late)
+    if t.slow.deviation.size:
+        slow_leak = t.slow.value[SLOW_LEAK, begin : begin + count]
+        slow_dead = t.slow.value[SLOW_REFRACTORY, begin : begin + count]
+        for i in range(count):
+            total[i] -= own[0][i] * slow_leak[i] + late[i] * slow_dead[i]
+    if t.lines.shift.size:
+        line, bias = t.lines.shift, n.bias[begin : begin + count]
+        for i in range(count):
+            total[i] += bias[i] * line[LINE_BIAS] - own[0][i] * line[LINE_LEAK]
+            total[i] += late[i] * line[LINE_REFRACTORY]
     for i in range(count):
-        k = begin + i
-        left = b.rest[k]
+        given[2][i] += total[i] if given[0][i] < DT else 0.0
+
+
+@_compiled
+def shake(
+    given: tuple[F64, F64, F64],
+    own: tuple[F64, F64, F64],
+    charges: tuple[float, float],
+    dead: F64,
+    normal: F32,
+    total: F64,
+    late: F64,
+) -> None:
+    """Make of what flows in total the white noise of a step, thresholds, in place.
+
+    given: what is left of refractory periods, membranes and currents; own: leaks, speeds and refractory
+    periods; charges: grain and reset; dead, late: as of `NefNoise`.
+    """
+    (rest, u, current), (leak, speed, refractory), (grain, reset) = given, own, charges
+    for i in range(total.size):
+        left = rest[i]
         free = min(max(DT - left, 0.0), DT)
-        if free > 0.0:
-            rising = b.current[k] - leak[k]
-            slope = rising * speed[k]
-            crosses = b.u[k] + slope * free > 1.0
-            span = max((1.0 - b.u[k]) / slope if crosses else free, LEAST)
-            variance = t.grain * total[i] / span
-            more = 0.0
-            if left > 0.0:
-                variance += (rising * rising * t.dead[k] + t.reset) / (span * span)
-                more = rising * refractory[k] / span
-            shift = math.sqrt(variance) * t.neurons.normal[k]
-            if t.slow.deviation.size:
-                shift -= leak[k] * t.slow.value[SLOW_LEAK, k] + more * t.slow.value[SLOW_REFRACTORY, k]
-            if t.lines.shift.size:
-                line = t.lines.shift
-                shift += n.bias[k] * line[LINE_BIAS] - leak[k] * line[LINE_LEAK]
-                shift += more * line[LINE_REFRACTORY]
-            b.current[k] += shift
+        rising = current[i] - leak[i]
+        slope = rising * speed[i]
+        until = (1.0 - u[i]) / slope
+        crosses = u[i] + slope * free > 1.0
+        span = max(until if crosses else free, LEAST)
+        variance = grain * total[i] / span
+        ends = (rising * rising * dead[i] + reset) / (span * span)
+        over = rising * refractory[i] / span
+        variance += ends if left > 0.0 else 0.0
+        late[i] = over if left > 0.0 else 0.0
+        total[i] = math.sqrt(variance) * normal[i]

@@ -208,7 +208,7 @@ def _own(built: Built) -> tuple[NefNoise | None, Bends | None]:
     bends = built.bends
     return (
         None if built.noise is None else copied(built.noise),
-        None if bends is None else bends._replace(sunk=np.zeros_like(bends.sunk)),
+        None if bends is None else bends._replace(draws=np.zeros_like(bends.draws)),
     )
 
 
