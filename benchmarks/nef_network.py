@@ -7,6 +7,8 @@ ensembles, connections, functions and time constants, with ideal neurons and dec
 interpreter of its own, with SciPy: `--nengo PATH`; without it its rows are left out. What both decode of the
 eight rays, averaged over the run, is compared with what they were set to and with each other.
 
+The same network under the full law, with the bias generator, is told beside, without a claim.
+
 Measuring curves and solving decoders must take less than 5 s; a second process, with another number of BLAS
 threads, must come to the same spikes to the bit.
 
@@ -77,6 +79,19 @@ def chip_of(die: Die) -> NefChip:
     return NefChip(die, "gate", process=ROLLS_180_IDEAL)
 
 
+def _whole(agent: str, duration: float, turns: int, ideal: float) -> Row:
+    """Speed of the same network under the full law, at the bias generator's currents.
+
+    ideal: CPU time, s, of the run without second-order effects.
+    """
+    network = _network(agent)
+    built = build(network, NefChip(DIE, "generator").at(27.0), 0)
+    _run(built, INTERVAL)
+    took = median(_run(built, duration)[0] for _ in range(turns))
+    note = f"{took / ideal:.2f} times what the ideal law takes, noise off"
+    return Row(f"{agent}: times real time, full law", took, duration, duration / took, note)
+
+
 def measure(agent: str, duration: float, turns: int, interpreter: str | None) -> Iterator[Row]:
     """Speed of one agent's network, beside the peer."""
     network = _network(agent)
@@ -113,6 +128,7 @@ def measure(agent: str, duration: float, turns: int, interpreter: str | None) ->
         yield Row(f"{agent}: largest distance of decoded rays", off, None, off, note, most=CLAIM_RAYS)
     else:
         yield Row(f"{agent}: times real time", mine, duration, duration / mine, "one core", least=1.0)
+    yield _whole(agent, duration, turns, mine)
 
 
 def _run(built: Built, duration: float) -> tuple[float, F64]:
