@@ -96,7 +96,7 @@ def gradients(
     Raises
     ------
     ParameterError
-        There is no measure, a name is none, or one text stands for a list of names.
+        There is no measure, something is none and no name of one, or one text stands for a list of names.
     UnknownNameError
         A node, port or source is unknown.
     SolverError
@@ -110,7 +110,11 @@ def gradients(
         if isinstance(each, Metric):
             circuit = machine.testbench.circuit
             return measure_of_metric(each, lambda: each.prepare(circuit, machine.silicon))
-        return measure_of(each) if isinstance(each, str) else each
+        if isinstance(each, str):
+            return measure_of(each)
+        if not isinstance(each, AnyMeasure):
+            raise ParameterError(f"metrics: {each!r}, must be a measure, a metric or a name; as {FORMS}")
+        return each
 
     asked = [wanted(each) for each in metrics]
     return dataset_of(every_gradient(machine, asked, rtol=rtol, moves=own_moves(machine), check=check))

@@ -62,6 +62,11 @@ def test_names_of_measures_tell_between_which_times():
         assert measure_of(name).name == name
 
 
+def test_what_is_no_measure_is_refused():
+    with pytest.raises(ParameterError, match="metrics: 3, must be a measure, a metric or a name"):
+        gradients(choose("rebound-neuron").testbench(), ["spike_time(spike,0)", 3])
+
+
 def test_one_text_is_no_list_of_names():
     choice = choose("rebound-neuron")
     with pytest.raises(
