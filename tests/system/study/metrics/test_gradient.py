@@ -67,6 +67,14 @@ def test_what_is_no_measure_is_refused():
         gradients(choose("rebound-neuron").testbench(), ["spike_time(spike,0)", 3])
 
 
+@pytest.mark.parametrize(
+    "name", ["mag(i(vdd),v,10Hz)", "bandwidth(i(vdd),v)", "unity_gain(i(vdd),v,1Hz,10Hz)"]
+)
+def test_small_signals_are_those_of_nodes(name):
+    with pytest.raises(ParameterError, match=r"metric: i\(vdd\), must be a node"):
+        measure_of(name)
+
+
 def test_one_text_is_no_list_of_names():
     choice = choose("rebound-neuron")
     with pytest.raises(
