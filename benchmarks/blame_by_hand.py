@@ -24,7 +24,7 @@ import numpy as np
 from _report import Row, parser_of, report
 from chips.ranging import circuit as ranging_chip
 from circuits.silicon.die import Die
-from system.papers.checks.blame import BY_HAND, DIE, FIRST, OPTIONS, PLACES, Outcome, devices_of, mended_by
+from system.papers.checks.blame import BY_HAND, DIE, FIRST, OPTIONS, PLACES, Outcome, mended_by
 from system.registry import load_system
 from system.study.blame.trial import Case, Trials
 from system.study.blame.verdict import verify
@@ -33,7 +33,7 @@ KEPT = Path(__file__).parents[1] / "evidence" / "blame.jsonl"
 HELD = 0.9  # of the time after the first second, at which a run is mended; of the search by hand
 MOST = 12  # devices that it heals at most; ours
 FRESH = 900_000  # seed from which verifications go on; ours
-PLACES_OF_ALL = tuple(
+KNOWN = tuple(
     f"ranging_chip.neuron[{k}].{place}.v_t0" for k in range(ranging_chip.NEURONS) for place in PLACES
 )
 
@@ -83,10 +83,10 @@ def rows(dies: dict[int, Outcome]) -> Iterator[Row]:
         holds = np.mean([each.holds and each.devices <= count for each in hand.values()])
         note = f"{len(dies)} dies from {FIRST}; without noise and unverified {holds:.2f}"
         yield Row(f"mended by {count}", float(ours), float(peer), float(ours - peer), note, least=-1e-9)
-    longer = sum(each.mends and devices_of(dies[k]) > each.devices for k, each in hand.items())
-    not_ours = sum(each.mends and not dies[k].mends for k, each in hand.items())
-    note = f"of {sum(each.mends for each in hand.values())} that it mends; {not_ours} of them blame does not"
-    yield Row("dies with more devices than by hand", float(longer), None, float(longer), note)
+    mended = {k: each.devices for k, each in hand.items() if each.mends}
+    longer = sum(not mended_by(dies[k], devices) for k, devices in mended.items())
+    note = f"of {len(mended)} that it mends; {sum(not dies[k].mends for k in mended)} of them blame does not"
+    yield Row("dies that blame does not mend with as few as by hand", float(longer), None, None, note)
     runs = [each.runs for each in hand.values()]
     note = f"blame takes {np.mean([each.trials for each in dies.values()]):.0f}, verification included"
     yield Row("runs of a search by hand", float(np.mean(runs)), None, None, note)
@@ -108,12 +108,12 @@ def by_hand(system: Any, number: int) -> ByHand:
 
     best = held(healed)
     while best < HELD and len(healed) < MOST:
-        left = [path for path in PLACES_OF_ALL if path not in healed]
+        left = [path for path in KNOWN if path not in healed]
         reached = [held([*healed, path]) for path in left]
         best = max(reached)
         healed.append(left[reached.index(best)])
-    trials = Trials(case, 2 * MOST * 20)
-    return ByHand(len(healed), runs, best >= HELD, verify(trials, case.healed(healed), FRESH).mends)
+    mends = verify(Trials(case), case.healed(healed), FRESH).mends
+    return ByHand(len(healed), runs, best >= HELD, mends)
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from circuits.gradient.sums import Ends, Sums, ends_of
 from circuits.gradient.way import Way
 from circuits.lowering.kernel import Machine
 from circuits.measure.current import current_in, rate
+from circuits.measure.signal import NODES, WEIGHTS
 from circuits.solver.transient import Result
 
 
@@ -158,7 +159,7 @@ def _squares(way: Way, y: F64, span: tuple[float, float]) -> tuple[float, F64, F
     b = share * (d - r * before)
     by_ratio = np.where(bends, (d - r * before) / (1.0 + r) ** 2 - share * before, 0.0)
     value, by_start, by_d, by_before, first, last, ratio = 0.0, *np.zeros((6, h.size))
-    for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+    for node, weight in zip(NODES, WEIGHTS, strict=True):
         x = (low + node * length - t[:-1]) / h
         bow, there = x * (x - 1.0), y[:-1] + x * d + x * (x - 1.0) * b
         own = 2.0 * weight * length * there
@@ -179,9 +180,6 @@ def _squares(way: Way, y: F64, span: tuple[float, float]) -> tuple[float, F64, F
     along = at_rows(first - ratio * (1.0 + r), last + ratio)
     along[:-2] += (ratio * r)[1:]
     return value, by, along
-
-
-_NODES, _WEIGHTS = (0.5 - 0.15**0.5, 0.5, 0.5 + 0.15**0.5), (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)  # Gauss
 
 
 def at_rows(before: F64, after: F64) -> F64:

@@ -21,8 +21,10 @@ from circuits.arrays import F64, I64, Bools
 
 Direction = Literal["rise", "fall", "either"]
 
-_NODES = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])  # of Gauss and Legendre, exact to degree 5
-_WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
+NODES = np.array([0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)])
+"""Of Gauss and Legendre, exact to degree 5 over a step of length 1."""
+WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
+"""Weights of these nodes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,8 +69,7 @@ class _Pieces:
 
 def value_at(signal: Signal, place: float) -> float:
     """Value at a place of the axis, which must lie within it."""
-    k, pieces = _piece_of(signal, place), _pieces(signal)
-    return float(signal.value[0]) if k < 0 else float(pieces.at(k, place - signal.axis[k]))
+    return _value(signal, _pieces(signal), place)
 
 
 def slope_at(signal: Signal, place: float) -> float:
@@ -104,10 +105,10 @@ def extreme(signal: Signal, low: float, high: float, sign: float) -> tuple[float
     values = np.concatenate([signal.value, p.at(k, within[k])])
     inside = (places >= low) & (places <= high)
     places = np.concatenate([places[inside], [low, high]])
-    values = np.concatenate([values[inside], [value_at(signal, low), value_at(signal, high)]])
-    order = np.argsort(places, kind="stable")
-    best = order[int(np.argmax(sign * values[order]))]
-    return float(places[best]), float(values[best])
+    values = np.concatenate([values[inside], [_value(signal, p, low), _value(signal, p, high)]])
+    best = int(np.argmax(sign * values))
+    alike = places[values == values[best]]
+    return float(alike.min(initial=places[best])), float(values[best])
 
 
 def integral(signal: Signal, low: float, high: float, power: int = 1) -> float:
@@ -120,7 +121,7 @@ def integral(signal: Signal, low: float, high: float, power: int = 1) -> float:
     k = np.clip(np.searchsorted(signal.axis, edges[:-1], side="right") - 1, 0, signal.axis.size - 2)
     p, first = _pieces(signal), edges[:-1] - signal.axis[k]
     total = np.zeros(step.size)
-    for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+    for node, weight in zip(NODES, WEIGHTS, strict=True):
         total += weight * p.at(k, first + node * step) ** power
     return float((total * step).sum())
 
@@ -132,6 +133,11 @@ def _pieces(signal: Signal) -> _Pieces:
     bend = np.zeros_like(slope)
     bend[1:] = np.where(signal.kink[1:-1], 0.0, np.diff(slope) / (safe[1:] + safe[:-1]))
     return _Pieces(step, signal.value[:-1], slope, bend)
+
+
+def _value(signal: Signal, pieces: _Pieces, place: float) -> float:
+    k = _piece_of(signal, place)
+    return float(signal.value[0]) if k < 0 else float(pieces.at(k, place - signal.axis[k]))
 
 
 def _piece_of(signal: Signal, place: float) -> int:
