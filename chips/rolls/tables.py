@@ -332,7 +332,7 @@ def _draws(given: _Given) -> _Draws:
             continue
         sign = 0 if level > 0 else 1
         line = line_voltage(given.filters[sign], level_current(given.biases, level), d.u_t)
-        drawn = draw_of(given.models.synapse, d.taken(index), level, line)
+        drawn = draw_of(given.models.synapse, _of_level(d, level).taken(index), level, line)
         current[sign, index] = drawn.current
         charge[sign, index] = charge_of(drawn, lengths[pre[index]])
         means[level] = float(drawn.current.mean())
@@ -342,6 +342,12 @@ def _draws(given: _Given) -> _Draws:
         (current[0].reshape(square), current[1].reshape(square)),
         (charge[0].reshape(square), charge[1].reshape(square)), (idle[0], idle[1]), lengths, means,
     )  # fmt: skip
+
+
+def _of_level(d: DieDevices, level: int) -> DieDevices:
+    """The devices of synapses that draw a level's current."""
+    kind = "synapse.me" if level > 0 else "synapse.mi"
+    return d._replace(fet={name: fet for name, fet in d.fet.items() if name.startswith(kind)})
 
 
 @dataclass(frozen=True, slots=True)

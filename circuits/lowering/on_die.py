@@ -276,13 +276,16 @@ class DieDevices(NamedTuple):
         )  # fmt: skip
         return found * self.u_t
 
-    def inverter_lag(self, inverter: str, swing: F64, capacitance: F64 | float, speed: F64) -> F64:
+    def inverter_lag(
+        self, inverter: str, swing: F64, capacitance: F64 | float, speed: F64, threshold: F64 | None = None
+    ) -> F64:
         """Time (s) in which an inverter, driven past its threshold, moves its output by `swing`, V.
 
         capacitance: at its output, F. speed: of its input, V/s, which makes its current grow from nothing: `C
-        swing = g speed t^2 / 2`.
+        swing = g speed t^2 / 2`. threshold: its own, V, found unless given.
         """
-        threshold = self.inverter_threshold(inverter)
+        if threshold is None:
+            threshold = self.inverter_threshold(inverter)
         slope = np.zeros(threshold.shape)
         for device, gate in ((f"{inverter}p", self.v_dd - threshold), (f"{inverter}n", threshold)):
             more, less = self.saturated(device, gate + _STEP), self.saturated(device, gate - _STEP)

@@ -32,13 +32,6 @@ def integral(v: F64, density: F64) -> F64:
 
 
 @compiled()
-def crossed(x: F64, points: F64, values: F64, out: F64) -> None:
-    """Fill `out` with where each of n rising lines is at x, as `interpolated`; points: float64[n, values]."""
-    for k in range(x.size):
-        interpolated(x[k : k + 1], points[k], values, out[k : k + 1])
-
-
-@compiled()
 def interpolated(x: F64, points: F64, values: F64, out: F64) -> None:
     """Fill `out` with what `numpy.interp` gives at `x`, which rises as `points` do, to the last bit."""
     last, j = points.size - 1, 0

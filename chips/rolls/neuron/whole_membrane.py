@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from chips.rolls.lumped.grid import integral
+from chips.rolls.lumped.grid import integral, interpolated
 from chips.rolls.lumped.whole import amplifier, coupling, diode, fed_diode, pair, points_of, rows_of, series
 from circuits.arrays import F64, Bools
 from circuits.lowering.on_die import DieDevices
@@ -23,7 +23,6 @@ LEAST = 1e-12  # share of the adaptation's pair, ours: below it none passes
 NEAR = 0.75  # of v_mem where a spike begins, ours: where the slopes of what follows it are taken
 DROPPED = 0.2  # V, ours: of v_o1 below the supply where a spike begins
 _HALVINGS = 50
-_TWICE = 2  # a current by its drain, which leaves 1e-4 of it
 
 
 class WholeMembrane:
@@ -193,11 +192,14 @@ def whole_adaptation(d: DieDevices, ahp: F64) -> tuple[F64, F64]:
     inside, supply = points_of(d.v_dd - ahp[None, :], *shape), points_of(d.v_dd, *shape)
     gates, drains = (points_of(d.below("v_athr"), *shape), inside), (supply, inside)
     leaking = _leaking(d, "adaptation.ma3", "adaptation.ma4")[:, None]
-    # the pair's source is what I_ahw's device ends at
-    rest, source = np.empty(shape), points_of(0.6 * d.v_dd, *shape)
-    for _ in range(_TWICE):
-        series(lower, upper, on, weight, source, rest)
-        pair(first, second, gates, drains, rest + leaking, source)
+    # the pair's source is what I_ahw's device ends at: a current by its drain twice, which leaves 1e-4 of it,
+    # first with the same drain all over v_ahp
+    begun, rest, source = np.empty((d.copies, 1)), np.empty(shape), np.empty(shape)
+    once = [points_of(x, d.copies, 1) for x in (0.0, d.below("v_ahw"), 0.6 * d.v_dd)]
+    series(lower, upper, once[0], once[1], once[2], begun)
+    pair(first, second, gates, drains, points_of(begun + leaking, *shape), source)
+    series(lower, upper, on, weight, source, rest)
+    pair(first, second, gates, drains, rest + leaking, source)
     resting = over.current("adaptation.ma4", inside, inside, source)
     # a spike's current is that of I_ahw's device
     spiking = over.current("adaptation.ma2", weight, 0.6 * d.v_dd)
@@ -211,11 +213,12 @@ def taken_in(share: F64, ahp: F64, kick: F64) -> F64:
 
     share: of a current, over v_ahp (`ahp`, V); kick: V of v_ahp where all of it enters, float64[n].
     """
-    found = np.empty_like(share)
+    found, over = np.empty_like(share), np.broadcast_to(ahp, share.shape)
+    needed = integral(over, 1.0 / np.maximum(share, LEAST))
+    wanted = needed + kick[:, None]
     for k in range(kick.size):
-        needed = integral(ahp[None], 1.0 / np.maximum(share[None, k], LEAST))[0]
-        found[k] = (np.interp(needed + kick[k], needed, ahp) - ahp) / kick[k]
-    return found
+        interpolated(wanted[k], needed[k], ahp, found[k])
+    return np.asarray((found - ahp) / kick[:, None])
 
 
 def _leaking(d: DieDevices, *names: str) -> F64:

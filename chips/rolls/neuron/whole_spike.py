@@ -56,11 +56,11 @@ def run_whole_spikes(d: DieDevices, c: F64, fixed: F64, drives: F64, top: F64) -
     off = d.current("reset.mk4", let_go, d.v_dd - high)
     drawn = np.maximum(d.current("reset.mk5", d.gate["v_rfr2"], high) - off, 1e-30)
     emptied += _tail(d, float(c[7, 7]) * rfr1, off, drawn, emptied)
-    swing = d.inverter_threshold("reset.mk7") - d.u_t * d.pinch("reset.mk6n", threshold)
+    swing = inverters[1] - d.u_t * d.pinch("reset.mk6n", threshold)
     low = d.current("reset.mk5", d.gate["v_rfr2"], threshold) - d.current(
         "reset.mk4", let_go, d.v_dd - threshold
     )
-    emptied += d.inverter_lag("reset.mk6", swing, node[3], np.maximum(low, 1e-30) / node[2])
+    emptied += d.inverter_lag("reset.mk6", swing, node[3], np.maximum(low, 1e-30) / node[2], threshold)
     return Spikes(delay, np.log(delay / sooner[0]) / np.log(FASTER), held + emptied, charge)
 
 

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chips.rolls.lumped.grid import crossed
 from chips.rolls.lumped.whole import coupling, rows_of
 from chips.rolls.synapse.kernel import FILTER_COLUMNS, Filters, WholeFilters, follow, rest_of
+from chips.rolls.synapse.opening import opened
 from chips.rolls.synapse.weight import Weights, weights_on
 from chips.rolls.synapse.whole_weight import fall, recharge
 from circuits.arrays import F64
@@ -121,13 +121,8 @@ def pulse_of(model: SynapseModel, d: DieDevices) -> tuple[F64, F64]:
     i_pwlk = d.saturated("extender.mp2", d.below("v_pwlk"))
     c = np.broadcast_to(model.pulse_capacitance + d.added("extender.c_pw"), d.copies)
     # event at which mp1 has emptied v_p down to the threshold, and at which it no longer carries I_pwlk
-    event = np.linspace(0.0, d.v_dd, 721)
-    carried = d.columns().saturated("extender.mp1", event)
-    passed = np.cumsum(carried, axis=1) * (event[1] / d.v_dd * EDGE)
     needed = c * (d.v_dd - threshold)
-    rising, falling = np.empty(d.copies), np.empty(d.copies)
-    crossed(np.broadcast_to(needed, d.copies), passed, event, rising)
-    crossed(np.broadcast_to(i_pwlk, d.copies), carried, event, falling)
+    rising, falling = opened(d, "extender.mp1", needed, np.broadcast_to(i_pwlk, d.copies), EDGE)
     begin = EDGE * rising / d.v_dd
     released = EDGE + WIDTH + EDGE * (1.0 - falling / d.v_dd)
     # v_p starts a little below ground, and p1 draws on it while it falls to the next inverter's threshold
@@ -135,11 +130,12 @@ def pulse_of(model: SynapseModel, d: DieDevices) -> tuple[F64, F64]:
     # p1 moves from where the pFET leaves its triode region
     edge = d.v_dd - u_t * d.pinch("extender.mp3p", d.v_dd - threshold)
     if d.full:
-        more = model.event_coupling * falling, model.inverter_coupling * (d.v_dd - follower)
         i_pwlk = d.current("extender.mp2", d.below("v_pwlk"), d.v_dd - threshold)
-        lag = d.inverter_lag("extender.mp3", edge - follower, model.inverter_capacitance, i_pwlk / c)
+    speed = i_pwlk / c
+    lag = d.inverter_lag("extender.mp3", edge - follower, model.inverter_capacitance, speed, threshold)
+    if d.full:
+        more = model.event_coupling * falling, model.inverter_coupling * (d.v_dd - follower)
         return begin, np.asarray(released + recharge(d, c, threshold, more) + lag)
-    lag = d.inverter_lag("extender.mp3", edge - follower, model.inverter_capacitance, i_pwlk / c)
     return begin, np.asarray(released + moved / i_pwlk + lag)
 
 
