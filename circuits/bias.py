@@ -13,7 +13,7 @@ body effect. The gate voltage of a pFET counts from the supply down.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,9 +23,9 @@ from circuits.circuit import Bias, BiasKind, Circuit
 from circuits.devices.channel import early, height_of, mobility, pinch_off_of
 from circuits.devices.softplus import inverse_softplus
 from circuits.devices.transistor import Transistor, drain_current
-from circuits.errors import ParameterError, TopologyError
+from circuits.errors import ParameterError, SolverError, TopologyError
 from circuits.generator.code import REFERENCE_C
-from circuits.generator.voltage import Line, line_voltages
+from circuits.generator.voltage import Line, line_voltages, lone_line_voltages
 from circuits.place import bias_path, chip_and_line
 from circuits.silicon.die import NOMINAL, Path, Place
 from circuits.silicon.process import TransistorAtTemperature, at_temperature, kelvin
@@ -141,6 +141,24 @@ def bias_voltages(circuit: Circuit, bias: Bias, silicon: Silicon) -> F64:
             f" beyond the supply of {silicon.process.v_dd:g} V; give a smaller current"
         )
     return silicon.process.v_dd - gates if device.polarity == "p" else gates
+
+
+def lone_voltages(circuit: Circuit, biases: Sequence[Bias], silicon: Silicon) -> dict[str, float]:
+    """What `bias_voltages` gives of biases of ports without a shape, by port, V.
+
+    The generator's lines are found side by side. Raises as `bias_voltages` does.
+    """
+    lined = [b for b in biases if b.kind == "generator"]
+    lines = [lines_of(circuit, b, silicon) for b in lined]
+    try:
+        volts = lone_line_voltages([line for line, _ in lines], [current for _, current in lines], silicon)
+    except (ParameterError, SolverError):
+        volts, lined = [], []  # what is wrong is said of the one that it is of
+    known = dict(zip([b.port for b in lined], volts, strict=True))
+    return {
+        b.port: known[b.port] if b.port in known else float(bias_voltages(circuit, b, silicon))
+        for b in biases
+    }
 
 
 def _generated(circuit: Circuit, bias: Bias, device: Transistor, current: F64, silicon: Silicon) -> F64:

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from chips.rolls.circuit import NAME, bias_ports
 from circuits.arrays import F64
-from circuits.bias import bias_voltages
+from circuits.bias import lone_voltages
 from circuits.blocks.rolls import dpi_synapse
 from circuits.circuit import Circuit, Shape
 from circuits.lowering.capacitors_on_die import with_capacitors
@@ -22,8 +22,7 @@ from circuits.silicon.silicon import Silicon
 
 def gate_voltages(chip: Circuit, silicon: Silicon) -> dict[str, float]:
     """Return the voltages of the chip's scalar bias ports by port, V, with its supply and ground."""
-    found = {b.port: float(bias_voltages(chip, b, silicon)) for b in chip.biases}
-    return found | {"vdd": silicon.process.v_dd, "0": 0.0}
+    return lone_voltages(chip, chip.biases, silicon) | {"vdd": silicon.process.v_dd, "0": 0.0}
 
 
 def devices_at(

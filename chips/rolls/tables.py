@@ -61,6 +61,7 @@ NO_SYNAPSE = 1e-9  # A, ours: taken for filters that nothing reaches
 COLUMNS = 8  # of virtual synapses: four excitatory, four inhibitory
 LONGEST_PART = 50e-6  # s, ours: of a step's parts
 FEWEST = 6.0  # steps in which a neuron that takes them whole spikes once at most; ours
+TOGETHER = 4096  # synapses whose charges are found together, so that their numbers stay in the cache; ours
 FALLS = 0.1  # of what a filter puts out, in a step, below which its mean is enough; ours
 
 
@@ -323,7 +324,6 @@ def _draws(given: _Given) -> _Draws:
     d = _gated(synapse_devices(given.params, given.silicon), "synapse", given.gates)
     lengths = given.pulse_lengths((("extender", (NEURONS,)),))
     levels = given.levels
-    pre = np.tile(np.arange(NEURONS), NEURONS)
     current, charge = np.zeros((2, levels.size)), np.zeros((2, levels.size))
     means = {}
     for level in (k for k in range(-4, 5) if k != 0):
@@ -332,10 +332,13 @@ def _draws(given: _Given) -> _Draws:
             continue
         sign = 0 if level > 0 else 1
         line = line_voltage(given.filters[sign], level_current(given.biases, level), d.u_t)
-        drawn = draw_of(given.models.synapse, _of_level(d, level).taken(index), level, line)
-        current[sign, index] = drawn.current
-        charge[sign, index] = charge_of(drawn, lengths[pre[index]])
-        means[level] = float(drawn.current.mean())
+        own = _of_level(d, level)
+        for begin in range(0, index.size, TOGETHER):
+            some = index[begin : begin + TOGETHER]
+            drawn = draw_of(given.models.synapse, own.taken(some), level, line)
+            current[sign, some] = drawn.current
+            charge[sign, some] = charge_of(drawn, lengths[some % NEURONS])
+        means[level] = float(current[sign, index].mean())
     square = (NEURONS, NEURONS)
     idle = [idle_draw(d, inhibitory=bool(s)).reshape(square).sum(axis=1) for s in range(2)]
     return _Draws(

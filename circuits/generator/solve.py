@@ -8,7 +8,7 @@ and in the voltages that are given. Bulks stand at given nodes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -107,6 +107,34 @@ def rest_state(
     """
     made = _made(network, silicon, deviation, {**start, **given})
     unknown, n, v = network.unknown(), len(network.unknown()), made.voltages
+    for step in _steps(made, n, silicon):
+        v[:, :n] -= np.clip(step, -_LARGEST, _LARGEST)
+        if np.abs(step).max() < _TOLERANCE:
+            break
+    return {name: v[:, k].copy() for k, name in enumerate(unknown)}
+
+
+def rest_states(
+    network: Network, silicon: Silicon, deviation: Deviation, given: Mapping[str, F64],
+    start: Mapping[str, F64],
+) -> dict[str, F64]:  # fmt: skip
+    """What `rest_state` gives of each copy by itself, to the last bit, all of them side by side."""
+    made = _made(network, silicon, deviation, {**start, **given})
+    unknown, n, v = network.unknown(), len(network.unknown()), made.voltages
+    going = np.ones(len(network.copies), dtype=np.bool_)
+    for step in _steps(made, n, silicon):
+        v[going, :n] -= np.clip(step[going], -_LARGEST, _LARGEST)
+        going &= ~(np.abs(step).max(axis=1) < _TOLERANCE)
+        if not going.any():
+            break
+    return {name: v[:, k].copy() for k, name in enumerate(unknown)}
+
+
+def _steps(made: _Made, n: int, silicon: Silicon) -> Iterator[F64]:
+    """Newton's steps at the first `n` nodes of all copies, V, float64[copies, n], as their voltages move.
+
+    Raises `SolverError` where they do not end.
+    """
     for _ in range(_ITERATIONS):
         residual, whole = made.currents()
         jacobian = whole[:, :, :n]
@@ -117,9 +145,7 @@ def rest_state(
             break
         if not np.isfinite(step).all():
             break
-        v[:, :n] -= np.clip(step, -_LARGEST, _LARGEST)
-        if np.abs(step).max() < _TOLERANCE:
-            return {name: v[:, k].copy() for k, name in enumerate(unknown)}
+        yield step
     raise no_room(silicon)
 
 

@@ -20,9 +20,9 @@ from circuits.arrays import F64
 from circuits.devices import Transistor
 from circuits.generator.circuit import MASTER_CURRENT, NARROW, line, line_sizes, masters
 from circuits.generator.code import COARSE, REFERENCE_C, codes_of, currents_of
-from circuits.generator.solve import AtRest, Network, no_room, rest_state
+from circuits.generator.solve import AtRest, Network, no_room, rest_state, rest_states
 from circuits.silicon.die import NOMINAL, Path, Place
-from circuits.silicon.process import Process, TransistorAtTemperature
+from circuits.silicon.process import POLARITIES, Process, TransistorAtTemperature
 from circuits.silicon.silicon import NO_DEVIATION, Deviation, Silicon
 
 GENERATOR = ("bias generator", ())
@@ -82,7 +82,59 @@ def line_voltages(lines: Line, current: F64, silicon: Silicon, resistance: float
     return found.voltages[lines.node].copy().reshape(current.shape)
 
 
+def lone_line_voltages(lines: Sequence[Line], currents: Sequence[F64], silicon: Silicon) -> list[float]:
+    """What `line_voltages` gives of lines of one copy each, V: those of a polarity are found side by side.
+
+    currents: of shape () each, A. Raises as `line_voltages` does.
+    """
+    wanted = [(each, coded(current)) for each, current in zip(lines, currents, strict=True)]
+    resistance = resistor_of(silicon.process)
+    known = voltages_known(silicon, resistance)
+    for polarity in POLARITIES:
+        some = [each for each in wanted if each[0].device.polarity == polarity and each not in known]
+        if some:
+            known.update(zip(some, _side_by_side(some, silicon, resistance), strict=True))
+    return [known[each] for each in wanted]
+
+
 Codes = tuple[tuple[int, int], ...]  # coarse and fine
+
+
+@lru_cache(maxsize=64)
+def voltages_known(silicon: Silicon, resistance: float) -> dict[tuple[Line, Codes], float]:
+    """Return what `lone_line_voltages` has found on a silicon, V, which it adds to; arguments as there."""
+    return {}
+
+
+def _side_by_side(wanted: Sequence[tuple[Line, Codes]], silicon: Silicon, resistance: float) -> list[float]:
+    """Voltages of lines of one copy and one polarity each, V."""
+    on = [replace(silicon, place=lines.place) for lines, _ in wanted]
+    alone = tuple(line_network(lines, codes, silicon.process) for lines, codes in wanted)
+    network, codes = joined_network(alone), [own for _, (own,) in wanted]
+    deviations = []
+    for (lines, _), own, there in zip(wanted, alone, on, strict=True):
+        place, path = where_of(lines)
+        deviations.append(_deviation(own, replace(there, place=place), path))
+    count = len(network.transistors())
+    v_t0, beta = (
+        np.stack([np.broadcast_to(getattr(d, name), count) for d in deviations], axis=1).ravel()
+        for name in Deviation._fields
+    )
+    shared = [masters_at_rest(there, resistance).voltages for there in on]
+    given = {
+        "vdd": np.full(len(wanted), silicon.process.v_dd),
+        "range_n": np.array([v[RANGES[coarse]][0] for v, (coarse, _) in zip(shared, codes, strict=True)]),
+        OFF: np.array([v[OFF][0] for v in shared]),
+    }
+    start = _line_start(network, codes, silicon)
+    found = rest_states(network, silicon, Deviation(v_t0, beta), given, start)
+    return [float(v) for v in found[wanted[0][0].node]]
+
+
+@lru_cache(maxsize=32)
+def joined_network(networks: tuple[Network, ...]) -> Network:
+    """Return the copies of networks that are alike as those of one."""
+    return Network([copy for each in networks for copy in each.copies], networks[0].given)
 
 
 def coded(current: F64) -> Codes:

@@ -29,11 +29,13 @@ from circuits.compiled import Kernel
 from circuits.devices import transistor
 from circuits.errors import DataError
 from circuits.generator.voltage import (
+    joined_network,
     line_network,
     lines_at_rest,
     masters_at_rest,
     masters_network,
     resistor_of,
+    voltages_known,
 )
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
@@ -140,7 +142,8 @@ def in_python(
         monkeypatch.setattr(transistor, name, _python(getattr(transistor, name)))
     caches = (
         law_of, law_key, kept_record, _kept, shipped_model, find._usable,
-        line_network, lines_at_rest, masters_at_rest, masters_network, resistor_of,
+        line_network, joined_network, lines_at_rest, masters_at_rest, masters_network, resistor_of,
+        voltages_known,
     )  # fmt: skip
     for each in caches:
         each.cache_clear()

@@ -8,21 +8,21 @@ import numpy as np
 import pytest
 
 from circuits.arrays import F64
-from circuits.bias import bias_voltages, die_current, rebias
+from circuits.bias import bias_voltages, die_current, lone_voltages, rebias
 from circuits.blocks.bias.generator import Params, build, output_current
 from circuits.blocks.bias.generator import testbench as block_bench
-from circuits.circuit import Bias, Circuit, Instance, Port
+from circuits.circuit import Bias, BiasKind, Circuit, Instance, Port
 from circuits.devices import Source, Transistor
 from circuits.devices.source import Constant
 from circuits.devices.transistor import drain_current
 from circuits.errors import ParameterError, SolverError
 from circuits.generator.circuit import MASTER_CURRENT, line, line_sizes, masters
 from circuits.generator.code import codes_of, currents_of
-from circuits.generator.voltage import GENERATOR, Line, line_voltages, resistor_of
+from circuits.generator.voltage import GENERATOR, Line, line_voltages, lone_line_voltages, resistor_of
 from circuits.lowering.kernel import Machine, to_kernel
 from circuits.place import circuit_at
 from circuits.registry import load_block
-from circuits.silicon.die import Die, Path
+from circuits.silicon.die import NOMINAL, Die, Path
 from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, ROLLS_180, ROLLS_180_IDEAL, Polarity, Process
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
@@ -117,6 +117,22 @@ def test_many_lines_at_once_are_each_alone(process: Process) -> None:
     alone = [line_voltages(replace(lines, index=(k,)), np.array(i), silicon) for k, i in enumerate(wanted)]
     assert together == pytest.approx(np.array(alone), abs=1e-9)
     assert np.unique(line_voltages(lines, np.full(4, 1e-9), silicon)).size == 4
+
+
+@pytest.mark.parametrize("die", [NOMINAL, Die("A", 1003)], ids=["nominal", "drawn"])
+@pytest.mark.parametrize("process", [AMI_1500_IDEAL, ROLLS_180], ids=lambda p: p.name)
+def test_lone_lines_side_by_side_are_each_alone_to_the_last_bit(process: Process, die: Die) -> None:
+    silicon = Silicon(process, 40.0, die)
+    wanted = (2e-12, 80e-12, 3e-9, 0.2e-6, 2e-6)
+    polarities: tuple[Polarity, ...] = ("n", "p", "p", "n", "p")
+    lines = [Line(CHIP, f"port {k}", (), None, biased(p)) for k, p in enumerate(polarities)]
+    currents = [np.array(current) for current in wanted]
+    alone = [float(line_voltages(*each, silicon)) for each in zip(lines, currents, strict=True)]
+    assert lone_line_voltages(lines, currents, silicon) == alone
+    # of which some are known, and another code is asked of one
+    currents[1] = np.array(1e-9)
+    alone[1] = float(line_voltages(lines[1], currents[1], silicon))
+    assert lone_line_voltages(lines, currents, silicon) == alone
 
 
 @pytest.mark.parametrize("process", [AMI_1500_IDEAL, ROLLS_180_IDEAL], ids=lambda p: p.name)
@@ -214,6 +230,26 @@ def test_a_supply_moves_a_line_by_the_early_effect_alone(process: Process, least
 def test_a_supply_without_room_is_told() -> None:
     with pytest.raises(SolverError, match=r"no operating point at 0.01 V .* give a higher supply"):
         volts(cell(100e-12), Silicon(replace(AMI_1500_IDEAL, v_dd=0.01)))
+
+
+def test_biases_of_all_kinds_together_are_each_alone() -> None:
+    device = biased()
+    kinds: tuple[BiasKind, ...] = ("generator", "gate", "voltage", "ideal", "generator")
+    biases = tuple(
+        Bias(f"i{k}", f"gate{k}", kind, 1e-9 * (k + 1), None if kind == "voltage" else "m")
+        for k, kind in enumerate(kinds)
+    )
+    ports = (Port("vdd", "supply"), Port("out", "analog"), *(Port(b.port, "bias") for b in biases))
+    circuit = Circuit("cell", ports, (replace(device, gate="gate0"),), biases=biases)
+    silicon = Silicon(ROLLS_180, 27.0, Die("A", 1004))
+    wanted = {b.port: float(bias_voltages(circuit, b, silicon)) for b in biases}
+    assert lone_voltages(circuit, biases, silicon) == wanted
+
+
+def test_of_biases_together_the_one_that_no_code_reaches_is_named() -> None:
+    circuit = cell(1e-3)
+    with pytest.raises(ParameterError, match=r"cell\.i: bias code: 0.001 A, must be > 0 and at most"):
+        lone_voltages(circuit, circuit.biases, Silicon(AMI_1500_IDEAL))
 
 
 def test_what_no_code_reaches_is_refused() -> None:
