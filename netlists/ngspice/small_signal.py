@@ -20,6 +20,7 @@ from circuits.arrays import C128, F64
 from circuits.circuit import GROUND
 from circuits.devices.source import Source
 from circuits.errors import SimulatorError, unknown_name
+from circuits.measure.current import current_in
 from circuits.silicon.process import BOLTZMANN, kelvin
 from circuits.solver.noise.analysis import NoiseSources
 from circuits.solver.operating_point import OperatingPoint
@@ -53,7 +54,7 @@ def ac(
     nodes: Sequence[str],
     deadline_s: float | None = DEADLINE,
 ) -> tuple[F64, C128]:
-    """Transfer from a source to nodes over frequency, by ngspice.
+    """Transfer from a source to nodes, and to currents of sources, over frequency, by ngspice.
 
     Parameters
     ----------
@@ -64,13 +65,13 @@ def ac(
     grid
         The frequencies.
     nodes
-        Paths of the nodes.
+        Paths of the nodes, and i(NAME) of sources of voltage.
     deadline_s
         Wall-clock time after which the run is halted, s; None for as long as it takes.
 
     Returns
     -------
-    Frequencies, float64[F], Hz, and the transfer, complex128[F, nodes], V/V or V/A.
+    Frequencies, float64[F], Hz, and the transfer, complex128[F, nodes], V or A for a V or A.
 
     Raises
     ------
@@ -79,11 +80,15 @@ def ac(
     UnknownNameError
         There is no such source.
     """
-    lines = _deck(point, nodes, source, f".ac {grid.card}")
+    top, currents = _top(point), {n: name for n in nodes if (name := current_in(n)) is not None}
+    vectors = {n: [run_name(n, top).lower()] for n in nodes if n not in currents}
+    branches = {n: [_source_name(e).lower() for e in _elements(point, name)] for n, name in currents.items()}
+    saved = [f".save i({each})" for own in branches.values() for each in own]
+    lines = _deck(point, list(vectors) or None, source, f".ac {grid.card}", saved)
     plots = _plots(lines, deadline_s)
     found = plots[next(name for name in plots if name.startswith("ac"))]
-    top = _top(point)
-    columns = [np.asarray(found[run_name(n, top).lower()], dtype=complex) for n in nodes]
+    vectors |= {n: [f"{each}#branch" for each in own] for n, own in branches.items()}
+    columns = [sum(np.asarray(found[each], dtype=complex) for each in vectors[n]) for n in nodes]
     return np.asarray(found["frequency"].real), np.stack(columns, axis=1)
 
 

@@ -1,10 +1,11 @@
 """Gradients of measures of small signals, from one operating point and transposed equations.
 
-A transfer H to a node n solves `Y u = 0` at the unknown nodes, with Y = G + j w C over all columns, u the
-voltages, and 1 at the source that moves. With the transposed equations `Y^T lambda = c e_n`, a measure that
-reads H with the weight c (`circuits.gradient.small_signal.transfer`) moves by
+A transfer H solves `Y u = 0` at the unknown nodes, with Y = G + j w C over all columns, u the voltages, and
+1 at the source that moves. It is `H = s^T u`, with s 1 at a node, and of a current what the voltages do to
+it (`circuits.gradient.small_signal.spectrum`). With the transposed equations `Y^T lambda = c s`, a measure
+that reads H with the weight c (`circuits.gradient.small_signal.transfer`) moves by
 
-    dM = Re(c dH) = - Re(lambda^T dY u)
+    dM = Re(c dH) = Re(c ds^T u) - Re(lambda^T dY u)
 
 What G moves by is that of the devices' currents i at the point v, along u:
 
@@ -12,17 +13,18 @@ What G moves by is that of the devices' currents i at the point v, along u:
 
 and so the real and the imaginary part of u each give two rows, at v + h u and v - h u, with the multipliers
 `+- lambda / 2 h`: what the devices do at such rows is summed as at the steps of a transient
-(`circuits.gradient.backwards`). The operating point moves too. It has a row more, at v, with the
-multipliers m of its own transposed equations,
+(`circuits.gradient.backwards`). What s moves by is that of the current which is read, at the same rows, with
+the weights `+- c / 2 h`. The operating point moves too. It has a row more, at v, with the multipliers m of
+its own transposed equations,
 
-    J(v)^T m = - sum over the rows of J(v_r)^T m_r
+    J(v)^T m = sum over the rows of the slopes of what is read there - J(v_r)^T m_r
 
 Source: Director and Rohrer, "The generalized adjoint network and network sensitivities" (1969).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -32,13 +34,14 @@ from circuits.arrays import C128, F64, I64, T
 from circuits.compiled import compiled
 from circuits.devices.source import Polyline
 from circuits.errors import ParameterError, SolverError
-from circuits.gradient.backwards import Adjoint, add_rows
-from circuits.gradient.flow import sloped
+from circuits.gradient.backwards import Adjoint, Tap, add_rows
+from circuits.gradient.flow import gather, sloped
 from circuits.gradient.gradient import SAFE, Gradients
 from circuits.gradient.parameters import Rows, rows_of
-from circuits.gradient.small_signal.transfer import Edge, Part, Reading, SmallSignal, Spectrum
+from circuits.gradient.small_signal.spectrum import Moves, Spectrum
+from circuits.gradient.small_signal.transfer import Edge, Part, Reading, SmallSignal
 from circuits.gradient.stimulus import Move
-from circuits.gradient.sums import ends_of, no_sums
+from circuits.gradient.sums import Ends, Sums, ends_of, no_sums
 from circuits.lowering.kernel import Kernel, Machine
 from circuits.solver.newton import Work, allocate, evaluate, fill_jacobian
 from circuits.solver.operating_point import OperatingPoint, linearised, operating_point
@@ -108,19 +111,27 @@ def _seen(spectrum: Spectrum, measure: SmallSignal, found: Reading) -> Reading:
 
     Rows at `v +- h u` are rounded to what v is, so that what is far below the largest u is lost in them.
     """
-    k = spectrum.point.machine.kernel
+    largest = [_largest(spectrum, measure.moves, part) for part in found.parts]
+    sizes = [abs(spectrum.read(measure.moves, part.frequency, part.probe)) for part in found.parts]
+    counts = [abs(part.weight) * own for part, own in zip(found.parts, sizes, strict=True)]
+    for own, most, count in zip(sizes, largest, counts, strict=True):
+        if count > MATTERS * max(counts) and own < SEEN * most:
+            why = f"a transfer {own / most:.1g} of the largest at a device, whose gradient is not resolved"
+            return Reading(found.value, (), found.unit, why)
+    return found
+
+
+def _largest(spectrum: Spectrum, moves: Moves, part: Part) -> float:
+    """The largest transfer to a device that bends; for a current, what of it that would be at its own."""
+    k, own = spectrum.point.machine.kernel, np.abs(spectrum.at(moves, part.frequency))
     ends = np.concatenate(
         [t.ravel() for t in (k.transistors.terminal, k.diodes.terminal, k.amplifier_terminal)]
     )
-    sizes = [abs(spectrum.at(measure.moves, part.frequency)) for part in found.parts]
-    counts = [abs(part.weight) * own[part.column] for part, own in zip(found.parts, sizes, strict=True)]
-    for part, own, count in zip(found.parts, sizes, counts, strict=True):
-        largest = float(own[ends].max(initial=0.0))
-        if count > MATTERS * max(counts) and own[part.column] < SEEN * largest:
-            share = own[part.column] / largest
-            why = f"a transfer {share:.1g} of the largest at a device, whose gradient is not resolved"
-            return Reading(found.value, (), found.unit, why)
-    return found
+    most = float(own[ends].max(initial=0.0))
+    if isinstance(part.probe, int):
+        return most
+    own[ends] = most
+    return float(np.abs(spectrum.drawn(part.probe).at(part.frequency)) @ own)
 
 
 def _notes(
@@ -170,27 +181,74 @@ def _solved(spectrum: Spectrum, asked: Sequence[_Asked]) -> Adjoint:
     ends = ends_of(machine)
     sums, (across, capacitors) = no_sums(k, len(asked), ends), ends
     places = list(dict.fromkeys((a.measure.moves, p.frequency) for a in asked for p in a.parts))
-    rows, moved = [], []
+    read = _Read(spectrum, ends, sums, 1 + 4 * len(places))
+    rows: list[F64] = []
+    moved: list[F64] = []
     for moves, frequency in places:
         u = spectrum.at(moves, frequency)
+        steps = [_step(k, along) for along in (u.real, u.imag)]
         solved = np.zeros((len(asked), k.columns), dtype=complex)  # 0 at what sources fix
         for m, each in enumerate(asked):
             if each.measure.moves == moves:
-                solved[m, : k.unknowns] = _backwards(spectrum, frequency, each.parts)
+                parts = [part for part in each.parts if part.frequency == frequency]
+                solved[m, : k.unknowns] = _backwards(spectrum, frequency, parts)
+                for part in parts:
+                    read.add(m, part, u, len(rows), steps)
         sums.charge[:] += 2.0 * np.pi * frequency * (_apart(solved, capacitors) * _apart(u, capacitors)).imag
         sums.conductance[:] -= (_apart(solved, across) * _apart(u, across)).real
-        for along, own in ((u.real, solved.real), (u.imag, -solved.imag)):
-            step = _step(k, along)
+        for along, own, step in zip((u.real, u.imag), (solved.real, -solved.imag), steps, strict=True):
             rows += [v + step * along, v - step * along]
             moved += [own[:, : k.unknowns] / (2.0 * step), own[:, : k.unknowns] / (-2.0 * step)]
     voltage = np.array([*rows, v])
-    every = np.zeros((len(asked), len(voltage), k.unknowns))
+    every, slopes = np.zeros((len(asked), len(voltage), k.unknowns)), read.slopes(voltage, len(asked))
     if moved:
         every[:, :-1] = np.stack(moved, axis=1)
-    _end(machine, voltage, every)
+    _end(machine, voltage, every, slopes[:, :, : k.unknowns].sum(axis=1))
     sums.conductance[:] -= _apart(_over(every[:, -1], k), across) * _apart(v, across)
     add_rows(k, voltage, every, sums)
-    return Adjoint(voltage, every, sums)
+    given = slopes[:, :, k.unknowns : k.columns - 1]
+    return Adjoint(voltage, every, sums, taps=tuple(read.taps()), given=given)
+
+
+class _Read:
+    """What measures read of currents, at the rows of an adjoint run.
+
+    weights : float64[rows] of a measure and a current.
+    """
+
+    def __init__(self, spectrum: Spectrum, ends: Ends, sums: Sums, rows: int) -> None:
+        self.spectrum, self.ends, self.sums, self.rows = spectrum, ends, sums, rows
+        self.weights: dict[tuple[int, str], F64] = {}
+
+    def add(self, m: int, part: Part, u: C128, row: int, steps: Sequence[float]) -> None:
+        """Add a part of measure m, whose voltages u have four rows from `row` on, two a step."""
+        if isinstance(part.probe, int):
+            return
+        weight, flow = part.weight, self.spectrum.drawn(part.probe).flow
+        own = self.weights.setdefault((m, part.probe), np.zeros(self.rows))
+        for at, by, step in zip((row, row + 2), (weight.real, -weight.imag), steps, strict=True):
+            own[at] += by / (2.0 * step)
+            own[at + 1] -= by / (2.0 * step)
+        drops, charged = (weight * _apart(u, pairs) for pairs in self.ends)
+        self.sums.conductance[m] += flow.resistors * drops.real
+        self.sums.charge[m] -= 2.0 * np.pi * part.frequency * flow.pairs * charged.imag
+
+    def slopes(self, voltage: F64, measures: int) -> F64:
+        """Add what devices do to the sums; returns the slopes by voltages, float64[measures, rows, columns].
+
+        voltage: of the rows, float64[rows, columns], V.
+        """
+        kernel = self.spectrum.point.machine.kernel
+        found = np.zeros((measures, *voltage.shape))
+        for (m, name), own in self.weights.items():
+            gather(kernel, voltage, own, self.spectrum.drawn(name).flow, m, found[m], self.sums)
+        return found
+
+    def taps(self) -> Iterator[tuple[int, Tap]]:
+        """What is read, as an adjoint run has it."""
+        none = np.zeros(self.rows)
+        for (m, name), own in self.weights.items():
+            yield m, Tap(name, own, none, none)
 
 
 def _rows_by_moves(machine: Machine, found: Adjoint, moves: Sequence[Move]) -> list[Rows]:
@@ -219,15 +277,18 @@ def _by_sources(machine: Machine, found: Adjoint, by: F64) -> F64:
     k = machine.kernel
     if not by.any():
         return np.zeros(found.moved.shape[0])
-    return np.asarray(sloped(k, found.voltage, found.moved)[:, k.unknowns : k.columns - 1] @ by)
+    slopes = sloped(k, found.voltage, found.moved)[:, k.unknowns : k.columns - 1]
+    return np.asarray((slopes + found.given.sum(axis=1)) @ by)
 
 
 def _backwards(spectrum: Spectrum, frequency: float, parts: Sequence[Part]) -> C128:
     """Solution of the transposed equations for what is read at a frequency, complex128[unknowns]."""
     weights = np.zeros(spectrum.point.machine.kernel.unknowns, dtype=complex)
     for part in parts:
-        if part.frequency == frequency and part.column < weights.size:
-            weights[part.column] += part.weight
+        if not isinstance(part.probe, int):
+            weights += part.weight * spectrum.drawn(part.probe).at(frequency)[: weights.size]
+        elif part.probe < weights.size:
+            weights[part.probe] += part.weight
     return spectrum.backwards(frequency, weights) if weights.any() else weights
 
 
@@ -258,10 +319,10 @@ def _step(k: Kernel, along: F64) -> float:
 _LAW = 0.05  # V, over which a transistor or a diode bends, 2 U_T
 
 
-def _end(machine: Machine, voltage: F64, moved: F64) -> None:
-    """Fill in the last row, the operating point's, from the others."""
+def _end(machine: Machine, voltage: F64, moved: F64, right: F64) -> None:
+    """Fill in the last row, the operating point's, from the others; right: slopes of what is read there."""
     k, w = machine.kernel, allocate(machine.kernel)
-    matrix, right = np.zeros((k.unknowns, k.unknowns)), np.zeros((moved.shape[0], k.unknowns))
+    matrix = np.zeros((k.unknowns, k.unknowns))
     _bend(k, voltage, moved, w, right)
     linearised(k, voltage[-1], w, matrix)
     scale = np.maximum(np.abs(matrix).max(axis=1, initial=0.0), 1e-300)

@@ -1,7 +1,7 @@
 """What can be measured of small signals and differentiated: its value, and its slopes by transfers.
 
-A measure M reads the transfers H from what moves to nodes at some frequencies. What it reads of each is a
-weight c, with which
+A measure M reads the transfers H from what moves to nodes, or to currents of devices and sources, at some
+frequencies. What it reads of each is a weight c, with which
 
     dM = Re(sum of c dH)
 
@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, NamedTuple, final
+from typing import Literal, NamedTuple, final
 
 import numpy as np
 
@@ -23,15 +23,11 @@ from circuits.arrays import C128, F64, Bools
 from circuits.catalogue import later
 from circuits.errors import ParameterError
 from circuits.gradient.reading import uneven
-from circuits.solver.operating_point import OperatingPoint
-from circuits.solver.small_signal import Linear, linearise, source_column
-
-if TYPE_CHECKING:
-    from scipy.sparse.linalg import SuperLU
+from circuits.gradient.small_signal.spectrum import Moves, Probe, Spectrum
+from circuits.measure.current import current_in
+from circuits.solver.small_signal import source_column
 
 optimise = later("scipy.optimize")
-
-Moves = tuple[tuple[str, complex], ...]  # name of a source, and what it moves by, V or A, each
 
 LOWEST, HIGHEST = 1.0, 1e9  # Hz, between which a crossing is looked for
 PER_DECADE = 20  # as dense as an analysis of small signals
@@ -42,10 +38,10 @@ _BELOW = math.sqrt(0.5)
 
 
 class Part(NamedTuple):
-    """What a measure reads: a transfer's frequency, Hz, its column of the voltages, and its weight."""
+    """What a measure reads: a transfer's frequency, Hz, to what it goes, and its weight."""
 
     frequency: float
-    column: int
+    probe: Probe
     weight: complex
 
 
@@ -76,58 +72,6 @@ class Reading(NamedTuple):
     scale: float = 0.0
 
 
-class Spectrum:
-    """Small signals about an operating point at the frequencies that measures ask for, each solved once."""
-
-    def __init__(self, point: OperatingPoint) -> None:
-        self.point = point
-        self.linear: Linear = linearise(point)
-        self._factors: dict[float, SuperLU] = {}
-        self._driven: dict[Moves, tuple[C128, C128, C128]] = {}
-        self._full: dict[tuple[Moves, float], C128] = {}
-
-    def at(self, moves: Moves, frequency: float) -> C128:
-        """All voltages at a frequency, Hz, complex128[columns], V; A at sources of current."""
-        if (moves, frequency) not in self._full:
-            driven, by_g, by_c = self._drive(moves)
-            full = driven.copy()
-            full[: by_g.size] = self._factored(frequency).solve(-(by_g + 2j * np.pi * frequency * by_c))
-            self._full[moves, frequency] = full
-        return self._full[moves, frequency]
-
-    def along(self, moves: Moves, frequency: float) -> C128:
-        """How they change with the frequency, complex128[columns], V/Hz."""
-        found = np.zeros(self.point.machine.kernel.columns, dtype=complex)
-        forced = 2j * np.pi * (self.linear.charge @ self.at(moves, frequency))
-        found[: forced.size] = self._factored(frequency).solve(-forced)
-        return found
-
-    def backwards(self, frequency: float, weights: C128) -> C128:
-        """Solution of the transposed equations at a frequency, complex128[unknowns]; weights: as that."""
-        return np.asarray(self._factored(frequency).solve(weights, trans="T"))
-
-    def transfers(self, moves: Moves, frequency: F64, columns: Sequence[int]) -> C128:
-        """Transfers to some columns, complex128[F, columns]; frequency: float64[F], Hz."""
-        new = [f for f in frequency.tolist() if f not in self._factors]
-        for f, factors in zip(new, self.linear.admittances(np.array(new)), strict=True):
-            self._factors[f] = factors
-        return np.array([self.at(moves, f)[list(columns)] for f in frequency.tolist()])
-
-    def _factored(self, frequency: float) -> SuperLU:
-        if frequency not in self._factors:
-            self._factors[frequency] = next(self.linear.admittances(np.array([frequency])))
-        return self._factors[frequency]
-
-    def _drive(self, moves: Moves) -> tuple[C128, C128, C128]:
-        """What moves, complex128[columns], and the currents that it makes by G, and by C per rad/s."""
-        if moves not in self._driven:
-            full = np.zeros(self.point.machine.kernel.columns, dtype=complex)
-            for source, value in moves:
-                full[source_column(self.point, source)] = value
-            self._driven[moves] = full, self.linear.conductance @ full, self.linear.charge @ full
-        return self._driven[moves]
-
-
 class SmallSignal(ABC):
     """A number that small signals about an operating point are measured by."""
 
@@ -149,14 +93,14 @@ class SmallSignal(ABC):
 @final
 @dataclass(frozen=True, slots=True)
 class Transfer(SmallSignal):
-    """Transfer from a source to a node at a frequency: its size, V/V or V/A, in decibels, or its phase.
+    """Transfer from a source to a node or a current at a frequency: its size, in decibels, or its phase.
 
     Attributes
     ----------
     kind : str
         `mag`, `db` (20 log10 of the size) or `phase` (degrees, above -180 and up to 180).
     node : str
-        Path of the node.
+        Path of the node, or i(NAME).
     source : str
         Name of the source that moves.
     frequency : float
@@ -181,24 +125,24 @@ class Transfer(SmallSignal):
     def read(self, spectrum: Spectrum) -> Reading:
         """Read the transfer; raises `ParameterError` for a frequency that is not above 0."""
         _check(self.name, self.frequency)
-        column = spectrum.point.machine.column_of(self.node)
-        h = complex(spectrum.at(self.moves, self.frequency)[column])
-        unit = {"mag": _unit(spectrum, self.source), "db": "dB", "phase": "deg"}[self.kind]
+        probe = spectrum.probe(self.node)
+        h = spectrum.read(self.moves, self.frequency, probe)
+        unit = {"mag": _unit(spectrum, self.source, self.node), "db": "dB", "phase": "deg"}[self.kind]
         if h == 0.0:
             value, none = (0.0, "no gradient") if self.kind == "mag" else (np.nan, f"no {_NONE[self.kind]}")
             why = f"nothing of {self.source} comes to {self.node}: a transfer of 0 has {none}"
             return Reading(value, (), unit, why)
         if self.kind == "phase":
-            return self._turned(h, column)
+            return self._turned(h, probe)
         value, scale = (abs(h), abs(h)) if self.kind == "mag" else (_DECIBELS * math.log(abs(h)), _DECIBELS)
-        return Reading(value, (Part(self.frequency, column, scale / h),), unit, scale=scale)
+        return Reading(value, (Part(self.frequency, probe, scale / h),), unit, scale=scale)
 
-    def _turned(self, h: complex, column: int) -> Reading:
+    def _turned(self, h: complex, probe: Probe) -> Reading:
         """The phase, and how far it is from where it jumps."""
         value = math.degrees(math.atan2(h.imag, h.real))
         value = 180.0 if value == -180.0 else value
         scale = math.degrees(1.0)
-        parts = (Part(self.frequency, column, -1j * scale / h),)
+        parts = (Part(self.frequency, probe, -1j * scale / h),)
         edge = Edge(180.0 - abs(value), parts, "it jumps by 360 deg")
         return Reading(value, parts, "deg", edges=(edge,), scale=scale)
 
@@ -214,11 +158,12 @@ class Corner(SmallSignal):
     Attributes
     ----------
     node : str
-        Path of the node.
+        Path of the node, or i(NAME).
     source : str
         Name of the source that moves.
     level : float or None
-        The level, V/V or V/A; None for 3 dB below what it is at the first frequency (1 over the root of 2).
+        The level, in the transfer's unit; None for 3 dB below what it is at the first frequency, 1 over the
+        root of 2.
     low, high : float
         The frequencies between which it is looked for, Hz.
     """
@@ -246,12 +191,12 @@ class Corner(SmallSignal):
         _check(self.name, self.low)
         if not self.low < self.high < np.inf:
             raise ParameterError(f"{self.name}: {self.low:g} to {self.high:g} Hz, must be rising frequencies")
-        column = spectrum.point.machine.column_of(self.node)
+        probe = spectrum.probe(self.node)
         count = 1 + math.ceil(PER_DECADE * math.log10(self.high / self.low))
         grid, sizes, level = np.geomspace(self.low, self.high, count), np.zeros(0), np.nan
         for begin in range(0, count, PER_DECADE):
             part = grid[begin : begin + PER_DECADE]
-            sizes = np.append(sizes, np.abs(spectrum.transfers(self.moves, part, [column])[:, 0]))
+            sizes = np.append(sizes, np.abs(spectrum.transfers(self.moves, part, [probe])[:, 0]))
             level = float(sizes[0]) * _BELOW if self.level is None else self.level
             if (sizes <= level).any():  # of 0 too
                 break
@@ -259,7 +204,7 @@ class Corner(SmallSignal):
         if why:
             return Reading(np.nan, (), "Hz", why)
         k = int(np.argmax(sizes <= level))
-        return self._found(spectrum, column, level, grid[: k + 1], sizes[: k + 1])
+        return self._found(spectrum, probe, level, grid[: k + 1], sizes[: k + 1])
 
     def _missing(self, grid: F64, sizes: F64, level: float) -> str:
         """Why there is no such frequency; empty where there is one."""
@@ -272,28 +217,28 @@ class Corner(SmallSignal):
             return f"never falls to {level:.4g}; it is lowest at {grid[least]:.3g} Hz, {sizes[least]:.4g}"
         return ""
 
-    def _found(self, spectrum: Spectrum, column: int, level: float, grid: F64, sizes: F64) -> Reading:
+    def _found(self, spectrum: Spectrum, probe: Probe, level: float, grid: F64, sizes: F64) -> Reading:
         """The frequency between the last two of a grid; sizes: what the transfer has on it."""
 
         def over(log_frequency: float) -> float:
-            found = spectrum.at(self.moves, math.exp(log_frequency))[column]
+            found = spectrum.read(self.moves, math.exp(log_frequency), probe)
             return math.log(abs(found) / level)
 
         ends = np.log(grid[-2:])
         at = math.exp(optimise.brentq(over, *ends, xtol=1e-13, rtol=1e-14))
-        h, along = (f(self.moves, at)[column] for f in (spectrum.at, spectrum.along))
-        slope = float((along / h).real)
-        first = spectrum.at(self.moves, self.low)[column]
-        start = () if self.level is not None else (Part(self.low, column, 1.0 / first),)
+        h, along = (f(self.moves, at, probe) for f in (spectrum.read, spectrum.slope))
+        slope = (along / h).real
+        first = spectrum.read(self.moves, self.low, probe)
+        start = () if self.level is not None else (Part(self.low, probe, 1.0 / first),)
         moved = tuple(p._replace(weight=p.weight / slope) for p in start)
         edges = []
         dips = np.flatnonzero((sizes[1:-1] < sizes[:-2]) & (sizes[1:-1] <= sizes[2:])) + 1
         if dips.size:
             low = float(grid[dips[np.argmin(sizes[dips])]])
-            there = spectrum.at(self.moves, low)[column]
-            parts = (Part(low, column, 1.0 / there), *(p._replace(weight=-p.weight) for p in start))
+            there = spectrum.read(self.moves, low, probe)
+            parts = (Part(low, probe, 1.0 / there), *(p._replace(weight=-p.weight) for p in start))
             edges.append(Edge(math.log(abs(there) / level), parts, f"it jumps to {low:.3g} Hz"))
-        parts = (Part(at, column, -1.0 / (h * slope)), *moved)
+        parts = (Part(at, probe, -1.0 / (h * slope)), *moved)
         return Reading(at, parts, "Hz", edges=tuple(edges), scale=at)
 
 
@@ -315,7 +260,7 @@ class OfSpectrum(SmallSignal):
     moved : tuple of (str, complex)
         What moves: names of sources, and by how much, V or A.
     nodes : tuple of str
-        Nodes whose transfers it may read.
+        Nodes and i(NAME) whose transfers it may read.
     frequency : tuple of float
         The grid, Hz.
     of : callable
@@ -343,9 +288,9 @@ class OfSpectrum(SmallSignal):
 
     def read(self, spectrum: Spectrum) -> Reading:
         """Read the number, and find what of the transfers it depends on."""
-        columns = [spectrum.point.machine.column_of(node) for node in self.nodes]
+        probes = [spectrum.probe(node) for node in self.nodes]
         grid = np.array(self.frequency)
-        transfer = spectrum.transfers(self.moved, grid, columns)
+        transfer = spectrum.transfers(self.moved, grid, probes)
         value, why = self._value(grid, transfer)
         if not np.isfinite(value):
             return Reading(np.nan, (), self.si, why or "not defined at these frequencies")
@@ -359,7 +304,7 @@ class OfSpectrum(SmallSignal):
         if not found:
             return Reading(value, (), self.si, "reads no transfer, as where it is an end of the grid")
         parts = tuple(
-            Part(float(grid[row]), columns[node], self._weight(grid, transfer, (row, node)))
+            Part(float(grid[row]), probes[node], self._weight(grid, transfer, (row, node)))
             for row, node in found
         )
         return Reading(value, parts, self.si, scale=abs(value))
@@ -407,11 +352,13 @@ class OfSpectrum(SmallSignal):
         return complex(slopes[0], -slopes[1])
 
 
-def _unit(spectrum: Spectrum, source: str) -> str:
-    """Unit of a transfer from a source: none from one of voltage, Ohm from one of current."""
+def _unit(spectrum: Spectrum, source: str, node: str) -> str:
+    """Unit of a transfer: V/V and A/A have none, a voltage by a current Ohm, and the other way round S."""
     point = spectrum.point
     number = source_column(point, source) - point.machine.kernel.unknowns
-    return "" if point.machine.source_quantities[number] == "voltage" else "Ohm"
+    if point.machine.source_quantities[number] == "voltage":
+        return "" if current_in(node) is None else "S"
+    return "Ohm" if current_in(node) is None else ""
 
 
 def _check(name: str, frequency: float) -> None:

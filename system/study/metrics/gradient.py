@@ -31,7 +31,6 @@ from circuits.gradient.small_signal.transfer import Corner, SmallSignal, Transfe
 from circuits.gradient.stimulus import Move, Step, move_between, own_moves
 from circuits.gradient.tap import unit_of
 from circuits.lowering.kernel import Machine, to_kernel
-from circuits.measure.current import current_in
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import Result, simulate
 from circuits.testbench import Testbench
@@ -195,24 +194,17 @@ def _frequency(text: str) -> float:
     return frequency
 
 
-def _node(name: str) -> str:
-    """A node whose small signal is read."""
-    if current_in(name) is not None:
-        raise ParameterError(f"metric: {name}, must be a node: a current's small signal has no gradient")
-    return name
-
-
 def _transfer(parts: Sequence[str], kind: Literal["mag", "db", "phase"]) -> SmallSignal:
-    return Transfer(kind, _node(parts[0]), parts[1], _frequency(parts[2]))
+    return Transfer(kind, parts[0], parts[1], _frequency(parts[2]))
 
 
 def _corner(parts: Sequence[str], level: float | None) -> SmallSignal:
     if len(parts) == 2:
-        return Corner(_node(parts[0]), parts[1], level)
+        return Corner(parts[0], parts[1], level)
     low, high = _frequency(parts[2]), _frequency(parts[3])
     if not low < high:
         raise ParameterError(f"metric: {parts[2]} to {parts[3]}, must be rising frequencies")
-    return Corner(_node(parts[0]), parts[1], level, low, high)
+    return Corner(parts[0], parts[1], level, low, high)
 
 
 _MADE: Mapping[str, tuple[Callable[[Sequence[str]], AnyMeasure], int]] = {

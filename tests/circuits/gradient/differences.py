@@ -8,7 +8,8 @@ import numpy as np
 from circuits.arrays import F64
 from circuits.devices import Transistor
 from circuits.gradient.measure import Measure
-from circuits.gradient.small_signal.transfer import SmallSignal, Spectrum
+from circuits.gradient.small_signal.spectrum import Spectrum
+from circuits.gradient.small_signal.transfer import SmallSignal
 from circuits.gradient.way import way_of
 from circuits.lowering.kernel import Machine, on_die, to_kernel
 from circuits.silicon.die import shared

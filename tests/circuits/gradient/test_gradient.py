@@ -26,7 +26,8 @@ from circuits.gradient.measure import (
     Voltage,
 )
 from circuits.gradient.small_signal.small_signal import small_signal_gradients
-from circuits.gradient.small_signal.transfer import Spectrum, Transfer
+from circuits.gradient.small_signal.spectrum import Spectrum
+from circuits.gradient.small_signal.transfer import Transfer
 from circuits.gradient.stimulus import own_moves
 from circuits.lowering.bias_moves import behind_bias
 from circuits.lowering.kernel import on_die, to_kernel

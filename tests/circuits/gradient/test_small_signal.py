@@ -14,7 +14,8 @@ from circuits.errors import ParameterError, UnknownNameError
 from circuits.gradient.every import every_gradient
 from circuits.gradient.measure import Voltage
 from circuits.gradient.small_signal.small_signal import small_signal_gradients
-from circuits.gradient.small_signal.transfer import Corner, OfSpectrum, Spectrum, Transfer
+from circuits.gradient.small_signal.spectrum import Spectrum
+from circuits.gradient.small_signal.transfer import Corner, OfSpectrum, Transfer
 from circuits.gradient.stimulus import own_moves
 from circuits.lowering.kernel import to_kernel
 from circuits.registry import load_block
@@ -32,6 +33,23 @@ PAIRS = {  # of a block: nodes with sources that reach them
     "envelope-detector": (("envelope", "microphone"), ("envelope", "vdd")),
     "photoreceptor": (("v_sf", "v_pd"), ("v_pr", "v_prb")),
 }
+CURRENTS = {  # of a block: what is read of the current of a source or a device
+    "differential-pair": (
+        ("mag", "i(m2)", "v2", 1e4), ("db", "i(i2)", "v2", 1e6), ("db", "i(v1)", "v2", 1e5),
+    ),
+    "wide-range-transamp": (
+        ("mag", "i(vdd)", "v_plus", 1e6), ("phase", "i(m8)", "v_plus", 1e5),
+        ("db", "i(v_tail)", "v_tail", 1e4),
+    ),
+    "envelope-detector": (
+        ("mag", "i(vdd)", "microphone", 1e4), ("db", "i(ce)", "microphone", 1e2),
+        ("phase", "i(r1n)", "microphone", 1e4), ("mag", "i(mr)", "vdd", 1e4),
+    ),
+    "photoreceptor": (
+        ("db", "i(vdd)", "v_pd", 1e4), ("mag", "i(c_pd)", "v_pd", 1e4), ("phase", "i(m_sf)", "v_prb", 1e5),
+        ("mag", "i(v_prb)", "v_prb", 1e6),
+    ),
+}  # fmt: skip
 STEP = 1e-2  # sigma, of a difference
 
 
@@ -60,7 +78,7 @@ def measures_of(name):
     found = []
     for node, source in PAIRS[name]:
         found += [Transfer(kind, node, source, 1e4) for kind in ("mag", "db", "phase")]
-    return (*found, Corner(*PAIRS[name][0]))
+    return (*found, Corner(*PAIRS[name][0]), *(Transfer(*each) for each in CURRENTS[name]))
 
 
 def read(machine, measures):
@@ -96,6 +114,48 @@ def test_low_pass_has_the_gradients_of_its_closed_form():
         assert by(found, k, "low_pass.c.capacitance") * C == pytest.approx(wanted, rel=1e-9)
     assert found.units == ("", "dB", "deg", "Hz")
     assert found.notes == ("",) * 4
+
+
+def test_currents_of_a_low_pass_have_the_gradients_of_their_closed_form():
+    # into the source, and through the capacitor: 2 pi f C / root(1 + ratio^2), and half a turn apart
+    f, corner = 2e5, 1.0 / (2.0 * math.pi * R * C)
+    ratio, size = f / corner, 2.0 * math.pi * 2e5 * C
+    kinds = [Transfer(kind, f"i({name})", "s", f) for kind in ("mag", "phase") for name in ("c", "r", "s")]
+    found = small_signal_gradients(low_pass(), [*kinds, Transfer("mag", "v", "s", f)])
+    part = 1.0 / math.hypot(1.0, ratio)
+    turn = 90.0 - math.degrees(math.atan(ratio))
+    np.testing.assert_allclose(found.values[:6], (*[size * part] * 3, turn, turn, turn - 180.0), rtol=1e-9)
+    assert found.units[:6] == ("S", "S", "S", "deg", "deg", "deg")
+    for k in range(3):
+        assert by(found, k, "low_pass.c.capacitance") * C == pytest.approx(size * part**3, rel=1e-9)
+        assert by(found, k, "low_pass.r.resistance") * R == pytest.approx(
+            -size * ratio**2 * part**3, rel=1e-9
+        )
+        for label in ("low_pass.c.capacitance", "low_pass.r.resistance"):
+            assert by(found, 3 + k, label) == pytest.approx(by(found, 4, label), rel=1e-9)
+    assert by(found, 4, "low_pass.c.capacitance") * C == pytest.approx(
+        -math.degrees(ratio * part**2), rel=1e-9
+    )
+
+
+def test_share_of_a_current_has_the_gradients_of_its_closed_form():
+    # what a source of current gives comes to r below the corner, and to c above it
+    corner = 1.0 / (2.0 * math.pi * R * C)
+    asked = (
+        Corner("i(r)", "s"), Corner("i(r)", "s", 0.1, 1.0, 1e12), Transfer("mag", "i(c)", "s", corner),
+        Transfer("mag", "i(s)", "s", corner), Transfer("mag", "v", "s", corner),
+    )  # fmt: skip
+    found = small_signal_gradients(low_pass("current"), asked)
+    assert found.units == ("Hz", "Hz", "", "", "Ohm")
+    at = math.hypot(corner, math.sqrt(2.0))
+    np.testing.assert_allclose(
+        found.values, (at, corner * math.sqrt(99.0), math.sqrt(0.5), 1.0, R * math.sqrt(0.5)), rtol=1e-9
+    )
+    for label, value in (("low_pass.c.capacitance", C), ("low_pass.r.resistance", R)):
+        wanted = (-(corner**2) / at, -corner * math.sqrt(99.0), math.sqrt(0.5) / 2.0, 0.0)
+        np.testing.assert_allclose(
+            [by(found, k, label) * value for k in range(4)], wanted, rtol=1e-9, atol=1e-12
+        )
 
 
 def test_impedance_falls_to_an_ohm_where_its_closed_form_does():
@@ -270,7 +330,10 @@ FIGURES = ("saturation_current", "emission", "area", "junction_capacitance", "tr
 
 
 def test_of_a_diode_that_stores_charge_is_that_of_differences():
-    measures = (Transfer("mag", "v", "s", 1e5), Transfer("phase", "v", "s", 1e6), Corner("v", "s"))
+    measures = (
+        Transfer("mag", "v", "s", 1e5), Transfer("phase", "v", "s", 1e6), Corner("v", "s"),
+        Transfer("mag", "i(d)", "s", 1e5), Transfer("phase", "i(s)", "s", 1e6),
+    )  # fmt: skip
     found = small_signal_gradients(diode_pass(), measures)
     for figure in FIGURES:
 

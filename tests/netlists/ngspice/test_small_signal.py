@@ -8,6 +8,7 @@ from circuits.blocks.sonar import onset_neuron, rebound_neuron
 from circuits.devices import Resistor
 from circuits.devices.noise import WHITE_ONLY
 from circuits.errors import UnknownNameError
+from circuits.gradient.small_signal.spectrum import Spectrum
 from circuits.silicon.die import Die
 from circuits.silicon.process import AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
@@ -60,6 +61,24 @@ def test_transfer_and_noise_are_ngspices(block: Block, source: str, node: str, s
     np.testing.assert_allclose(found.output, output, rtol=1e-4)
     assert found.referred is not None
     np.testing.assert_allclose(found.referred, referred, rtol=1e-4)
+
+
+@pytest.mark.parametrize("source", ["v_rest", "vdd", "v_inh_tau"])
+def test_small_signals_of_currents_of_sources_are_ngspices(source: str) -> None:
+    block = rebound_neuron.BLOCK
+    point = point_of(block, Silicon(AMI_1500_IDEAL, temperature_c=85.0, die=Die(number=1003)))
+    machine = point.machine
+    kinds = zip(machine.source_names, machine.source_quantities, strict=True)
+    names = [f"i({name})" for name, kind in kinds if kind == "voltage"]
+    assert len(names) > 5
+    frequency, transfer = peer.ac(point, source, GRID, names)
+    spectrum = Spectrum(point)
+    ours = spectrum.transfers(((source, 1.0),), frequency, [spectrum.probe(name) for name in names])
+    # asked for: 1 %; a current of 1e-9 of the largest only follows by rounding
+    largest = np.abs(transfer).max(axis=1, keepdims=True)
+    seen = np.abs(transfer) > LEAST * largest
+    assert seen.sum() > 2 * frequency.size
+    assert (np.abs(ours - transfer) < 1e-4 * np.abs(transfer) + LEAST * largest)[seen].all()
 
 
 def test_a_resistors_noise_is_ngspices_own() -> None:

@@ -58,21 +58,19 @@ def test_names_that_are_none(text):
 def test_names_of_measures_tell_between_which_times():
     assert measure_of("maximum(v,1ms,2ms)").name == "maximum(v,0.001s,0.002s)"
     assert measure_of("integral(v)").name == "integral(v)"
-    for name in ("db(v,s,10Hz)", "bandwidth(v,s)", "unity_gain(v,s,1000Hz,1e+06Hz)"):
+    for name in (
+        "db(v,s,10Hz)",
+        "mag(i(a.m[1]),s,10Hz)",
+        "bandwidth(v,s)",
+        "bandwidth(i(vdd),s)",
+        "unity_gain(v,s,1000Hz,1e+06Hz)",
+    ):
         assert measure_of(name).name == name
 
 
 def test_what_is_no_measure_is_refused():
     with pytest.raises(ParameterError, match="metrics: 3, must be a measure, a metric or a name"):
         gradients(choose("rebound-neuron").testbench(), ["spike_time(spike,0)", 3])
-
-
-@pytest.mark.parametrize(
-    "name", ["mag(i(vdd),v,10Hz)", "bandwidth(i(vdd),v)", "unity_gain(i(vdd),v,1Hz,10Hz)"]
-)
-def test_small_signals_are_those_of_nodes(name):
-    with pytest.raises(ParameterError, match=r"metric: i\(vdd\), must be a node"):
-        measure_of(name)
 
 
 def test_one_text_is_no_list_of_names():
@@ -110,7 +108,14 @@ def test_dataset_has_what_a_run_backwards_found():
 
 def test_dataset_has_small_signals_beside_a_run():
     choice = choose("photoreceptor")
-    data = gradients(choice.testbench(), ["voltage(v_sf)", "bandwidth(v_sf,v_pd)"], choice.silicon)
-    assert data.unit.values.tolist() == ["V", "Hz"]
-    assert data.metric.values.tolist() == ["voltage(v_sf)", "bandwidth(v_sf,v_pd)"]
-    assert float(data.spread.sel(metric="bandwidth(v_sf,v_pd)")) > 0.01 * float(data.value[1])
+    names = ["voltage(v_sf)", "bandwidth(v_sf,v_pd)", "mag(i(vdd),v_prb,1000Hz)"]
+    data = gradients(choice.testbench(), names, choice.silicon)
+    assert data.unit.values.tolist() == ["V", "Hz", "S"]
+    assert data.metric.values.tolist() == names
+    assert (data.spread[1:] > 0.01 * data.value[1:]).all()
+
+
+def test_small_signal_of_a_current_that_is_none_is_told():
+    choice = choose("photoreceptor")
+    with pytest.raises(UnknownNameError, match="photoreceptor current vd: unknown; did you mean vdd"):
+        gradients(choice.testbench(), ["mag(i(vd),v_pd,1kHz)"], choice.silicon)
