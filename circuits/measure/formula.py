@@ -123,7 +123,8 @@ class Reader:
         name = str(token)
         if name not in self.scope.currents:
             raise self._unknown("device or source", token, set(self.scope.currents))
-        return Typed("signal", AMPERE, lambda record: record.current(name), transfer=self.scope.transfer)
+        transfer = self.scope.transfer
+        return Typed("signal", self.scope.current, lambda record: record.current(name), transfer=transfer)
 
     def _negated(self, part: Typed) -> Typed:
         return replace(part, run=lambda record: _apply(lambda x, _: -x, part.run(record), 0.0))

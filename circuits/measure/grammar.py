@@ -84,6 +84,18 @@ def parse(text: str) -> Node:
         raise MeasureError(text, 1, " ".join(str(error).split())) from None
 
 
+def currents_in(texts: Iterable[str]) -> tuple[str, ...]:
+    """Return the names in the `i(NAME)` of measures, each once; none of what cannot be read."""
+    found: dict[str, None] = {}
+    for text in texts:
+        try:
+            tree = parse(text)
+        except MeasureError:
+            continue
+        found |= dict.fromkeys(str(part.children[-1]) for part in tree.find_data("current"))
+    return tuple(found)
+
+
 def column_of(node: Node | lark.Token) -> int:
     """Column at which a part of a measure begins, from 1."""
     return (node.column if isinstance(node, lark.Token) else node.meta.column) or 1

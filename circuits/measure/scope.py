@@ -27,7 +27,7 @@ from circuits.measure.current import (
     static_currents,
 )
 from circuits.measure.signal import Signal
-from circuits.measure.unit import SECOND, VOLT, Unit
+from circuits.measure.unit import AMPERE, SECOND, VOLT, Unit
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.power import energy_courses, node_voltages, require_every_node
 from circuits.solver.sweep import Sweep
@@ -47,7 +47,7 @@ class Scope:
     sources : names of voltage sources, whose energy is known.
     watched : nodes at which the solver itself looks for spikes.
     axis : unit of the axis.
-    voltage : unit of what is told of a node, V, or that of a transfer.
+    voltage, current : units of what is told of a node, V, and of a current, A, or those of a transfer.
     transfer : whether voltages are transfers of small signals, with magnitude and phase.
     """
 
@@ -57,6 +57,7 @@ class Scope:
     watched: frozenset[str] = frozenset()
     axis: Unit = SECOND
     voltage: Unit = VOLT
+    current: Unit = AMPERE
     transfer: bool = False
 
 

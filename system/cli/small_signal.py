@@ -10,10 +10,12 @@ import numpy as np
 
 from circuits.arrays import C128, F64
 from circuits.errors import ParameterError
+from circuits.gradient.small_signal.spectrum import Spectrum
 from circuits.measure.branch import voltage_nodes
+from circuits.measure.current import current_in, current_names
+from circuits.measure.grammar import currents_in
 from circuits.measure.measure import Measure, Reading, read_measures
-from circuits.measure.scope import Scope, TableRecord
-from circuits.measure.unit import PLAIN, VOLT, unit_named, value_text
+from circuits.measure.unit import AMPERE, PLAIN, VOLT, unit_named, value_text
 from circuits.solver.operating_point import OperatingPoint
 from circuits.solver.small_signal import Response, ac, source_column
 from netlists.ngspice import small_signal as ngspice
@@ -36,6 +38,7 @@ from system.cli.small_signal_runs import (
     row_of,
     runs_of,
 )
+from system.cli.spectrum_card import record_of, transfers
 from system.files.writing import write_netcdf_atomic, write_text_atomic
 from system.notice import say
 from system.options.block import Choice
@@ -53,22 +56,25 @@ def ac_command(asked: Simulate) -> None:
     check_picture(asked.plot)
     nodes, frequency = asked.node or None, frequencies_of(asked)
 
-    def from_source(point: OperatingPoint, source: str) -> Response:
-        if asked.engine == "native":
-            return ac(point, source, frequency, nodes or voltage_nodes(point.machine))
-        return _by_ngspice(point, source, asked, nodes)
+    def from_source(point: OperatingPoint, source: str, drawn: Sequence[str]) -> Response:
+        if asked.engine != "native":
+            return _by_ngspice(point, source, asked, nodes, drawn)
+        answer = ac(point, source, frequency, nodes or voltage_nodes(point.machine))
+        return _with_currents(answer, point, drawn)
 
-    moves_of = _moves_once(asked.block)
+    moves_of, currents = _moves_once(asked.block), _Currents(asked)
 
     def solve(point: OperatingPoint, choice: Choice) -> Response:
+        drawn = currents.of(point, choice)
         if asked.source is not None:
-            return from_source(point, asked.source)
+            return from_source(point, asked.source, drawn)
         moves = moves_of(choice)
         if not moves:
             raise ParameterError("--source: not given, --analysis ac needs one; name a source, as v_rest")
-        return _together([from_source(point, source) for source in moves], list(moves.values()))
+        return _together([from_source(point, source, drawn) for source in moves], list(moves.values()))
 
-    runs = runs_of(asked, solve)
+    every = runs_of(asked, solve)
+    runs = [replace(run, answer=None if run.answer is None else _of_nodes(run.answer)) for run in every]
     found = [(run, run.answer) for run in runs if run.answer is not None]
     if asked.csv is not None:
         write_text_atomic(asked.csv, _ac_csv(found))
@@ -77,11 +83,12 @@ def ac_command(asked: Simulate) -> None:
     known = found[0][1].nodes
     shown = nodes or [n for n in found[0][0].choice.block.plotted if n in known] or known
     save_picture(asked.plot, lambda figure: draw_bode([(label_of(r), a) for r, a in found], shown, figure))
-    measures = _measures(asked, *found[0])
+    measures = _measures(asked, *found[0], currents.known)
+    readings = [_readings(measures, run.answer) for run in every]
     document = {
         **head_of(asked, runs), "engine": asked.engine, "source": found[0][1].source,
         "unit": found[0][1].unit, "frequency_Hz": found[0][1].frequency,
-        "runs": [_ac_run(run, _readings(measures, run.answer)) for run in runs],
+        "runs": [_ac_run(run, own) for run, own in zip(runs, readings, strict=True)],
     }  # fmt: skip
     if asked.as_json:
         print_json(document)
@@ -89,8 +96,8 @@ def ac_command(asked: Simulate) -> None:
         _print_ac(found, shown)
         rows = [
             (label_of(run), each.name, each.reason or value_text(each.value, each.unit))
-            for run, answer in found
-            for each in _readings(measures, answer)
+            for run, own in zip(runs, readings, strict=True)
+            for each in own
         ]
         if rows:
             print_table("measures", ("run", "measure", "value"), rows)
@@ -109,12 +116,47 @@ def _moves_once(target: str) -> Callable[[Choice], Mapping[str, complex]]:
     return moves
 
 
-def _measures(asked: Simulate, run: Run[Response], answer: Response) -> tuple[Measure, ...]:
+class _Currents:
+    """Currents that measures name, and which are known."""
+
+    def __init__(self, asked: Simulate) -> None:
+        self.asked, self.known, self.named = asked, frozenset[str](), tuple[str, ...]()
+
+    def of(self, point: OperatingPoint, choice: Choice) -> tuple[str, ...]:
+        """Those that are named, as `i(NAME)`; a deck is read for the first die alone: all have the same."""
+        machine = point.machine
+        if not self.known:
+            names = current_names(machine)
+            if self.asked.engine != "native":
+                kinds = zip(machine.source_names, machine.source_quantities, strict=True)
+                names = tuple(name for name, kind in kinds if kind == "voltage")
+            self.known = frozenset(names)
+            named = currents_in((*own_cards(self.asked.block, choice, "ac"), *self.asked.measure))
+            self.named = tuple(f"i({name})" for name in named if name in self.known)
+        return self.named
+
+
+def _with_currents(answer: Response, point: OperatingPoint, names: Sequence[str]) -> Response:
+    """A response with the transfers to some currents behind those to its nodes."""
+    if not names:
+        return answer
+    spectrum, moves = Spectrum(point), ((answer.source, 1.0),)
+    drawn = spectrum.transfers(moves, answer.frequency, [spectrum.probe(name) for name in names])
+    return replace(answer, nodes=(*answer.nodes, *names), transfer=np.hstack([answer.transfer, drawn]))
+
+
+def _of_nodes(answer: Response) -> Response:
+    """A response without its currents."""
+    count = sum(current_in(node) is None for node in answer.nodes)
+    return replace(answer, nodes=answer.nodes[:count], transfer=answer.transfer[:, :count])
+
+
+def _measures(
+    asked: Simulate, run: Run[Response], answer: Response, currents: frozenset[str]
+) -> tuple[Measure, ...]:
     """Measures of responses, whose axis is the frequency: a deck's own cards, and what is asked for."""
-    unit = {"V/V": PLAIN, "V": VOLT}.get(answer.unit, unit_named("Ohm"))
-    scope = Scope(
-        frozenset(answer.nodes), frozenset(), axis=unit_named("Hz"), voltage=unit, transfer=True
-    )  # fmt: skip
+    units = {"V/V": (PLAIN, unit_named("S")), "V": (VOLT, AMPERE)}
+    scope = transfers(answer.nodes, currents, *units.get(answer.unit, (unit_named("Ohm"), PLAIN)))
     own = taken(_own_cards(asked, run, answer), scope)
     return read_measures((*own, *asked.measure), scope)
 
@@ -139,12 +181,17 @@ def _readings(measures: Sequence[Measure], answer: Response | None) -> list[Read
     """What is measured of a response."""
     if answer is None:
         return []
-    transfer: Any = dict(zip(answer.nodes, answer.transfer.T, strict=True))
-    record = TableRecord(answer.frequency, transfer, {})
+    record = record_of(answer.frequency, dict(zip(answer.nodes, answer.transfer.T, strict=True)))
     return [each.of(record) for each in measures]
 
 
-def _by_ngspice(point: OperatingPoint, source: str, asked: Simulate, nodes: Sequence[str] | None) -> Response:
+def _by_ngspice(
+    point: OperatingPoint,
+    source: str,
+    asked: Simulate,
+    nodes: Sequence[str] | None,
+    currents: Sequence[str],
+) -> Response:
     """The same by ngspice, on its grid: whole decades have both ends."""
     cards = point.machine.silicon.process.cards
     if cards:
@@ -158,6 +205,7 @@ def _by_ngspice(point: OperatingPoint, source: str, asked: Simulate, nodes: Sequ
     names = voltage_nodes(point.machine) if nodes is None else tuple(nodes)
     for name in names:
         point.machine.column_of(name)  # refuses what is no node by name
+    names = (*names, *currents)
     grid = ngspice.Decades(*grid_of(asked))
     deadline_s = deadline_of(asked.deadline, asked.engine)
     frequency, transfer = ngspice.ac(point, source, grid, names, deadline_s)

@@ -69,6 +69,7 @@ RC = (
     "* rc\nv1 in 0 ac {} pulse(0 1 1m 1u 1u 5m 20m)\nr1 in out 10k\nc1 out 0 100n\n.tran 10u 10m\n"
     ".ac dec 10 1 1Meg\n.dc v1 0 1 0.1\n.measure tran t_rise when v(out)=0.5 rise=1\n"
     ".measure ac f_c when vdb(out)=-3\n.measure ac late find vp(out) at=1k\n.measure ac peak max_at vm(out)\n"
+    ".measure ac i_r find 'mag(i(r1))' at=1k\n.measure ac i_v find 'db(i(v1))' at=1k\n"
     ".measure dc half when v(out)=0.5\n.end\n"
 )
 
@@ -96,17 +97,23 @@ def gradients_in(text: str) -> list[tuple[dict[str, Any], dict[str, float]]]:
 def test_cards_of_small_signals_have_gradients(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     deck = tmp_path / "rc.cir"
     deck.write_text(RC.format("1"))
-    asked = ["f_c", "t_rise", "late", "peak", "bandwidth(out,v1)"]
+    asked = ["f_c", "t_rise", "late", "peak", "bandwidth(out,v1)", "i_r", "i_v"]
     words = [text for name in asked for text in ("--metric", name)]
     assert main(["gradient", str(deck), *words, "--json"]) == 0
     found = gradients_in(capsys.readouterr().out)
     assert [metric["metric"] for metric, _ in found] == asked
-    assert [metric["unit"] for metric, _ in found] == ["Hz", "s", "deg", "Hz", "Hz"]
+    assert [metric["unit"] for metric, _ in found] == ["Hz", "s", "deg", "Hz", "Hz", "S", "dB"]
     ratio = 2.0 * math.pi * 1e3 * 1e4 * 100e-9
     wanted = {2: -math.degrees(ratio / (1.0 + ratio**2)), 4: -found[4][0]["value"]}
     for k, by_log in wanted.items():
         assert found[k][1]["top.r1.resistance"] * 1e4 == pytest.approx(by_log, rel=1e-3)
         assert found[k][1]["top.c1.capacitance"] * 1e-7 == pytest.approx(by_log, rel=1e-3)
+    current = ratio * 1e-4 / math.hypot(1.0, ratio)
+    assert found[5][0]["value"] == pytest.approx(current, rel=1e-6)
+    share = 1.0 / (1.0 + ratio**2)
+    for k, one in ((5, current), (6, 20.0 / math.log(10.0))):
+        assert found[k][1]["top.c1.capacitance"] * 1e-7 == pytest.approx(one * share, rel=1e-3)
+        assert found[k][1]["top.r1.resistance"] * 1e4 == pytest.approx(one * (share - 1.0), rel=1e-3)
     # between points of a grid, which stays as it is
     assert found[0][1]["top.r1.resistance"] * 1e4 == pytest.approx(-found[0][0]["value"], rel=0.02)
     assert found[3][0]["note"] == "reads no transfer, as where it is an end of the grid"

@@ -9,6 +9,8 @@ import xarray as xr
 
 from system.cli.command_line import main
 from system.cli.small_signal import corner_frequency
+from system.options.block import choose
+from system.study.metrics.gradient import gradients
 from tests.refusals import command_refusals
 
 BLOCK = "onset-neuron"
@@ -114,3 +116,44 @@ def test_a_transfer_is_measured(capsys: pytest.CaptureFixture[str]) -> None:
     assert never["reason"] == "mag(v_mem) does not pass through 9"
     assert main(["simulate", "rebound-neuron", *words, "--measure", "max(v_mem)"]) == 2
     assert "has magnitude and phase; write mag(v_mem), db(v_mem) or phase(v_mem)" in capsys.readouterr().err
+
+
+def test_a_transfer_to_a_current_is_measured(capsys: pytest.CaptureFixture[str]) -> None:
+    words = [
+        "photoreceptor",
+        "--analysis",
+        "ac",
+        "--from",
+        "1kHz",
+        "--to",
+        "100kHz",
+        "--points",
+        "1",
+        "--json",
+    ]
+    asked = {"i": "value(mag(i(vdd)), at=10kHz)", "z": "value(mag(v_sf) / mag(i(m_sf)), at=10kHz)"}
+    measures = [word for name, text in asked.items() for word in ("--measure", f"{name} = {text}")]
+    for source, units in (("v_prb", ["S", "Ohm"]), ("v_pd", ["", "Ohm"])):
+        assert main(["simulate", *words, "--source", source, *measures]) == 0
+        (run,) = json.loads(capsys.readouterr().out)["runs"]
+        assert "i(vdd)" not in run["nodes"]
+        assert [m["unit"] for m in run["measured"]] == units
+        forms = (f"mag(i(vdd),{source},10kHz)", f"mag(v_sf,{source},10kHz)", f"mag(i(m_sf),{source},10kHz)")
+        choice = choose("photoreceptor")
+        one, two, three = gradients(choice.testbench(), forms, choice.silicon).value.values.tolist()
+        assert [m["value"] for m in run["measured"]] == pytest.approx([one, two / three], rel=1e-9)
+    assert main(["simulate", *words, "--source", "v_prb", "--measure", "max(mag(i(vd)))"]) == 2
+    assert "device or source vd: unknown; did you mean vdd" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("ngspice_library")
+def test_ngspice_measures_currents_of_sources(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["simulate", "photoreceptor", "--analysis", "ac", "--source", "v_prb", "--points", "1", "--json"]
+    measure = ["--measure", "max(mag(i(vdd)))"]
+    found = []
+    for engine in ("native", "ngspice"):
+        assert main([*words, *measure, "--engine", engine]) == 0
+        found.append(json.loads(capsys.readouterr().out)["runs"][0]["measured"][0]["value"])
+    assert found[1] == pytest.approx(found[0], rel=1e-4)
+    assert main([*words, "--measure", "max(mag(i(m_sf)))", "--engine", "ngspice"]) == 2
+    assert "device or source m_sf: unknown" in capsys.readouterr().err
