@@ -6,15 +6,21 @@ crossing, each of one waveform (`circuits.gradient.measure`) - moves by
     dF = sum over j of dF/dx_j dx_j
 
 with dF/dx_j from the expression itself, as a central difference of the readings. So currents count too, and
-the whole of a run. An expression that reads waveforms otherwise, as the largest value of a product, is a
-number of the run's voltages (`circuits.gradient.measure.Measured`).
+the whole of a run. A reading may stand in another one: a crossing as an end of a window, a largest value as a
+level. Then x_j moves by those before it too, an integral from t_i by Leibniz' rule:
+
+    dx_j = (dx_j with its window and level held) + sum over i < j of dx_j/dx_i dx_i
+
+with dx_j/dx_i from the reading itself, by what it was asked with (`circuits.gradient.reading`). An
+expression that reads waveforms otherwise, as the largest value of a product, is a number of the run's
+voltages (`circuits.gradient.measure.Measured`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, final
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
@@ -28,10 +34,12 @@ from circuits.measure.function import Arguments
 from circuits.measure.grammar import parse
 from circuits.measure.measure import Measure as Text
 from circuits.measure.scope import Record, TransientRecord
-from circuits.measure.signal import Signal
+from circuits.measure.signal import Direction, Signal, crossings
 from circuits.solver.transient import Result
 
 _STEP = 1e-6  # relative, of a reading; ours
+_FINER = 1e-2  # of that, by which the end of a window is moved; ours
+_WHOLE = 1e-6  # within which a window moves with what it stands at; ours
 
 
 @final
@@ -63,24 +71,75 @@ class Expression(Measure):
         found = self.text.of(record)
         if found.reason:
             return Reading(np.nan, (), found.reason)
-        parts = None if record.others else self._parts(record, found.value)
+        parts = None if record.others else self._parts(record, found.value, result, way)
         if parts is None:
             plain = Measured(self.name, lambda other: self.text.of(TransientRecord(other)).value, self.unit)
             return plain.read(result, way)
-        return _sum([(by, each.read(result, way)) for each, by in parts], found.value, way)
+        return _sum(parts, found.value, way)
 
-    def _parts(self, record: _Calls, value: float) -> list[tuple[Measure, float]] | None:
-        """What the expression reads, and its slope by each; None where a reading depends on another."""
-        first, parts = list(record.calls), []
-        for number, (measure, own) in enumerate(first):
-            size, ends = _STEP * max(abs(own), abs(value) * _STEP, 1e-30), []
-            for sign in (1.0, -1.0):
-                moved = record.with_value(number, own + sign * size)
-                ends.append(self.text.of(moved).value)
-                if [each for each, _ in moved.calls] != [each for each, _ in first]:
-                    return None
-            parts.append((measure, (ends[0] - ends[1]) / (2.0 * size)))
-        return parts
+    def _parts(
+        self, record: _Calls, value: float, result: Result, way: Way
+    ) -> list[tuple[float, Reading]] | None:
+        """Slopes by what the expression reads, and readings; None where it reads others as one moves."""
+        count = len(record.calls)
+        by, through = np.zeros(count), np.zeros((count, count))
+        read = [measure.read(result, way) for measure in record.calls_of]
+        for number, (measure, own) in enumerate(record.calls):
+            size = _STEP * max(abs(own), abs(value) * _STEP, 1e-30)
+            more, less = self._moved(record, number, size)
+            by[number] = (more.value - less.value) / (2.0 * size)
+            if more.record.calls_of == less.record.calls_of == record.calls_of:
+                continue
+            if measure.unit == "s":
+                size *= _FINER  # edges are short beside the time since the beginning
+                more, less = self._moved(record, number, size)
+            if not (_alike(more.record, record) and _alike(less.record, record)):
+                return None
+            for k, (one, other) in enumerate(zip(more.record.calls_of, less.record.calls_of, strict=True)):
+                through[k, number] = _through(read[k], one, other, 2.0 * size)
+        for later in range(count - 1, 0, -1):
+            by += by[later] * through[later]
+        return list(zip(by.tolist(), read, strict=True)) if np.isfinite(by).all() else None
+
+    def _moved(self, record: _Calls, number: int, size: float) -> tuple[_Moved, _Moved]:
+        """The expression with a call's value that far further and back."""
+        value, ends = record.calls[number][1], []
+        for own in (value + size, value - size):
+            there = record.with_value(number, own)
+            ends.append(_Moved(self.text.of(there).value, there))
+        return ends[0], ends[1]
+
+
+class _Moved(NamedTuple):
+    """An expression's value where one of what it reads is another, and what was read."""
+
+    value: float
+    record: _Calls
+
+
+def _alike(a: _Calls, b: _Calls) -> bool:
+    """Whether the same is read, but for numbers: at other times, or by another level."""
+    if len(a.calls) != len(b.calls):
+        return False
+    return all(_kind(one) == _kind(other) for one, other in zip(a.calls_of, b.calls_of, strict=True))
+
+
+def _through(found: Reading, more: Measure, less: Measure, apart: float) -> float:
+    """What a reading moves by with another one, which is so far apart at `more` and `less`."""
+    total = 0.0
+    for name, slope in found.own:
+        ends = getattr(more, name), getattr(less, name)
+        by = (ends[0] - ends[1]) / apart if ends[0] != ends[1] else 0.0
+        # a time that goes with another goes all the way, without what is rounded
+        total += slope * (round(by) if abs(by - round(by)) < _WHOLE else by)
+    return total
+
+
+def _kind(measure: Measure) -> tuple[Any, ...]:
+    """What a measure is without its numbers."""
+    own: Any = measure
+    values = (getattr(own, each.name) for each in fields(own))
+    return type(measure), *(value for value in values if not isinstance(value, float))
 
 
 @final
@@ -109,7 +168,10 @@ class _RootMeanSquare(Measure):
         value = float(np.sqrt(found.value / (end - begin)))
         if not value:
             return Reading(0.0, (), f"{self.name} is 0, from where it can but rise")
-        return _sum([(1.0 / (2.0 * value * (end - begin)), found)], value, way)
+        by = 1.0 / (2.0 * value * (end - begin))
+        ends = {"begin": value**2, "end": -(value**2)}
+        own = tuple((name, by * (slope + ends[name])) for name, slope in found.own)
+        return _sum([(by, found)], value, way)._replace(own=own)
 
 
 class _Calls(Record):
@@ -127,6 +189,11 @@ class _Calls(Record):
         """The same with another value of a call, and those of the others as they are."""
         kept = {k: own for k, (_, own) in enumerate(self.calls)}
         return _Calls(self.record, {**kept, number: value})
+
+    @property
+    def calls_of(self) -> list[Measure]:
+        """The measures of the calls."""
+        return [measure for measure, _ in self.calls]
 
     @property
     def axis(self) -> F64:
@@ -153,7 +220,7 @@ class _Calls(Record):
         """Remember a call, and give its value, or another that is asked for."""
         if isinstance(found, Signal) or not _reads(given):
             return found
-        measure, scale = _measure(name, given)
+        measure, scale = _measure(name, given, found)
         if measure is None:
             self.others.append(name)
             return found
@@ -169,7 +236,7 @@ def _reads(given: Arguments) -> bool:
     return isinstance(first, Signal) or "source" in given.values
 
 
-def _measure(name: str, given: Arguments) -> tuple[Measure | None, float]:
+def _measure(name: str, given: Arguments, found: Any) -> tuple[Measure | None, float]:
     """The measure that a function is, and by what its value is more; None where it is none."""
     low, high = given.window
     span = _span(given)
@@ -178,6 +245,8 @@ def _measure(name: str, given: Arguments) -> tuple[Measure | None, float]:
     node = _node(given.label)
     if node is None or (given.values.keys() - _TAKEN.get(name, frozenset())):
         return None, 1.0
+    if name == "cross":
+        return _crossing(node, given, float(found)), 1.0
     return _of_node(name, node, given, span), 1.0 / (high - low) if name == "mean" else 1.0
 
 
@@ -185,7 +254,7 @@ _WINDOW = frozenset({"signal", "from", "to"})
 _TAKEN: Mapping[str, frozenset[str]] = {
     **dict.fromkeys(("max", "min", "integral", "mean", "rms"), _WINDOW),
     "value": frozenset({"signal", "at"}),
-    "cross": frozenset({"signal", "level", "direction", "n"}),
+    "cross": frozenset({"signal", "level", "direction", "n", "from", "to"}),
 }
 """What functions that are measures may be given."""
 
@@ -206,6 +275,17 @@ def _node(label: str) -> str | None:
     return f"i({names[0]})" if tree.data == "current" else names[0]
 
 
+def _crossing(node: str, given: Arguments, place: float) -> Measure | None:
+    """The crossing at a place, by its number in the whole run: how it was asked for moves nothing."""
+    level, signal = float(given.values["level"]), given.signal
+    directions: tuple[Direction, ...] = ("rise", "fall")
+    for direction in directions:
+        (at,) = np.nonzero(crossings(signal, level, direction, *signal.ends) == place)
+        if at.size == 1:
+            return Crossing(node, level, direction == "rise", int(at[0]))
+    return None
+
+
 def _of_node(name: str, node: str, given: Arguments, span: tuple[float, float]) -> Measure | None:
     """The measure that a function of one waveform is."""
     if name in {"max", "min"}:
@@ -214,13 +294,8 @@ def _of_node(name: str, node: str, given: Arguments, span: tuple[float, float]) 
         return Integral(node, *span)
     if name == "rms":
         return _RootMeanSquare(node, *span)
-    if name == "value":
-        at, current = float(given.values["at"]), current_in(node)
-        return Voltage(node, at) if current is None else Current(current, at)
-    direction, number = given.values.get("direction"), given.values.get("n", 1.0)
-    if direction not in {"rise", "fall"} or isinstance(number, str):
-        return None
-    return Crossing(node, float(given.values["level"]), direction == "rise", int(number) - 1)
+    at, current = float(given.values["at"]), current_in(node)
+    return Voltage(node, at) if current is None else Current(current, at)
 
 
 def _sum(parts: Sequence[tuple[float, Reading]], value: float, way: Way) -> Reading:

@@ -16,14 +16,14 @@ from circuits.arrays import F64
 from circuits.errors import ParameterError, unknown_name
 from circuits.gradient.reading import Reading, crossing, passed, read_at, top_of, uneven
 from circuits.gradient.tap import (
+    at_ends,
     at_rows,
     course_of,
     current_at,
     current_at_beginning,
-    moving_along,
+    parts_between,
     through,
     unit_of,
-    weights_between,
 )
 from circuits.gradient.way import Way
 from circuits.lowering.kernel import on_die
@@ -219,11 +219,12 @@ class Extreme(Measure):
         far = [p for p in peaks if y[min(p, best) : max(p, best) + 1].min() < y[p] - least and p != best]
         gap = float(y[best]) - max((float(y[p]) for p in far), default=-np.inf)
         note = f"a tie: another extreme is {gap:.3g} {self.unit} from it" if gap < tie else ""
-        for end in (self.begin, self.end):
+        for name, end in (("begin", self.begin), ("end", self.end)):
             if way.time[0] < end < way.time[-1]:
                 there = read_at(course.way, int(np.searchsorted(way.time, end)), course.column, end)
                 if sign * there.value >= y[best]:
-                    return course.told(there._replace(note=note))
+                    own = tuple((name, slope) for _, slope in there.own)
+                    return course.told(there._replace(note=note, own=own))
         return course.told(top_of(course.way, int(rows[best]), course.column)._replace(note=note))
 
 
@@ -265,10 +266,11 @@ class Integral(Measure):
             return Reading(np.nan, (), f"{begin:g} s to {end:g} s, must be rising times of the run")
         if (current := current_in(self.node)) is not None:
             return through(result.machine, way, current, (begin, end))
-        column, weight = result.machine.column_of(self.node), at_rows(*weights_between(way, begin, end))
-        y = way.voltage[:, column]
-        along = moving_along(way, ((weight, y),))
-        return Reading(float(weight @ y), (), whole=((column, weight),), along=along)
+        column, part = result.machine.column_of(self.node), parts_between(way, begin, end)
+        y, weight = way.voltage[:, column], at_rows(part.before, part.after)
+        along = part.along(y[:-1], y[1:], np.zeros(part.share.size))
+        own = at_ends(way, (begin, end), y[:-1], y[1:])
+        return Reading(float(weight @ y), (), whole=((column, weight),), along=along, own=own)
 
 
 @final

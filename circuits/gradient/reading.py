@@ -32,6 +32,7 @@ class Reading(NamedTuple):
     taps : what it reads of currents.
     whole : slopes by a column over all rows, (column, float64[rows]) each.
     along : its derivatives by the times of all rows, float64[rows]; None where `timing` has all.
+    own : its derivatives by the numbers that it was asked with, as the end of a window: (name, slope) each.
     """
 
     value: float
@@ -41,6 +42,7 @@ class Reading(NamedTuple):
     taps: tuple[Tap, ...] = ()
     whole: tuple[tuple[int, F64], ...] = ()
     along: F64 | None = None
+    own: tuple[tuple[str, float], ...] = ()
 
 
 def uneven(samples: int) -> F64:
@@ -110,7 +112,10 @@ def _at(way: Way, row: int, column: int, time: float) -> float:
 
 def read_at(way: Way, row: int, column: int, time: float) -> Reading:
     """Read what the parabola of a step has at a time."""
-    return _on_parabola(way, _nodes(way, row), column, time - way.time[row], 1.0)
+    rows, after = _nodes(way, row), float(time - way.time[row])
+    y = way.voltage[rows, column]
+    rate = float(_weights(way, rows, after)[1] @ (y - y[0]))
+    return _on_parabola(way, rows, column, after, 1.0)._replace(own=(("at", rate),))
 
 
 def _on_parabola(way: Way, rows: list[int], column: int, after: float, scale: float) -> Reading:
@@ -129,4 +134,5 @@ def crossing(way: Way, column: int, time: float, row: int | None = None) -> Read
     rows = _nodes(way, row)
     y, after = way.voltage[rows, column], time - float(way.time[row])
     rate = float(_weights(way, rows, after)[1] @ (y - y[0]))
-    return _on_parabola(way, rows, column, after, -1.0 / rate)._replace(value=time)
+    found = _on_parabola(way, rows, column, after, -1.0 / rate)
+    return found._replace(value=time, own=(("level", 1.0 / rate),))

@@ -116,17 +116,19 @@ def through(
     column: of a source that delivers the charge at its voltage, which makes it an energy, J.
     """
     plain, charge = _parts(machine, way, name)
-    before, after = weights_between(way, *span)
-    share = np.diff(np.clip(way.time, *span)) / np.diff(way.time)
-    passed = before * plain[:-1] + after * plain[1:] + share * np.diff(charge)
+    part, stored_there = parts_between(way, *span), np.diff(charge)
+    before, after, share = part.before, part.after, part.share
+    passed = before * plain[:-1] + after * plain[1:] + share * stored_there
     price = np.ones(way.time.size) if column is None else -way.voltage[:, column]
     mean = 0.5 * (price[1:] + price[:-1])
     weight, stored = at_rows(mean * before, mean * after), at_rows(-mean * share, mean * share)
     by_price = np.zeros(way.time.size) if column is None else 0.5 * at_rows(passed, passed)
-    along = moving_along(way, ((weight, plain), (stored, charge), (by_price, price)))
+    along = part.along(mean * plain[:-1], mean * plain[1:], mean * stored_there)
+    flows = mean * stored_there / np.diff(way.time)
+    own = at_ends(way, span, mean * plain[:-1] + flows, mean * plain[1:] + flows)
     tap = Tap(name, weight, np.zeros(weight.size), stored)
     whole = () if column is None else ((column, -by_price),)
-    return Reading(float(mean @ passed), (), taps=(tap,), whole=whole, along=along)
+    return Reading(float(mean @ passed), (), taps=(tap,), whole=whole, along=along, own=own)
 
 
 def squared(result: Result, way: Way, node: str, span: tuple[float, float]) -> Reading:
@@ -137,7 +139,8 @@ def squared(result: Result, way: Way, node: str, span: tuple[float, float]) -> R
     course = course_of(result, way, node)
     value, by, along = _squares(way, course.values, span)
     along[[0, -1]] = 0.0
-    found = Reading(value, (), along=along)
+    begin, end = (read_at(course.way, _step_of(way, at), course.column, at).value ** 2 for at in span)
+    found = Reading(value, (), along=along, own=(("begin", -begin), ("end", end)))
     if course.name is None:
         return found._replace(whole=((course.column, by),))
     return found._replace(taps=(_tap(course.name, by),))
@@ -187,25 +190,69 @@ def at_rows(before: F64, after: F64) -> F64:
     return np.asarray(np.append(before, 0.0) + np.append(0.0, after))
 
 
-def moving_along(way: Way, parts: Sequence[tuple[F64, F64]]) -> F64:
-    """Return the slopes by the times of rows of weighted sums of waveforms, whose points move along them.
+class Parts(NamedTuple):
+    """What of each step lies between two times, of straight lines between the steps.
 
-    parts: weights and waveform of each, float64[rows].
+    before, after : float64[steps], s, of the points before and after each, in the integral.
+    share : float64[steps], of the step.
+    by_before, by_after, by_share : float64[2, steps], what these move by with the times of the two points.
     """
-    found, between = np.zeros(way.time.size), slice(1, -1)
-    for weight, y in parts:
-        found[between] -= weight[between] * (y[2:] - y[:-2]) / (way.time[2:] - way.time[:-2])
-    return found
+
+    before: F64
+    after: F64
+    share: F64
+    by_before: F64
+    by_after: F64
+    by_share: F64
+
+    def along(self, first: F64, second: F64, step: F64) -> F64:
+        """Slopes by the times of rows, float64[rows], of the sum of what lies between the times.
+
+        first, second: a waveform at the points before and after each step; step: what is shared of each; all
+        float64[steps]. The ends of a run do not move.
+        """
+        sums = self.by_before * first + self.by_after * second + self.by_share * step
+        found = at_rows(sums[0], sums[1])
+        found[[0, -1]] = 0.0
+        return found
 
 
-def weights_between(way: Way, begin: float, end: float) -> tuple[F64, F64]:
-    """Return the weights of straight lines between the steps in their integral between two times, s.
+def parts_between(way: Way, begin: float, end: float) -> Parts:
+    """Return what of each step lies between two times, s.
 
-    Of the point before and of the one after each step, float64[rows - 1] each.
+    after = ((r - t_k-1)^2 - (l - t_k-1)^2) / 2 h,    share = (r - l) / h,    before = r - l - after
+
+    with l and r the ends of what is within; they move with the points that lie between the times.
     """
-    left, right = np.clip(way.time[:-1], begin, end), np.clip(way.time[1:], begin, end)
-    after = (0.5 * (left + right) - way.time[:-1]) / np.diff(way.time) * (right - left)
-    return right - left - after, after
+    start, stop, h = way.time[:-1], way.time[1:], np.diff(way.time)
+    left, right = np.clip(start, begin, end), np.clip(stop, begin, end)
+    length = right - left
+    after, share = (0.5 * (left + right) - start) / h * length, length / h
+    first, second = (length > 0.0) & (start > begin), (length > 0.0) & (stop < end)
+    by_after = np.stack([(after - length) / h, second - after / h])
+    by_share = np.stack([share - first, second - share]) / h
+    by_before = np.stack([-first.astype(float), second.astype(float)]) - by_after
+    return Parts(length - after, after, share, by_before, by_after, by_share)
+
+
+def at_ends(
+    way: Way, span: tuple[float, float], first: F64, second: F64
+) -> tuple[tuple[str, float], tuple[str, float]]:
+    """Return the slopes of an integral by its two ends, as a reading has them: what is integrated is there.
+
+    first, second: that at the points before and after each step, float64[steps].
+    """
+    found = []
+    for at in span:
+        row = _step_of(way, at)
+        share = (at - way.time[row - 1]) / (way.time[row] - way.time[row - 1])
+        found.append(float(first[row - 1] + share * (second[row - 1] - first[row - 1])))
+    return ("begin", -found[0]), ("end", found[1])
+
+
+def _step_of(way: Way, time: float) -> int:
+    """Row to which the step goes that a time falls into, s."""
+    return min(max(int(np.searchsorted(way.time, time)), 1), way.time.size - 1)
 
 
 def _current(machine: Machine, way: Way, name: str) -> F64:
