@@ -36,7 +36,7 @@ from system.study.statistics.share import Share, share_where
 from system.verdict.null import nulls_of
 
 RANDOM = "devices at random"  # null
-FIRST, DIES, FAULTS = 1000, 20, 100
+FIRST, DIES, FAULTS = 1000, 50, 100
 BY_HAND: Mapping[int, float] = {1: 0.28, 3: 0.49, 4: 0.64, 7: 0.82, 10: 0.95}
 FAULT = 0.06  # V, either way; ours
 NAMED = 0.95  # of the faults

@@ -23,7 +23,7 @@ from system.study.campaign import thread_count
 from system.study.search.direction import Directions, directions
 from system.study.statistics.contribution import kind
 from system.study.table import Condition
-from system.study.target import Measurement, Target, measure_safely
+from system.study.target import Measurement, Target
 
 STEP = 0.5  # sigma, ours
 
@@ -146,12 +146,15 @@ def measure_rows(
     progress : is called after each measurement.
     """
     table = Sampling("rows", 0, {label: k for k, label in enumerate(labels)}, rows)
+    dies = [replace(die, number=number, sampling=table) for number in range(len(rows))]
+    size = max(min(target.together, len(rows) // thread_count(threads)), 1)
 
-    def measure(number: int) -> Measurement:
-        found = measure_safely(target, replace(die, number=number, sampling=table), condition)
-        if progress is not None:
+    def measure(some: Sequence[Die]) -> list[Measurement]:
+        found = target.measure_each(some, (condition,))
+        for _ in found if progress is not None else ():
             progress()
         return found
 
     with ThreadPoolExecutor(thread_count(threads)) as executor:
-        return list(executor.map(measure, range(len(rows))))
+        parts = executor.map(measure, [dies[k : k + size] for k in range(0, len(dies), size)])
+        return [each for part in parts for each in part]
