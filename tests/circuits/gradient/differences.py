@@ -34,9 +34,15 @@ def by_deviations(machine: Machine, measures: Sequence[Measure], label: str, ste
     """Derivatives of some measures by a deviation, float64[measures]."""
     owner, _, parameter = label.rpartition(".")
     path, at = owner.removesuffix(".shared"), deviation_of(machine, label)
+    there = [machine.silicon.die.with_(path, parameter, at + s) for s in (step, -step)]
+    return _difference([on_die(machine, die) for die in there], measures, step)
+
+
+def _difference(machines: Sequence[Machine], measures: Sequence[Measure], step: float) -> F64:
+    """Central difference of the measures of two machines, a run of each."""
     ends = []
-    for s in (step, -step):
-        result = simulate(on_die(machine, machine.silicon.die.with_(path, parameter, at + s)), rtol=RTOL)
+    for machine in machines:
+        result = simulate(machine, rtol=RTOL)
         way = way_of(result)
         ends.append(np.array([measure.read(result, way).value for measure in measures]))
     return np.asarray((ends[0] - ends[1]) / (2.0 * step))
@@ -63,9 +69,14 @@ def deviation_of(machine: Machine, label: str) -> float:
 
 def by_temperature(machine: Machine, measure: Measure, step: float) -> float:
     """Derivative by the temperature."""
-    there = [replace(machine.silicon, temperature_c=machine.silicon.temperature_c + s) for s in (step, -step)]
-    ends = [read(to_kernel(machine.testbench, silicon), measure) for silicon in there]
-    return (ends[0] - ends[1]) / (2.0 * step)
+    return float(by_temperatures(machine, (measure,), step)[0])
+
+
+def by_temperatures(machine: Machine, measures: Sequence[Measure], step: float) -> F64:
+    """Derivatives of some measures by the temperature, float64[measures]."""
+    silicon = machine.silicon
+    there = [replace(silicon, temperature_c=silicon.temperature_c + s) for s in (step, -step)]
+    return _difference([to_kernel(machine.testbench, each) for each in there], measures, step)
 
 
 def by_small_signals(

@@ -22,7 +22,7 @@ from circuits.silicon.die import Die, shared
 from circuits.silicon.silicon import Silicon
 from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
-from tests.circuits.gradient.differences import RTOL, by_deviations, by_temperature
+from tests.circuits.gradient.differences import RTOL, by_deviations, by_temperatures
 
 R, C = 1e6, 1e-12
 
@@ -64,17 +64,22 @@ def test_arithmetic_goes_by_the_chain_rule(machine):
     assert (np.abs(own.by[:, at] - wanted) * own.sigma[at] < 0.01 * own.spread).all()
 
 
-@pytest.mark.parametrize("label", ["process.n.shared.v_t0", "process.p.shared.v_t0", "temperature"])
-def test_root_mean_squares_have_the_gradients_of_differences(machine, label):
+@pytest.fixture(scope="module")
+def rooted(machine):
     asked = expressions(
         machine, "rms(i(vdd))", "rms(i(axon.ma8), from=2ms)", "rms(i(inhibition.c_inh), to=9ms)",
         "rms(v_mem, from=1ms)", "rms(i(vdd))^2 / rms(v_mem)",
     )  # fmt: skip
-    own = gradients_of(machine, asked)
+    return asked, gradients_of(machine, asked)
+
+
+@pytest.mark.parametrize("label", ["process.n.shared.v_t0", "process.p.shared.v_t0", "temperature"])
+def test_root_mean_squares_have_the_gradients_of_differences(machine, rooted, label):
+    asked, own = rooted
     assert own.notes == ("",) * len(asked)
     at = own.labels.index(label)
     if label == "temperature":
-        size, wanted = 1.0, np.array([by_temperature(machine, each, 0.1) for each in asked])
+        size, wanted = 1.0, by_temperatures(machine, asked, 0.1)
     else:
         size = own.sigma[at]
         wanted = by_deviations(machine, asked, label, 0.005 * size)
