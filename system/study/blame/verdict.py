@@ -6,9 +6,11 @@ a third of 5 %. It is not where the healed die has won no more than it has lost 
 30 points that passes over 1 to 9 in 100. Healing mends where, on trials that no search has used, success is
 less than 10 points below that of the healed die, at a one-sided 5 %. As many pairs are made as find that in
 80 % of cases if both are equal: `(z_95 + z_80)^2 d / 0.1^2` of the share d of pairs that differ, at least 40
-(Connor, Biometrics 43, 207, 1987; equation 4 with its margin). How many differ is told by the first 40, which
-does not tell in whose favour (a pilot of the trial itself: Wittes & Brittain, Statistics in Medicine 9, 65,
-1990); one that is 10 points worse then passes in 5.2 % at most, as it does with a number that was fixed.
+(Connor, Biometrics 43, 207, 1987; equation 4 with its margin). That is of the normal distribution: summed
+over all outcomes it is 83 % where none of the first 40 differs, 63 to 78 % where one to seven do. How many
+differ is told by the first 40, which does not tell in whose favour (a pilot of the trial itself: Wittes &
+Brittain, Statistics in Medicine 9, 65, 1990); one that is 10 points worse then passes in 5.2 % at most, as it
+does with a number that was fixed.
 """
 
 from __future__ import annotations
