@@ -115,7 +115,7 @@ def test_a_robot_that_stands_touches_nothing_and_fails() -> None:
         ("forest", ("--pings", "40")),
         ("spiking-bat", ("--pings", "3")),
         ("car", ("--pings", "9", "--ranges", "exact")),
-        ("bug", ("--map", "bug-open", "--duration", "2s", "--codes", "default")),
+        ("bug", ("--map", "bug-open", "--duration", "2s", "--codes", "default", "--neurons", "500")),
         ("rover", ("--goal", "4,10")),
         ("head", ("--duration", "1s")),
         ("pushbot", ("--duration", "200ms")),
