@@ -151,8 +151,9 @@ def measure_rows(
 
     def measure(some: Sequence[Die]) -> list[Measurement]:
         found = target.measure_each(some, (condition,))
-        for _ in found if progress is not None else ():
-            progress()
+        if progress is not None:
+            for _ in found:
+                progress()
         return found
 
     with ThreadPoolExecutor(thread_count(threads)) as executor:
