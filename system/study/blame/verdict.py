@@ -5,36 +5,34 @@ more often: the score interval of the difference (Tango 1998) lies above 0 after
 a third of 5 %. It is not where the healed die has won no more than it has lost of 12 pairs: of dies that cost
 30 points that passes over 1 to 9 in 100. Healing mends where, on trials that no search has used, success is
 less than 10 points below that of the healed die, at a one-sided 5 %. As many pairs are made as find that in
-80 % of cases if both are equal: `(z_95 + z_80)^2 d / 0.1^2` of the share d of pairs that differ, at least 40
-(Connor, Biometrics 43, 207, 1987; equation 4 with its margin). That is of the normal distribution: summed
-over all outcomes it is 83 % where none of the first 40 differs, 63 to 78 % where one to seven do. How many
-differ is told by the first 40, which does not tell in whose favour (a pilot of the trial itself: Wittes &
-Brittain, Statistics in Medicine 9, 65, 1990); one that is 10 points worse then passes in 5.2 % at most, as it
-does with a number that was fixed.
+80 % of cases if both are equal, by the share of pairs that differ, and pass what is 10 points worse in 4.8 %:
+both summed over all outcomes, since counts are few. They are 40 at least. How many differ is told by the
+first 40, which does not tell in whose favour (a pilot of the trial itself: Wittes & Brittain, Statistics in
+Medicine 9, 65, 1990); one that is 10 points worse then passes in 5.2 % at most, as with 40 that were fixed.
 """
 
 from __future__ import annotations
 
-import math
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 
-from circuits.catalogue import later
 from circuits.errors import ParameterError
 from circuits.silicon.die import Die
 from system.options.die.edited import check_drawn
 from system.study.blame.trial import ALL, SpentError, Trials
-from system.study.statistics.comparison import paired_interval
+from system.study.statistics.comparison import chance_above, paired_interval
 from system.study.statistics.interval import Interval
 from system.study.statistics.power import LIMIT, POWER
 from system.study.statistics.share import Share
-
-special = later("scipy.special")
 
 LOOKS = (6, 12, 24)  # pairs after which it is asked whether the die is to blame; ours
 ENOUGH = 12  # pairs after which a die that costs nothing so far is not asked further; ours
 MARGIN = 0.1  # of a share that succeeds, by which a mended die may be worse than the healed one
 FEWEST, MOST = 40, 120  # pairs of a verification; the larger one is ours
+LEVEL = 1.0 - 2.0 * LIMIT  # of the interval whose lower end is one-sided
+ALONE = 0.048  # of pairs of any number, of an error: with the choice of the number 5.2 % in all; ours
+GAINS = (0.0, 0.02, 0.05)  # shares of pairs that a die gains which is worse in all; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +151,7 @@ class Verified:
     @property
     def interval(self) -> Interval:
         """Of the difference of their shares, whose lower end is a one-sided 95 %."""
-        return self.pairs.difference(1.0 - 2.0 * LIMIT)
+        return self.pairs.difference(LEVEL)
 
     @property
     def mends(self) -> bool:
@@ -181,5 +179,17 @@ def verify(trials: Trials, mended: Die, first: int) -> Verified:
 
 def pairs_for(differ: float) -> int:
     """Return how many pairs find equal shares to be so with `POWER`, where a share of the pairs differs."""
-    z = float(special.ndtri(1.0 - LIMIT) + special.ndtri(POWER))
-    return min(max(FEWEST, math.ceil(z * z * differ / MARGIN**2)), MOST)
+    for pairs in (FEWEST, *_exact()):
+        if chance_above(0.5 * differ, 0.5 * differ, pairs, MARGIN, LEVEL) >= POWER:
+            return pairs
+    return MOST
+
+
+@cache
+def _exact() -> tuple[int, ...]:
+    """Numbers of pairs that pass a die which is worse by the margin in `ALONE` of cases at most."""
+
+    def passes(pairs: int) -> float:
+        return max(chance_above(gain, MARGIN + gain, pairs, MARGIN, LEVEL) for gain in GAINS)
+
+    return tuple(pairs for pairs in range(FEWEST + 1, MOST + 1) if passes(pairs) <= ALONE)

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +28,8 @@ from circuits.errors import ParameterError
 from system.study.statistics.interval import LEVEL, Estimate, Interval
 
 optimise, special, stats = later("scipy.optimize"), later("scipy.special"), later("scipy.stats")
+
+Counts = int | I64
 
 _BESIDE = 1e-9  # from the estimate, where the score of an empty cell is zero by itself
 
@@ -163,16 +166,35 @@ def paired_equivalence(gained: int, lost: int, pairs: int, margin: float) -> flo
     return max(one_sided(-margin), one_sided(margin))
 
 
-def _variance(gained: int, lost: int, pairs: int, d: float) -> float:
+def chance_above(gain: float, loss: float, pairs: int, margin: float, level: float) -> float:
+    """Give the chance that a `paired_interval` lies above -margin, summed over all counts.
+
+    Parameters
+    ----------
+    gain, loss : chance that of a pair only the second member passes, or only the first.
+    pairs : number of all pairs.
+    margin : from 0 to 1.
+    level : confidence level of the interval, from 0 to 1.
+    """
+    gained, lost = np.ogrid[: pairs + 1, : pairs + 1]
+    differ = gained + lost
+    alike = np.maximum(pairs - differ, 0)
+    ways = special.binom(pairs, differ) * special.binom(differ, lost)
+    chance = ways * gain**gained * loss**lost * (1.0 - gain - loss) ** alike  # no way where too many differ
+    needed = special.ndtri(0.5 * (1.0 + level)) * np.sqrt(_variance(gained, lost, pairs, -margin))
+    return float(chance[gained - lost + pairs * margin > needed].sum())
+
+
+def _variance(gained: Counts, lost: Counts, pairs: int, d: float) -> Any:
     """Variance of the difference of the counts if that of the yields is d."""
-    return pairs * (2.0 * _nuisance(gained, lost, pairs, d) + d * (1.0 - d))
+    return pairs * np.maximum(2.0 * _nuisance(gained, lost, pairs, d) + d * (1.0 - d), 0.0)
 
 
-def _nuisance(gained: int, lost: int, pairs: int, d: float) -> float:
+def _nuisance(gained: Counts, lost: Counts, pairs: int, d: float) -> Any:
     a = 2.0 * pairs
     b = -gained - lost + (2.0 * pairs - gained + lost) * d
     c = -lost * d * (1.0 - d)
-    return max(0.0, (math.sqrt(max(0.0, b * b - 4.0 * a * c)) - b) / (2.0 * a))
+    return np.maximum(0.0, (np.sqrt(np.maximum(0.0, b * b - 4.0 * a * c)) - b) / (2.0 * a))
 
 
 def _pair(first: I64, second: I64) -> tuple[Pairing, I64, I64]:

@@ -58,12 +58,7 @@ def test_what_is_ten_points_worse_passes_in_one_of_twenty(gain: float) -> None:
         for gained in range(25):
             for lost in range(30):
                 if gained + lost <= wanted:
-                    pairs = Pairs(
-                        tuple(range(wanted)),
-                        tuple(k >= gained for k in range(wanted)),
-                        tuple(not gained <= k < gained + lost for k in range(wanted)),
-                    )
-                    passes[wanted, gained, lost] = Verified(pairs, wanted).mends
+                    passes[wanted, gained, lost] = Verified(apart(wanted, gained, lost), wanted).mends
     total = 0.0
     for won in range(12):
         for lost in range(20):
@@ -76,6 +71,25 @@ def test_what_is_ten_points_worse_passes_in_one_of_twenty(gain: float) -> None:
                 for b in range(min(rest - a, 9) + 1)
             )
     assert 0.01 < total < 0.0525
+
+
+@pytest.mark.parametrize("differing", range(7))
+def test_equal_shares_are_found_in_four_of_five(differing: int) -> None:
+    differ = (differing + 0.5) / (FEWEST + 1.0)
+    pairs = pairs_for(differ)
+    power = sum(
+        chance(won, lost, pairs, 0.5 * differ, 0.5 * differ)
+        for won in range(20)
+        for lost in range(20)
+        if Verified(apart(pairs, won, lost), pairs).mends
+    )
+    assert 0.8 <= power < 0.9
+
+
+def apart(pairs: int, won: int, lost: int) -> Pairs:
+    """Pairs of which so many are won and lost, and the others pass on both dies."""
+    first = tuple(k >= won for k in range(pairs))
+    return Pairs(tuple(range(pairs)), first, tuple(not won <= k < won + lost for k in range(pairs)))
 
 
 def chance(won: int, lost: int, of: int, gain: float, loss: float) -> float:
