@@ -54,7 +54,7 @@ def gradients_at_edges(
 
 def _at(edge: Edge, rtol: float) -> Gradients:
     """What moves an edge, times its weight; NaN where it is not known."""
-    stimulus, peak = f"source.{edge.source}.time", Extreme(edge.node, begin=edge.begin)
+    stimulus, peak = f"source.{edge.source}.time", Extreme(edge.node, begin=edge.begin, rivals=False)
     away, found = edge.resolution, None
     while found is None or (_spikes(found, edge.port) and away < _FARTHEST * edge.resolution):
         machine = edge.beside(away)

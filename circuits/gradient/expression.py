@@ -25,12 +25,22 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from circuits.arrays import F64
-from circuits.gradient.measure import Crossing, Current, Energy, Extreme, Integral, Measure, Measured, Voltage
-from circuits.gradient.reading import Reading
+from circuits.gradient.measure import (
+    Crossing,
+    Current,
+    Energy,
+    Extreme,
+    Integral,
+    Measure,
+    Measured,
+    Voltage,
+    span_text,
+)
+from circuits.gradient.reading import Near, Reading
 from circuits.gradient.tap import squared, unit_of
 from circuits.gradient.way import Way
 from circuits.measure.current import current_in
-from circuits.measure.function import Arguments
+from circuits.measure.function import LAST, Arguments
 from circuits.measure.grammar import parse
 from circuits.measure.measure import Measure as Text
 from circuits.measure.scope import Record, TransientRecord
@@ -74,32 +84,40 @@ class Expression(Measure):
         parts = None if record.others else self._parts(record, found.value, result, way)
         if parts is None:
             plain = Measured(self.name, lambda other: self.text.of(TransientRecord(other)).value, self.unit)
-            return plain.read(result, way)
+            near = (each for measure in record.calls_of for each in measure.read(result, way).near)
+            own = plain.read(result, way)
+            return own._replace(near=(*own.near, *near))
         return _sum(parts, found.value, way)
 
     def _parts(
         self, record: _Calls, value: float, result: Result, way: Way
     ) -> list[tuple[float, Reading]] | None:
         """Slopes by what the expression reads, and readings; None where it reads others as one moves."""
-        count = len(record.calls)
-        by, through = np.zeros(count), np.zeros((count, count))
-        read = [measure.read(result, way) for measure in record.calls_of]
+        count, measures = len(record.calls), record.calls_of
+        read = [measure.read(result, way) for measure in measures]
+        near = [(k, each) for k, own in enumerate(read) for each in own.near]
+        # what each moves by with those before it: the readings, and what is near them
+        every = [*enumerate(read), *((k, each.reading) for k, each in near)]
+        by, through = np.zeros(count), np.zeros((len(every), count))
         for number, (measure, own) in enumerate(record.calls):
             size = _STEP * max(abs(own), abs(value) * _STEP, 1e-30)
             more, less = self._moved(record, number, size)
             by[number] = (more.value - less.value) / (2.0 * size)
-            if more.record.calls_of == less.record.calls_of == record.calls_of:
+            if more.record.calls_of == less.record.calls_of == measures:
                 continue
             if measure.unit == "s":
                 size *= _FINER  # edges are short beside the time since the beginning
                 more, less = self._moved(record, number, size)
             if not (_alike(more.record, record) and _alike(less.record, record)):
                 return None
-            for k, (one, other) in enumerate(zip(more.record.calls_of, less.record.calls_of, strict=True)):
-                through[k, number] = _through(read[k], one, other, 2.0 * size)
+            ends = list(zip(more.record.calls_of, less.record.calls_of, strict=True))
+            through[:, number] = [_through(each, *ends[k], 2.0 * size) for k, each in every]
         for later in range(count - 1, 0, -1):
             by += by[later] * through[later]
-        return list(zip(by.tolist(), read, strict=True)) if np.isfinite(by).all() else None
+            through[count:] += through[count:, later, None] * through[later]
+        if not np.isfinite(by).all():
+            return None
+        return list(zip(by.tolist(), _with_near(read, near, through[count:], way), strict=True))
 
     def _moved(self, record: _Calls, number: int, size: float) -> tuple[_Moved, _Moved]:
         """The expression with a call's value that far further and back."""
@@ -108,6 +126,18 @@ class Expression(Measure):
             there = record.with_value(number, own)
             ends.append(_Moved(self.text.of(there).value, there))
         return ends[0], ends[1]
+
+
+def _with_near(
+    read: Sequence[Reading], near: Sequence[tuple[int, Near]], through: F64, way: Way
+) -> list[Reading]:
+    """Readings with what is near them, which moves with others too: `through`, float64[near, readings]."""
+    plain = [own._replace(near=()) for own in read]
+    own: list[tuple[Near, ...]] = [()] * len(plain)
+    for (k, each), by in zip(near, through, strict=True):
+        parts = [(1.0, each.reading), *zip(by.tolist(), plain, strict=True)]
+        own[k] += (each._replace(reading=_sum([part for part in parts if part[0]], 0.0, way)),)
+    return [found._replace(near=each) for found, each in zip(plain, own, strict=True)]
 
 
 class _Moved(NamedTuple):
@@ -154,7 +184,7 @@ class _RootMeanSquare(Measure):
     @property
     def name(self) -> str:
         """Its name."""
-        return f"rms({self.node})"
+        return f"rms({self.node}{span_text(self.begin, self.end)})"
 
     @property
     def unit(self) -> str:
@@ -282,7 +312,8 @@ def _crossing(node: str, given: Arguments, place: float) -> Measure | None:
     for direction in directions:
         (at,) = np.nonzero(crossings(signal, level, direction, *signal.ends) == place)
         if at.size == 1:
-            return Crossing(node, level, direction == "rise", int(at[0]))
+            last = given.values.get("n") == LAST
+            return Crossing(node, level, direction == "rise", int(at[0]), *_span(given), last)
     return None
 
 
@@ -319,4 +350,5 @@ def _sum(parts: Sequence[tuple[float, Reading]], value: float, way: Way) -> Read
         ),
         tuple((column, by * weight) for by, part in parts for column, weight in part.whole),
         along,
+        near=tuple(near for _, part in parts for near in part.near),
     )

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
 from circuits.arrays import F64, Bools
 from circuits.errors import ParameterError, SolverError
 from circuits.gradient.backwards import Adjoint, Tap, backwards
-from circuits.gradient.measure import Current, Measure, SpikeTime, Voltage
+from circuits.gradient.measure import Current, Measure, Voltage
 from circuits.gradient.parameters import VOLT, rows_of
 from circuits.gradient.reading import Reading
 from circuits.gradient.stimulus import Move, rows_by_moves
@@ -34,11 +33,7 @@ GRADIENT_RTOL = 1e-8
 
 At 5e-7 what a pulse's length does to a plastic synapse's weight is 23 % off, at 1e-8 1.3 %.
 """
-SAFE = 3.0  # sigma: a spike whose peak is nearer to the threshold than that is told of; ours
-
-RAIL = 0.02  # of the supply, within which a peak stands at it; ours
-FEW, FLAT = 3, 0.1  # points of a spike, and the share of its height that its top may change by; ours
-
+SAFE = 3.0  # sigma: a peak that is nearer to what makes it another measure is told of; ours
 RESOLVED = 200.0  # times the tolerance in V, above which 1 % of what a voltage moves by is resolved; ours
 
 
@@ -117,8 +112,7 @@ def gradients_of(
     result = _run(machine, measures, rtol)
     way = way_of(result)
     read = [each.read(result, way) for each in measures]
-    guards = [_guards(each, found, result, way) for each, found in zip(measures, read, strict=True)]
-    every = [*read, *(guard.reading for own in guards for guard in own)]
+    every = [*read, *(near.reading for found in read for near in found.near)]
     way = _until(way, every)
     asked = [k for k, each in enumerate(every) if each.slopes or each.taps or each.whole]
     run = _solved(machine, way, [every[k] for k in asked])
@@ -130,7 +124,7 @@ def gradients_of(
     small = np.array([m.unit == "V" for m in measures]) & (spread[: len(read)] > 0.0)
     small &= spread[: len(read)] < RESOLVED * rtol
     kicked = _kicked(machine, way)
-    notes = tuple(note or kicked for note in _notes(read, guards, spread, small, result))
+    notes = tuple(note or kicked for note in _notes(read, spread, small, result))
     sigma = np.concatenate([rows.sigma * rows.varies for rows in solved])
     names = [(label, rows.unit) for rows in solved for label in rows.labels]
     return Gradients(
@@ -159,77 +153,26 @@ def _run(machine: Machine, measures: Sequence[Measure], rtol: float) -> Result:
     )
 
 
-class _Guard(NamedTuple):
-    """A peak beside a spike: its reading, how far it is from the threshold, V, and what happens there."""
-
-    reading: Reading
-    margin: float
-    what: str
-
-
-def _guards(measure: Measure, found: Reading, result: Result, way: Way) -> list[_Guard]:
-    """The peak of a spike, and the highest one before it that is none."""
-    if not isinstance(measure, SpikeTime) or not np.isfinite(found.value):
-        return []
-    column = result.machine.column_of(measure.port)
-    row = max(int(np.searchsorted(way.time, found.value)), 1)
-    level = float(np.interp(found.value, way.time[row - 1 : row + 1], way.voltage[row - 1 : row + 1, column]))
-    tops = [(_top(way, row, column, level), f"spike {measure.number} vanishes")]
-    y = way.voltage[:row, column]
-    low = np.flatnonzero((y[1:-1] > y[:-2]) & (y[1:-1] >= y[2:]) & (y[1:-1] < level)) + 1
-    if low.size:
-        best = int(low[np.argmax(y[low])])
-        tops.append((best, f"another one appears before spike {measure.number}"))
-    own = []
-    for top, what in tops:
-        if 0 < top < way.time.size - 1 and not _at_rail(result.machine, way, top, column):
-            value = float(way.voltage[top, column])
-            # in the frame of the steps, which moves with the spike
-            own.append(_Guard(Reading(value, ((top, column, 1.0),)), abs(value - level), what))
-    return own
-
-
-def _at_rail(machine: Machine, way: Way, row: int, column: int) -> bool:
-    """Whether a voltage stands at ground or at the highest source, which it does not leave gradually."""
-    fixed = way.voltage[row, machine.kernel.unknowns :]
-    high = float(fixed.max(initial=0.0))
-    at = float(way.voltage[row, column])
-    return min(abs(high - at), abs(at)) < RAIL * high
-
-
-def _top(way: Way, row: int, column: int, level: float) -> int:
-    """Row of a spike's peak, from that at which it begins; at its edges a voltage moves with time."""
-    below = np.flatnonzero(way.voltage[row:, column] < level)
-    end = row + int(below[0]) if below.size else way.time.size
-    y, t = way.voltage[row:end, column], way.time[row:end]
-    if y.size < FEW:
-        return row + int(np.argmax(y))
-    rate = np.abs(np.gradient(y, t)) * (t[-1] - t[0])
-    flat = rate <= max(float(rate.min()), FLAT * float(y.max() - level))
-    return row + int(np.argmax(np.where(flat, y, -np.inf)))
-
-
 def _notes(
     read: Sequence[Reading],
-    guards: Sequence[Sequence[_Guard]],
     spread: F64,
     small: Bools,
     result: Result,
 ) -> tuple[str, ...]:
-    """What is to be said of each measure; spread: of the measures and of the guards."""
+    """What is to be said of each measure; spread: of the measures and of what is near them."""
     at, notes = len(read), []
-    for k, (found, own) in enumerate(zip(read, guards, strict=True)):
+    for k, found in enumerate(read):
         told = [found.note] if found.note else []
         if small[k]:
             told.append(f"moves by {spread[k]:.2g} V over dies, which is less than the run resolves")
         if not told and result.disturbance is not None:
             told.append(f"{result.disturbance}, which is held")
-        for guard in own:
-            away = guard.margin / spread[at] if spread[at] > 0.0 else np.inf
+        for near in found.near:
+            away = near.margin / spread[at] if spread[at] > 0.0 else np.inf
             if away < SAFE:
-                told.append(f"{guard.what} {away:.2g} sigma away, {guard.margin:.3g} V from the threshold")
+                told.append(f"{near.what} {away:.2g} sigma away, {near.margin:.3g} {near.limit}")
             at += 1
-        notes.append("; ".join(told))
+        notes.append("; ".join(dict.fromkeys(told)))
     return tuple(notes)
 
 

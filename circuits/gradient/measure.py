@@ -6,7 +6,7 @@ Where a measure takes a node, `i(NAME)` is the current of a device or source (`c
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -14,8 +14,20 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.errors import ParameterError, unknown_name
-from circuits.gradient.reading import Reading, crossing, passed, read_at, top_of, uneven
+from circuits.gradient.reading import (
+    TIE,
+    Near,
+    Passage,
+    Reading,
+    crossing,
+    nears_of,
+    passed,
+    read_at,
+    top_of,
+    uneven,
+)
 from circuits.gradient.tap import (
+    Course,
     at_ends,
     at_rows,
     course_of,
@@ -26,7 +38,7 @@ from circuits.gradient.tap import (
     unit_of,
 )
 from circuits.gradient.way import Way
-from circuits.lowering.kernel import on_die
+from circuits.lowering.kernel import Machine, on_die
 from circuits.lowering.supply import spike_levels
 from circuits.measure.current import current_in
 from circuits.silicon.die import Die
@@ -34,6 +46,7 @@ from circuits.solver.transient import Result
 
 _STEP = 1e-6  # V and us, by which a measured number's slopes are found; ours
 _EVEN, _SMALLER = 0.01, 5  # how even both ways are, and how often a step is made a tenth until then; ours
+_NEAREST = 3  # events beside spikes that a number of a run is told of; ours
 MOST_POINTS = 64  # pieces of a waveform, above which a number is one of the whole run; ours
 
 
@@ -98,7 +111,17 @@ class SpikeTime(Measure):
             peak = float(way.voltage[:, column].max())
             why = f"{times.size} spikes; {self.port} comes to {peak:.4g} V, the threshold is {level:.4g} V"
             return Reading(np.nan, (), why)
-        return crossing(way, column, float(times[self.number]))
+        found = crossing(way, column, float(times[self.number]))
+        return found._replace(near=_near_spike(machine, way, self.port, self.number, found.value))
+
+
+def _near_spike(machine: Machine, way: Way, port: str, number: int, time: float) -> tuple[Near, ...]:
+    """What would bring or take a spike at a port."""
+    labels = [machine.names[n] for w in machine.testbench.watch for n in machine.flat.port_nodes(w)]
+    level = float(spike_levels(machine)[0, labels.index(port)])
+    row = max(int(np.searchsorted(way.time, time)), 1)
+    passage = Passage(way, machine.column_of(port), level, 1.0, row, machine)
+    return nears_of(passage, f"spike {number}", "V from the threshold", arms=True)
 
 
 @final
@@ -116,12 +139,19 @@ class Crossing(Measure):
         Whether it rises through it, or falls.
     number : int
         Which of the crossings in that direction, from 0.
+    begin, end : float
+        Times between which it has to be, s, as far as it is told what comes near it.
+    last : bool
+        Whether it is counted from the end.
     """
 
     node: str
     level: float
     rising: bool = True
     number: int = 0
+    begin: float = 0.0
+    end: float = np.inf
+    last: bool = False
 
     unit = "s"
 
@@ -133,13 +163,40 @@ class Crossing(Measure):
 
     def read(self, result: Result, way: Way) -> Reading:
         """Read the time of the crossing."""
-        course = course_of(result, way, self.node)
-        y = (course.values - self.level) * (1.0 if self.rising else -1.0)
+        course, sign = course_of(result, way, self.node), 1.0 if self.rising else -1.0
+        y = (course.values - self.level) * sign
         rows = np.flatnonzero((y[1:] >= 0.0) & (y[:-1] < 0.0)) + 1
         if self.number >= rows.size:
             off = f"the nearest is {np.abs(y).min():.3g} {unit_of(self.node)} off"
             return Reading(np.nan, (), f"{rows.size} crossings; {off}")
-        return course.told(passed(course.way, int(rows[self.number]), course.column, self.level))
+        machine = result.machine if course.name is None else None
+        passages = [
+            Passage(course.way, course.column, self.level, sign, row, machine) for row in rows.tolist()
+        ]
+        found = self._passed(passages[self.number])
+        own = nears_of(
+            passages[self.number], f"crossing {self.number}", f"{unit_of(self.node)} from the level"
+        )
+        return course.told(found._replace(near=(*own, *self._near_ends(passages, found))))
+
+    def _passed(self, passage: Passage) -> Reading:
+        return passed(passage.way, passage.row, passage.column, self.level)
+
+    def _near_ends(self, passages: Sequence[Passage], found: Reading) -> Iterator[Near]:
+        """Crossings that come into the window, or leave it, both of which may move."""
+        begins, ends = (found._replace(own=(*found.own, (end, -1.0))) for end in ("begin", "end"))
+        if self.begin > 0.0:
+            yield Near(begins, found.value - self.begin, "it leaves the window", "s after it begins")
+        if self.end < np.inf:
+            yield Near(ends, self.end - found.value, "it leaves the window", "s before it ends")
+        beside = self.number + (1 if self.last else -1)
+        if 0 <= beside < len(passages):
+            other, what = self._passed(passages[beside]), "another crossing comes into the window"
+            begins, ends = (other._replace(own=(*other.own, (end, -1.0))) for end in ("begin", "end"))
+            if other.value < self.begin:
+                yield Near(begins, self.begin - other.value, what, "s before it begins")
+            elif other.value > self.end:
+                yield Near(ends, other.value - self.end, what, "s after it ends")
 
 
 @final
@@ -189,12 +246,15 @@ class Extreme(Measure):
         Whether it is the highest.
     begin, end : float
         The times, s.
+    rivals : bool
+        Whether it is told how near another extreme comes.
     """
 
     node: str
     highest: bool = True
     begin: float = 0.0
     end: float = np.inf
+    rivals: bool = True
 
     @property
     def unit(self) -> str:
@@ -204,7 +264,7 @@ class Extreme(Measure):
     @property
     def name(self) -> str:
         """Its name."""
-        return f"{'maximum' if self.highest else 'minimum'}({self.node}{_span(self.begin, self.end)})"
+        return f"{'maximum' if self.highest else 'minimum'}({self.node}{span_text(self.begin, self.end)})"
 
     def read(self, result: Result, way: Way) -> Reading:
         """Read the extreme at its step or at the ends, and name another one that is nearly as high."""
@@ -214,21 +274,42 @@ class Extreme(Measure):
             return Reading(np.nan, (), "no step between these times")
         y = sign * course.values[rows]
         best = int(np.argmax(y))
-        tie, least = (_TIE, _SAME) if course.name is None else (_TIE * abs(y[best]), _SAME * abs(y[best]))
+        tie, least = (TIE, _SAME) if course.name is None else (TIE * abs(y[best]), _SAME * abs(y[best]))
         peaks = (np.flatnonzero((y[1:-1] >= y[:-2]) & (y[1:-1] > y[2:])) + 1).tolist()
-        far = [p for p in peaks if y[min(p, best) : max(p, best) + 1].min() < y[p] - least and p != best]
-        gap = float(y[best]) - max((float(y[p]) for p in far), default=-np.inf)
+        far = [
+            p
+            for p in dict.fromkeys((0, *peaks, y.size - 1))
+            if y[min(p, best) : max(p, best) + 1].min() < y[p] - least and p != best
+        ]
+        other = max(far, key=lambda p: float(y[p]), default=best)
+        gap = float(y[best] - y[other]) if far else np.inf
         note = f"a tie: another extreme is {gap:.3g} {self.unit} from it" if gap < tie else ""
+        found = self._highest(course, sign * float(y[best]), int(rows[best]))
+        near = (
+            (self._near(course, int(rows[best]), int(rows[other])),)
+            if self.rivals and tie <= gap < np.inf
+            else ()
+        )
+        return course.told(found._replace(note=note, near=near))
+
+    def _highest(self, course: Course, value: float, row: int) -> Reading:
+        """The extreme at its step, or at an end of the window that is beyond it."""
+        way, sign = course.way, 1.0 if self.highest else -1.0
         for name, end in (("begin", self.begin), ("end", self.end)):
             if way.time[0] < end < way.time[-1]:
-                there = read_at(course.way, int(np.searchsorted(way.time, end)), course.column, end)
-                if sign * there.value >= y[best]:
-                    own = tuple((name, slope) for _, slope in there.own)
-                    return course.told(there._replace(note=note, own=own))
-        return course.told(top_of(course.way, int(rows[best]), course.column)._replace(note=note))
+                there = read_at(way, int(np.searchsorted(way.time, end)), course.column, end)
+                if sign * there.value >= sign * value:
+                    return there._replace(own=tuple((name, slope) for _, slope in there.own))
+        return top_of(way, row, course.column)
+
+    def _near(self, course: Course, row: int, other: int) -> Near:
+        """How far another extreme is from it, in the frame of the steps."""
+        apart = float(course.values[row] - course.values[other])
+        slopes = (row, course.column, 1.0), (other, course.column, -1.0)
+        what = f"another extreme is the {'highest' if self.highest else 'lowest'}"
+        return Near(Reading(apart, slopes), abs(apart), what, f"{self.unit} from it")
 
 
-_TIE = 1e-3  # V, or of a current, within which two extremes are one as far as a designer is concerned; ours
 _SAME = 1e-9  # V, or of a current, by which a waveform goes back between two extremes; ours
 
 
@@ -257,7 +338,7 @@ class Integral(Measure):
     @property
     def name(self) -> str:
         """Its name."""
-        return f"integral({self.node}{_span(self.begin, self.end)})"
+        return f"integral({self.node}{span_text(self.begin, self.end)})"
 
     def read(self, result: Result, way: Way) -> Reading:
         """Read the integral of straight lines between the steps; what is stored counts at the ends."""
@@ -295,7 +376,7 @@ class Energy(Measure):
     @property
     def name(self) -> str:
         """Its name."""
-        return f"energy({self.source}{_span(self.begin, self.end)})"
+        return f"energy({self.source}{span_text(self.begin, self.end)})"
 
     def read(self, result: Result, way: Way) -> Reading:
         """Read the energy; raises `UnknownNameError` for what is no source of voltage."""
@@ -343,8 +424,8 @@ class Current(Measure):
         return current_at(result.machine, way, self.of, self.at)
 
 
-def _span(begin: float, end: float) -> str:
-    """The times between which something is measured, as its name tells them."""
+def span_text(begin: float, end: float) -> str:
+    """Return the times between which something is measured, as its name tells them."""
     return "" if begin == 0.0 and end == np.inf else f",{begin:g}s,{end:g}s"
 
 
@@ -421,7 +502,9 @@ class _Search:
             for k, time in enumerate(times):
                 slope = self._by_spike(port, k)
                 if slope:
-                    self.spikes.append((slope, crossing(self.way, column, float(time))))
+                    found = crossing(self.way, column, float(time))
+                    near = _near_spike(self.result.machine, self.way, port, k, float(time))
+                    self.spikes.append((slope, found._replace(near=near)))
         sign = uneven(self.result.voltage.shape[0])
         for node in range(len(self.result.nodes)):
             pending = [(0, self.result.voltage.shape[0])]
@@ -471,7 +554,14 @@ class _Search:
                 parts.append((by, top_of(self.way, row, column)))
         slopes = tuple((row, column, by * slope) for by, own in parts for row, column, slope in own.slopes)
         timing = tuple((row, by * slope) for by, own in parts for row, slope in own.timing)
-        return Reading(self.value, slopes, timing=(*timing, *rows.items()))
+        return Reading(self.value, slopes, timing=(*timing, *rows.items()), near=self._nearest())
+
+    def _nearest(self) -> tuple[Near, ...]:
+        """What is nearest to change the spikes that it reads: few, since each costs a run backwards."""
+        every = sorted(
+            (near for _, spike in self.spikes for near in spike.near), key=lambda near: near.margin
+        )
+        return tuple({near.reading.slopes: near for near in reversed(every)}.values())[-_NEAREST:]
 
     def _by_time(self, row: int) -> float:
         """Slope by the time of a row; 0 at the ends, whose times are those of the testbench."""

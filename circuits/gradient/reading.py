@@ -8,6 +8,7 @@ parabola p that moves by dt bends it there by `-p' dt`.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +16,12 @@ import numpy as np
 from circuits.arrays import F64, I64
 from circuits.gradient.backwards import Tap
 from circuits.gradient.way import Way
+from circuits.lowering.kernel import Machine
 
 _BISECTIONS = 60
+TIE = 1e-3  # V, or of a current, within which two extremes are one as far as a designer is concerned; ours
+RAIL = 0.02  # of the supply, within which a peak stands at it; ours
+FEW, FLAT = 3, 0.1  # points of a peak, and the share of its height that its top may change by; ours
 
 Slopes = tuple[tuple[int, int, float], ...]  # (row, column, slope) each
 Timing = tuple[tuple[int, float], ...]  # (row, slope) each
@@ -33,6 +38,7 @@ class Reading(NamedTuple):
     whole : slopes by a column over all rows, (column, float64[rows]) each.
     along : its derivatives by the times of all rows, float64[rows]; None where `timing` has all.
     own : its derivatives by the numbers that it was asked with, as the end of a window: (name, slope) each.
+    near : what would have it read something else.
     """
 
     value: float
@@ -43,6 +49,110 @@ class Reading(NamedTuple):
     whole: tuple[tuple[int, F64], ...] = ()
     along: F64 | None = None
     own: tuple[tuple[str, float], ...] = ()
+    near: tuple[Near, ...] = ()
+
+
+class Near(NamedTuple):
+    """What would have a measure read something else: a peak beside a level, an event beside a window's end.
+
+    reading : it. margin : how far it is from where that happens, in its unit. what : what happens there.
+    limit : what it is that far from, after the margin's unit.
+    """
+
+    reading: Reading
+    margin: float
+    what: str
+    limit: str
+
+
+class Passage(NamedTuple):
+    """A waveform that passes a level in the step to a row, rising where `sign` is 1, else falling.
+
+    machine : whose highest source and ground a voltage does not leave gradually; None for a current.
+    """
+
+    way: Way
+    column: int
+    level: float
+    sign: float
+    row: int
+    machine: Machine | None
+
+    @property
+    def beyond(self) -> F64:
+        """How far the waveform is beyond the level, float64[rows]."""
+        return self.sign * (self.way.voltage[:, self.column] - self.level)
+
+    def near(self, row: int, what: str, limit: str) -> tuple[Near, ...]:
+        """The waveform at a row beside its level, in the frame of the steps; nothing at a rail or an end."""
+        if not 0 < row < self.way.time.size - 1 or self._at_rail(row):
+            return ()
+        value = float(self.way.voltage[row, self.column])
+        found = Reading(value, ((row, self.column, 1.0),), own=(("level", -1.0),))
+        return (Near(found, abs(value - self.level), what, limit),)
+
+    def _at_rail(self, row: int) -> bool:
+        """Whether it is a voltage at ground or at the highest source, which it does not leave gradually."""
+        if self.machine is None:
+            return False
+        high = float(self.way.voltage[row, self.machine.kernel.unknowns :].max(initial=0.0))
+        at = float(self.way.voltage[row, self.column])
+        return min(abs(high - at), abs(at)) < RAIL * high
+
+
+def nears_of(passage: Passage, name: str, limit: str, *, arms: bool = False) -> tuple[Near, ...]:
+    """Return the peak of an event, and what comes nearest to bringing or taking another one before it.
+
+    name, limit: how they are told. arms: whether the waveform has to go far back before the next event, as
+    before a spike, so that no dip between two of them counts.
+    """
+    found = passage.near(_top(passage), f"{name} vanishes", limit)
+    beyond = passage.beyond[: passage.row + 1]
+    for rows, what in (
+        (_misses(passage, arms), "another one appears"),
+        (_turns(beyond, arms), "one vanishes"),
+    ):
+        for row in rows[np.argsort(np.abs(beyond[rows]), kind="stable")].tolist():
+            if own := passage.near(row, f"{what} before {name}", limit):
+                found += own
+                break
+    return found
+
+
+def _misses(passage: Passage, arms: bool) -> I64:  # noqa: FBT001 - passed on
+    """Rows of peaks that do not reach the level, and of dips that do not, both by more than a ripple."""
+    beyond = passage.beyond[: passage.row + 1]
+    ripple = TIE if passage.machine is not None else TIE * abs(passage.level)
+    after, before = np.minimum.accumulate(beyond[::-1])[::-1], np.maximum.accumulate(beyond)
+    y, first, last = beyond[1:-1], beyond[:-2], beyond[2:]
+    peaks = (y < 0.0) & (y > first) & (y >= last) & (after[1:-1] < y - ripple)
+    dips = (y > 0.0) & (y < first) & (y <= last) & (before[1:-1] > y + ripple)
+    return np.flatnonzero(peaks if arms else peaks | dips) + 1
+
+
+def _turns(beyond: F64, arms: bool) -> I64:  # noqa: FBT001 - passed on
+    """Rows of the extremes of what lies between two passages before the last one."""
+    over = beyond >= 0.0
+    at = np.flatnonzero(over[1:] != over[:-1]) + 1
+    rows = [
+        low + int(np.argmax(np.abs(beyond[low:high])))
+        for low, high in pairwise(at.tolist())
+        if over[low] or not arms
+    ]
+    return np.array(rows, np.int64)
+
+
+def _top(passage: Passage) -> int:
+    """Row of an event's peak, from that at which it begins; at its edges a voltage moves with time."""
+    row, beyond = passage.row, passage.beyond
+    below = np.flatnonzero(beyond[row:] < 0.0)
+    end = row + int(below[0]) if below.size else beyond.size
+    y, t = beyond[row:end], passage.way.time[row:end]
+    if y.size < FEW:
+        return row + int(np.argmax(y)) if y.size else row
+    rate = np.abs(np.gradient(y, t)) * (t[-1] - t[0])
+    flat = rate <= max(float(rate.min()), FLAT * float(y.max()))
+    return row + int(np.argmax(np.where(flat, y, -np.inf)))
 
 
 def uneven(samples: int) -> F64:

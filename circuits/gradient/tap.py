@@ -55,7 +55,8 @@ class Course(NamedTuple):
         weight = np.zeros(self.way.time.size)
         for row, _, slope in found.slopes:
             weight[row] += slope
-        return found._replace(slopes=(), taps=(_tap(self.name, weight),))
+        near = tuple(each._replace(reading=self.told(each.reading)) for each in found.near)
+        return found._replace(slopes=(), taps=(_tap(self.name, weight),), near=near)
 
 
 def _tap(name: str, weight: F64) -> Tap:

@@ -96,6 +96,7 @@ def test_root_mean_square_of_what_is_not_there_has_none(machine):
 
 
 SPIKE = "cross(spike, 2.5, rise)"
+FROM_2MS, LAST = 8, 9  # of what is `moving`: a crossing from 2 ms on, and one of a level that moves by a volt
 
 
 @pytest.fixture(scope="module")
@@ -186,7 +187,10 @@ def test_windows_that_move_with_other_readings_have_the_gradients_of_differences
 ):
     """share: of its size, by which the parameter is moved."""
     asked, own = moving
-    assert own.notes == ("",) * len(asked)
+    # the process moves the spike by milliseconds
+    assert {k for k, note in enumerate(own.notes) if note} == {FROM_2MS, LAST}
+    assert "one vanishes before crossing 0 0.94 sigma away" in own.notes[LAST]
+    assert own.notes[FROM_2MS].startswith("it leaves the window 1.5 sigma away")
     size = size_of(machine, own, label)
     ends = [values(moved_by(machine, label, sign * share * size), asked) for sign in (1.0, -1.0)]
     wanted = (ends[0] - ends[1]) / (2.0 * share)

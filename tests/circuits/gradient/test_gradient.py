@@ -4,6 +4,7 @@ A difference is in order where, times the parameter's sigma, it is 1 % of what t
 """
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -25,16 +26,19 @@ from circuits.gradient.measure import (
     SpikeTime,
     Voltage,
 )
+from circuits.gradient.reading import Passage, nears_of
 from circuits.gradient.small_signal.small_signal import small_signal_gradients
 from circuits.gradient.small_signal.spectrum import Spectrum
 from circuits.gradient.small_signal.transfer import Transfer
 from circuits.gradient.stimulus import own_moves
+from circuits.gradient.way import Way
 from circuits.lowering.bias_moves import behind_bias
 from circuits.lowering.kernel import on_die, to_kernel
 from circuits.registry import load_block
 from circuits.silicon.die import NOMINAL, Die
 from circuits.silicon.silicon import Silicon
 from circuits.solver.operating_point import operating_point
+from circuits.solver.transient import simulate
 from circuits.testbench import Testbench
 from tests.circuits.gradient.differences import by_deviation, by_deviations, by_temperature, read
 
@@ -399,3 +403,58 @@ def difference_of_bias(step):
         machine = to_kernel(block.testbench(moved, stimuli, block.process.v_dd), Silicon(block.process))
         ends.append(read(machine, Voltage("v_inh_tau", 5e-3)))
     return ends[0] - ends[1]
+
+
+def told(values, level, sign=1.0, **how):
+    """What comes near a level before the last time at which a waveform passes it, and how near."""
+    y = np.array(values)[:, None]
+    rows, none = len(y), np.zeros(len(y))
+    way = Way(np.arange(float(rows)), y, np.zeros((rows, 3)), none, y, none, none)
+    over = sign * (y[:, 0] - level) >= 0.0
+    row = int(np.flatnonzero(over[1:] & ~over[:-1])[-1]) + 1
+    found = nears_of(Passage(way, 0, level, sign, row, None), "it", "A from the level", **how)
+    return [(near.what, round(near.margin, 6)) for near in found]
+
+
+RISES = [0.0, 0.8, 0.2, 0.95, 0.949, 0.95, 0.5, 1.6, 1.2, 1.3, 0.7, 1.1, 2.0, 1.0]
+
+
+def test_what_comes_near_a_level_is_told_with_how_near():
+    """A ripple and what lies behind the crossing are no events."""
+    vanishes, comes, goes = "it vanishes", "another one appears before it", "one vanishes before it"
+    assert told(RISES, 1.0) == [(vanishes, 1.0), (comes, 0.05), (goes, 0.3)]
+    # before a spike no dip counts
+    assert told(RISES, 1.0, arms=True) == [(vanishes, 1.0), (comes, 0.05), (goes, 0.6)]
+    assert told([-x for x in RISES], -1.0, -1.0) == told(RISES, 1.0)
+    assert told([0.0, 0.9, 0.8996, 1.2, 0.0], 1.0) == [(vanishes, 0.2)]
+
+
+def test_a_crossing_near_its_peak_says_that_it_vanishes():
+    machine = neuron()
+    peak = gradients_of(machine, (Extreme("v_mem"),))
+    level = float(peak.values[0] - 2.0 * peak.spread[0])
+    found = gradients_of(machine, (Crossing("v_mem", level), Crossing("v_mem", level - 0.1)))
+    assert re.search(r"crossing 0 vanishes (1\.9|2) sigma away", found.notes[0])
+    assert "vanishes" not in found.notes[1]
+
+
+def test_an_extreme_says_how_near_another_one_is():
+    """Behind the spike the membrane rebounds once more, below its threshold on the nominal die."""
+    machine = neuron()
+    found = gradients_of(machine, (Extreme("v_mem"), Extreme("v_mem", end=1e-2)))
+    assert "another extreme is the highest 1.7 sigma away, 0.261 V from it" in found.notes[0]
+    assert found.notes[1] == ""
+    again = gradients_of(machine, (Extreme("v_mem", begin=1e-2),))
+    rate = again.by[0, again.labels.index(RATE)]
+    die = NOMINAL.with_(*RATE.rsplit(".", 1), 0.27 / rate)
+    peaks = [simulate(on_die(machine, d), rtol=1e-6)["v_mem"].max() for d in (NOMINAL, die)]
+    assert peaks[1] - peaks[0] > 0.0
+
+
+def test_a_current_that_hardly_passes_a_level_says_so():
+    machine = neuron()
+    peak = gradients_of(machine, (Extreme("i(excitation.me5)"),))
+    level = float(peak.values[0] - peak.spread[0])
+    found = gradients_of(machine, (Crossing("i(excitation.me5)", level),))
+    assert "one vanishes before crossing 0 1.1 sigma away" in found.notes[0]
+    assert "A from the level" in found.notes[0]
