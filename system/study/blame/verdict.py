@@ -177,6 +177,7 @@ def verify(trials: Trials, mended: Die, first: int) -> Verified:
     return Verified(pairs, wanted)
 
 
+@cache
 def pairs_for(differ: float) -> int:
     """Return how many pairs find equal shares to be so with `POWER`, where a share of the pairs differs."""
     for pairs in (FEWEST, *_exact()):

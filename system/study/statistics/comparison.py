@@ -166,6 +166,9 @@ def paired_equivalence(gained: int, lost: int, pairs: int, margin: float) -> flo
     return max(one_sided(-margin), one_sided(margin))
 
 
+_FAR = 9.0  # standard deviations of a count, and as many more; ours
+
+
 def chance_above(gain: float, loss: float, pairs: int, margin: float, level: float) -> float:
     """Give the chance that a `paired_interval` lies above -margin, summed over all counts.
 
@@ -176,7 +179,8 @@ def chance_above(gain: float, loss: float, pairs: int, margin: float, level: flo
     margin : from 0 to 1.
     level : confidence level of the interval, from 0 to 1.
     """
-    gained, lost = np.ogrid[: pairs + 1, : pairs + 1]
+    most, fewer = (min(pairs, int(pairs * p + _FAR * (math.sqrt(pairs * p) + 1.0))) for p in (gain, loss))
+    gained, lost = np.ogrid[: most + 1, : fewer + 1]  # beyond are too few to be seen in a double
     differ = gained + lost
     alike = np.maximum(pairs - differ, 0)
     ways = special.binom(pairs, differ) * special.binom(differ, lost)
