@@ -1,4 +1,8 @@
-"""Gradients of measures of all kinds at once: of a run, of small signals, and of searches over a stimulus."""
+"""Gradients of measures of all kinds at once: of a run, of small signals, and of searches over a stimulus.
+
+They are checked on demand: against a coarser run, and on the two dies that are one sigma along the gradient,
+where the line that it is has to tell what the measure is.
+"""
 
 from __future__ import annotations
 
@@ -8,19 +12,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from circuits.arrays import F64
 from circuits.blocks.metric import Metric
-from circuits.errors import ParameterError
+from circuits.errors import ParameterError, SolverError
 from circuits.gradient.edge import gradients_at_edges
 from circuits.gradient.gradient import GRADIENT_RTOL, Gradients, gradients_of
 from circuits.gradient.measure import Measure
 from circuits.gradient.small_signal.small_signal import small_signal_gradients
 from circuits.gradient.small_signal.transfer import SmallSignal
 from circuits.gradient.stimulus import Move
-from circuits.lowering.kernel import Machine
-from circuits.units import unit_of_name
+from circuits.gradient.way import way_of
+from circuits.lowering.kernel import Machine, on_die
+from circuits.silicon.sampling import Sampling
+from circuits.solver.transient import simulate
+from circuits.units import format_quantity, unit_of_name
 
 COARSER = 10.0  # times the tolerance, at which gradients are found again; ours
 AGREES = 0.01  # of a measure's sigma, up to which both are said to agree; ours
+STRAIGHT = 0.5  # sigma, by which a measure one sigma away may be off its gradient's line; ours
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +71,8 @@ def every_gradient(
         NaN of searches.
     check
         Whether those of a run are found at ten times the tolerance too, and what differs by more than 1 % of
-        a measure's sigma is told of.
+        a measure's sigma is told of; and whether it is told what the dies one sigma along the gradient have,
+        where that is off its line by more than half a sigma.
 
     Raises
     ------
@@ -115,13 +125,48 @@ def _checked(machine: Machine, measures: Sequence[Measure], found: Gradients, rt
     spread = found.spread
     error = np.divide(moved.max(axis=1, initial=0.0), spread, out=np.zeros(spread.size), where=spread > 0.0)
     notes = []
-    for note, value, own in zip(found.notes, found.values, error.tolist(), strict=True):
+    along = [_along(machine, found, k, each, rtol) for k, each in enumerate(measures)]
+    for note, value, own, bent in zip(found.notes, found.values, error.tolist(), along, strict=True):
         told = f"at ten times the tolerance it differs by {100.0 * own:.2g} % of its sigma"
         if math.isnan(own) and np.isfinite(value):
             told = "at ten times the tolerance it has none"
         doubtful = np.isfinite(value) and not own <= AGREES
-        notes.append("; ".join(filter(None, (note, told if doubtful else ""))))
+        notes.append("; ".join(filter(None, (note, told if doubtful else "", bent))))
     return replace(found, notes=tuple(notes), error=error)
+
+
+def _along(machine: Machine, found: Gradients, number: int, measure: Measure, rtol: float) -> str:
+    """What a measure is on the dies one sigma along its gradient, where that is not on its line."""
+    value, spread = float(found.values[number]), float(found.spread[number])
+    if not spread > 0.0 or machine.silicon.die.sampling is not None:
+        return ""
+    told = []
+    for sign, way in ((1.0, "along"), (-1.0, "against")):
+        there = _moved(machine, found, sign * found.by[number] / spread)
+        try:
+            result = simulate(there, rtol=COARSER * rtol)
+            read = measure.read(result, way_of(result))
+        except SolverError as error:
+            told.append(f"one sigma {way} its gradient: {error}")
+            continue
+        moved = read.value - value
+        if math.isnan(moved):
+            told.append(f"one sigma {way} its gradient it has no value: {read.note}")
+        elif abs(moved - sign * spread) > STRAIGHT * spread:
+            by = format_quantity(moved, measure.unit)
+            told.append(f"one sigma {way} its gradient it moves by {by}, not by the sigma")
+    return "; ".join(told)
+
+
+def _moved(machine: Machine, found: Gradients, by: F64) -> Machine:
+    """The testbench on the die whose draws differ by a direction's, which `by` times sigma is."""
+    keep = np.flatnonzero(found.sigma > 0.0)
+    columns = {found.labels[k]: at for at, k in enumerate(keep.tolist())}
+    die, rows = machine.silicon.die, (by * found.sigma)[keep][None]
+    drawn = Sampling("along a gradient", die.number or 0, columns, rows, added=die.number is not None)
+    if die.number is None:
+        die = replace(die, number=0, variation="plain")  # all that such a die draws has a column
+    return on_die(machine, replace(die, sampling=drawn))
 
 
 def _together(parts: Sequence[tuple[Sequence[int], Gradients]]) -> Gradients:

@@ -28,18 +28,20 @@ _ABSENT = -1
 class Sampling:
     """Standard normals of the dies `first`, `first + 1`, ... under a plan called `name`.
 
-    columns: the column of each label. rows: float64[dies, columns].
+    columns: the column of each label. rows: float64[dies, columns]. added: whether these are added to the
+    die's own draws.
     """
 
     name: str
     first: int
     columns: Mapping[str, int]
     rows: F64
+    added: bool = False
     _found: dict[tuple[Path, tuple[Path, ...], str], I64] = field(default_factory=dict, repr=False)
 
     def __reduce__(self) -> tuple[object, ...]:
         """Leave what was looked up behind."""
-        return Sampling, (self.name, self.first, self.columns, self.rows)
+        return Sampling, (self.name, self.first, self.columns, self.rows, self.added)
 
     def draws(self, number: int, place: Path, paths: Sequence[Path], parameter: str, own: F64) -> F64:
         """Standard normals of die `number`, with those of `own` where the plan has none.
@@ -56,7 +58,8 @@ class Sampling:
             known = [self.columns.get(label, _ABSENT) for label in labels(place, paths, parameter)]
             self._found[key] = np.array(known, dtype=np.int64)
         column = self._found[key]
-        return np.where(column == _ABSENT, own, self.rows[row, column])
+        given = self.rows[row, column] + own if self.added else self.rows[row, column]
+        return np.where(column == _ABSENT, own, given)
 
 
 def labels(place: Path, paths: Sequence[Path], parameter: str) -> list[str]:

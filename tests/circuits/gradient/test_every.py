@@ -1,24 +1,30 @@
 """Gradients of measures of all kinds at once, and how far a coarser run's differ."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from circuits.bias import rebias
 from circuits.blocks.sonar.tuning_metrics import BEST_DELAY
 from circuits.errors import ParameterError
-from circuits.gradient.every import AGREES, Searched, every_gradient
+from circuits.gradient.every import AGREES, Searched, _moved, every_gradient
 from circuits.gradient.gradient import gradients_of
 from circuits.gradient.measure import Extreme, SpikeTime, Voltage
 from circuits.gradient.small_signal.transfer import Transfer
 from circuits.gradient.stimulus import own_moves
+from circuits.gradient.way import way_of
 from circuits.lowering.kernel import to_kernel
 from circuits.registry import load_block
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
+from circuits.solver.transient import simulate
+from circuits.units import format_quantity
 
 
-def lowered(name, number=None):
+def lowered(name, number=None, die=None):
     block = load_block(name)
-    return to_kernel(block.bench(), Silicon(block.process, 27.0, Die(number=number)))
+    return to_kernel(block.bench(), Silicon(block.process, 27.0, die or Die(number=number)))
 
 
 def searched(machine):
@@ -66,3 +72,41 @@ def test_a_peak_within_a_step_is_told_by_another_tolerance():
 def test_no_measure_is_refused():
     with pytest.raises(ParameterError, match="no measure"):
         every_gradient(lowered("envelope-detector"), ())
+
+
+def test_a_spike_that_dies_one_sigma_away_do_not_have_is_told():
+    """The process alone moves the release by milliseconds, away from the echo that it has to meet."""
+    spike = SpikeTime("spike")
+    machine = lowered("rebound-neuron")
+    own = every_gradient(machine, (spike, Extreme("v_mem", end=1e-2)), check=True)
+    assert own.notes[0].count("one sigma") == 2
+    assert "one sigma along its gradient it has no value: 0 spikes" in own.notes[0]
+    assert own.notes[1] == ""
+    alike = lowered("rebound-neuron", die=Die(process=False))
+    assert every_gradient(alike, (spike,), check=True).notes[0].count("one sigma") == 1
+
+
+def test_what_bends_within_a_sigma_is_told_with_what_it_moves_by():
+    machine, measure = lowered("rebound-neuron", 1003), Voltage("v_mem", 8e-3)
+    own = every_gradient(machine, (measure,), check=True)
+    there = _moved(machine, own, own.by[0] / own.spread[0])
+    moved = simulate(there, rtol=1e-7)
+    by = measure.read(moved, way_of(moved)).value - own.values[0]
+    assert abs(by) < 0.5 * own.spread[0]
+    assert f"moves by {format_quantity(by, 'V')}, not by the sigma" in own.notes[0]
+
+
+@pytest.mark.parametrize("die", [Die(), Die(number=1003), Die(number=1003, variation="full")], ids=str)
+@pytest.mark.parametrize("kind", ["gate", "ideal", "generator"])
+def test_a_die_that_is_not_moved_is_the_same(die, kind):
+    block = load_block("rebound-neuron")
+    bench = block.bench()
+    bench = replace(bench, circuit=rebias(bench.circuit, kind=kind))
+    machine = to_kernel(bench, Silicon(block.process, 27.0, die))
+    found = gradients_of(machine, (Voltage("v_mem"),))
+    same, other = (_moved(machine, found, share * found.by[0]) for share in (0.0, 1e-3))
+    kept, there, away = (each.kernel.transistors for each in (machine, same, other))
+    assert all(np.array_equal(a, b) for a, b in zip(kept, there, strict=True))
+    assert not all(np.array_equal(a, b) for a, b in zip(kept, away, strict=True))
+    for own, at in zip(machine.polylines, same.polylines, strict=True):
+        np.testing.assert_array_equal(own[1], at[1])
