@@ -7,7 +7,7 @@ where the line that it is has to tell what the measure is.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,11 +19,13 @@ from circuits.gradient.edge import gradients_at_edges
 from circuits.gradient.gradient import GRADIENT_RTOL, Gradients, gradients_of
 from circuits.gradient.measure import Measure
 from circuits.gradient.small_signal.small_signal import small_signal_gradients
+from circuits.gradient.small_signal.spectrum import Spectrum
 from circuits.gradient.small_signal.transfer import SmallSignal
 from circuits.gradient.stimulus import Move
 from circuits.gradient.way import way_of
 from circuits.lowering.kernel import Machine, on_die
 from circuits.silicon.sampling import Sampling
+from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import simulate
 from circuits.units import format_quantity, unit_of_name
 
@@ -97,6 +99,8 @@ def every_gradient(
     for k, each in enumerate(measures):
         if isinstance(each, Searched):
             parts.append(([k], gradients_of_search(each, rtol=rtol)))
+    if check:
+        parts = [(own, _straight(machine, [measures[k] for k in own], g, rtol)) for own, g in parts]
     return _together(parts)
 
 
@@ -125,37 +129,57 @@ def _checked(machine: Machine, measures: Sequence[Measure], found: Gradients, rt
     spread = found.spread
     error = np.divide(moved.max(axis=1, initial=0.0), spread, out=np.zeros(spread.size), where=spread > 0.0)
     notes = []
-    along = [_along(machine, found, k, each, rtol) for k, each in enumerate(measures)]
-    for note, value, own, bent in zip(found.notes, found.values, error.tolist(), along, strict=True):
+    for note, value, own in zip(found.notes, found.values, error.tolist(), strict=True):
         told = f"at ten times the tolerance it differs by {100.0 * own:.2g} % of its sigma"
         if math.isnan(own) and np.isfinite(value):
             told = "at ten times the tolerance it has none"
         doubtful = np.isfinite(value) and not own <= AGREES
-        notes.append("; ".join(filter(None, (note, told if doubtful else "", bent))))
+        notes.append("; ".join(filter(None, (note, told if doubtful else ""))))
     return replace(found, notes=tuple(notes), error=error)
 
 
-def _along(machine: Machine, found: Gradients, number: int, measure: Measure, rtol: float) -> str:
-    """What a measure is on the dies one sigma along its gradient, where that is not on its line."""
+def _straight(machine: Machine, measures: Sequence[AnyMeasure], found: Gradients, rtol: float) -> Gradients:
+    """The gradients, with what is on the dies one sigma along them where that is not on their lines."""
+    notes = []
+    for k, (note, each) in enumerate(zip(found.notes, measures, strict=True)):
+        there = each.machine if isinstance(each, Searched) else machine
+        notes.append("; ".join(filter(None, (note, *_along(there, found, k, each, rtol)))))
+    return replace(found, notes=tuple(notes))
+
+
+def _along(
+    machine: Machine, found: Gradients, number: int, measure: AnyMeasure, rtol: float
+) -> Iterator[str]:
+    """What is to be said of both dies one sigma along a measure's gradient."""
     value, spread = float(found.values[number]), float(found.spread[number])
     if not spread > 0.0 or machine.silicon.die.sampling is not None:
-        return ""
-    told = []
+        return
     for sign, way in ((1.0, "along"), (-1.0, "against")):
         there = _moved(machine, found, sign * found.by[number] / spread)
         try:
-            result = simulate(there, rtol=COARSER * rtol)
-            read = measure.read(result, way_of(result))
+            moved, why = _value_on(there, measure, COARSER * rtol)
         except SolverError as error:
-            told.append(f"one sigma {way} its gradient: {error}")
-            continue
-        moved = read.value - value
+            moved, why = math.nan, str(error)
         if math.isnan(moved):
-            told.append(f"one sigma {way} its gradient it has no value: {read.note}")
-        elif abs(moved - sign * spread) > STRAIGHT * spread:
-            by = format_quantity(moved, measure.unit)
-            told.append(f"one sigma {way} its gradient it moves by {by}, not by the sigma")
-    return "; ".join(told)
+            yield f"one sigma {way} its gradient it has no value: {why}"
+        elif abs(moved - value - sign * spread) > STRAIGHT * spread:
+            by = format_quantity(moved - value, found.units[number])
+            yield f"one sigma {way} its gradient it moves by {by}, not by the sigma"
+
+
+def _value_on(machine: Machine, measure: AnyMeasure, rtol: float) -> tuple[float, str]:
+    """A measure's value on a die, and why it has none."""
+    if isinstance(measure, Measure):
+        result = simulate(machine, rtol=rtol)
+        read = measure.read(result, way_of(result))
+        return read.value, read.note
+    if isinstance(measure, SmallSignal):
+        found = measure.read(Spectrum(operating_point(machine)))
+        return found.value, found.note
+    metric = measure.metric
+    measured = metric.measure(machine)
+    value = None if metric.value is None else metric.value(measured)
+    return math.nan if value is None else float(value), metric.reason(measured) or metric.outcome(measured)
 
 
 def _moved(machine: Machine, found: Gradients, by: F64) -> Machine:

@@ -1,5 +1,6 @@
 """Gradients of measures of all kinds at once, and how far a coarser run's differ."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from circuits.errors import ParameterError
 from circuits.gradient.every import AGREES, Searched, _moved, every_gradient
 from circuits.gradient.gradient import gradients_of
 from circuits.gradient.measure import Extreme, SpikeTime, Voltage
+from circuits.gradient.small_signal.spectrum import Spectrum
 from circuits.gradient.small_signal.transfer import Transfer
 from circuits.gradient.stimulus import own_moves
 from circuits.gradient.way import way_of
@@ -18,6 +20,7 @@ from circuits.lowering.kernel import to_kernel
 from circuits.registry import load_block
 from circuits.silicon.die import Die
 from circuits.silicon.silicon import Silicon
+from circuits.solver.operating_point import operating_point
 from circuits.solver.transient import simulate
 from circuits.units import format_quantity
 
@@ -110,3 +113,15 @@ def test_a_die_that_is_not_moved_is_the_same(die, kind):
     assert not all(np.array_equal(a, b) for a, b in zip(kept, away, strict=True))
     for own, at in zip(machine.polylines, same.polylines, strict=True):
         np.testing.assert_array_equal(own[1], at[1])
+
+
+def test_searches_and_small_signals_are_measured_there_too():
+    machine = lowered("rebound-neuron")
+    transfer = Transfer("db", "v_mem", "vdd", 1e3)
+    own = every_gradient(machine, (searched(machine), transfer), check=True)
+    assert re.fullmatch(r"one sigma along its gradient it moves by .*ms, not by the sigma", own.notes[0])
+    there = searched(_moved(machine, own, own.by[0] / own.spread[0]))
+    by = BEST_DELAY.value(BEST_DELAY.measure(there.machine)) - own.values[0]
+    assert by > 1.5 * own.spread[0]
+    assert transfer.read(Spectrum(operating_point(machine))).value == pytest.approx(own.values[1])
+    assert "one sigma" not in own.notes[1]
