@@ -14,7 +14,7 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.blocks.metric import Metric
-from circuits.errors import ParameterError, SolverError
+from circuits.errors import CircuitError, ParameterError
 from circuits.gradient.edge import gradients_at_edges
 from circuits.gradient.gradient import GRADIENT_RTOL, Gradients, gradients_of
 from circuits.gradient.measure import Measure
@@ -31,6 +31,8 @@ from circuits.units import format_quantity, unit_of_name
 
 COARSER = 10.0  # times the tolerance, at which gradients are found again; ours
 AGREES = 0.01  # of a measure's sigma, up to which both are said to agree; ours
+_OF_A_FUNCTION = LookupError, ArithmeticError, ValueError, TypeError
+"""What a user's function says of a run that lacks what it reads, as its first spike."""
 STRAIGHT = 0.5  # sigma, by which a measure one sigma away may be off its gradient's line; ours
 
 
@@ -158,7 +160,7 @@ def _along(
         there = _moved(machine, found, sign * found.by[number] / spread)
         try:
             moved, why = _value_on(there, measure, COARSER * rtol)
-        except SolverError as error:
+        except (CircuitError, *_OF_A_FUNCTION) as error:
             moved, why = math.nan, str(error)
         if math.isnan(moved):
             yield f"one sigma {way} its gradient it has no value: {why}"

@@ -11,7 +11,7 @@ from circuits.blocks.sonar.tuning_metrics import BEST_DELAY
 from circuits.errors import ParameterError
 from circuits.gradient.every import AGREES, Searched, _moved, every_gradient
 from circuits.gradient.gradient import gradients_of
-from circuits.gradient.measure import Extreme, SpikeTime, Voltage
+from circuits.gradient.measure import Extreme, Measured, SpikeTime, Voltage
 from circuits.gradient.small_signal.spectrum import Spectrum
 from circuits.gradient.small_signal.transfer import Transfer
 from circuits.gradient.stimulus import own_moves
@@ -85,6 +85,8 @@ def test_a_spike_that_dies_one_sigma_away_do_not_have_is_told():
     assert own.notes[0].count("one sigma") == 2
     assert "one sigma along its gradient it has no value: 0 spikes" in own.notes[0]
     assert own.notes[1] == ""
+    gap = Measured("gap", lambda result: float(result.spikes["spike"][0] - 1e-3), "s")
+    assert "it has no value: index 0" in every_gradient(machine, (gap,), check=True).notes[0]
     alike = lowered("rebound-neuron", die=Die(process=False))
     assert every_gradient(alike, (spike,), check=True).notes[0].count("one sigma") == 1
 
