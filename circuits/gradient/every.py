@@ -22,7 +22,6 @@ from circuits.gradient.small_signal.small_signal import small_signal_gradients
 from circuits.gradient.small_signal.spectrum import Spectrum
 from circuits.gradient.small_signal.transfer import SmallSignal
 from circuits.gradient.stimulus import Move
-from circuits.gradient.way import way_of
 from circuits.lowering.kernel import Machine, on_die
 from circuits.silicon.sampling import Sampling
 from circuits.solver.operating_point import operating_point
@@ -172,9 +171,7 @@ def _along(
 def _value_on(machine: Machine, measure: AnyMeasure, rtol: float) -> tuple[float, str]:
     """A measure's value on a die, and why it has none."""
     if isinstance(measure, Measure):
-        result = simulate(machine, rtol=rtol)
-        read = measure.read(result, way_of(result))
-        return read.value, read.note
+        return measure.value(simulate(machine, rtol=rtol))
     if isinstance(measure, SmallSignal):
         found = measure.read(Spectrum(operating_point(machine)))
         return found.value, found.note

@@ -75,6 +75,11 @@ class Expression(Measure):
         """Its unit."""
         return self.text.unit
 
+    def value(self, result: Result) -> tuple[float, str]:
+        """Return the number alone."""
+        found = self.text.of(TransientRecord(result))
+        return (np.nan, found.reason) if found.reason else (found.value, "")
+
     def read(self, result: Result, way: Way) -> Reading:
         """Read the number, and what its readings depend on."""
         record = _Calls(TransientRecord(result))

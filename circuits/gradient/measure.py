@@ -37,7 +37,7 @@ from circuits.gradient.tap import (
     through,
     unit_of,
 )
-from circuits.gradient.way import Way
+from circuits.gradient.way import Way, way_of
 from circuits.lowering.kernel import Machine, on_die
 from circuits.lowering.supply import spike_levels
 from circuits.measure.current import current_in
@@ -66,6 +66,11 @@ class Measure(ABC):
     @abstractmethod
     def read(self, result: Result, way: Way) -> Reading:
         """Read it from a run and its way."""
+
+    def value(self, result: Result) -> tuple[float, str]:
+        """Return its value alone, NaN where it is not defined, and why."""
+        found = self.read(result, way_of(result))
+        return found.value, found.note
 
 
 @final
@@ -462,19 +467,25 @@ class Measured(Measure):
         """Its unit."""
         return self.si
 
+    def value(self, result: Result) -> tuple[float, str]:
+        """Return the number alone."""
+        value = self.of(result)
+        defined = value is not None and np.isfinite(value)
+        return (float(value), "") if defined and value is not None else (np.nan, "not defined in this run")
+
     def read(self, result: Result, way: Way) -> Reading:
         """Read the number, and find what of the run it depends on."""
-        value = self.of(result)
-        if value is None or not np.isfinite(value):
-            return Reading(np.nan, (), "not defined in this run")
+        value, why = self.value(result)
+        if why:
+            return Reading(np.nan, (), why)
         if self.of(elsewhere(result)) != value:
             return Reading(
-                float(value),
+                value,
                 (),
                 "reads devices beside the run's voltages, as a current does; take current(NAME,TIME),"
                 " integral(i(NAME)) or energy(SOURCE), or ask dies",
             )
-        return _Search(self, result, way, float(value)).reading()
+        return _Search(self, result, way, value).reading()
 
 
 def elsewhere(result: Result) -> Result:

@@ -182,8 +182,8 @@ def _pulses(result: Result) -> list[tuple[float, float]]:
 def _charge(result: Result, begin: float, end: float) -> float:
     """What the synapse draws from the line of its filter in a pulse, C."""
     inside = (result.time >= begin) & (result.time <= end)
-    current = drain_current(result, "synapse.me9")
-    return float(np.trapezoid(current[inside], result.time[inside]))
+    pulse = replace(result, time=result.time[inside], voltage=result.voltage[inside])
+    return float(np.trapezoid(drain_current(pulse, "synapse.me9"), pulse.time))
 
 
 def _recovery(time: F64, x: F64, begin: float, u_t: float) -> float | None:
