@@ -30,9 +30,9 @@ from circuits.units import format_quantity, unit_of_name
 
 COARSER = 10.0  # times the tolerance, at which gradients are found again; ours
 AGREES = 0.01  # of a measure's sigma, up to which both are said to agree; ours
+STRAIGHT = 0.5  # sigma, by which a measure one sigma away may be off its gradient's line; ours
 _OF_A_FUNCTION = LookupError, ArithmeticError, ValueError, TypeError
 """What a user's function says of a run that lacks what it reads, as its first spike."""
-STRAIGHT = 0.5  # sigma, by which a measure one sigma away may be off its gradient's line; ours
 
 
 @dataclass(frozen=True, slots=True)

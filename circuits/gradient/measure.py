@@ -102,31 +102,35 @@ class SpikeTime(Measure):
         Raises `ParameterError` for a node whose spikes are not watched.
         """
         machine = result.machine
-        labels = [machine.names[n] for w in machine.testbench.watch for n in machine.flat.port_nodes(w)]
-        column = machine.column_of(self.port)
-        if self.port not in labels:
-            known = ", ".join(labels) or "none is"
+        column, levels = machine.column_of(self.port), _levels(machine)
+        if self.port not in levels:
+            known = ", ".join(levels) or "none is"
             raise ParameterError(
                 f"{self.name}: {self.port}, must be a port whose spikes are watched: {known};"
                 f" rise({self.port},V,0) is of any node"
             )
-        times = result.spikes.get(self.port, np.zeros(0))
-        level = float(spike_levels(machine)[0, labels.index(self.port)])
+        times, level = result.spikes.get(self.port, np.zeros(0)), levels[self.port]
         if self.number >= times.size:
             peak = float(way.voltage[:, column].max())
             why = f"{times.size} spikes; {self.port} comes to {peak:.4g} V, the threshold is {level:.4g} V"
             return Reading(np.nan, (), why)
-        found = crossing(way, column, float(times[self.number]))
-        return found._replace(near=_near_spike(machine, way, self.port, self.number, found.value))
+        return _spike(machine, way, column, level, (self.number, float(times[self.number])))
 
 
-def _near_spike(machine: Machine, way: Way, port: str, number: int, time: float) -> tuple[Near, ...]:
-    """What would bring or take a spike at a port."""
+def _levels(machine: Machine) -> dict[str, float]:
+    """Threshold of each port whose spikes are watched, V, by its label."""
     labels = [machine.names[n] for w in machine.testbench.watch for n in machine.flat.port_nodes(w)]
-    level = float(spike_levels(machine)[0, labels.index(port)])
+    return dict(zip(labels, spike_levels(machine)[0].tolist(), strict=True))
+
+
+def _spike(machine: Machine, way: Way, column: int, level: float, spike: tuple[int, float]) -> Reading:
+    """Read a spike, of which the number and time are known, with what would bring or take it."""
+    number, time = spike
     row = max(int(np.searchsorted(way.time, time)), 1)
-    passage = Passage(way, machine.column_of(port), level, 1.0, row, machine)
-    return nears_of(passage, f"spike {number}", "V from the threshold", arms=True)
+    near = nears_of(
+        Passage(way, column, level, 1.0, row, machine), f"spike {number}", "V from the threshold", arms=True
+    )
+    return crossing(way, column, time)._replace(near=near)
 
 
 @final
@@ -289,7 +293,7 @@ class Extreme(Measure):
         other = max(far, key=lambda p: float(y[p]), default=best)
         gap = float(y[best] - y[other]) if far else np.inf
         note = f"a tie: another extreme is {gap:.3g} {self.unit} from it" if gap < tie else ""
-        found = self._highest(course, sign * float(y[best]), int(rows[best]))
+        found = self._highest(course, int(rows[best]))
         near = (
             (self._near(course, int(rows[best]), int(rows[other])),)
             if self.rivals and tie <= gap < np.inf
@@ -297,9 +301,9 @@ class Extreme(Measure):
         )
         return course.told(found._replace(note=note, near=near))
 
-    def _highest(self, course: Course, value: float, row: int) -> Reading:
+    def _highest(self, course: Course, row: int) -> Reading:
         """The extreme at its step, or at an end of the window that is beyond it."""
-        way, sign = course.way, 1.0 if self.highest else -1.0
+        way, sign, value = course.way, 1.0 if self.highest else -1.0, course.values[row]
         for name, end in (("begin", self.begin), ("end", self.end)):
             if way.time[0] < end < way.time[-1]:
                 there = read_at(way, int(np.searchsorted(way.time, end)), course.column, end)
@@ -508,14 +512,15 @@ class _Search:
 
     def reading(self) -> Reading:
         """The number with its slopes."""
+        machine = self.result.machine
+        levels = _levels(machine)
         for port, times in self.result.spikes.items():
-            column = self.result.machine.column_of(port)
-            for k, time in enumerate(times):
+            column = machine.column_of(port)
+            for k, time in enumerate(times.tolist()):
                 slope = self._by_spike(port, k)
                 if slope:
-                    found = crossing(self.way, column, float(time))
-                    near = _near_spike(self.result.machine, self.way, port, k, float(time))
-                    self.spikes.append((slope, found._replace(near=near)))
+                    found = _spike(machine, self.way, column, levels[port], (k, time))
+                    self.spikes.append((slope, found))
         sign = uneven(self.result.voltage.shape[0])
         for node in range(len(self.result.nodes)):
             pending = [(0, self.result.voltage.shape[0])]
