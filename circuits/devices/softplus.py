@@ -203,7 +203,7 @@ power_of_lanes = instructions(_power_of_lanes, _power_alone)
 
 @compiled(fastmath={"contract"})
 def exp_negative(a: float) -> float:
-    """`e^-a` for a from 0 to LIMIT, without a branch."""
+    """`e^-a` for a within LIMIT of 0, without a branch."""
     y = -a * _LOG2E + _ROUND
     k = y - _ROUND
     r = (-a - k * _LN2_HIGH) - k * _LN2_LOW

@@ -46,6 +46,9 @@ from circuits.silicon.process import POLARITIES, Polarity, TransistorAtTemperatu
 
 INDUCED_LIMIT = 10.0
 """Slopes above its reference beyond which a gate-induced leakage rises no more; ours."""
+FORWARD = 20.0
+"""U_T of forward bias beyond which a junction's law goes on along its tangent; ours."""
+_NOTHING = 1e-30  # V, so that what is computed of a device without body effect is a number
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +142,8 @@ class TransistorWork(NamedTuple):
     argument: F64  # [2n] u/2, forward then reverse
     value: F64  # [2n] ln(1 + e^(u/2))
     slope: F64  # [2n]
+    above: F64  # [3, n] drain, gate and source over the bulk, V, mirrored for a pFET
+    pinch: F64  # [n] v_p, V
     kappa: F64  # [n] dv_p/dv_g
     factor: F64  # [n] E M, the Early effect and the mobility's reduction
     current: F64  # [n] A, into the drain and out of the source
@@ -209,121 +214,140 @@ def merge_arrays(is_n: Bools, n: TransistorArrays, p: TransistorArrays) -> Trans
 def transistor_work(n: int) -> TransistorWork:
     """Scratch for n transistors."""
     return TransistorWork(
-        np.zeros(2 * n), np.zeros(2 * n), np.zeros(2 * n), np.zeros(n), np.zeros(n), np.zeros(n),
+        np.zeros(2 * n), np.zeros(2 * n), np.zeros(2 * n), np.zeros((3, n)), np.zeros(n), np.zeros(n),
+        np.zeros(n), np.zeros(n),
         np.zeros((3, n)), np.zeros((2, n)), np.zeros((2, n)), np.zeros((4, n)),
     )  # fmt: skip
 
 
 @compiled(fastmath={"contract"})
 def drain_currents(a: TransistorArrays, v: F64, w: TransistorWork) -> None:
-    """Fill `w` with the currents of all transistors and their exact derivatives at node voltages `v`, V."""
+    """Fill `w` with the currents of all transistors and their exact derivatives at node voltages `v`, V.
+
+    Loops are short and without branches, so that the compiler packs them.
+    """
     n = a.sign.size
-    drain, gate, source, bulk = a.terminal[0], a.terminal[1], a.terminal[2], a.terminal[3]
-    x, kappa, g = w.argument, w.kappa, w.conductance
-    for i in range(n):
-        s = a.sign[i]
-        vb = v[bulk[i]]
-        vg = s * (v[gate[i]] - vb)
-        k = a.kappa[i]
-        vp = k * (vg - a.v_t0[i])
-        kappa[i] = k
-        x[i] = (vp - s * (v[source[i]] - vb)) * a.inverse_2ut[i]
-        x[n + i] = (vp - s * (v[drain[i]] - vb)) * a.inverse_2ut[i]
-    if a.body_effect:
+    x, u, kappa, pinch = w.argument, w.above, w.kappa, w.pinch
+    for end in range(3):
+        terminal, bulk = a.terminal[end], a.terminal[3]
         for i in range(n):
-            gm = a.gamma[i]
-            if gm > 0.0:
-                s = a.sign[i]
-                vb = v[bulk[i]]
-                phi = a.surface_potential[i]
-                vx = s * (v[gate[i]] - vb) - a.v_t0[i] + phi + gm * np.sqrt(phi)
-                # below flat band the square root has no meaning; the law goes on with its tangent there
-                vc = max(vx, 0.0)
-                root = np.sqrt(vc + 0.25 * gm * gm)
-                kappa[i] = 1.0 - 0.5 * gm / root
-                vp = vc - phi - gm * (root - 0.5 * gm) + kappa[i] * (vx - vc)
-                x[i] = (vp - s * (v[source[i]] - vb)) * a.inverse_2ut[i]
-                x[n + i] = (vp - s * (v[drain[i]] - vb)) * a.inverse_2ut[i]
-    softplus(x, w.value, w.slope)
+            u[end, i] = a.sign[i] * (v[terminal[i]] - v[bulk[i]])
     for i in range(n):
-        s = a.sign[i]
+        kappa[i] = a.kappa[i]
+        pinch[i] = a.kappa[i] * (u[1, i] - a.v_t0[i])
+    if a.body_effect:
+        _bend(a, u[1], w)
+    for i in range(n):
+        x[i] = (pinch[i] - u[2, i]) * a.inverse_2ut[i]
+        x[n + i] = (pinch[i] - u[0, i]) * a.inverse_2ut[i]
+    softplus(x, w.value, w.slope)
+    if a.reduces:
+        _affected_channels(a, w)
+    else:
+        _channels(a, w)
+    if a.leaks:
+        _junction_currents(a, w)
+
+
+@compiled(fastmath={"contract"})
+def _channels(a: TransistorArrays, w: TransistorWork) -> None:
+    """Currents of a constant Early voltage, and their derivatives."""
+    n = a.sign.size
+    u, g = w.above, w.conductance
+    for i in range(n):
         ff, fr = w.value[i], w.value[n + i]
-        scale = a.specific_current[i]
-        vds = s * (v[drain[i]] - v[source[i]])
+        vds = u[0, i] - u[2, i]
         early = 1.0 + a.early[i] * abs(vds)
-        channel = scale * (ff - fr) * (ff + fr)
-        slope = 2.0 * scale * a.inverse_2ut[i] * early
+        channel = a.specific_current[i] * (ff - fr) * (ff + fr)
+        slope = 2.0 * a.specific_current[i] * a.inverse_2ut[i] * early
         forward, reverse = slope * ff * w.slope[i], slope * fr * w.slope[n + i]
         tilt = channel * (a.early[i] if vds >= 0.0 else -a.early[i])
         w.factor[i] = early
-        w.current[i] = s * channel * early
+        w.current[i] = a.sign[i] * channel * early
         g[0, i] = reverse + tilt
-        g[1, i] = kappa[i] * (forward - reverse)
+        g[1, i] = w.kappa[i] * (forward - reverse)
         g[2, i] = -forward - tilt
-    if a.reduces:
-        _reduce(a, v, w)
-    if a.leaks:
-        _junction_currents(a, v, w)
 
 
-@compiled()
-def _reduce(a: TransistorArrays, v: F64, w: TransistorWork) -> None:
-    """Scale currents of a constant Early voltage to one that rises with inversion, and by the mobility."""
+@compiled(fastmath={"contract"})
+def _bend(a: TransistorArrays, gate: F64, w: TransistorWork) -> None:
+    """v_p and dv_p/dv_g with the body effect, where there is one."""
+    for i in range(gate.size):
+        gm, phi = a.gamma[i], a.surface_potential[i]
+        bent = 1.0 if gm > 0.0 else 0.0
+        vx = gate[i] - a.v_t0[i] + phi + gm * np.sqrt(phi)
+        # below flat band the square root has no meaning; the law goes on with its tangent there
+        vc = max(vx, 0.0)
+        root = np.sqrt(vc + 0.25 * gm * gm + _NOTHING)
+        kappa = 1.0 - 0.5 * gm / root
+        vp = vc - phi - gm * (root - 0.5 * gm) + kappa * (vx - vc)
+        w.kappa[i] = bent * kappa + (1.0 - bent) * w.kappa[i]
+        w.pinch[i] = bent * vp + (1.0 - bent) * w.pinch[i]
+
+
+@compiled(fastmath={"contract"})
+def _affected_channels(a: TransistorArrays, w: TransistorWork) -> None:
+    """Currents of an Early voltage that rises with inversion and a mobility that falls, and their slopes."""
     n = a.sign.size
-    drain, source, bulk = a.terminal[0], a.terminal[2], a.terminal[3]
-    x, g = w.argument, w.conductance
+    u, g = w.above, w.conductance
     for i in range(n):
-        s = a.sign[i]
-        half = a.inverse_2ut[i]
-        ut = 0.5 / half
-        vds = abs(s * (v[drain[i]] - v[source[i]]))
-        vp = x[i] / half + s * (v[source[i]] - v[bulk[i]])
-        rise = 1.0 + a.early_rise[i] * (w.value[i] + w.value[n + i])
-        constant = 1.0 + a.early[i] * vds
-        early = 1.0 + a.early[i] * vds / rise
-        root = np.sqrt(vp * vp + 2.0 * ut * ut)
-        # (v_p + root) / 2 without the loss of digits where v_p is far below zero
-        vm = 0.5 * (vp + root) if vp >= 0.0 else ut * ut / (root - vp)
-        mobility = 1.0 / (1.0 + a.reduction[i] * vm)
-        scale = early / constant * mobility
-        base = w.current[i] * s / constant  # without Early effect
-        # derivatives of E M by q and v_p, and of E beyond that of a constant Early voltage by |v_d - v_s|
-        by_q = -mobility * a.early[i] * a.early_rise[i] * vds / (rise * rise)
-        by_vp = -early * mobility * mobility * a.reduction[i] * vm / root
-        by_vds = mobility * a.early[i] * (1.0 / rise - early / constant)
+        half, ff, fr = a.inverse_2ut[i], w.value[i], w.value[n + i]
+        plain, twice = a.specific_current[i] * (ff - fr) * (ff + fr), 2.0 * a.specific_current[i] * half
+        vp, across = w.pinch[i], u[0, i] - u[2, i]
+        vds = abs(across)
+        rise = 1.0 + a.early_rise[i] * (ff + fr)
+        root = np.sqrt(vp * vp + 0.5 / (half * half))
+        vm = 0.5 * (vp + root)
+        moves = 1.0 + a.reduction[i] * vm
+        # one division for three
+        inverse = 1.0 / (rise * moves * root)
+        per_rise, mobility = inverse * (moves * root), inverse * (rise * root)
+        early = 1.0 + a.early[i] * vds * per_rise
+        scale = early * mobility
+        # derivatives of E M by q, v_p and v_d - v_s
+        by_q = -mobility * a.early[i] * a.early_rise[i] * vds * per_rise * per_rise
+        by_vp = -scale * mobility * a.reduction[i] * vm * (inverse * (rise * moves))
+        by_vds = mobility * a.early[i] * per_rise
+        by_vds = by_vds if across >= 0.0 else -by_vds
         forward, reverse = half * w.slope[i], half * w.slope[n + i]
-        sign = 1.0 if s * (v[drain[i]] - v[source[i]]) >= 0.0 else -1.0
-        g[0, i] = g[0, i] * scale + base * (sign * by_vds - by_q * reverse)
-        g[1, i] = g[1, i] * scale + base * w.kappa[i] * (by_q * (forward + reverse) + by_vp)
-        g[2, i] = g[2, i] * scale - base * (sign * by_vds + by_q * forward)
-        w.factor[i] = early * mobility
-        w.current[i] *= scale
+        by_forward, by_reverse = twice * ff * w.slope[i], twice * fr * w.slope[n + i]
+        g[0, i] = by_reverse * scale + plain * (by_vds - by_q * reverse)
+        by_pinch = (by_forward - by_reverse) * scale + plain * (by_q * (forward + reverse) + by_vp)
+        g[1, i] = w.kappa[i] * by_pinch
+        g[2, i] = -by_forward * scale - plain * (by_vds + by_q * forward)
+        w.factor[i] = scale
+        w.current[i] = a.sign[i] * plain * scale
 
 
-@compiled()
-def _junction_currents(a: TransistorArrays, v: F64, w: TransistorWork) -> None:
-    n = a.sign.size
-    gate, bulk = a.terminal[1], a.terminal[3]
+@compiled(fastmath={"contract"})
+def _junction_currents(a: TransistorArrays, w: TransistorWork) -> None:
     for side in range(2):
-        terminal = a.terminal[2 * side]
-        for i in range(n):
-            s = a.sign[i]
-            u = 2.0 * a.inverse_2ut[i] * s * (v[terminal[i]] - v[bulk[i]])
+        u, leakage, by_gate = w.above[2 * side], w.leakage[side], w.junction_conductance[2 + side]
+        current, conductance = w.junction[side], w.junction_conductance[side]
+        for i in range(u.size):
+            leakage[i], by_gate[i] = a.leakage[i], 0.0
+        if a.induces:
+            _induce(a, u, w.above[1], leakage, by_gate)
+        for i in range(u.size):
+            per_volt = 2.0 * a.inverse_2ut[i]
+            y = per_volt * u[i]
             # forward bias beyond 20 U_T continues along the tangent: no circuit here drives a junction so far
-            e = exp_negative(min(u, LIMIT)) if u >= 0.0 else 1.0 / exp_negative(min(-u, 20.0))
-            extra = e * max(-u - 20.0, 0.0)
-            leakage, by_gate = a.leakage[i], 0.0
-            if a.induces:
-                y = a.induced_per_volt[i] * (s * (v[terminal[i]] - v[gate[i]]) - a.induced_from[i])
-                # ours: from 10 slopes above the supply on it stays, so that no iterate overflows
-                induced = a.induced[i] * np.exp(min(y, INDUCED_LIMIT))
-                leakage += induced
-                if y < INDUCED_LIMIT:
-                    by_gate = induced * a.induced_per_volt[i] * (1.0 - e - extra)
-            w.leakage[side, i] = leakage
-            w.junction[side, i] = s * leakage * (1.0 - e - extra)
-            w.junction_conductance[side, i] = leakage * 2.0 * a.inverse_2ut[i] * e + by_gate
-            w.junction_conductance[2 + side, i] = -by_gate
+            e = exp_negative(max(min(y, LIMIT), -FORWARD))
+            flow = 1.0 - e - e * max(-y - FORWARD, 0.0)
+            current[i] = a.sign[i] * leakage[i] * flow
+            conductance[i] = leakage[i] * per_volt * e + by_gate[i] * flow
+            by_gate[i] = -by_gate[i] * flow
+
+
+@compiled(fastmath={"contract"})
+def _induce(a: TransistorArrays, end: F64, gate: F64, leakage: F64, by_gate: F64) -> None:
+    """Add to a junction's leakage what the gate induces in it; its derivative by the gate's voltage."""
+    for i in range(end.size):
+        y = a.induced_per_volt[i] * (end[i] - gate[i] - a.induced_from[i])
+        # ours: from 10 slopes above the supply on it stays, so that no iterate overflows
+        induced = a.induced[i] * exp_negative(min(max(-y, -INDUCED_LIMIT), LIMIT))
+        leakage[i] += induced
+        by_gate[i] = induced * a.induced_per_volt[i] * (1.0 if y < INDUCED_LIMIT else 0.0)
 
 
 def capacitances(

@@ -50,6 +50,8 @@ def allocate(kernel: Kernel) -> Work:
         argument=np.zeros(2 * n),
         value=np.zeros(2 * n),
         slope=np.zeros(2 * n),
+        above=np.zeros((3, n)),
+        pinch=np.zeros(n),
         kappa=np.zeros(n),
         factor=np.zeros(n),
         current=current[:n],

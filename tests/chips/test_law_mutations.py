@@ -74,11 +74,12 @@ OVERLAP = Mutation(
 MUTATIONS = (
     OVERLAP,
     Mutation(TRANSISTOR, "gate_bulk = model", "gate_bulk = 1.01 * model", ("capacitance",)),
-    Mutation(TRANSISTOR, "(ff - fr) * (ff + fr)", "(ff - fr) * (ff + 1.001 * fr)", ("current",)),
-    Mutation(TRANSISTOR, "kappa[i] * (forward", "(forward", ("slope",)),
-    Mutation(TRANSISTOR, "= s * leakage * (1.0 - e - extra)", "= s * leakage * (1.0 - e)", JUNCTION, FAR),
-    Mutation(TRANSISTOR, "-early * mobility * mobility", "-early * mobility", ("slope",)),
-    Mutation(TRANSISTOR, "a.induced_per_volt[i] * (1.0", "(1.0", ("junction_slope",)),
+    Mutation(TRANSISTOR, "(ff + fr), 2.0", "(ff + 1.001 * fr), 2.0", ("current",)),
+    Mutation(TRANSISTOR, "channel = a.specific", "channel = 1.001 * a.specific", ("current",), BENT),
+    Mutation(TRANSISTOR, "w.kappa[i] * by_pinch", "by_pinch", ("slope",)),
+    Mutation(TRANSISTOR, "- e * max(-y - FORWARD, 0.0)", "", JUNCTION, FAR),
+    Mutation(TRANSISTOR, "-scale * mobility", "-scale", ("slope",)),
+    Mutation(TRANSISTOR, "induced * a.induced_per_volt[i]", "induced", ("junction_slope",)),
     Mutation(TRANSISTOR, "v_t0=law.v_t0 + delta_v_t", "v_t0=law.v_t0 - delta_v_t", ("current",)),
     Mutation(PROCESS, "ratio**model", "ratio**1.01**model", ("temperature", "current")),
     Mutation(PROCESS, "v_t0_drift * rise", "v_t0_drift * (rise + 0.1)", ("temperature",)),
@@ -138,7 +139,7 @@ def in_python(
     monkeypatch.setattr(find, "cached_file", lambda *_: tmp_path / "none")
     monkeypatch.setattr(record, "read_record", shipped.__getitem__)
     monkeypatch.setattr(law_lattice, "drain_currents", _python(transistor.drain_currents))
-    for name in ("_reduce", "_junction_currents"):
+    for name in ("_bend", "_channels", "_affected_channels", "_junction_currents", "_induce"):
         monkeypatch.setattr(transistor, name, _python(getattr(transistor, name)))
     caches = (
         law_of, law_key, kept_record, _kept, shipped_model, find._usable,

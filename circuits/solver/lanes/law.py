@@ -9,15 +9,13 @@ from __future__ import annotations
 from circuits.compiled import compiled
 from circuits.devices.channel_lanes import Effects, bent, channel_affected, channel_plain
 from circuits.devices.softplus import power_of_lanes
-from circuits.devices.transistor import INDUCED_LIMIT
+from circuits.devices.transistor import FORWARD, INDUCED_LIMIT
 from circuits.solver.lanes.layout import ROW, TERM, Team, Wiring
 from circuits.vectors import vector
 from circuits.vectors.vector import Lanes
 
 every, larger, load = vector.every, vector.larger, vector.load
 select, smaller, store = vector.select, vector.smaller, vector.store
-
-_FORWARD = 20.0  # U_T, of a junction, beyond which the law goes on along its tangent
 
 
 @compiled(forceinline=True)
@@ -66,9 +64,9 @@ def _channel(c: Wiring, x: Team, i: int, devices: Lanes) -> None:
 
 @compiled(forceinline=True)
 def flow(u: Lanes) -> tuple[Lanes, Lanes]:
-    """`1 - e^-u` and `e^-u`, u being a junction's voltage in U_T, along the tangent beyond `_FORWARD`."""
-    e = power_of_lanes(smaller(0.0 - u, every(_FORWARD)))
-    return 1.0 - e - e * larger(0.0 - u - _FORWARD, every(0.0)), e
+    """`1 - e^-u` and `e^-u`, u being a junction's voltage in U_T, along the tangent beyond `FORWARD`."""
+    e = power_of_lanes(smaller(0.0 - u, every(FORWARD)))
+    return 1.0 - e - e * larger(0.0 - u - FORWARD, every(0.0)), e
 
 
 @compiled(forceinline=True)

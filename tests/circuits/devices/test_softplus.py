@@ -96,7 +96,8 @@ def test_beyond_the_limit_nothing_overflows() -> None:
 
 def test_exponential_of_a_negative() -> None:
     assert exp_negative(0.0) == 1.0
-    assert exp_negative(123.456) == pytest.approx(math.exp(-123.456), rel=TOLERANCE, abs=0.0)
+    for a in (123.456, -0.3, -20.0, -LIMIT):
+        assert exp_negative(a) == pytest.approx(math.exp(-a), rel=TOLERANCE, abs=0.0)
 
 
 @given(st.floats(min_value=-200.0, max_value=200.0))
