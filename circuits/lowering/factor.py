@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from circuits.arrays import F64, I32, I64
+from circuits.arrays import F64, I64, U32
 from circuits.catalogue import later
 from circuits.compiled import compiled
 
@@ -21,17 +21,20 @@ linalg, sparse = later("scipy.sparse.linalg"), later("scipy.sparse")
 
 
 class Factor(NamedTuple):
-    """A factorisation program over the entries of an n by n matrix, which is stored as float64[entries]."""
+    """A factorisation program over the entries of an n by n matrix, which is stored as float64[entries].
 
-    diagonal: I32  # [n] position of each pivot
-    lower_start: I32  # [n + 1] range of the pivot's column below the diagonal
-    lower: I32  # positions, l_ik
-    lower_row: I32  # rows i
-    update_start: I32  # [n + 1] range of the pivot's updates a_ij -= l_ik u_kj
-    update: I32  # [3, updates] positions of a_ij, l_ik, u_kj
-    upper_start: I32  # [n + 1] range of the pivot's row right of the diagonal
-    upper: I32  # positions, u_kj
-    upper_column: I32  # columns j
+    Positions have no sign, or kernels look at each whether it counts from the end.
+    """
+
+    diagonal: U32  # [n] position of each pivot
+    lower_start: U32  # [n + 1] range of the pivot's column below the diagonal
+    lower: U32  # positions, l_ik
+    lower_row: U32  # rows i
+    update_start: U32  # [n + 1] range of the pivot's updates a_ij -= l_ik u_kj
+    update: U32  # [3, updates] positions of a_ij, l_ik, u_kj
+    upper_start: U32  # [n + 1] range of the pivot's row right of the diagonal
+    upper: U32  # positions, u_kj
+    upper_column: U32  # columns j
     entries: int
 
 
@@ -76,24 +79,24 @@ def factor_program(n: int, pattern: set[tuple[int, int]]) -> tuple[Factor, dict[
         lower.append(sorted(i for i in columns[k] if i > k))
         upper.append(sorted(j for j in row_sets[k] if j > k))
         updates.append([(position[i, j], position[i, k], position[k, j]) for i in lower[k] for j in upper[k]])
-    flat_updates = np.array([u for row in updates for u in row], dtype=np.int32).reshape(-1, 3)
+    flat_updates = np.array([u for row in updates for u in row], dtype=np.uint32).reshape(-1, 3)
     program = Factor(
-        diagonal=np.array([position[k, k] for k in range(n)], dtype=np.int32),
+        diagonal=np.array([position[k, k] for k in range(n)], dtype=np.uint32),
         lower_start=_starts(lower),
-        lower=np.array([position[i, k] for k in range(n) for i in lower[k]], dtype=np.int32),
-        lower_row=np.array([i for k in range(n) for i in lower[k]], dtype=np.int32),
+        lower=np.array([position[i, k] for k in range(n) for i in lower[k]], dtype=np.uint32),
+        lower_row=np.array([i for k in range(n) for i in lower[k]], dtype=np.uint32),
         update_start=_starts(updates),
         update=np.ascontiguousarray(flat_updates.T),
         upper_start=_starts(upper),
-        upper=np.array([position[k, j] for k in range(n) for j in upper[k]], dtype=np.int32),
-        upper_column=np.array([j for k in range(n) for j in upper[k]], dtype=np.int32),
+        upper=np.array([position[k, j] for k in range(n) for j in upper[k]], dtype=np.uint32),
+        upper_column=np.array([j for k in range(n) for j in upper[k]], dtype=np.uint32),
         entries=len(position),
     )
     return program, position
 
 
-def _starts(rows: list[list[int]] | list[list[tuple[int, int, int]]]) -> I32:
-    return np.concatenate([[0], np.cumsum([len(r) for r in rows])]).astype(np.int32)
+def _starts(rows: list[list[int]] | list[list[tuple[int, int, int]]]) -> U32:
+    return np.concatenate([[0], np.cumsum([len(r) for r in rows])]).astype(np.uint32)
 
 
 @compiled()

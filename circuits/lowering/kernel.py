@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from circuits.arrays import F64, I32, I64, Bools
+from circuits.arrays import F64, I32, I64, U32, Bools
 from circuits.bias import bias_voltages
 from circuits.circuit import Shape
 from circuits.devices import Capacitor, ControlledSource, OperationalAmplifier, Resistor, Source, Transistor
@@ -60,11 +60,11 @@ class Stamps(NamedTuple):
     `f[row] += sign i[source]` and `J[entry] += sign g[source]`.
     """
 
-    row: I32
-    current: I32
+    row: U32
+    current: U32
     current_sign: F64
-    entry: I32
-    slope: I32
+    entry: U32
+    slope: U32
     slope_sign: F64
 
 
@@ -544,13 +544,13 @@ def _pattern(unknowns: int, second_order: tuple[bool, bool], *places: bytes) -> 
         np.array([position.get(each, -1) for each in entries], dtype=np.int32)
         for entries in (nonlinear, *linear)
     )
-    stamps = Stamps(stamped[0], stamped[1], stamped[2], entry, stamped[5], stamped[6])
+    stamps = Stamps(*stamped[:3], entry.astype(np.uint32), *stamped[5:])
     return _Pattern(stamps, factor, charge, conductance)
 
 
 def _stamps(
     second_order: tuple[bool, bool], nodes: Sequence[I64], charge: I64, unknowns: int
-) -> tuple[I32, I32, F64, I64, I64, I32, F64]:
+) -> tuple[U32, U32, F64, I64, I64, U32, F64]:
     """Residual (row, current, sign) and Jacobian (row, column, slope, sign) entries of nonlinear devices.
 
     second_order: whether transistors leak, and whether the gate induces leakage. nodes: of transistors,
@@ -600,8 +600,8 @@ def _stamps(
     r = np.array(residual, dtype=np.float64).reshape(-1, 3)
     j = np.array(jacobian, dtype=np.float64).reshape(-1, 4)
     return (
-        r[:, 0].astype(np.int32), r[:, 1].astype(np.int32), r[:, 2].copy(), j[:, 0].astype(np.int64),
-        j[:, 1].astype(np.int64), j[:, 2].astype(np.int32), j[:, 3].copy(),
+        r[:, 0].astype(np.uint32), r[:, 1].astype(np.uint32), r[:, 2].copy(), j[:, 0].astype(np.int64),
+        j[:, 1].astype(np.int64), j[:, 2].astype(np.uint32), j[:, 3].copy(),
     )  # fmt: skip
 
 

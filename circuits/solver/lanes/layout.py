@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from circuits.arrays import F64, I32, I64, Bools
+from circuits.arrays import F64, I32, I64, U32, Bools
 from circuits.devices.transistor import TransistorArrays
 from circuits.lowering.factor import Factor
 from circuits.lowering.kernel import Machine, Rows, Sources, pack_sources
@@ -89,7 +89,7 @@ class Sums(NamedTuple):
     """What is added to each of some totals: terms start[i] to start[i + 1], each a source and a sign."""
 
     start: I32
-    source: I32
+    source: U32
     sign: F64
 
 
@@ -223,7 +223,7 @@ def _dead(t: TransistorArrays) -> tuple[I64, I64]:
     return n + junctions, np.concatenate([3 * n + junctions, 5 * n + junctions])
 
 
-def _sums(target: I32, source: I32, sign: F64, dead: I64, count: int) -> Sums:
+def _sums(target: U32, source: U32, sign: F64, dead: I64, count: int) -> Sums:
     """Terms sorted by what they add to, without those that are always 0."""
     order = np.argsort(target, kind="stable")
     order = order[~np.isin(source[order], dead)]
