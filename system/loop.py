@@ -21,7 +21,6 @@ from chips.polyline import thin
 from circuits.devices.source import Polyline
 from circuits.errors import TopologyError
 
-
 _LEADING = 4  # parts of a level that go before the others, which is a matter of speed; ours
 
 
