@@ -157,10 +157,11 @@ class Loop:
         delivered: Mapping[str, list[Event]],
         results: Mapping[str, tuple[Any, float, Advanced]],
     ) -> dict[str, tuple[Any, float, Advanced]]:
+        inputs = self._inputs(names, results)
+
         def one(name: str) -> tuple[Any, float, Advanced]:
-            wires = [w for w in self.analog if w.target == name]
-            inputs = {w.target_port: self._polyline(w, results[w.source][2]) for w in wires}
-            return self.parts[name].advance(self.states[name], stop, delivered.get(name, ()), inputs)
+            part, state = self.parts[name], self.states[name]
+            return part.advance(state, stop, delivered.get(name, ()), inputs[name])
 
         if self.executor is None or len(names) < 2:
             return {n: one(n) for n in names}
@@ -174,9 +175,21 @@ class Loop:
         found = dict(chain(*self.executor.map(lambda context: context.run(some), here)))
         return {name: found[name] for name in names}
 
-    def _polyline(self, wire: AnalogWire, output: Advanced) -> Polyline:
-        column = self.parts[wire.source].analog.index(wire.port)
-        return thin(output.time, output.voltage[:, column], wire.tolerance)
+    def _inputs(
+        self, names: Sequence[str], results: Mapping[str, tuple[Any, float, Advanced]]
+    ) -> dict[str, dict[str, Polyline]]:
+        """Polylines by port that drive parts; what one port drives several by is thinned once."""
+        thinned: dict[tuple[str, str, float], Polyline] = {}
+        found: dict[str, dict[str, Polyline]] = {name: {} for name in names}
+        for wire in self.analog:
+            if wire.target in found:
+                key = wire.source, wire.port, wire.tolerance
+                if key not in thinned:
+                    output = results[wire.source][2]
+                    column = self.parts[wire.source].analog.index(wire.port)
+                    thinned[key] = thin(output.time, output.voltage[:, column], wire.tolerance)
+                found[wire.target][wire.target_port] = thinned[key]
+        return found
 
 
 def _levels(names: tuple[str, ...], wires: Sequence[AnalogWire]) -> list[list[str]]:

@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, singledispatch
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -297,7 +298,7 @@ def pack_sources(lines: tuple[Polyline, ...], sampled: tuple[bool, ...]) -> Sour
 
     sampled: for each source, whether its points are samples to follow, and not bends to restart at.
     """
-    start = np.concatenate([[0], np.cumsum([t.size for t, _ in lines])]).astype(np.int64)
+    start = np.array([0, *accumulate(t.size for t, _ in lines)], dtype=np.int64)
     time = np.concatenate([t for t, _ in lines]) if lines else np.zeros(0)
     value = np.concatenate([v for _, v in lines]) if lines else np.zeros(0)
     return Sources(start, time, value, np.array(sampled, dtype=np.bool_))

@@ -248,7 +248,7 @@ class Runner:
         if math.isnan(until):
             raise ParameterError(f"{title}: until {until:g} s, must be a time")
         lines = self._with_inputs(state, inputs)
-        before = int(state.counts[:2].sum())
+        before = int(state.counts[0] + state.counts[1])
         sources = self._pack(lines)
         history = core.History(
             state.time.copy(), state.voltage.copy(), state.rate.copy(), state.step.copy(),
@@ -262,7 +262,7 @@ class Runner:
         code = core.BUFFER_FULL
         while code == core.BUFFER_FULL:
             r.filled[:] = 0
-            left = max_steps - (int(history.counts[:2].sum()) - before)
+            left = max_steps - (int(history.counts[0] + history.counts[1]) - before)
             goal = core.Goal(float(until), float(self.rtol), left, bool(stop_at_event))
             code = core.integrate(self.machine.kernel, sources, history, goal, r, scratch)
             times.append(r.time[: r.filled[0]].copy())
