@@ -44,15 +44,19 @@ LOAD_NGSPICE = $(BIN)/python -c 'import ctypes, ctypes.util, os; \
 # said then, and without the error that it was read with. Commands and notebooks are kept beside, by what they run.
 SITE = $(KEEP_BYTE_CODE) $(BIN)/sphinx-build -q -W --keep-going -E -b html
 
-.PHONY: run test lint wheel ngspice browser docs docs-pages bench clean
+.PHONY: run test checks lint wheel ngspice browser docs docs-pages bench clean
 .DELETE_ON_ERROR:
 
 run: $(RUN_READY)
 	$(BIN)/noctule run approach --beside nominal --plot $(PICTURE)
 	@echo "The picture is $(CURDIR)/$(PICTURE)"
 
-test: ngspice browser lint docs-pages
+test: $(TEST_READY)
+	@$(MAKE) -j 2 checks
 	$(PYTEST)
+
+# What takes one core each goes side by side.
+checks: ngspice browser lint docs-pages
 
 lint: $(TEST_READY)
 	$(BIN)/ruff check
