@@ -9,7 +9,8 @@ All these spans are measured on this very die, by the equations of `chips.rangin
 their tolerance of a step. Every other neuron stays awake.
 
 A waking neuron is integrated once, up to its next spike or until it falls back to rest, and again only where
-an input comes before that.
+an input comes before that. What was seen to stay well below the threshold is not integrated again: an echo
+still earlier before the release (`lead`), and what follows a spike with v_ex and v_r as high (`calm`).
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from chips.ranging.neuron_kernel import (
     MAY_STOP,
     NEAR,
     NOW,
+    PEAK,
     RELEASE,
     RESET_END,
     RUN_ON,
@@ -52,6 +54,8 @@ KEPT = 80  # states kept after the release
 SPACING = 100e-6  # s, between them
 WATCHED = 5e-3  # s, looked ahead of a neuron that may not sleep
 LOOKED = 20e-3  # s after the release, looked ahead of a neuron that may
+CALM = 4  # spikes remembered that no other came after
+_BELOW = 10e-3  # V below the threshold, from where a peak is surely none: many times what steps move it; ours
 ROOM = 64  # echoes remembered; more than come in any `recover`
 PULSE = HALF_WIDTH  # s, within which a second event merges into the first
 _EARLIEST = 8e-3  # s before the release, from where `early` is looked for
@@ -88,6 +92,8 @@ class Chip(NamedTuple):
     echoes: F64  # float64[ROOM, 2], time (s) and level (V) of the last echoes, round and round
     counts: I64  # int64[3]: echoes so far, merged inputs, spikes too near to call
     jitter: Jitter  # of inhibition: each call writes the neurons' t_inh anew, unless it is of none
+    calm: F64  # float64[n, CALM, 2], v_ex and v_r at spikes that no other came after, V
+    lead: F64  # float64[n], s, from an echo that stayed silent to the release, least so far
 
 
 def new_plan(neurons: Neurons) -> Plan:
@@ -110,6 +116,7 @@ def new_chip(neurons: Neurons, plan: Plan, time: float = 0.0, jitter: Jitter | N
     chip = Chip(
         plan.rest.copy(), plan.rest.copy(), np.full(n, np.inf), np.zeros(n, np.int64), np.full(2, -np.inf),
         np.full((ROOM, 2), -np.inf), np.zeros(3, np.int64), no_jitter() if jitter is None else jitter,
+        np.full((n, CALM, 2), np.inf), np.full(n, np.inf),
     )  # fmt: skip
     start(neurons, plan, chip, time)
     return chip
@@ -232,7 +239,13 @@ def _look(m: Neurons, p: Plan, c: Chip, k: int) -> None:
     """Integrate from `base` to the next spike, or until it is known that none comes."""
     s = c.ahead[k]
     copy_state(c.base[k], s)
+    spiked = p.certain[k] and _just_spiked(s)
+    if spiked and _seen(c, k):
+        s[EARLY_STOP] = RUN_ON
+        c.phase[k], c.due[k] = QUIET, np.inf
+        return
     s[EARLY_STOP] = MAY_STOP if p.certain[k] else RUN_ON
+    s[PEAK] = -np.inf
     until = max(s[NOW], s[RELEASE]) + LOOKED
     if not p.certain[k]:  # not beyond the release, before which an echo may come, nor far beyond it
         until = s[RELEASE] if s[NOW] < s[RELEASE] else s[NOW] + WATCHED
@@ -241,8 +254,46 @@ def _look(m: Neurons, p: Plan, c: Chip, k: int) -> None:
         c.phase[k], c.due[k] = FIRING, spike
     elif p.certain[k]:
         c.phase[k], c.due[k] = QUIET, np.inf
+        if spiked and _calm(m, c, k):
+            _remember(c, k)
     else:
         c.phase[k], c.due[k] = LOOKING, until
+
+
+@_compiled
+def _just_spiked(s: F64) -> bool:
+    """Whether a state is that of a spike, with no input at work."""
+    return bool(s[RESET_END] > s[NOW] and s[RELEASE] <= s[NOW] and s[ECHO_END] <= s[NOW])
+
+
+@_compiled
+def _seen(c: Chip, k: int) -> bool:
+    """Whether no other spike came after one at which less held v_mem back than now."""
+    x, r = c.base[k, V_EX], c.base[k, V_R]
+    seen = False
+    for i in range(CALM):
+        seen = seen or (x >= c.calm[k, i, 0] and r >= c.calm[k, i, 1])
+    return bool(seen)
+
+
+@_compiled
+def _remember(c: Chip, k: int) -> None:
+    """Put a spike that no other came after first, in place of one that it tells more than, or of the last."""
+    x, r = c.base[k, V_EX], c.base[k, V_R]
+    i = 0
+    while i < CALM - 1 and not (x <= c.calm[k, i, 0] and r <= c.calm[k, i, 1]):
+        i += 1
+    while i > 0:
+        c.calm[k, i, 0], c.calm[k, i, 1] = c.calm[k, i - 1, 0], c.calm[k, i - 1, 1]
+        i -= 1
+    c.calm[k, 0, 0], c.calm[k, 0, 1] = x, r
+
+
+@_compiled
+def _calm(m: Neurons, c: Chip, k: int) -> bool:
+    """Whether a neuron that was looked at stayed well below its threshold."""
+    s, sure = c.ahead[k], c.ahead[k, NEAR] == 0.0 and c.ahead[k, UNDECIDED] == c.base[k, UNDECIDED]
+    return bool(sure and s[PEAK] < m.v_threshold[k] - _BELOW)
 
 
 @_compiled
@@ -363,8 +414,13 @@ def on_echo(m: Neurons, p: Plan, c: Chip, time: float, level: float) -> None:
             _replay(m, p, c, k, time)
         else:
             _wake(m, p, c, k, time)
+        lead = c.last[0] + m.t_inh[k] - time
+        inhibited = c.phase[k] == ASLEEP and lead > 0.0 and time >= c.last[0] + p.hold[k]
+        inhibited = inhibited and _own(m, k, level) <= m.v_ex_max[k] + TOLERANCE
         echo(m, k, c.base[k], _own(m, k, level))
         _look(m, p, c, k)
+        if inhibited and lead < c.lead[k] and c.phase[k] == QUIET and _calm(m, c, k):
+            c.lead[k] = lead
     i = c.counts[ECHOES] % ROOM
     c.echoes[i, 0], c.echoes[i, 1] = time, level
     c.counts[ECHOES] += 1
@@ -374,9 +430,18 @@ def on_echo(m: Neurons, p: Plan, c: Chip, time: float, level: float) -> None:
 @_compiled
 def _still_excited(m: Neurons, p: Plan, c: Chip, k: int, time: float) -> bool:
     """Whether the last echo, slept through, matters to a neuron that is free at `time` s."""
+    last = c.echoes[(c.counts[ECHOES] - 1) % ROOM, 1]
+    if _excites_nothing(m, p, k, _own(m, k, last)):
+        return False
     release = c.last[0] + m.t_inh[k]
     over = release if time <= release + p.settle[k] else time
     return bool(time > release and c.last[1] + p.recover[k] > over)
+
+
+@_compiled
+def _excites_nothing(m: Neurons, p: Plan, k: int, level: float) -> bool:
+    """Whether an echo leaves v_ex no lower than it is at rest."""
+    return bool(level >= p.rest[k, V_EX] - TOLERANCE and m.echo_step[k] >= -TOLERANCE)
 
 
 @_compiled
@@ -390,13 +455,14 @@ def _does_not_matter(m: Neurons, p: Plan, c: Chip, k: int, time: float, level: f
     """Whether an echo cannot bring a neuron nearer to a spike, or take one from it."""
     if c.phase[k] == LOOKING or c.phase[k] == FIRING:
         return False
-    if level >= p.rest[k, V_EX] - TOLERANCE and m.echo_step[k] >= -TOLERANCE:
-        return True  # it excites less than nothing does
+    if _excites_nothing(m, p, k, level):
+        return True
     if c.phase[k] == QUIET or level < m.v_ex_max[k] - TOLERANCE:
         return False  # awake, or more than what was tried
     since = time - c.last[0]
     if since < m.t_inh[k]:
-        return bool(since <= p.early[k])
+        seen = since >= p.hold[k] and m.t_inh[k] - since >= c.lead[k]
+        return bool(since <= p.early[k] or seen)
     return bool(since > m.t_inh[k] + p.settle[k] and c.last[1] + p.recover[k] <= time)
 
 

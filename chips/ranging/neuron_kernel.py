@@ -22,6 +22,7 @@ from chips.ranging.law import Neurons, Three, currents, excited, matrix_of, numb
 from circuits.arrays import F64, I64, Bools
 from circuits.compiled import compiled
 from circuits.devices.softplus import softplus_at
+from circuits.vectors.vector import bits_of, of_bits
 
 TOLERANCE = 1e-4  # V, local error of a step; ours: moves a peak by up to 0.35 mV, inside the measured margin
 ECHO_HELD = (0.05e-6, 10.15e-6)  # s, half-supply crossings of an event's pulse
@@ -34,6 +35,7 @@ _NO_STEP = 1e-30  # s, before the first one
 _PARTS = 8  # of a step, over which w is summed
 _LOOKAHEAD = 2e-3  # s, for which a spike's certainty is looked for beyond it
 SETTLED = 0.1  # V/s, of every node: nothing happens any more
+_CUBE_ROOT = 0x553EF0FF289DD796  # less a third of a number's bits are nearly those of its inverse cube root
 _FALLEN = 0.1  # V below the threshold, from which v_mem falls on to rest while v_r and v_ex only rise
 _RECOVERED = 20e-3  # V, of v_ex below the supply: less excitation than the coupling of v_mem makes
 
@@ -177,7 +179,7 @@ def _integrate(m: Neurons, k: int, mode: int, s: F64, stop: float) -> float:  # 
         n, error = stepped(numbers, matrix, step, y, i)
         room = TOLERANCE / max(error, 1e-12)
         if not error <= TOLERANCE:
-            h = step * (max(_SAFETY * np.cbrt(room), 0.1) if error > TOLERANCE else 0.1)  # else a NaN
+            h = step * (max(_SAFETY * _cube_root(room), 0.1) if error > TOLERANCE else 0.1)  # else a NaN
             continue
         i = currents(numbers, n[0], n[1], n[2])
         e = rates(matrix, i)
@@ -224,7 +226,7 @@ def _integrate(m: Neurons, k: int, mode: int, s: F64, stop: float) -> float:  # 
         # an error that grows from step to step goes on growing (Gustafsson 1994)
         trend = (step / earlier_step) ** 3 * room / earlier_room
         earlier_step, earlier_room = step, min(room, _LEEWAY)
-        factor = _SAFETY * np.cbrt(room * min(trend, 1.0))
+        factor = _SAFETY * _cube_root(room * min(trend, 1.0))
         h = step * min(max(factor, 0.2), 5.0) if not last else max(h, step * min(factor, 5.0))
     if spike < np.inf:
         if high < enough:
@@ -235,6 +237,15 @@ def _integrate(m: Neurons, k: int, mode: int, s: F64, stop: float) -> float:  # 
     s[V_MEM], s[V_R], s[V_EX] = y
     s[NOW], s[STEP], s[CHARGE], s[CHARGE_LOW], s[NEAR] = end, h, charge, low, near
     return np.inf
+
+
+@_compiled
+def _cube_root(x: float) -> float:
+    """Cube root of a positive normal number, to 1e-6 (tested): a guess by the exponent, three of Newton's."""
+    y: float = of_bits(_CUBE_ROOT - bits_of(x) // 3)
+    for _ in range(3):
+        y = y * (1.0 / 3.0) * (4.0 - x * y * y * y)
+    return x * y * y
 
 
 @_compiled

@@ -174,13 +174,8 @@ def next_durations(j: Jitter, time: float, t_inh: F64) -> None:
     j.counters[0, :] = np.uint32(j.calls[0])
     philox(j.keys, j.counters, j.words)
     blocks = j.keys.shape[1] // (n + m)
-    for i in range(r):
-        kept = math.exp(-j.rate[i] * (time - j.last[0]))
-        renewed = math.sqrt(1.0 - kept * kept)
-        for k in range(n + m):
-            column, pair = k * blocks + 1 + i // 4, 2 * (i % 4 // 2)
-            fresh = normal_pair(j.words[pair, column], j.words[pair + 1, column])[i % 2]
-            j.relaxation[k, i] = kept * j.relaxation[k, i] + renewed * fresh
+    for i in range(0, r, 2):
+        _relax_two(j, i, time)
     for k in range(n):
         shift = j.white[k] * normal_pair(j.words[0, k * blocks], j.words[1, k * blocks])[0]
         for i in range(r):
@@ -197,6 +192,24 @@ def next_durations(j: Jitter, time: float, t_inh: F64) -> None:
             t_inh[k] += j.follow_white[k, s] * white + j.follow[k, s] * slow
     j.last[0] = time
     j.calls[0] += 1
+
+
+@_compiled
+def _relax_two(j: Jitter, i: int, time: float) -> None:
+    """Take relaxation i of all, and the next one where there is one, to a call at `time` s."""
+    sources, row = j.relaxation.shape[0], 2 * (i % _PER_BLOCK // 2)
+    blocks = j.keys.shape[1] // sources
+    kept = math.exp(-j.rate[i] * (time - j.last[0]))
+    renewed = math.sqrt(1.0 - kept * kept)
+    both = i + 1 < j.rate.size
+    kept_next = math.exp(-j.rate[i + 1] * (time - j.last[0])) if both else 0.0
+    renewed_next = math.sqrt(1.0 - kept_next * kept_next)
+    for k in range(sources):
+        column = k * blocks + 1 + i // _PER_BLOCK
+        fresh, fresh_next = normal_pair(j.words[row, column], j.words[row + 1, column])
+        j.relaxation[k, i] = kept * j.relaxation[k, i] + renewed * fresh
+        if both:
+            j.relaxation[k, i + 1] = kept_next * j.relaxation[k, i + 1] + renewed_next * fresh_next
 
 
 @_compiled

@@ -64,7 +64,8 @@ def moved(chip: Chip, old: Conditions, new: Conditions, now: float) -> Chip:
     # looked at when the run goes on, by the new numbers
     return chip._replace(
         base=states.copy(), ahead=states, due=np.full(chip.due.size, now),
-        phase=np.full(chip.due.size, LOOKING), jitter=jitter,
+        phase=np.full(chip.due.size, LOOKING), jitter=jitter, calm=np.full_like(chip.calm, np.inf),
+        lead=np.full_like(chip.lead, np.inf),
     )  # fmt: skip
 
 

@@ -194,7 +194,8 @@ def no_population() -> Population:
     neurons = Neurons(**dict.fromkeys(Neurons._fields, nothing) | shaped)
     plan = Plan(nobody, nothing, nothing, nothing, nothing, plane, plane, np.zeros((0, 0, 0)))
     integers = np.zeros(0, np.int64)
-    chip = Chip(plane, plane, nothing, integers, nothing, plane, integers, no_jitter())
+    seen = np.zeros((0, 0, 2)), nothing
+    chip = Chip(plane, plane, nothing, integers, nothing, plane, integers, no_jitter(), *seen)
     return _new(neurons, plan, chip, nobody, plane, nobody, 1.0)
 
 
@@ -211,9 +212,10 @@ def _new(
 
 
 def forget(p: Population) -> None:
-    """Begin another run, at rest and with draws of its own: what flicker was before it is forgotten."""
+    """Begin another run, at rest and with draws of its own: what flicker was, and was seen, is forgotten."""
     p.chip.jitter.last[:] = -math.inf
     p.chip.last[:] = -math.inf
+    p.chip.calm[:], p.chip.lead[:] = math.inf, math.inf
 
 
 def unsure_delays(chip: Coded) -> int:

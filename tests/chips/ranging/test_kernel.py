@@ -10,10 +10,10 @@ import pytest
 from chips.ranging import kernel
 from chips.ranging.chip import RangingChip
 from chips.ranging.law import Neurons
-from chips.ranging.neuron_kernel import NOW, advance, call, echo
+from chips.ranging.neuron_kernel import NOW, V_EX, V_R, advance, call, echo
 from circuits.arrays import F64
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500_IDEAL
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
 from circuits.silicon.silicon import Silicon
 
 Input = tuple[float, str, float]  # time s, what, level V
@@ -81,6 +81,82 @@ def test_sleeping_changes_no_spike(die: int | None, sleepers: int) -> None:
     assert [k for k, _ in ours] == [k for k, _ in theirs]
     # a step's error, 0.1 mV, over the slowest passage of a threshold that spikes of these inputs have
     assert np.abs(np.array(ours)[:, 1] - np.array(theirs)[:, 1]).max() < 20e-6
+
+
+def _at_a_target(calls: int, delay: float) -> list[Input]:
+    """What a bat hears that hovers at a target: itself and what is behind in isolation, and the target."""
+    draw = np.random.default_rng(2)
+    found: list[Input] = []
+    for time in 35e-3 * np.arange(1, calls + 1) + draw.normal(0.0, 2e-6, calls):
+        jitter = draw.normal(0.0, 20e-6, 2)
+        found += [(time - 0.1e-3, "echo", 5.0), (time, "call", math.nan)]
+        found += [
+            (time + delay + jitter[0], "echo", math.nan),
+            (time + delay + 6e-3 + jitter[1], "echo", 5.0),
+        ]
+    return [*found, (found[-4][0] + 30e-3, "end", math.nan)]
+
+
+@pytest.mark.parametrize("lower", [0.0, 0.03, 0.06])
+def test_what_was_seen_to_be_silent_is_silent(lower: float) -> None:
+    part = RangingChip(Silicon(AMI_1500), bias_kind="generator")
+    m = part.neurons_at(27.0)
+    m.v_ex_max[:] -= lower
+    inputs = _at_a_target(30, float(m.t_inh[1]) + 0.3e-3)
+    ours, chip = _asleep(m, kernel.new_plan(m), inputs)
+    assert np.isfinite(chip.calm).any()  # so that nearly no spike was looked beyond
+    theirs = _awake(m, part.begin().neurons.base, inputs)
+    assert len(theirs) >= 30
+    assert [k for k, _ in ours] == [k for k, _ in theirs]
+    assert np.abs(np.array(ours)[:, 1] - np.array(theirs)[:, 1]).max() < 20e-6  # as above
+
+
+def test_only_what_holds_v_mem_back_more_counts_as_seen() -> None:
+    m = RangingChip(Silicon(AMI_1500_IDEAL), bias_kind="gate").neurons_at(27.0)
+    plan = kernel.new_plan(m)
+    inputs = [(1e-3, "call", math.nan), (7.4e-3, "echo", math.nan), (30e-3, "end", math.nan)]
+    _, chip = _asleep(m, plan, inputs)
+    x, r = chip.calm[2, 0]
+    assert np.isfinite([x, r]).all()
+    for higher in (0.0, 1e-3):
+        chip.base[2, [V_EX, V_R]] = x + higher, r
+        assert kernel._seen(chip, 2)
+    for lower in ((1e-6, 0.0), (0.0, 1e-6)):
+        chip.base[2, [V_EX, V_R]] = x - lower[0], r - lower[1]
+        assert not kernel._seen(chip, 2)
+    # one that tells more takes its place, one that does not stands beside it
+    chip.base[2, [V_EX, V_R]] = x - 1e-3, r
+    kernel._remember(chip, 2)
+    assert chip.calm[2].tolist() == [[x - 1e-3, r], *[[math.inf] * 2] * (kernel.CALM - 1)]
+    chip.base[2, [V_EX, V_R]] = x, r - 1e-3
+    kernel._remember(chip, 2)
+    assert chip.calm[2, :2].tolist() == [[x, r - 1e-3], [x - 1e-3, r]]
+    assert np.isinf(chip.calm[2, 2:]).all()
+
+
+def test_an_echo_before_one_that_was_silent_wakes_nobody() -> None:
+    m = RangingChip(Silicon(AMI_1500_IDEAL), bias_kind="gate").neurons_at(27.0)
+    plan = kernel.new_plan(m)
+    delay = float(plan.early[2]) - 0.3e-3
+    plan.early[:] = 0.0  # so that nothing is known of it
+    inputs = [(1e-3, "call", math.nan), (1e-3 + delay, "echo", math.nan), (60e-3, "call", math.nan)]
+    found, chip = _asleep(m, plan, inputs)
+    assert all(k != 2 for k, _ in found)
+    assert chip.lead[2] == pytest.approx(m.t_inh[2] - delay, abs=1e-12)
+    for later, phase in ((-1e-6, kernel.ASLEEP), (1e-6, kernel.QUIET)):
+        again = chip._replace(phase=chip.phase.copy(), counts=chip.counts.copy(), last=chip.last.copy())
+        kernel.on_echo(m, plan, again, 60e-3 + delay + later, math.nan)
+        assert again.phase[2] == phase
+
+
+def test_an_isolated_echo_before_a_call_leaves_it_as_a_call_alone() -> None:
+    m = RangingChip(Silicon(AMI_1500), bias_kind="generator").neurons_at(27.0)
+    plan = kernel.new_plan(m)
+    call_and_echo = [(1e-3, "call", math.nan), (3.7e-3, "echo", math.nan), (30e-3, "end", math.nan)]
+    found, _ = _asleep(m, plan, [(0.9e-3, "echo", 5.0), *call_and_echo])
+    alone, _ = _asleep(m, plan, call_and_echo)
+    assert found == alone
+    assert len(found) > 0
 
 
 def test_a_chip_sleeps_but_for_what_an_echo_reaches() -> None:

@@ -34,6 +34,11 @@ def test_the_rest_state_is_the_operating_point(neuron: Neurons) -> None:
         assert state[column] == pytest.approx(point[node], abs=1e-6)
 
 
+@pytest.mark.parametrize("x", [1e-8, 0.37, 1.0, 2.5, 8.0, 1e4, 1e8])
+def test_cube_roots(x: float) -> None:
+    assert core._cube_root(x) == pytest.approx(x ** (1.0 / 3.0), rel=1e-6)
+
+
 def test_the_rebound_is_the_circuit_s(neuron: Neurons) -> None:
     call = Source("call", "call", Pulse(0.0, 5.0, (0.0,), 10e-6, 0.1e-6, 0.1e-6))
     machine = stimulated(rebound_neuron.build(), Silicon(AMI_1500_IDEAL), (call,))
