@@ -33,6 +33,7 @@ from chips.ranging.neuron_kernel import (
     RESET_END,
     RUN_ON,
     SETTLED,
+    STOPPED,
     TOLERANCE,
     UNDECIDED,
     V_EX,
@@ -55,17 +56,20 @@ SPACING = 100e-6  # s, between them
 WATCHED = 5e-3  # s, looked ahead of a neuron that may not sleep
 LOOKED = 20e-3  # s after the release, looked ahead of a neuron that may
 CALM = 4  # spikes remembered that no other came after
-_BELOW = 10e-3  # V below the threshold, from where a peak is surely none: many times what steps move it; ours
+_STEEP = 100.0  # by more than what a peak moves where v_ex or v_r after the spike before it do (tested); ours
+_BELOW = 2e-3  # V below the threshold, from where a peak is surely none: six times what steps move it; ours
 ROOM = 64  # echoes remembered; more than come in any `recover`
 PULSE = HALF_WIDTH  # s, within which a second event merges into the first
 _EARLIEST = 8e-3  # s before the release, from where `early` is looked for
 _EARLY_WITHIN = 0.25e-3  # s, to which `early` is found
+_AFTER = 1e-9  # s after the next input is known to come, when a neuron is looked at where none came; ours
 _PIECES = 64  # of inhibition, in which `hold` is found
 
 _compiled = compiled()
 
 ASLEEP, QUIET, LOOKING, FIRING = range(4)
 ECHOES, MERGED, DOUBTS = range(3)  # columns of `Chip.counts`
+NEXT = 2  # column of `Chip.last`
 
 
 class Plan(NamedTuple):
@@ -88,11 +92,11 @@ class Chip(NamedTuple):
     ahead: F64  # float64[n, COLUMNS], at the next spike, or where nothing more will come
     due: F64  # float64[n], s, of the next spike, or of the next look
     phase: I64  # int64[n]: ASLEEP, QUIET, LOOKING or FIRING
-    last: F64  # float64[2], s, of the last call and the last echo
+    last: F64  # float64[3], s, of the last call and echo, and of the next input, where it is known, else past
     echoes: F64  # float64[ROOM, 2], time (s) and level (V) of the last echoes, round and round
     counts: I64  # int64[3]: echoes so far, merged inputs, spikes too near to call
     jitter: Jitter  # of inhibition: each call writes the neurons' t_inh anew, unless it is of none
-    calm: F64  # float64[n, CALM, 2], v_ex and v_r at spikes that no other came after, V
+    calm: F64  # float64[n, CALM, 3], V, v_ex and v_r after spikes that no other came after, and their leeway
     lead: F64  # float64[n], s, from an echo that stayed silent to the release, least so far
 
 
@@ -114,12 +118,18 @@ def new_chip(neurons: Neurons, plan: Plan, time: float = 0.0, jitter: Jitter | N
     """
     n = neurons.t_inh.size
     chip = Chip(
-        plan.rest.copy(), plan.rest.copy(), np.full(n, np.inf), np.zeros(n, np.int64), np.full(2, -np.inf),
+        plan.rest.copy(), plan.rest.copy(), np.full(n, np.inf), np.zeros(n, np.int64), np.full(3, -np.inf),
         np.full((ROOM, 2), -np.inf), np.zeros(3, np.int64), no_jitter() if jitter is None else jitter,
-        np.full((n, CALM, 2), np.inf), np.full(n, np.inf),
+        np.zeros((n, CALM, 3)), np.zeros(n),
     )  # fmt: skip
+    forget_seen(chip)
     start(neurons, plan, chip, time)
     return chip
+
+
+def forget_seen(chip: Chip) -> None:
+    """Take nothing to be known of what stayed silent so far."""
+    chip.calm[:], chip.lead[:] = (np.inf, np.inf, 0.0), np.inf
 
 
 @_compiled
@@ -239,23 +249,32 @@ def _look(m: Neurons, p: Plan, c: Chip, k: int) -> None:
     """Integrate from `base` to the next spike, or until it is known that none comes."""
     s = c.ahead[k]
     copy_state(c.base[k], s)
-    spiked = p.certain[k] and _just_spiked(s)
-    if spiked and _seen(c, k):
+    x, r, spiked = np.inf, np.inf, p.certain[k] and _just_spiked(s)
+    if spiked:
         s[EARLY_STOP] = RUN_ON
-        c.phase[k], c.due[k] = QUIET, np.inf
-        return
+        advance(m, k, s, s[RESET_END])
+        x, r = s[V_EX], s[V_R]
+        if _seen(c, k, x, r):
+            c.phase[k], c.due[k] = QUIET, np.inf
+            return
     s[EARLY_STOP] = MAY_STOP if p.certain[k] else RUN_ON
     s[PEAK] = -np.inf
     until = max(s[NOW], s[RELEASE]) + LOOKED
     if not p.certain[k]:  # not beyond the release, before which an echo may come, nor far beyond it
         until = s[RELEASE] if s[NOW] < s[RELEASE] else s[NOW] + WATCHED
+    cut = s[NOW] < c.last[NEXT] < until
+    if cut:
+        until = c.last[NEXT]
     spike = advance(m, k, s, until)
     if spike < np.inf:
         c.phase[k], c.due[k] = FIRING, spike
+    elif cut and s[EARLY_STOP] != STOPPED:
+        c.phase[k], c.due[k] = LOOKING, until + _AFTER
     elif p.certain[k]:
         c.phase[k], c.due[k] = QUIET, np.inf
-        if spiked and _calm(m, c, k):
-            _remember(c, k)
+        below = _calm(m, c, k)
+        if spiked and below > 0.0:
+            _remember(c, k, x, r, below / _STEEP)
     else:
         c.phase[k], c.due[k] = LOOKING, until
 
@@ -267,33 +286,33 @@ def _just_spiked(s: F64) -> bool:
 
 
 @_compiled
-def _seen(c: Chip, k: int) -> bool:
-    """Whether no other spike came after one at which less held v_mem back than now."""
-    x, r = c.base[k, V_EX], c.base[k, V_R]
+def _seen(c: Chip, k: int, x: float, r: float) -> bool:
+    """Whether no other spike came where, but for the leeway, less held v_mem back than v_ex and v_r do."""
     seen = False
     for i in range(CALM):
-        seen = seen or (x >= c.calm[k, i, 0] and r >= c.calm[k, i, 1])
+        leeway = c.calm[k, i, 2]
+        seen = seen or (x >= c.calm[k, i, 0] - leeway and r >= c.calm[k, i, 1] - leeway)
     return bool(seen)
 
 
 @_compiled
-def _remember(c: Chip, k: int) -> None:
+def _remember(c: Chip, k: int, x: float, r: float, leeway: float) -> None:
     """Put a spike that no other came after first, in place of one that it tells more than, or of the last."""
-    x, r = c.base[k, V_EX], c.base[k, V_R]
     i = 0
     while i < CALM - 1 and not (x <= c.calm[k, i, 0] and r <= c.calm[k, i, 1]):
         i += 1
     while i > 0:
-        c.calm[k, i, 0], c.calm[k, i, 1] = c.calm[k, i - 1, 0], c.calm[k, i - 1, 1]
+        for j in range(3):
+            c.calm[k, i, j] = c.calm[k, i - 1, j]
         i -= 1
-    c.calm[k, 0, 0], c.calm[k, 0, 1] = x, r
+    c.calm[k, 0, 0], c.calm[k, 0, 1], c.calm[k, 0, 2] = x, r, leeway
 
 
 @_compiled
-def _calm(m: Neurons, c: Chip, k: int) -> bool:
-    """Whether a neuron that was looked at stayed well below its threshold."""
+def _calm(m: Neurons, c: Chip, k: int) -> float:
+    """How surely a neuron that was looked at stayed below its threshold, V; not where that is not above 0."""
     s, sure = c.ahead[k], c.ahead[k, NEAR] == 0.0 and c.ahead[k, UNDECIDED] == c.base[k, UNDECIDED]
-    return bool(sure and s[PEAK] < m.v_threshold[k] - _BELOW)
+    return float(m.v_threshold[k] - _BELOW - s[PEAK]) if sure else 0.0
 
 
 @_compiled
@@ -419,7 +438,7 @@ def on_echo(m: Neurons, p: Plan, c: Chip, time: float, level: float) -> None:
         inhibited = inhibited and _own(m, k, level) <= m.v_ex_max[k] + TOLERANCE
         echo(m, k, c.base[k], _own(m, k, level))
         _look(m, p, c, k)
-        if inhibited and lead < c.lead[k] and c.phase[k] == QUIET and _calm(m, c, k):
+        if inhibited and lead < c.lead[k] and c.phase[k] == QUIET and _calm(m, c, k) > 0.0:
             c.lead[k] = lead
     i = c.counts[ECHOES] % ROOM
     c.echoes[i, 0], c.echoes[i, 1] = time, level

@@ -26,8 +26,9 @@ from circuits.vectors.vector import bits_of, of_bits
 
 TOLERANCE = 1e-4  # V, local error of a step; ours: moves a peak by up to 0.35 mV, inside the measured margin
 ECHO_HELD = (0.05e-6, 10.15e-6)  # s, half-supply crossings of an event's pulse
-# First steps, s, after v_mem is pulled low, after it is let go, and after an echo's pulse begins or ends. The
-# last is short: v_ex keeps its errors, and 0.1 mV of it is some millivolts of a later peak of v_mem.
+# First steps, s, after v_mem is pulled low, after it is let go, and after an echo's pulse ends; the pulse
+# itself, which holds v_ex, is tried in one. The last is short: v_ex keeps its errors, and 0.1 mV of it is
+# some millivolts of a later peak of v_mem.
 _PULLED_STEP, _RELEASED_STEP, _EXCITED_STEP = 5e-8, 4e-9, 1e-6
 _SAFETY = 0.9  # of the step that the error allows
 _LEEWAY = 100.0  # largest ratio of the tolerance to an error that the next step is judged by
@@ -151,7 +152,7 @@ def advance(m: Neurons, k: int, s: F64, until: float) -> float:
             _hold(m, k, s, V_EX, s[ECHO_LEVEL])
             if held:
                 s[V_MEM] = m.v_held[k]
-            s[STEP] = _EXCITED_STEP
+            s[STEP] = ECHO_HELD[1] - ECHO_HELD[0]
         if stop == s[ECHO_END]:
             s[V_EX] += m.echo_step[k]
             s[STEP] = _EXCITED_STEP
@@ -204,8 +205,13 @@ def _integrate(m: Neurons, k: int, mode: int, s: F64, stop: float) -> float:  # 
                         high = max(high + part * (mean - margin), 0.0)
                         if grown >= enough:
                             share = (enough - charge) / (grown - charge)
-                            spike = t + step * (z - (1.0 - share) / _PARTS)
-                            kept = (before + share * (after - before), n[1], n[2])
+                            z -= (1.0 - share) / _PARTS
+                            spike = t + step * z
+                            kept = (
+                                before + share * (after - before),
+                                _hermite(z, step, y[1], n[1], d[1], e[1]),
+                                _hermite(z, step, y[2], n[2], d[2], e[2]),
+                            )
                             end = spike + _LOOKAHEAD
                         charge = grown
                     else:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chips.ranging.kernel import ASLEEP, LOOKING, Chip, Plan, new_plan
+from chips.ranging.kernel import ASLEEP, LOOKING, Chip, Plan, forget_seen, new_plan
 from chips.ranging.law import Neurons
 from chips.ranging.neuron_kernel import EARLY_STOP, NOW, RELEASE, RUN_ON, advance, call, echo
 from chips.ranging.noise import Jitter, most
@@ -62,11 +62,12 @@ def moved(chip: Chip, old: Conditions, new: Conditions, now: float) -> Chip:
     if new.jitter is not None:
         jitter = new.jitter._replace(relaxation=jitter.relaxation, last=jitter.last, calls=jitter.calls)
     # looked at when the run goes on, by the new numbers
-    return chip._replace(
+    after = chip._replace(
         base=states.copy(), ahead=states, due=np.full(chip.due.size, now),
-        phase=np.full(chip.due.size, LOOKING), jitter=jitter, calm=np.full_like(chip.calm, np.inf),
-        lead=np.full_like(chip.lead, np.inf),
+        phase=np.full(chip.due.size, LOOKING), jitter=jitter, calm=chip.calm.copy(), lead=chip.lead.copy(),
     )  # fmt: skip
+    forget_seen(after)  # at the old temperature
+    return after
 
 
 def _at(chip: Chip, on: Conditions, k: int, now: float) -> F64:

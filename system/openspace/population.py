@@ -36,9 +36,11 @@ from chips.noise import SiliconNoise
 from chips.ranging.calibration.found import off_of, values_of
 from chips.ranging.chip import shipped_model
 from chips.ranging.kernel import (
+    NEXT,
     PULSE,
     Chip,
     Plan,
+    forget_seen,
     new_chip,
     next_due,
     on_call,
@@ -194,7 +196,7 @@ def no_population() -> Population:
     neurons = Neurons(**dict.fromkeys(Neurons._fields, nothing) | shaped)
     plan = Plan(nobody, nothing, nothing, nothing, nothing, plane, plane, np.zeros((0, 0, 0)))
     integers = np.zeros(0, np.int64)
-    seen = np.zeros((0, 0, 2)), nothing
+    seen = np.zeros((0, 0, 3)), nothing
     chip = Chip(plane, plane, nothing, integers, nothing, plane, integers, no_jitter(), *seen)
     return _new(neurons, plan, chip, nobody, plane, nobody, 1.0)
 
@@ -215,7 +217,7 @@ def forget(p: Population) -> None:
     """Begin another run, at rest and with draws of its own: what flicker was, and was seen, is forgotten."""
     p.chip.jitter.last[:] = -math.inf
     p.chip.last[:] = -math.inf
-    p.chip.calm[:], p.chip.lead[:] = math.inf, math.inf
+    forget_seen(p.chip)
 
 
 def unsure_delays(chip: Coded) -> int:
@@ -266,6 +268,7 @@ def hear_ping(p: Population, time: float, n: int) -> None:
     """
     p.spiked[0] = 0
     _to_the_call(p, time)
+    p.chip.last[NEXT] = -math.inf
     on_call(p.neurons, p.plan, p.chip, time)
     _forget_answers(p)
     at, first, latest = 0.0, 0, 0
@@ -281,9 +284,20 @@ def hear_ping(p: Population, time: float, n: int) -> None:
             _go_on(p, time + p.echo[0, 0], math.nan)
         _say(p)
         latest = e
+        p.chip.last[NEXT] = _next_pulse(p, time, e, n)
         on_echo(p.neurons, p.plan, p.chip, time + p.echo[e, 0], math.nan)
     if n > 0:
         _note(p, first, n, _place_of(p, time, latest, p.echo[latest, 0] + WINDOW, at), at)
+
+
+@_compiled
+def _next_pulse(p: Population, time: float, e: int, n: int) -> float:
+    """When the next echo comes that does not merge with echo e, s; past where none does."""
+    for i in range(e + 1, n):
+        delay: float = p.echo[i, 0]
+        if delay > p.echo[e, 0] + PULSE:
+            return time + delay
+    return -math.inf
 
 
 @_compiled

@@ -10,10 +10,21 @@ import pytest
 from chips.ranging import kernel
 from chips.ranging.chip import RangingChip
 from chips.ranging.law import Neurons
-from chips.ranging.neuron_kernel import NOW, V_EX, V_R, advance, call, echo
+from chips.ranging.neuron_kernel import (
+    EARLY_STOP,
+    MAY_STOP,
+    NOW,
+    PEAK,
+    RESET_END,
+    V_EX,
+    V_R,
+    advance,
+    call,
+    echo,
+)
 from circuits.arrays import F64
 from circuits.silicon.die import Die
-from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL
+from circuits.silicon.process import AMI_1500, AMI_1500_IDEAL, Process
 from circuits.silicon.silicon import Silicon
 
 Input = tuple[float, str, float]  # time s, what, level V
@@ -104,11 +115,42 @@ def test_what_was_seen_to_be_silent_is_silent(lower: float) -> None:
     m.v_ex_max[:] -= lower
     inputs = _at_a_target(30, float(m.t_inh[1]) + 0.3e-3)
     ours, chip = _asleep(m, kernel.new_plan(m), inputs)
-    assert np.isfinite(chip.calm).any()  # so that nearly no spike was looked beyond
+    assert np.isfinite(chip.calm[:, :, 0]).any()  # so that nearly no spike was looked beyond
     theirs = _awake(m, part.begin().neurons.base, inputs)
     assert len(theirs) >= 30
     assert [k for k, _ in ours] == [k for k, _ in theirs]
     assert np.abs(np.array(ours)[:, 1] - np.array(theirs)[:, 1]).max() < 20e-6  # as above
+
+
+@pytest.mark.parametrize("die", [None, 1003, 1007])
+@pytest.mark.parametrize("process", [AMI_1500, AMI_1500_IDEAL])
+def test_a_peak_moves_by_less_than_is_taken_where_voltages_after_a_spike_do(
+    die: int | None, process: Process
+) -> None:
+    silicon = Silicon(process) if die is None else Silicon(process, die=Die(number=die))
+    m = RangingChip(silicon, bias_kind="generator").neurons_at(27.0)
+    m.v_ex_max[:] -= 0.05
+    rest, peaks = kernel.new_plan(m).rest, 0
+    for k in range(13):
+        state = rest[k].copy()
+        call(m, k, state)
+        advance(m, k, state, float(m.t_inh[k]))
+        echo(m, k, state, float(m.v_ex_max[k]))
+        while advance(m, k, state, float(m.t_inh[k]) + 10e-3) < math.inf:
+            after = state.copy()
+            advance(m, k, after, float(after[RESET_END]))
+            found = []
+            for column, change in ((V_EX, 0.0), (V_EX, -1e-3), (V_R, -1e-3)):
+                moved = after.copy()
+                moved[column] += change
+                moved[PEAK] = -math.inf
+                moved[EARLY_STOP] = MAY_STOP
+                spike = advance(m, k, moved, float(after[NOW]) + 20e-3)
+                found.append(moved[PEAK] if spike == math.inf else math.nan)
+            if not np.isnan(found).any():
+                assert np.abs(np.diff(found)).max() < kernel._STEEP * 1e-3
+                peaks += 1
+    assert peaks > 0
 
 
 def test_only_what_holds_v_mem_back_more_counts_as_seen() -> None:
@@ -116,22 +158,22 @@ def test_only_what_holds_v_mem_back_more_counts_as_seen() -> None:
     plan = kernel.new_plan(m)
     inputs = [(1e-3, "call", math.nan), (7.4e-3, "echo", math.nan), (30e-3, "end", math.nan)]
     _, chip = _asleep(m, plan, inputs)
-    x, r = chip.calm[2, 0]
-    assert np.isfinite([x, r]).all()
-    for higher in (0.0, 1e-3):
-        chip.base[2, [V_EX, V_R]] = x + higher, r
-        assert kernel._seen(chip, 2)
-    for lower in ((1e-6, 0.0), (0.0, 1e-6)):
-        chip.base[2, [V_EX, V_R]] = x - lower[0], r - lower[1]
-        assert not kernel._seen(chip, 2)
+    x, r, leeway = chip.calm[2, 0]
+    below = m.v_threshold[2] - chip.ahead[2, PEAK]
+    assert leeway == pytest.approx((below - kernel._BELOW) / kernel._STEEP)
+    for x_less, r_less in ((0.0, 0.0), (-1e-3, 0.9 * leeway), (0.9 * leeway, 0.0)):
+        assert kernel._seen(chip, 2, x - x_less, r - r_less)
+    for x_less, r_less in ((1.1 * leeway, 0.0), (0.0, 1.1 * leeway)):
+        assert not kernel._seen(chip, 2, x - x_less, r - r_less)
     # one that tells more takes its place, one that does not stands beside it
-    chip.base[2, [V_EX, V_R]] = x - 1e-3, r
-    kernel._remember(chip, 2)
-    assert chip.calm[2].tolist() == [[x - 1e-3, r], *[[math.inf] * 2] * (kernel.CALM - 1)]
-    chip.base[2, [V_EX, V_R]] = x, r - 1e-3
-    kernel._remember(chip, 2)
-    assert chip.calm[2, :2].tolist() == [[x, r - 1e-3], [x - 1e-3, r]]
-    assert np.isinf(chip.calm[2, 2:]).all()
+    kernel._remember(chip, 2, x - 1e-3, r, 0.0)
+    nothing = [math.inf, math.inf, 0.0]
+    assert chip.calm[2].tolist() == [[x - 1e-3, r, 0.0], *[nothing] * (kernel.CALM - 1)]
+    kernel._remember(chip, 2, x, r - 1e-3, 1e-6)
+    assert chip.calm[2, :2].tolist() == [[x, r - 1e-3, 1e-6], [x - 1e-3, r, 0.0]]
+    kernel.forget_seen(chip)
+    assert chip.calm[2].tolist() == [nothing] * kernel.CALM
+    assert np.isinf(chip.lead).all()
 
 
 def test_an_echo_before_one_that_was_silent_wakes_nobody() -> None:

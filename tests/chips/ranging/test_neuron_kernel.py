@@ -34,6 +34,22 @@ def test_the_rest_state_is_the_operating_point(neuron: Neurons) -> None:
         assert state[column] == pytest.approx(point[node], abs=1e-6)
 
 
+def test_a_spike_leaves_v_r_and_v_ex_as_they_are_then(neuron: Neurons) -> None:
+    state = np.zeros(COLUMNS)
+    core.begin(neuron, 0, state, 0.0)
+    core.call(neuron, 0, state)
+    core.advance(neuron, 0, state, float(neuron.t_inh[0]))
+    core.echo(neuron, 0, state, float(neuron.v_ex_max[0]))
+    before = state.copy()
+    spike = core.advance(neuron, 0, state, state[NOW] + 5e-3)
+    assert spike < math.inf
+    assert core.advance(neuron, 0, before, spike - 1e-9) == math.inf
+    fall = float(neuron.v_held[0]) - before[V_MEM]
+    for column in (V_R, V_EX):  # which follow v_mem when it is pulled low
+        then = before[column] + neuron.follow[0, column, V_MEM] * fall
+        assert state[column] == pytest.approx(then, abs=core.TOLERANCE)
+
+
 @pytest.mark.parametrize("x", [1e-8, 0.37, 1.0, 2.5, 8.0, 1e4, 1e8])
 def test_cube_roots(x: float) -> None:
     assert core._cube_root(x) == pytest.approx(x ** (1.0 / 3.0), rel=1e-6)
