@@ -21,7 +21,7 @@ from chips.part import Analog, Event, Output
 from chips.ranging import circuit as ranging_chip
 from chips.ranging.calibration.found import values_of
 from chips.ranging.law import Neurons
-from chips.ranging.model import ReboundModel, check_box, model_of, neurons_on, with_biases
+from chips.ranging.model import Located, ReboundModel, check_box, model_of, neurons_on, with_biases
 from chips.ranging.neuron_kernel import Looked, bring, call, echo, go_on, look_all, resting
 from chips.ranging.noise import Jitter, copied, new_jitter, next_durations
 from chips.ranging.record import ReboundRecord
@@ -128,6 +128,7 @@ class RangingChip:
         self.spikes = self.model.circuit.port("spike").elements()
         self.analog: tuple[str, ...] = ()
         self._at: dict[float, Neurons] = {}
+        self._located: dict[float, Located] = {}  # of temperatures whose jitter is not asked for yet
         self._jitter: dict[float, Jitter] = {}
         self.neurons_at(silicon.temperature_c)
 
@@ -244,8 +245,10 @@ class RangingChip:
         """Return the neurons at `temperature` (degC), which is checked against the box once."""
         if temperature not in self._at:
             silicon = replace(self.silicon, temperature_c=temperature)
-            check_box(self.model, silicon, self.path)
-            self._at[temperature] = neurons_on(self.model, silicon)
+            found = check_box(self.model, silicon, self.path)
+            self._at[temperature] = neurons_on(self.model, silicon, found)
+            if self.noise is not None:
+                self._located[temperature] = found
         return self._at[temperature]
 
     def jitter_at(self, temperature: float) -> Jitter | None:
@@ -258,7 +261,10 @@ class RangingChip:
         if temperature not in self._jitter:
             neurons, silicon = self.neurons_at(temperature), replace(self.silicon, temperature_c=temperature)
             shortest = float(self.neurons_at(self.silicon.temperature_c).t_inh.min())
-            self._jitter[temperature] = new_jitter(self.model, neurons, silicon, self.noise, shortest)
+            found = self._located.pop(temperature)
+            self._jitter[temperature] = new_jitter(
+                self.model, neurons, silicon, self.noise, shortest, found=found
+            )
         return copied(self._jitter[temperature])
 
     def _check(self, lines: Mapping[str, Polyline]) -> None:

@@ -178,10 +178,25 @@ def neuron_of(circuit: Circuit) -> Circuit:
     return first.circuit if isinstance(first, InstanceArray) else circuit
 
 
-def neurons_on(model: ReboundModel, silicon: Silicon) -> Neurons:
-    """Return all neurons of the model on a silicon, with the same devices as at transistor level."""
+class Located(NamedTuple):
+    """What neurons of a model are made of on a silicon: voltages of their bias ports, V, and devices."""
+
+    gate: dict[str, F64]
+    devices: Devices
+
+
+def located(model: ReboundModel, silicon: Silicon) -> Located:
+    """Find the bias voltages and the devices of all neurons of the model on a silicon."""
     gate = gates_on(model, silicon)
-    d = devices_on(model, silicon, gate)
+    return Located(gate, devices_on(model, silicon, gate))
+
+
+def neurons_on(model: ReboundModel, silicon: Silicon, found: Located | None = None) -> Neurons:
+    """Return all neurons of the model on a silicon, with the same devices as at transistor level.
+
+    found: what `located` finds there, where that is known.
+    """
+    gate, d = located(model, silicon) if found is None else found
     u_t, v_dd = silicon.thermal_voltage, silicon.process.v_dd
     n, p = silicon.law("n"), silicon.law("p")
     fet = d.on_die.fet
@@ -472,8 +487,8 @@ def stimulated(neuron: Circuit, silicon: Silicon, extra: Sequence[Source] = ()) 
     return to_kernel(Testbench("rebound neuron", neuron, sources, np.inf, watch=("spike",)), silicon)
 
 
-def check_box(model: ReboundModel, silicon: Silicon, path: str = "") -> None:
-    """Ask of `chips.validity` that a silicon is inside the record's validity box.
+def check_box(model: ReboundModel, silicon: Silicon, path: str = "") -> Located:
+    """Ask of `chips.validity` that a silicon is inside the record's validity box; returns what is there.
 
     path: instance path that an error names; the circuit's own name unless given. Raises `ParameterError`
     outside, as there.
@@ -481,8 +496,8 @@ def check_box(model: ReboundModel, silicon: Silicon, path: str = "") -> None:
     grid, box = model.record.grid, model.record.box
     name = path or model.circuit.name
     require_inside(f"{name}.temperature", silicon.temperature_c, grid.temperature, "degC")
-    gate = gates_on(model, silicon)
-    d = devices_on(model, silicon, gate)
+    found = located(model, silicon)
+    gate, d = found
     for k, i in enumerate(inhibition_current(d, gate["i_inh_tau"])):
         require_inside(f"{_element(model, name, k)}.i_inh_tau", float(i), grid.current, "A")
     used = {p.rpartition(".")[0] for q in model.record.quantities.values() for p in q.parameters} - {""}
@@ -497,6 +512,7 @@ def check_box(model: ReboundModel, silicon: Silicon, path: str = "") -> None:
     shift = np.ravel(gate["v_th"] - model.reference["v_th"])
     furthest = float(shift[np.argmax(np.abs(shift))])
     require_inside(f"{name}.v_th_shift", furthest, (-box.v_th, box.v_th), "V")
+    return found
 
 
 def _element(model: ReboundModel, name: str, k: int) -> str:

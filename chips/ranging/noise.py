@@ -27,7 +27,7 @@ import numpy as np
 from chips.lines.wander import Wander, swing_of, wander_of
 from chips.noise import SiliconNoise, mean_variance
 from chips.ranging.law import Neurons
-from chips.ranging.model import ReboundModel, devices_on, gates_on, inhibition_current, neuron_of
+from chips.ranging.model import Located, ReboundModel, inhibition_current, located, neuron_of
 from circuits.arrays import F64, I64, U32
 from circuits.compiled import compiled
 from circuits.devices.noise import gate_flicker
@@ -93,15 +93,15 @@ def lines_at(model: ReboundModel, silicon: Silicon, noise: SiliconNoise, count: 
 
 def new_jitter(
     model: ReboundModel, neurons: Neurons, silicon: Silicon, noise: SiliconNoise, shortest: float,
-    area: float = 1.0,
+    area: float = 1.0, found: Located | None = None,
 ) -> Jitter:  # fmt: skip
     """Return the jitter of the neurons of `model` on a silicon, before any call.
 
     shortest: an inhibition (s) that says how fast relaxations are told apart, the same for all temperatures
-    between which a state goes on; area: of the drawn devices over the circuit's, for flicker.
+    between which a state goes on; area: of the drawn devices over the circuit's, for flicker; found: what
+    `located` finds there, where that is known.
     """
-    gate = gates_on(model, silicon)
-    devices = devices_on(model, silicon, gate)
+    gate, devices = located(model, silicon) if found is None else found
     current = inhibition_current(devices, gate[_BIAS])
     flicker = noise.flicker_in(silicon.process)
     rate, variance = relaxations(flicker, shortest / _FASTEST)

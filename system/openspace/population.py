@@ -148,8 +148,7 @@ class Coded:
     def neurons(self) -> Neurons:
         """Return its neurons; raises `ParameterError` outside the record's box (`chips.validity`)."""
         model, silicon = self.model, self.silicon.of_area(self.area)
-        check_box(model, silicon, "ranging_chip")
-        return neurons_on(model, silicon)
+        return neurons_on(model, silicon, check_box(model, silicon, "ranging_chip"))
 
 
 def coded(
