@@ -35,15 +35,16 @@ class Channel(NamedTuple):
 
     A simulator derives an expression anew by each voltage in it, and wherever it is nested in another: with
     the pinch-off voltage inside, ngspice takes three times as long for a transistor with second-order
-    effects, and with `u` and the mobility inside 1.2 to 2.8 times for blocks of such. A node's voltage may be
-    anything on the way to a solution, where `u` below zero would be a current that grows.
+    effects, and with `u` and the mobility inside 1.2 to 2.8 times for blocks of such; so do powers, which are
+    products here. A node's voltage may be anything on the way to a solution, where `u` below zero would be a
+    current that grows.
 
     Attributes
     ----------
     terms
         Value of each node by its tag, none where the law is simple: `vp`, the pinch-off voltage to the bulk,
-        V; `f` and `r`, `u = ln(1 + e^x)` of source and drain, whose squares are the forward and the reverse
-        current over I_S; `m`, the mobility over that of a weak field.
+        V; `fx` and `rx`, `x` of source and drain; `f` and `r`, `u = ln(1 + e^x)`, whose squares are the
+        forward and the reverse current over I_S; `m`, the mobility over that of a weak field.
     current
         Current from drain to source, A (nFET), or from source to drain (pFET).
     """
@@ -67,19 +68,24 @@ def channel_current(
     of_second_order = law.gamma > 0.0 or law.mobility_reduction > 0.0
     if of_second_order:
         terms["vp"], pinch_off = _pinch_off(law, u_gate), held("vp")
-    forward, reverse = (form(_argument(law, u_gate, u, pinch_off)) for u in (u_source, u_drain))
+    arguments = (_argument(law, u_gate, u, pinch_off) for u in (u_source, u_drain))
     if of_second_order:
-        terms |= {"f": forward, "r": reverse}
+        for tag, argument in zip("fr", arguments, strict=True):
+            terms |= {f"{tag}x": argument, tag: form(held(f"{tag}x"))}
         forward, reverse = (f"max({held(tag)},0)" for tag in "fr")
+        squares = f"{forward}*{held('f')}-{reverse}*{held('r')}"
+    else:
+        forward, reverse = map(form, arguments)
+        squares = f"{forward}^2-{reverse}^2"
     specific = law.square_current * device.multiplicity * device.width / device.length
-    current = f"{specific!r}*({forward}^2-{reverse}^2)"
+    current = f"{specific!r}*({squares})"
     if law.early_field > 0.0:
         early = f"{1.0 / (law.early_field * device.length)!r}*abs({difference(drain, source)})"
         if law.early_rise > 0.0:
             early = f"{early}/(1+{law.early_rise!r}*({forward}+{reverse}))"
         current = f"{current}*(1+{early})"
     if law.mobility_reduction > 0.0:
-        twice = f"({pinch_off}+sqrt({pinch_off}^2+{2.0 * law.u_t**2!r}))"
+        twice = f"({pinch_off}+sqrt({pinch_off}*{pinch_off}+{2.0 * law.u_t**2!r}))"
         terms["m"] = f"1/(1+{0.5 * law.mobility_reduction!r}*{twice})"
         current = f"{current}*{held('m')}"
     return Channel(terms, current)
@@ -100,7 +106,7 @@ def junction_current(
         leakage = f"({leakage}+{law.gate_induced_leakage * width!r}*exp(min({above},{INDUCED_LIMIT!r})))"
     y = f"({-1.0 / law.u_t!r}*{_to_bulk(device, terminal, difference)})"
     limit = _JUNCTION_LIMIT
-    return f"{leakage}*(1-exp(min({y},{limit!r}))*(1+max({y}-{limit!r},0)))"
+    return f"{leakage}*({y}<{limit!r}?1-exp({y}):1-{math.exp(limit)!r}*({y}-{limit - 1.0!r}))"
 
 
 def amplifier_currents(device: OperationalAmplifier, difference: Difference) -> tuple[str, str]:

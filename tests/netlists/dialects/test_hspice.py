@@ -37,7 +37,7 @@ def test_every_node_that_a_law_holds_has_the_same_expression() -> None:
     )
     found = [line.partition("cur=")[2].replace("__", "#") for line in format_device(device, GAMMA)]
     expected = of_ngspice(device, GAMMA)
-    assert len(expected) == 4  # current, vp, f, r
+    assert len(expected) == 6  # current, vp, fx, f, rx, r
     assert [line for line in found if line] == [f"'{each}'" for each in expected]
 
 
