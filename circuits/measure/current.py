@@ -14,7 +14,7 @@ it does in the run.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -48,7 +48,14 @@ def current_names(machine: Machine) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*devices, *machine.source_names)))
 
 
-def device_current(machine: Machine, v: F64, time: F64, kink: Bools, name: str) -> F64:
+def device_current(
+    machine: Machine,
+    v: F64,
+    time: F64,
+    kink: Bools,
+    name: str,
+    conducted: Callable[[], tuple[F64, F64]] | None = None,
+) -> F64:
     """Current of one device or source over a run, float64[T], A.
 
     Parameters
@@ -63,15 +70,18 @@ def device_current(machine: Machine, v: F64, time: F64, kink: Bools, name: str) 
         Where the solver began anew, bool[T].
     name
         Path of a device, or name of a source.
+    conducted
+        Gives what `circuits.solver.power.conduction_and_channels` does, of a run of which more is asked.
 
     Raises
     ------
     UnknownNameError
         There is no such device or source.
     """
+    conducted = conducted or (lambda: conduction_and_channels(machine, v))
     labels = machine.flat.labels(Transistor)
     if name in labels:
-        return conduction_and_channels(machine, v)[0][:, labels.index(name)]
+        return conducted()[0][:, labels.index(name)]
     for label, group, k in _devices(machine):
         if label == name:
             return _of_other(machine, group, k, v, time, kink)
@@ -82,7 +92,7 @@ def device_current(machine: Machine, v: F64, time: F64, kink: Bools, name: str) 
         return _given(machine, own, time)
     column = machine.kernel.unknowns + own
     charge = linear(machine.source_charge, column, v, np.zeros(len(v)))
-    return -(conduction_and_channels(machine, v)[1][:, column] + rate(time, charge, kink))
+    return -(conducted()[1][:, column] + rate(time, charge, kink))
 
 
 def static_currents(machine: Machine, v: F64) -> dict[str, F64]:

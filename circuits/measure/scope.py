@@ -11,6 +11,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, final
 
 import numpy as np
@@ -29,7 +30,12 @@ from circuits.measure.current import (
 from circuits.measure.signal import Signal
 from circuits.measure.unit import AMPERE, SECOND, VOLT, Unit
 from circuits.solver.operating_point import OperatingPoint
-from circuits.solver.power import energy_courses, node_voltages, require_every_node
+from circuits.solver.power import (
+    conduction_and_channels,
+    energy_courses,
+    node_voltages,
+    require_every_node,
+)
 from circuits.solver.sweep import Sweep
 from circuits.solver.transient import Result
 
@@ -108,9 +114,9 @@ def scope_of(machine: Machine) -> Scope:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class TransientRecord(Record):
-    """A transient run that recorded every node."""
+    """A transient run that recorded every node; what its currents stand on is worked out once."""
 
     result: Result
 
@@ -126,8 +132,8 @@ class TransientRecord(Record):
 
     def current(self, device: str) -> Signal:
         """Current of a device or source, A."""
-        v, kinks = node_voltages(self.result), self._kinks
-        found = device_current(self.result.machine, v, self.axis, kinks, device)
+        v, kinks = self._voltages, self._kinks
+        found = device_current(self.result.machine, v, self.axis, kinks, device, lambda: self._conducted)
         return Signal(self.axis, found, kinks)
 
     def currents(self) -> dict[str, F64]:
@@ -137,13 +143,26 @@ class TransientRecord(Record):
 
     def energy(self, source: str) -> Signal:
         """Energy that a source has delivered until each point, J."""
-        return Signal(self.axis, energy_courses(self.result)[source], self._kinks)
+        require_every_node(self.result, "energy")
+        return Signal(self.axis, self._energies[source], self._kinks)
 
     def spikes(self, node: str) -> F64:
         """Times of the spikes at a watched node, float64[n], s."""
         return self.result.spikes[node]
 
-    @property
+    @cached_property
+    def _voltages(self) -> F64:
+        return node_voltages(self.result)
+
+    @cached_property
+    def _conducted(self) -> tuple[F64, F64]:
+        return conduction_and_channels(self.result.machine, self._voltages)
+
+    @cached_property
+    def _energies(self) -> dict[str, F64]:
+        return energy_courses(self.result, self._conducted[1])
+
+    @cached_property
     def _kinks(self) -> Bools:
         """Points at which a stimulus bends, where the solver begins anew, bool[T]."""
         machine, time = self.result.machine, self.axis

@@ -27,15 +27,18 @@ def delivered_energy(result: Result) -> dict[str, float]:
     return {name: float(course[-1]) + 0.0 for name, course in energy_courses(result).items()}
 
 
-def energy_courses(result: Result) -> dict[str, F64]:
+def energy_courses(result: Result, currents: F64 | None = None) -> dict[str, F64]:
     """Energy that each voltage source has delivered until each point of a run, J, float64[T], by its name.
+
+    currents: what devices take from every column's node, where that is known (`conduction_and_channels`).
 
     Raises `ParameterError` for a run that did not record every node.
     """
     machine = result.machine
     require_every_node(result, "energy")
     v = node_voltages(result)
-    currents = conduction_and_channels(machine, v)[1]
+    if currents is None:
+        currents = conduction_and_channels(machine, v)[1]
     step, courses = np.diff(result.time), {}
     for s, name in enumerate(machine.source_names):
         if machine.source_quantities[s] == "voltage":

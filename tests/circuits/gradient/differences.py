@@ -7,11 +7,13 @@ import numpy as np
 
 from circuits.arrays import F64
 from circuits.devices import Transistor
-from circuits.gradient.measure import Measure
+from circuits.gradient.expression import Expression
+from circuits.gradient.measure import Measure, Measured
 from circuits.gradient.small_signal.spectrum import Spectrum
 from circuits.gradient.small_signal.transfer import SmallSignal
-from circuits.gradient.way import way_of
+from circuits.gradient.way import Way, way_of
 from circuits.lowering.kernel import Machine, on_die, to_kernel
+from circuits.measure.scope import TransientRecord
 from circuits.silicon.die import shared
 from circuits.solver.operating_point import operating_point, solve_near
 from circuits.solver.transient import simulate
@@ -43,9 +45,18 @@ def _difference(machines: Sequence[Machine], measures: Sequence[Measure], step: 
     ends = []
     for machine in machines:
         result = simulate(machine, rtol=RTOL)
-        way = way_of(result)
-        ends.append(np.array([measure.read(result, way).value for measure in measures]))
+        record, way = TransientRecord(result), way_of(result)
+        ends.append(np.array([_value(measure, record, way) for measure in measures]))
     return np.asarray((ends[0] - ends[1]) / (2.0 * step))
+
+
+def _value(measure: Measure, record: TransientRecord, way: Way) -> float:
+    """A measure of a run, of what is read in several places the number alone."""
+    if isinstance(measure, Expression):
+        return measure.text.of(record).value
+    if isinstance(measure, Measured):
+        return measure.value(record.result)[0]
+    return measure.read(record.result, way).value
 
 
 def deviation_of(machine: Machine, label: str) -> float:
