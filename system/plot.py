@@ -71,6 +71,8 @@ STYLE: Any = {
     "axes.labelcolor": INK,
     "axes.spines.right": False,
     "axes.spines.top": False,
+    "figure.autolayout": False,
+    "figure.constrained_layout.use": False,
     "font.size": 9,
     "legend.frameon": False,
     "pdf.fonttype": 42,
@@ -156,7 +158,7 @@ def settle(figure: Figure) -> None:
         before, placed = placed, np.array([ax.get_position().bounds for ax in figure.axes])
         if before.shape == placed.shape and np.abs(placed - before).max(initial=0.0) < _STILL:
             break
-    figure.set_layout_engine("none")
+    figure.set_layout_engine(None)  # "none" is an engine too, for which what writes draws twice
 
 
 def entitle(text: str, ax: Axes) -> None:

@@ -417,6 +417,8 @@ def level_value(edits: Sequence[Edit], level: Place, kind: str, parameter: str) 
     what = (((kind, ()),),), _SHARED + parameter
     found: float | None = None
     for edit in edits:
+        if edit.kind == "set" and edit.parameter != parameter:
+            continue
         here, whole = (edited((edit,), place, *what) for place in (level, SHARED_PLACE))
         if edit.kind == "set":
             found = found if here is None else float(here.value[0])
