@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields
+from functools import cache
 from typing import Any
 
 OPTIONAL: Mapping[str, bool] = {"optional": True}  # metadata of a field that is left out at its default
@@ -21,10 +22,16 @@ def brief(value: Any) -> str:
 
 def stated(value: Any) -> list[str]:
     """Names of a dataclass's fields without those optional ones that have their default value."""
-    return [f.name for f in fields(value) if f.repr and not _is_left_out(f, getattr(value, f.name))]
+    kind: Any = type(value)
+    found = _shown(kind)
+    return [name for name, field in found if field is None or not _is_left_out(field, getattr(value, name))]
+
+
+@cache
+def _shown(kind: type[Any]) -> tuple[tuple[str, Field[Any] | None], ...]:
+    """Fields of a dataclass that its `repr` has: the name, and what is optional of it."""
+    return tuple((f.name, f if f.metadata.get("optional") else None) for f in fields(kind) if f.repr)
 
 
 def _is_left_out(field: Field[Any], value: object) -> bool:
-    if not field.metadata.get("optional"):
-        return False
     return bool(value == (field.default if field.default_factory is MISSING else field.default_factory()))
