@@ -247,6 +247,7 @@ class _Wiring:
         self.read: dict[str, slice] = {}
         self.solved: dict[Connection | Probe, tuple[F64, ...]] = {}
         self.fits: dict[Connection | Probe, tuple[Fit, ...]] = {}
+        self.lower: dict[tuple[int, float], F64] = {}  # population, regularisation: as of `_lower`
         self.given: dict[str, slice] = {}
         column = 0
         for node in network.nodes:
@@ -316,13 +317,25 @@ class _Wiring:
                     " fitted; choose others, or other intercepts"
                 )
             begun = perf_counter()
-            solved = c.solver(p.rates, values) if c.solver else p.decoders(values, c.regularisation)
+            solved = c.solver(p.rates, values) if c.solver else p.decoders(values, self._lower(c, held, p))
             seconds = perf_counter() - begun
             fits.append(Fit(np.sqrt(((p.rates @ solved - values) ** 2).mean(axis=0)), seconds))
             found.append((self.number[id(held)], solved, slice(at, at + values.shape[1])))
             at += values.shape[1]
         self.fits[key] = tuple(fits)
         return found
+
+    def _lower(self, c: Connection, held: Population, p: Population) -> F64:
+        """What all functions that are fitted with one regularisation at a population's points share.
+
+        p: `held` at the connection's points.
+        """
+        if p is not held:
+            return p.factor(c.regularisation)
+        key = (id(held), c.regularisation)
+        if key not in self.lower:
+            self.lower[key] = p.factor(c.regularisation)
+        return self.lower[key]
 
     @staticmethod
     def _size(values: list[tuple[int, F64, slice]]) -> int:

@@ -41,6 +41,7 @@ from chips.nef.devices import (
 from chips.nef.whole.filter import LOG_S, Curves, curves_of
 from chips.nef.whole.line import APART, HALF, line_numbers
 from chips.nef.whole.neuron import neuron_numbers
+from chips.nef.whole.rate import Law, fill_rates
 from chips.nef.whole.stage import bank, drains, mirror, mirror_line, shut, unit_current, units
 from circuits.arrays import F64, I64
 from circuits.blocks.nef.encoder import BITS, MEMBRANE
@@ -82,23 +83,26 @@ class NeuronLaw(NamedTuple):
 
         current: thresholds, float64[..., n]; sunk: how much of it, in magnitude, mirrors draw.
         """
-        own = slice(first, first + current.shape[-1])
-        above = current - self.leak[own]
-        if self.mirrored:
-            above = self._effective(self.spare(first, current, sunk), self.rise[own] + self.mirrored * sunk)
-        fires = above > 0.0
-        period = self.refractory[own] + self.charge[own] / np.where(fires, above, 1.0)
-        return np.where(fires, 1.0 / period, 0.0)
+        own, n = slice(first, first + current.shape[-1]), current.shape[-1]
+        given, drawn = (
+            np.ascontiguousarray(np.broadcast_to(x, current.shape).reshape(-1, n), dtype=np.float64)
+            for x in (current, sunk)
+        )
+        found = np.empty(given.shape)
+        fill_rates(self.own(own), given, drawn, found)
+        return found.reshape(current.shape)
 
     def spare(self, first: int, current: F64, sunk: F64 | float = 0.0) -> F64:
         """Return how far currents are above the least that fires a neuron, thresholds, as `rates`."""
         own = slice(first, first + current.shape[-1])
         return current - self.leak[own] - 0.5 * (self.rise[own] + self.mirrored * sunk)
 
-    @staticmethod
-    def _effective(end: F64, rise: F64) -> F64:
-        """What charges as fast as a current that falls by `rise` to `end`."""
-        return np.where(end > 0.0, rise / np.log1p(rise / np.where(end > 0.0, end, 1.0)), 0.0)
+    def own(self, which: slice) -> Law:
+        """Return what the rates of some neurons follow, in a form for kernels."""
+        leak, charge, refractory, rise = (
+            np.ascontiguousarray(x[which]) for x in (self.leak, self.charge, self.refractory, self.rise)
+        )
+        return Law(leak, charge, refractory, rise, self.mirrored)
 
     def head(self, count: int) -> NeuronLaw:
         """Return the first `count` neurons."""

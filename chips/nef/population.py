@@ -19,7 +19,8 @@ from chips.nef.calibration import USUAL, WINDOW
 from chips.nef.chip import HEADROOM, Conditions
 from chips.nef.network.curves import Curves
 from chips.nef.network.network import Ensemble, Function
-from chips.nef.network.solve import gram, moment, solve
+from chips.nef.network.solve import factor, gram, moment, solve
+from chips.nef.whole.rate import count_spikes
 from circuits.arrays import F64
 from circuits.errors import ParameterError
 
@@ -32,9 +33,8 @@ class Population:
     """An ensemble whose first neuron has the number `first`, and whose vector's first line is `line`.
 
     tau: longest time constant of what brings the vector, s; gain, bias: currents, float64[n]; encoders: unit
-    vectors, float64[n, d]; points: float64[m, d]; rates: at the points, Hz, float64[m, n]; normal: A'A of the
-    rates. On a chip gain and bias are what its codes are chosen for, and the rates what was measured with
-    them.
+    vectors, float64[n, d]; points: float64[m, d]; rates: at the points, Hz, float64[m, n]. On a chip gain and
+    bias are what its codes are chosen for, and the rates what was measured with them.
     """
 
     ensemble: Ensemble
@@ -46,13 +46,20 @@ class Population:
     encoders: F64
     points: F64
     rates: F64
-    normal: F64
 
-    def decoders(self, values: F64, regularisation: float) -> F64:
-        """Return decoders, value a Hz, float64[n, k], of values at the points, float64[m, k]."""
+    def factor(self, regularisation: float) -> F64:
+        """Return the lower triangle of `A'A + m sigma^2 I`, which all its decoders share."""
         sigma = regularisation * max(float(self.rates.max()), 1.0)
-        matrix = self.normal + len(self.points) * sigma**2 * np.eye(len(self.gain))
-        return solve(matrix, moment(self.rates, values))
+        matrix = gram(self.rates)
+        matrix[np.diag_indices_from(matrix)] += len(self.points) * sigma**2
+        return factor(matrix)
+
+    def decoders(self, values: F64, lower: F64) -> F64:
+        """Return decoders, value a Hz, float64[n, k], of values at the points, float64[m, k].
+
+        lower: `factor` of the regularisation.
+        """
+        return solve(lower, moment(self.rates, values))
 
 
 def populate(
@@ -93,7 +100,7 @@ def populate(
         rates = _measured(ensemble, curves, first, (line, tau), x, rows, bias, random)
     else:
         rates = curves.rates(first, np.einsum("md,dn->mn", x, rows) + bias)
-    return Population(ensemble, first, line, tau, gain, bias, encoders, x, rates, gram(rates))
+    return Population(ensemble, first, line, tau, gain, bias, encoders, x, rates)
 
 
 def _measured(
@@ -113,14 +120,15 @@ def _measured(
     full = HEADROOM * ensemble.radius
     codes = [chip.codes(row, full, 1) for row in rows]
     standing = chip.standing(first, chip.bias_codes(bias), [column[0] for column in codes])
-    current, sunk = (np.broadcast_to(each, (len(x), len(bias))).copy() for each in standing)
-    for d, stages in enumerate(codes):
-        pos, neg = chip.split(line[0] + d, x[:, d] / full, line[1])
-        above, below = chip.stage(first, 1 + d, stages)
-        current += pos[:, None] * above + neg[:, None] * below
-        sunk += pos[:, None] * np.maximum(-above, 0.0) + neg[:, None] * np.maximum(-below, 0.0)
-    rates = chip.rates(first, current, sunk)
-    return np.asarray(np.floor(rates * WINDOW + random.random(rates.shape)) / WINDOW)
+    given: list[F64] = []
+    stages: list[F64] = []
+    for d, column in enumerate(codes):
+        given += chip.split(line[0] + d, x[:, d] / full, line[1])
+        stages += chip.stage(first, 1 + d, column)
+    rates = random.random((len(x), len(bias)))
+    law, room = chip.law.own(slice(first, first + len(bias))), np.empty((3, len(bias)))
+    count_spikes(law, np.stack(standing), np.stack(given, axis=1), np.stack(stages), WINDOW, room, rates)
+    return rates
 
 
 def evaluate(function: Function | None, points: F64, name: str) -> F64:

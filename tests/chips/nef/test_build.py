@@ -54,7 +54,7 @@ def test_decoders_add_up_with_their_transforms() -> None:
 def test_decoders_are_those_of_the_population_over_a_step() -> None:
     built = build(Network(*ENDS, (Connection("b", "b"),)), IdealCurves(), 0)
     (p,) = built.populations["b"]
-    assert built.net.decoder == pytest.approx(p.decoders(p.points, 0.1)[:, 0] / DT)
+    assert built.net.decoder == pytest.approx(p.decoders(p.points, p.factor(0.1))[:, 0] / DT)
 
 
 def test_numbers_of_neurons_and_lanes_of_probes() -> None:

@@ -43,14 +43,14 @@ def test_gain_and_bias_meet_rate_and_intercept() -> None:
 def test_decoders_give_the_function_back(dimensions: int) -> None:
     p = populate(Ensemble("a", 200, dimensions), IdealCurves(), 0, 1)
     values = (p.points**2).sum(axis=1, keepdims=True)
-    off = p.rates @ p.decoders(values, 0.01) - values
+    off = p.rates @ p.decoders(values, p.factor(0.01)) - values
     # 200 neurons: some per cent of the range of 1
     assert float(np.sqrt((off**2).mean())) < 0.03
 
 
 def test_more_regularisation_gives_smaller_decoders() -> None:
     p = populate(Ensemble("a", 100), IdealCurves(), 0, 1)
-    few, much = (np.abs(p.decoders(p.points, r)).sum() for r in (0.01, 0.5))
+    few, much = (np.abs(p.decoders(p.points, p.factor(r))).sum() for r in (0.01, 0.5))
     assert much < few
 
 
@@ -59,7 +59,7 @@ def test_curves_of_any_kind_can_be_given() -> None:
     curves = LinearCurves(random.uniform(50.0, 300.0, 130), random.uniform(0.5, 2.0, 130))
     p = populate(Ensemble("a", 100), curves, 30, 1)
     assert p.rates.max(axis=0).min() >= 150.0  # at the ends of the radius: 200 Hz or more on one of them
-    off = p.rates @ p.decoders(p.points, 0.01) - p.points
+    off = p.rates @ p.decoders(p.points, p.factor(0.01)) - p.points
     assert float(np.sqrt((off**2).mean())) < 0.02  # rectified lines of 100 neurons
 
 
