@@ -181,7 +181,7 @@ class Conditions:
     @property
     def unit(self) -> float:
         """Current of a stage with code 1 that has its reference's gate, the median of the die, thresholds."""
-        return float(np.median(self.column(BIAS_COLUMN).signal[:_SAMPLED, _BIT]) / 2**_BIT)
+        return _unit(self.silicon, self.chip.neurons, self.biases)
 
     def column(self, column: int) -> Column:
         """Return the stages of the column of number `column`."""
@@ -205,8 +205,7 @@ class Conditions:
         """What a stage with code 1 gives of z near 0, units of its current at y = 1."""
         if not self.full:
             return POWER
-        slopes = 0.5 * (self.lines.above + self.lines.below)
-        return float(self.typical().power * np.median(slopes))
+        return _power(self.silicon, self.biases)
 
     def rates(self, first: int, current: F64, sunk: F64 | float = 0.0) -> F64:
         """Return rates from neuron `first` on at a `current`, Hz, as `Curves.rates` does.
@@ -398,6 +397,20 @@ def _law(silicon: Silicon, neurons: int, biases: Biases) -> NeuronLaw:
 @lru_cache(maxsize=8)
 def _lines(silicon: Silicon, biases: Biases) -> Lines:
     return lines_on(silicon, FILTERS, biases)
+
+
+@lru_cache(maxsize=8)
+def _unit(silicon: Silicon, neurons: int, biases: Biases) -> float:
+    stages = _stages(silicon, BIAS_COLUMN, neurons, biases)
+    return float(np.median(stages.signal[:_SAMPLED, _BIT]) / 2**_BIT)
+
+
+@lru_cache(maxsize=8)
+def _power(silicon: Silicon, biases: Biases) -> float:
+    """As of `Conditions.power` under the law with second-order effects."""
+    lines = _lines(silicon, biases)
+    slopes = 0.5 * (lines.above + lines.below)
+    return float(_typical(silicon, biases, USUAL).power * np.median(slopes))
 
 
 @lru_cache(maxsize=64)

@@ -3,7 +3,8 @@
 A library's matrix product sums in an order that depends on its number of threads, and a network with memory
 makes another run of a last digit. Here every sum of products has the same order, whatever the processor: in
 the lanes of a vector (`circuits.vectors`) each by itself, then the lanes, then what is left over. `A'A` goes
-by tiles of columns, `L L' = A` (Cholesky) by tiles of rows, so that a tile's sums share what is loaded.
+by tiles of columns, `L L' = A` (Cholesky) by tiles of rows, so that a tile's sums share what is loaded. Rates
+that were counted for a second are whole numbers, whose sums are exact in any order: those are the library's.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from circuits.vectors.vector import WIDTH, Lanes, rows
 
 _TILE, _PAIR = 4, 2  # columns of a tile of `A'A` each way
 _NEAR = 96_000  # numbers that stay near the processor, columns of which meet all tiles in turn; ours
+_EXACT = 2.0**53  # up to which all whole numbers are float64
 _FEW = 4  # products that are left over and still go side by side
 
 _compiled = compiled(fastmath={"contract"})
@@ -27,6 +29,9 @@ _compiled = compiled(fastmath={"contract"})
 def gram(rates: F64) -> F64:
     """Return `A'A` of rates, float64[m, n]."""
     m, n = rates.shape
+    most = max(float(rates.max(initial=0.0)), -float(rates.min(initial=0.0)))
+    if m * most * most < _EXACT and _whole(np.ascontiguousarray(rates).reshape(-1)):
+        return np.asarray(rates.T @ rates)
     whole = m // WIDTH
     tiled = -(-n // _TILE) * _TILE
     columns = rows(tiled * whole)
@@ -63,6 +68,15 @@ def solve(lower: F64, right: F64) -> F64:
     for row in found:
         _substitute(lower, row)
     return np.ascontiguousarray(found.T)
+
+
+@compiled()
+def _whole(values: F64) -> bool:
+    """Whether all values are whole numbers."""
+    parts = 0
+    for k in range(values.size):
+        parts += values[k] != np.floor(values[k])
+    return parts == 0
 
 
 @_compiled

@@ -43,6 +43,12 @@ def test_sums_have_the_order_that_is_told(points: int) -> None:
             assert found[i, j] == _in_order(a[:, i], a[:, j])
 
 
+def test_whole_numbers_have_exact_sums() -> None:
+    a = np.random.default_rng(4).integers(0, 400, (103, 17)).astype(np.float64)
+    columns = a.astype(np.int64).T
+    assert (gram(a) == columns @ columns.T).all()
+
+
 def _in_order(a: F64, b: F64) -> float:
     whole = len(a) - len(a) % 16
     products = [int(x) * int(y) for x, y in zip(a, b, strict=True)]
