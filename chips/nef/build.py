@@ -21,6 +21,7 @@ from chips.nef.network.curves import TAU_RC, TAU_REF, Curves
 from chips.nef.network.demand import check_demand
 from chips.nef.network.kernel import DT, Net
 from chips.nef.network.network import Connection, Ensemble, EnsembleArray, Network, Neurons, Probe, label
+from chips.nef.network.solve import missed
 from chips.nef.noise import noise_of, redrawn
 from chips.nef.noise_kernel import NefNoise
 from chips.nef.place import Placed, Row, at, bends_of, place, row_of_currents, with_decoders
@@ -319,7 +320,7 @@ class _Wiring:
             begun = perf_counter()
             solved = c.solver(p.rates, values) if c.solver else p.decoders(values, self._lower(c, held, p))
             seconds = perf_counter() - begun
-            fits.append(Fit(np.sqrt(((p.rates @ solved - values) ** 2).mean(axis=0)), seconds))
+            fits.append(Fit(missed(p.rates, solved, values), seconds))
             found.append((self.number[id(held)], solved, slice(at, at + values.shape[1])))
             at += values.shape[1]
         self.fits[key] = tuple(fits)

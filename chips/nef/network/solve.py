@@ -4,7 +4,8 @@ A library's matrix product sums in an order that depends on its number of thread
 makes another run of a last digit. Here every sum of products has the same order, whatever the processor: in
 the lanes of a vector (`circuits.vectors`) each by itself, then the lanes, then what is left over. `A'A` goes
 by tiles of columns, `L L' = A` (Cholesky) by tiles of rows, so that a tile's sums share what is loaded. Rates
-that were counted for a second are whole numbers, whose sums are exact in any order: those are the library's.
+that were counted for a second are whole numbers, whose sums are exact in any order: of many of them those are
+the library's.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from circuits.vectors.vector import WIDTH, Lanes, rows
 _TILE, _PAIR = 4, 2  # columns of a tile of `A'A` each way
 _NEAR = 96_000  # numbers that stay near the processor, columns of which meet all tiles in turn; ours
 _EXACT = 2.0**53  # up to which all whole numbers are float64
+_LARGE = 5e8  # products of a matrix for which a library's threads are woken; ours
 _FEW = 4  # products that are left over and still go side by side
 
 _compiled = compiled(fastmath={"contract"})
@@ -30,7 +32,7 @@ def gram(rates: F64) -> F64:
     """Return `A'A` of rates, float64[m, n]."""
     m, n = rates.shape
     most = max(float(rates.max(initial=0.0)), -float(rates.min(initial=0.0)))
-    if m * most * most < _EXACT and _whole(np.ascontiguousarray(rates).reshape(-1)):
+    if m * n * n > _LARGE and m * most * most < _EXACT and _whole(np.ascontiguousarray(rates).reshape(-1)):
         return np.asarray(rates.T @ rates)
     whole = m // WIDTH
     tiled = -(-n // _TILE) * _TILE
@@ -49,6 +51,14 @@ def moment(rates: F64, values: F64) -> F64:
     found = np.zeros((rates.shape[1], values.shape[1]))
     _moment(np.ascontiguousarray(rates), np.ascontiguousarray(values), found)
     return found
+
+
+def missed(rates: F64, decoders: F64, values: F64) -> F64:
+    """Return the root mean square of what decoders miss of values, float64[m, k], at rates, float64[m, n]."""
+    found = np.zeros(values.shape[1])
+    a, d, f = (np.ascontiguousarray(x, dtype=np.float64) for x in (rates, decoders.T, values))
+    _missed(a, d, f, found)
+    return np.asarray(np.sqrt(found / len(values)))
 
 
 def factor(matrix: F64) -> F64:
@@ -159,6 +169,14 @@ def _moment(rates: F64, values: F64, out: F64) -> None:
         for i in range(n):
             for j in range(values.shape[1]):
                 out[i, j] += rates[k, i] * values[k, j]
+
+
+@compiled()
+def _missed(rates: F64, decoders: F64, values: F64, out: F64) -> None:
+    for k in range(rates.shape[0]):
+        for j in range(out.size):
+            off = _along(rates[k], decoders[j], rates.shape[1]) - values[k, j]
+            out[j] += off * off
 
 
 @_compiled

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from chips.nef.network.solve import factor, gram, moment, solve
+from chips.nef.network.solve import factor, gram, missed, moment, solve
 from circuits.arrays import F64
 
 
@@ -43,10 +43,17 @@ def test_sums_have_the_order_that_is_told(points: int) -> None:
             assert found[i, j] == _in_order(a[:, i], a[:, j])
 
 
+def test_what_is_missed_is_the_root_of_the_mean_square() -> None:
+    random = np.random.default_rng(8)
+    a, d, f = random.normal(size=(57, 21)), random.normal(size=(21, 2)), random.normal(size=(57, 2))
+    assert missed(a, d, f) == pytest.approx(np.sqrt(((a @ d - f) ** 2).mean(axis=0)), rel=1e-12)
+
+
 def test_whole_numbers_have_exact_sums() -> None:
-    a = np.random.default_rng(4).integers(0, 400, (103, 17)).astype(np.float64)
-    columns = a.astype(np.int64).T
-    assert (gram(a) == columns @ columns.T).all()
+    for points, n in ((103, 17), (8000, 260)):  # the second by the library
+        a = np.random.default_rng(4).integers(0, 400, (points, n)).astype(np.float64)
+        columns = a.astype(np.int64).T
+        assert (gram(a) == columns @ columns.T).all()
 
 
 def _in_order(a: F64, b: F64) -> float:
