@@ -11,6 +11,10 @@ their tolerance of a step. Every other neuron stays awake.
 A waking neuron is integrated once, up to its next spike or until it falls back to rest, and again only where
 an input comes before that. What was seen to stay well below the threshold is not integrated again: an echo
 still earlier before the release (`lead`), and what follows a spike with v_ex and v_r as high (`calm`).
+
+A spike pulls v_mem to one voltage, so that what follows it depends on v_ex and v_r alone. Where they come
+back to what they were, the way from one spike to the next is a patch of parabolas over both (`again`), made
+by integration within a thousandth of the tolerance of a step.
 """
 
 from __future__ import annotations
@@ -29,10 +33,12 @@ from chips.ranging.neuron_kernel import (
     NEAR,
     NOW,
     PEAK,
+    PULLED_STEP,
     RELEASE,
     RESET_END,
     RUN_ON,
     SETTLED,
+    STEP,
     STOPPED,
     TOLERANCE,
     UNDECIDED,
@@ -40,6 +46,7 @@ from chips.ranging.neuron_kernel import (
     V_MEM,
     V_R,
     advance,
+    advance_within,
     begin,
     call,
     copy_state,
@@ -58,6 +65,11 @@ LOOKED = 20e-3  # s after the release, looked ahead of a neuron that may
 CALM = 4  # spikes remembered that no other came after
 _STEEP = 100.0  # by more than what a peak moves where v_ex or v_r after the spike before it do (tested); ours
 _BELOW = 2e-3  # V below the threshold, from where a peak is surely none: six times what steps move it; ours
+AGAIN = 24  # patches remembered of what follows a spike; one that was made stays
+_OFTEN = 30.0  # met so often a patch is made, which costs as much as some hundred looks; ours
+AGAIN_X, AGAIN_R = 0.2e-3, 10e-3  # V, from the middle of a patch to its edge, of v_ex and v_r; ours
+_AGAIN_STEPS = 1e-3 * TOLERANCE  # V, of a step by which it is made
+_AGAIN_WITHIN = 50e-9  # s, to which it agrees with the integration between its points; ours
 ROOM = 64  # echoes remembered; more than come in any `recover`
 PULSE = HALF_WIDTH  # s, within which a second event merges into the first
 _EARLIEST = 8e-3  # s before the release, from where `early` is looked for
@@ -70,6 +82,8 @@ _compiled = compiled()
 ASLEEP, QUIET, LOOKING, FIRING = range(4)
 ECHOES, MERGED, DOUBTS = range(3)  # columns of `Chip.counts`
 NEXT = 2  # column of `Chip.last`
+_TOLD = 30  # columns of a patch: its middle, what it is, and of nine spikes the next one's time, v_ex and v_r
+_MET, _MADE, _UNSURE = range(3)  # what a patch is: met, known, or one that never will be
 
 
 class Plan(NamedTuple):
@@ -98,6 +112,7 @@ class Chip(NamedTuple):
     jitter: Jitter  # of inhibition: each call writes the neurons' t_inh anew, unless it is of none
     calm: F64  # float64[n, CALM, 3], V, v_ex and v_r after spikes that no other came after, and their leeway
     lead: F64  # float64[n], s, from an echo that stayed silent to the release, least so far
+    again: F64  # float64[n, AGAIN, _TOLD + COLUMNS], from spike to spike; working space
 
 
 def new_plan(neurons: Neurons) -> Plan:
@@ -120,7 +135,7 @@ def new_chip(neurons: Neurons, plan: Plan, time: float = 0.0, jitter: Jitter | N
     chip = Chip(
         plan.rest.copy(), plan.rest.copy(), np.full(n, np.inf), np.zeros(n, np.int64), np.full(3, -np.inf),
         np.full((ROOM, 2), -np.inf), np.zeros(3, np.int64), no_jitter() if jitter is None else jitter,
-        np.zeros((n, CALM, 3)), np.zeros(n),
+        np.zeros((n, CALM, 3)), np.zeros(n), np.zeros((n, AGAIN, _TOLD + COLUMNS)),
     )  # fmt: skip
     forget_seen(chip)
     start(neurons, plan, chip, time)
@@ -128,8 +143,8 @@ def new_chip(neurons: Neurons, plan: Plan, time: float = 0.0, jitter: Jitter | N
 
 
 def forget_seen(chip: Chip) -> None:
-    """Take nothing to be known of what stayed silent so far."""
-    chip.calm[:], chip.lead[:] = (np.inf, np.inf, 0.0), np.inf
+    """Take nothing to be known of what stayed silent, and of what followed a spike, so far."""
+    chip.calm[:], chip.lead[:], chip.again[:] = (np.inf, np.inf, 0.0), np.inf, np.inf
 
 
 @_compiled
@@ -250,6 +265,10 @@ def _look(m: Neurons, p: Plan, c: Chip, k: int) -> None:
     s = c.ahead[k]
     copy_state(c.base[k], s)
     x, r, spiked = np.inf, np.inf, p.certain[k] and _just_spiked(s)
+    x_then, r_then, sure = s[V_EX], s[V_R], s[UNDECIDED]
+    if spiked and _goes_on(m, c, k, s):
+        c.phase[k], c.due[k] = FIRING, s[NOW]
+        return
     if spiked:
         s[EARLY_STOP] = RUN_ON
         advance(m, k, s, s[RESET_END])
@@ -268,6 +287,7 @@ def _look(m: Neurons, p: Plan, c: Chip, k: int) -> None:
     spike = advance(m, k, s, until)
     if spike < np.inf:
         c.phase[k], c.due[k] = FIRING, spike
+        _meet(m, p, c, k, x_then, r_then if spiked and s[UNDECIDED] == sure else np.inf)
     elif cut and s[EARLY_STOP] != STOPPED:
         c.phase[k], c.due[k] = LOOKING, until + _AFTER
     elif p.certain[k]:
@@ -283,6 +303,89 @@ def _look(m: Neurons, p: Plan, c: Chip, k: int) -> None:
 def _just_spiked(s: F64) -> bool:
     """Whether a state is that of a spike, with no input at work."""
     return bool(s[RESET_END] > s[NOW] and s[RELEASE] <= s[NOW] and s[ECHO_END] <= s[NOW])
+
+
+@_compiled
+def _patch_at(c: Chip, k: int, x: float, r: float) -> int:
+    """Which patch a spike lies in that leaves v_ex and v_r so, AGAIN where none."""
+    i = 0
+    while i < AGAIN and not (
+        abs(x - c.again[k, i, 0]) <= AGAIN_X and abs(r - c.again[k, i, 1]) <= AGAIN_R
+    ):  # fmt: skip
+        i += 1
+    return i
+
+
+@_compiled
+def _goes_on(m: Neurons, c: Chip, k: int, s: F64) -> bool:
+    """Bring a state just after a spike to the next; False where no patch tells it, or an input is first."""
+    i = _patch_at(c, k, s[V_EX], s[V_R])
+    if i == AGAIN or c.again[k, i, 2] != _MADE or s[RESET_END] - s[NOW] < m.pulse_width[k] - _AFTER:
+        return False
+    q = c.again[k, i]
+    x, r = (s[V_EX] - q[0]) / AGAIN_X, (s[V_R] - q[1]) / AGAIN_R
+    time, x_next, r_next = _told(q, 3, x, r), _told(q, 4, x, r), _told(q, 5, x, r)
+    spike = s[NOW] + time
+    if s[NOW] < c.last[NEXT] <= spike:
+        return False
+    s[V_EX], s[V_R], s[NOW], s[RESET_END] = x_next, r_next, spike, spike + m.pulse_width[k]
+    return True
+
+
+@_compiled
+def _told(q: F64, column: int, x: float, r: float) -> float:
+    """What a patch tells, by parabolas through nine points; x and r from -1 to 1."""
+    a, b, c = 0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0)
+    low = a * q[column] + b * q[column + 9] + c * q[column + 18]
+    middle = a * q[column + 3] + b * q[column + 12] + c * q[column + 21]
+    high = a * q[column + 6] + b * q[column + 15] + c * q[column + 24]
+    return float(0.5 * r * (r - 1.0) * low + (1.0 - r * r) * middle + 0.5 * r * (r + 1.0) * high)
+
+
+@_compiled
+def _meet(m: Neurons, p: Plan, c: Chip, k: int, x: float, r: float) -> None:
+    """Remember a spike that another surely follows (r finite), and make its patch when it is met often."""
+    i = _patch_at(c, k, x, r)
+    if r == np.inf:
+        return
+    if i < AGAIN:
+        if c.again[k, i, 2] == _MET:
+            c.again[k, i, 3] += 1.0
+            if c.again[k, i, 3] >= _OFTEN:
+                _make(m, p, k, c.again[k, i])
+        return
+    for i in range(AGAIN - 1, -1, -1):  # in place of the last that was not made, before the others
+        if c.again[k, i, 2] != _MADE and c.again[k, i, 2] != _UNSURE:
+            for j in range(i, 0, -1):
+                for column in range(_TOLD):
+                    c.again[k, j, column] = c.again[k, j - 1, column]
+            c.again[k, 0, 0], c.again[k, 0, 1], c.again[k, 0, 2], c.again[k, 0, 3] = x, r, _MET, 1.0
+            return
+
+
+@_compiled
+def _make(m: Neurons, p: Plan, k: int, q: F64) -> None:
+    """Integrate from nine spikes of a patch to what follows them."""
+    s = q[_TOLD:]
+    q[2] = _UNSURE
+    for i in range(9):
+        spike = _follows(m, p, k, s, q[0] + (i // 3 - 1) * AGAIN_X, q[1] + (i % 3 - 1) * AGAIN_R)
+        if spike == np.inf:
+            return
+        q[3 + 3 * i], q[4 + 3 * i], q[5 + 3 * i] = spike, s[V_EX], s[V_R]
+    spike = _follows(m, p, k, s, q[0] + 0.5 * AGAIN_X, q[1] + 0.5 * AGAIN_R)
+    if abs(spike - _told(q, 3, 0.5, 0.5)) < _AGAIN_WITHIN:
+        q[2] = _MADE
+
+
+@_compiled
+def _follows(m: Neurons, p: Plan, k: int, s: F64, x: float, r: float) -> float:
+    """Integrate from a spike at 0 to the next one; its time, s, inf where none surely comes."""
+    copy_state(p.rest[k], s)
+    s[V_MEM], s[V_EX], s[V_R] = m.v_held[k], x, r
+    s[NOW], s[STEP], s[RESET_END], s[EARLY_STOP] = 0.0, PULLED_STEP, m.pulse_width[k], MAY_STOP
+    spike = advance_within(m, k, s, LOOKED, _AGAIN_STEPS)
+    return float(spike) if s[UNDECIDED] == 0.0 and s[NEAR] == 0.0 else np.inf
 
 
 @_compiled

@@ -29,7 +29,7 @@ ECHO_HELD = (0.05e-6, 10.15e-6)  # s, half-supply crossings of an event's pulse
 # First steps, s, after v_mem is pulled low, after it is let go, and after an echo's pulse ends; the pulse
 # itself, which holds v_ex, is tried in one. The last is short: v_ex keeps its errors, and 0.1 mV of it is
 # some millivolts of a later peak of v_mem.
-_PULLED_STEP, _RELEASED_STEP, _EXCITED_STEP = 5e-8, 4e-9, 1e-6
+PULLED_STEP, _RELEASED_STEP, _EXCITED_STEP = 5e-8, 4e-9, 1e-6
 _SAFETY = 0.9  # of the step that the error allows
 _LEEWAY = 100.0  # largest ratio of the tolerance to an error that the next step is judged by
 _NO_STEP = 1e-30  # s, before the first one
@@ -116,7 +116,7 @@ def call(m: Neurons, k: int, s: F64) -> None:
     s[RELEASE] = s[NOW] + m.t_inh[k]
     s[CHARGE], s[CHARGE_LOW] = 0.0, 0.0
     _hold(m, k, s, V_MEM, m.v_held[k])
-    s[STEP] = _PULLED_STEP
+    s[STEP] = PULLED_STEP
 
 
 @_compiled
@@ -129,6 +129,12 @@ def echo(m: Neurons, k: int, s: F64, level: float) -> None:
 @_compiled
 def advance(m: Neurons, k: int, s: F64, until: float) -> float:
     """Advance a neuron to `until` (s) or to its first spike, and return the time of the spike, else inf."""
+    return advance_within(m, k, s, until, TOLERANCE)
+
+
+@_compiled
+def advance_within(m: Neurons, k: int, s: F64, until: float, tolerance: float) -> float:
+    """Advance a neuron as `advance` does, by steps of another tolerance, V."""
     while s[NOW] < until:
         t = s[NOW]
         stop = until
@@ -137,11 +143,11 @@ def advance(m: Neurons, k: int, s: F64, until: float) -> float:
                 stop = s[column]
         held = t < s[RELEASE] or t < s[RESET_END]
         mode = (1 if held else 0) + (2 if s[ECHO_START] <= t < s[ECHO_END] else 0)
-        spike = _integrate(m, k, mode, s, stop)
+        spike = _integrate(m, k, mode, s, stop, tolerance)
         if spike < np.inf:
             _hold(m, k, s, V_MEM, m.v_held[k])
             s[RESET_END] = spike + m.pulse_width[k]
-            s[CHARGE], s[CHARGE_LOW], s[NEAR], s[STEP] = 0.0, 0.0, 0.0, _PULLED_STEP
+            s[CHARGE], s[CHARGE_LOW], s[NEAR], s[STEP] = 0.0, 0.0, 0.0, PULLED_STEP
             return spike
         if s[EARLY_STOP] == STOPPED:
             return np.inf
@@ -160,7 +166,9 @@ def advance(m: Neurons, k: int, s: F64, until: float) -> float:
 
 
 @_compiled
-def _integrate(m: Neurons, k: int, mode: int, s: F64, stop: float) -> float:  # noqa: C901, PLR0912, PLR0915 - one loop with its scalars
+def _integrate(  # noqa: C901, PLR0912, PLR0915 - one loop with its scalars
+    m: Neurons, k: int, mode: int, s: F64, stop: float, tolerance: float
+) -> float:
     """Integrate in one mode to `stop` or to a spike (its time, else inf)."""
     y = (s[V_MEM], s[V_R], s[V_EX])
     t, h = s[NOW], s[STEP]
@@ -178,9 +186,9 @@ def _integrate(m: Neurons, k: int, mode: int, s: F64, stop: float) -> float:  # 
         last = h >= end - t
         step = min(h, end - t)
         n, error = stepped(numbers, matrix, step, y, i)
-        room = TOLERANCE / max(error, 1e-12)
-        if not error <= TOLERANCE:
-            h = step * (max(_SAFETY * _cube_root(room), 0.1) if error > TOLERANCE else 0.1)  # else a NaN
+        room = tolerance / max(error, 1e-12)
+        if not error <= tolerance:
+            h = step * (max(_SAFETY * _cube_root(room), 0.1) if error > tolerance else 0.1)  # else a NaN
             continue
         i = currents(numbers, n[0], n[1], n[2])
         e = rates(matrix, i)

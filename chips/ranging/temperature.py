@@ -65,6 +65,7 @@ def moved(chip: Chip, old: Conditions, new: Conditions, now: float) -> Chip:
     after = chip._replace(
         base=states.copy(), ahead=states, due=np.full(chip.due.size, now),
         phase=np.full(chip.due.size, LOOKING), jitter=jitter, calm=chip.calm.copy(), lead=chip.lead.copy(),
+        again=chip.again.copy(),
     )  # fmt: skip
     forget_seen(after)  # at the old temperature
     return after

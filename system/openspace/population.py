@@ -195,7 +195,7 @@ def no_population() -> Population:
     neurons = Neurons(**dict.fromkeys(Neurons._fields, nothing) | shaped)
     plan = Plan(nobody, nothing, nothing, nothing, nothing, plane, plane, np.zeros((0, 0, 0)))
     integers = np.zeros(0, np.int64)
-    seen = np.zeros((0, 0, 3)), nothing
+    seen = np.zeros((0, 0, 3)), nothing, np.zeros((0, 0, 0))
     chip = Chip(plane, plane, nothing, integers, nothing, plane, integers, no_jitter(), *seen)
     return _new(neurons, plan, chip, nobody, plane, nobody, 1.0)
 

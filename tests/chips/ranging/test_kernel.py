@@ -11,11 +11,13 @@ from chips.ranging import kernel
 from chips.ranging.chip import RangingChip
 from chips.ranging.law import Neurons
 from chips.ranging.neuron_kernel import (
+    COLUMNS,
     EARLY_STOP,
     MAY_STOP,
     NOW,
     PEAK,
     RESET_END,
+    TOLERANCE,
     V_EX,
     V_R,
     advance,
@@ -94,18 +96,58 @@ def test_sleeping_changes_no_spike(die: int | None, sleepers: int) -> None:
     assert np.abs(np.array(ours)[:, 1] - np.array(theirs)[:, 1]).max() < 20e-6
 
 
-def _at_a_target(calls: int, delay: float) -> list[Input]:
+def _at_a_target(calls: int, delay: float, spread: float = 20e-6) -> list[Input]:
     """What a bat hears that hovers at a target: itself and what is behind in isolation, and the target."""
     draw = np.random.default_rng(2)
     found: list[Input] = []
     for time in 35e-3 * np.arange(1, calls + 1) + draw.normal(0.0, 2e-6, calls):
-        jitter = draw.normal(0.0, 20e-6, 2)
+        jitter = draw.normal(0.0, spread, 2)
         found += [(time - 0.1e-3, "echo", 5.0), (time, "call", math.nan)]
         found += [
             (time + delay + jitter[0], "echo", math.nan),
             (time + delay + 6e-3 + jitter[1], "echo", 5.0),
         ]
     return [*found, (found[-4][0] + 30e-3, "end", math.nan)]
+
+
+@pytest.mark.parametrize("process", [AMI_1500, AMI_1500_IDEAL])
+def test_what_follows_a_spike_that_was_met_before_is_what_integration_finds(process: Process) -> None:
+    part = RangingChip(Silicon(process), bias_kind="generator")
+    m = part.neurons_at(27.0)
+    m.v_ex_max[:] -= 0.1  # so that spikes come in trains
+    plan, places = kernel.new_plan(m), 0
+    inputs = _at_a_target(60, float(m.t_inh[1]) + 0.3e-3, 1e-6)
+    ours, chip = _asleep(m, plan, inputs)
+    theirs = _awake(m, part.begin().neurons.base, inputs)
+    assert [k for k, _ in ours] == [k for k, _ in theirs]
+    assert np.abs(np.array(ours)[:, 1] - np.array(theirs)[:, 1]).max() < 20e-6  # as in the first test
+    draw, state = np.random.default_rng(3), np.zeros(COLUMNS)
+    for k in range(13):
+        for patch in chip.again[k][chip.again[k, :, 2] == kernel._MADE]:
+            for x, r in draw.uniform(-1.0, 1.0, (8, 2)):
+                v_ex, v_r = patch[0] + x * kernel.AGAIN_X, patch[1] + r * kernel.AGAIN_R
+                spike = kernel._follows(m, plan, k, state, v_ex, v_r)
+                # a third of what a first spike is off by at the tolerance of a step, 0.23 us in the median
+                assert kernel._told(patch, 3, x, r) == pytest.approx(spike, abs=0.08e-6)
+                assert kernel._told(patch, 4, x, r) == pytest.approx(state[V_EX], abs=0.5 * TOLERANCE)
+                assert kernel._told(patch, 5, x, r) == pytest.approx(state[V_R], abs=0.5 * TOLERANCE)
+                places += 1
+    assert places >= 16
+
+
+def test_a_patch_tells_nothing_of_what_an_input_comes_before() -> None:
+    m = RangingChip(Silicon(AMI_1500), bias_kind="generator").neurons_at(27.0)
+    m.v_ex_max[:] -= 0.1
+    plan = kernel.new_plan(m)
+    _, chip = _asleep(m, plan, _at_a_target(60, float(m.t_inh[1]) + 0.3e-3, 1e-6))
+    k, i = np.argwhere(chip.again[:, :, 2] == kernel._MADE)[0]
+    state, patch = plan.rest[k].copy(), chip.again[k, i]
+    state[V_EX], state[V_R], state[NOW], state[RESET_END] = patch[0], patch[1], 1.0, 1.0 + m.pulse_width[k]
+    for late, told in ((-1e-6, False), (1e-6, True)):
+        chip.last[kernel.NEXT] = 1.0 + patch[15] + late
+        assert kernel._goes_on(m, chip, k, state.copy()) == told
+    kernel.forget_seen(chip)
+    assert not kernel._goes_on(m, chip, k, state)
 
 
 @pytest.mark.parametrize("lower", [0.0, 0.03, 0.06])
