@@ -134,6 +134,8 @@ class Loop:
             again = [n for n in level if n in late]
             self.repeated += len(again)
             results |= self._advance(again, stop, delivered, results)
+        # in the order of the parts, whichever went first
+        results = {n: results[n] for level in self._levels for n in level}
         met = [(n, port, time) for n, r in results.items() for port, time in r[2].events]
         for wire in self.events:
             for name, port, _ in met:

@@ -89,6 +89,22 @@ def test_parts_beyond_an_event_are_advanced_again() -> None:
     assert loop.states["slow"][0] == 0.25
 
 
+def test_events_of_one_time_come_in_the_order_of_the_parts_whichever_did_most() -> None:
+    @dataclass(frozen=True, slots=True)
+    class Detailed(Echoer):
+        points: int = 2
+
+        def advance(self, *given: Any) -> tuple[Any, float, Done]:
+            state, reached, done = Echoer.advance(self, *given)
+            time = np.linspace(given[0][0], reached, self.points)
+            return state, reached, Done(done.events, time, np.zeros((self.points, 1)))
+
+    parts: dict[str, Part[Any]] = {f"p{k}": Detailed(0.1, first=1.0, points=2 + k) for k in range(6)}
+    loop = Loop(parts, [], [], horizon=0.6)
+    loop.step(2.0)
+    assert [name for name, _, _ in loop.step(2.0).events] == list(parts)
+
+
 def test_analog_wires_order_the_parts() -> None:
     parts: dict[str, Part[Any]] = {"sink": Echoer(0.1), "origin": Echoer(0.1, first=0.5)}
     wire = AnalogWire("origin", "count", "sink", "in")

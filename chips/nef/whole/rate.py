@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chips.nef.whole.kernel import add_bent
 from circuits.arrays import F64
 from circuits.compiled import compiled
 from circuits.devices.packable import even_log1p
@@ -57,20 +58,11 @@ def count_spikes(
             current[i], sunk[i] = standing[0, i], standing[1, i]
         for j in range(shares.shape[1]):
             if shares[k, j] != 0.0:
-                _add(current, sunk, stages[j], shares[k, j])
+                add_bent(current, sunk, stages[j], shares[k, j])
         _row(law, current, sunk, rate)
         own = counted[k]
         for i in range(own.size):
             own[i] = np.floor(rate[i] * window + own[i]) / window
-
-
-@_compiled
-def _add(current: F64, sunk: F64, row: F64, x: float) -> None:
-    """Add a row times a number of at least 0 to currents, and what of it mirrors draw."""
-    for i in range(current.size):
-        more = x * row[i]
-        current[i] += more
-        sunk[i] -= min(more, 0.0)
 
 
 @_compiled
